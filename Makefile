@@ -1,0 +1,152 @@
+# srnfd - elastic shape analysis of closed surfaces as a service.
+#
+#   make demo      install what is missing, build, run the main job on real meshes, print what it did
+#   make check     the same set-up, then lint, every test, and every test again under ASan and UBSan
+#   make run       serve on 127.0.0.1:8080
+#   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
+#   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make install   PREFIX=/usr/local DESTDIR=
+#
+# Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
+# tests/**/test_*.c, tests/bench/bench_*.c and tests/fuzz/fuzz_*.c a program of its own.
+# CONFIG selects a build: release, asan, tsan, clang, fuzz, coverage. Each has its own folder under build/.
+
+CONFIG  ?= release
+PREFIX  ?= /usr/local
+B       := build$(if $(filter-out release,$(CONFIG)),/$(CONFIG))
+O       := $(B)/obj
+
+CC_release := gcc
+CC_asan    := gcc
+CC_tsan    := gcc
+CC_clang   := clang
+CC_fuzz    := clang
+CC         := $(CC_$(CONFIG))
+
+WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wformat=2 \
+        -Wpointer-arith -Wcast-qual -Wwrite-strings -Wundef -Werror
+OPT_release := -O3 -g
+OPT_clang   := -O2 -g
+OPT_asan    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
+OPT_tsan    := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
+OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link \
+               -fno-sanitize-recover=all
+OPT         := $(OPT_$(CONFIG))
+
+# Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
+# (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
+CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
+CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
+LDFLAGS  = $(filter -fsanitize=% -fno-sanitize%,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
+comma   := ,
+CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
+SERVER_LIBS = -lmicrohttpd -ljansson -lsqlite3 -lsodium -lpthread
+
+CORE_SRC   := $(sort $(wildcard core/*.c core/*/*.c))
+SERVER_SRC := $(sort $(filter-out server/main.c,$(wildcard server/*.c server/*/*.c)))
+SUPPORT_SRC:= $(sort $(wildcard tests/support/*.c))
+TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
+BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
+FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
+EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
+
+obj = $(patsubst %,$(O)/%.o,$(basename $(1)))
+CORE_LIB   := $(B)/libsrnf.a
+SERVER_LIB := $(B)/libsrnfd.a
+TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
+BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
+FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
+
+.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests unit format
+.SECONDARY:
+all: $(B)/srnfd
+
+# ---- set-up -------------------------------------------------------------------------------------------
+
+deps:
+	@deploy/install-deps.sh
+
+demo: deps
+	@$(MAKE) --no-print-directory -j2 all
+	@tests/demo.sh
+
+run: deps
+	@$(MAKE) --no-print-directory -j2 all
+	$(B)/srnfd serve --data "$${SRNFD_DATA:-data}"
+
+check:
+	@deploy/install-deps.sh --tests
+	@tests/check.sh
+
+# ---- building -----------------------------------------------------------------------------------------
+
+$(O)/%.o: %.c
+	@mkdir -p $(dir $@)
+	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+
+$(CORE_LIB): $(call obj,$(CORE_SRC))
+	@rm -f $@
+	ar rcs $@ $^
+
+# The bytes of migrations and of the API description, as arrays in one C file.
+$(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
+	@mkdir -p $(dir $@)
+	deploy/embed.sh $(EMBEDDED) > $@
+
+$(O)/embedded.o: $(O)/embedded.c
+	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+
+$(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
+	@rm -f $@
+	ar rcs $@ $^
+
+$(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
+
+$(B)/tests/fuzz/%: $(O)/tests/fuzz/%.o $(CORE_LIB)
+	@mkdir -p $(dir $@)
+	$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
+
+$(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
+	@mkdir -p $(dir $@)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
+
+build-tests: $(B)/srnfd $(TESTS)
+
+-include $(shell [ -d $(O) ] && find $(O) -name '*.d')
+
+# ---- testing ------------------------------------------------------------------------------------------
+
+unit: build-tests
+	tests/run.sh $(B)
+
+asan tsan clang:
+	$(MAKE) --no-print-directory CONFIG=$@ build-tests
+	tests/run.sh build/$@
+
+lint:
+	tests/lint/lint.sh
+
+format:
+	clang-format -i $(shell git ls-files '*.c' '*.h')
+
+bench: $(BENCHES) $(B)/srnfd
+	@tests/bench/run.sh $(B)
+
+fuzz:
+	$(MAKE) --no-print-directory CONFIG=fuzz fuzzers
+	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
+
+.PHONY: fuzzers
+fuzzers: $(FUZZERS)
+
+# ---- installing ---------------------------------------------------------------------------------------
+
+install: all
+	install -D -m 755 $(B)/srnfd $(DESTDIR)$(PREFIX)/bin/srnfd
+	install -D -m 644 core/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h
+	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
+	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+
+clean:
+	rm -rf build

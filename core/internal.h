@@ -1,0 +1,46 @@
+/*
+ * internal.h - what the folders of core/ share and the public header does not show.
+ */
+#ifndef SRNF_INTERNAL_H
+#define SRNF_INTERNAL_H
+
+#include "srnf.h"
+
+#define SRNF_PI 3.14159265358979323846
+
+/* Fills error (may be NULL) and returns status, so that a failure is one statement. */
+__attribute__((format(printf, 4, 5))) int srnf_fail(struct srnf_error *error, int status, int64_t element,
+                                                    const char *format, ...);
+
+static inline bool srnf_is_canceled(const struct srnf_context *context)
+{
+    return context && context->canceled && context->canceled(context->user);
+}
+
+static inline void srnf_report_progress(const struct srnf_context *context, double fraction,
+                                        const char *message)
+{
+    if (context && context->progress) {
+        context->progress(context->user, fraction, message);
+    }
+}
+
+static inline double srnf_seconds(const struct srnf_context *context)
+{
+    return context && context->seconds ? context->seconds(context->user) : 0.0;
+}
+
+/* Runs body(argument, i) for i in [0, count): by the caller's threads, or here in order. */
+static inline void srnf_parallel_for(const struct srnf_context *context, size_t count,
+                                     void (*body)(void *argument, size_t index), void *argument)
+{
+    if (context && context->parallel_for) {
+        context->parallel_for(context->user, count, body, argument);
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        body(argument, i);
+    }
+}
+
+#endif

@@ -1,0 +1,83 @@
+/*
+ * api.h - what the http layer needs of the api layer: give it a request, get a response. Nothing here knows
+ * libmicrohttpd; nothing in http/ knows JSON, ids or routes.
+ *
+ * A request goes through two calls. api_begin sees method, path, query and headers before the body arrives and may
+ * refuse early (404, 405, 413, 415, ...). api_handle sees the body and fills the response; it may be called on
+ * an http thread only when api_begin said that the route is quick, otherwise on a request thread, where it may
+ * compute for some tens of milliseconds. A handler that must wait for a job fills response->wait instead; the
+ * http layer calls api_resume when the job ended or the deadline passed.
+ */
+#ifndef SRNFD_API_H
+#define SRNFD_API_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "jobs/jobs.h"
+#include "store/store.h"
+
+struct api;
+
+struct api_config {
+    struct store *store;
+    struct jobs *jobs;
+    size_t max_body;          /* bytes; default 256 MiB */
+    double sync_wait_seconds; /* of an execution without Prefer; default 30 */
+};
+int api_create(struct api **out, const struct api_config *config);
+void api_destroy(struct api *api);
+
+struct api_header {
+    const char *name, *value;
+};
+
+struct api_request {
+    const char *method;  /* "GET", ... */
+    const char *path;    /* as sent, percent-decoded, no zero bytes, without the query */
+    const char *query;   /* raw query string without '?', or "" */
+    const struct api_header *headers;
+    size_t n_headers;
+    const unsigned char *body; /* NULL before api_handle */
+    size_t body_size;
+    char id[40];         /* request id, echoed as X-Request-Id and in problems */
+    void *route;         /* set by api_begin, for api_handle */
+};
+/* Value of a header by name without regard to case, or NULL. */
+const char *api_request_header(const struct api_request *request, const char *name);
+
+#define API_HEADERS_MAX 16
+struct api_response {
+    int status;
+    struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */
+    size_t n_headers;
+    unsigned char *body; /* malloc, owned */
+    size_t body_size;
+    /* Not finished: wait until this job ends or the seconds are over, then api_resume. */
+    struct {
+        char job_id[STORE_ID_MAX];
+        double seconds;
+        void *state; /* of the handler; freed by api_resume or api_response_clear */
+    } wait;
+};
+void api_response_clear(struct api_response *response);
+int api_response_header(struct api_response *response, const char *name, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+enum api_verdict {
+    API_REFUSED, /* the response is complete: do not read the body */
+    API_QUICK,   /* read the body up to max_body, then api_handle on any thread */
+    API_SLOW,    /* read the body up to max_body, then api_handle on a request thread */
+};
+/* content_length < 0: unknown (chunked). */
+enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
+                           size_t *max_body, struct api_response *response);
+void api_handle(struct api *api, const struct api_request *request, struct api_response *response);
+void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
+
+/* A problem document (RFC 9457) for what the http layer refuses on its own: 400, 408, 413, 414, 431, 503. */
+void api_problem(const struct api_request *request, struct api_response *response, int status,
+                 const char *code, const char *detail);
+
+#endif

@@ -1,0 +1,83 @@
+/*
+ * handler.h - what the files of api/ share: the route table's row, problems, JSON responses, processes.
+ */
+#ifndef SRNFD_API_HANDLER_H
+#define SRNFD_API_HANDLER_H
+
+#include <jansson.h>
+
+#include "api/api.h"
+#include "jobs/jobs.h"
+
+struct api {
+    struct api_config config;
+};
+
+/* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
+struct api_call {
+    struct api *api;
+    const struct api_request *request;
+    struct api_response *response;
+    const char *parameters[4];
+};
+
+/* ---- Problems (problem.c): one table of codes with status and title ------------------------------------ */
+
+/* Fills the response with the problem of that code; detail is a sentence. Returns its HTTP status. */
+int problem_respond(struct api_call *call, const char *code, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+/* Member errors [{pointer, detail}], collected while inputs are validated. */
+struct problem_list {
+    json_t *errors; /* array, or NULL while there are none */
+};
+void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+int problem_respond_list(struct api_call *call, const char *code, struct problem_list *list);
+/* The stored problem of a failed job as a JSON object (new reference). */
+json_t *problem_json(const char *code, const char *detail, const char *instance, const char *request_id);
+bool problem_known(const char *code);
+
+/* ---- Responses (respond.c) ----------------------------------------------------------------------------- */
+
+/* Takes over the reference; NULL becomes a 500. */
+void respond_json(struct api_call *call, int status, json_t *document);
+/* Takes over bytes (malloc). */
+void respond_bytes(struct api_call *call, int status, const char *content_type, unsigned char *bytes,
+                   size_t size);
+/* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered: *refused). */
+bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused);
+/* "2026-01-31T12:00:00.123Z", or JSON null for 0. */
+json_t *json_time(int64_t ms);
+/* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems, answered. */
+json_t *body_json(struct api_call *call);
+
+/* ---- Records, by id ------------------------------------------------------------------------------------ */
+
+json_t *mesh_record(const struct store_mesh *mesh);
+json_t *surface_record(const struct store_surface *surface);
+json_t *job_record(const struct store_job *job, const char *cache);
+
+/* ---- Processes (process_*.c): the table of what can be executed ------------------------------------------ */
+
+struct api_process {
+    const char *id, *title, *description;
+    /* Inputs and outputs as JSON Schema with units, defaults and limits: JSON text. */
+    const char *inputs_schema, *outputs_schema;
+    /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh where a surface is
+       wanted is replaced as the contract says), fills defaults, and returns the canonical inputs (new reference,
+       keys sorted when dumped), or NULL with problems in list or an answered problem in call->response. */
+    json_t *(*canonicalise)(struct api_call *call, const json_t *inputs, struct problem_list *list);
+    /* On a worker. */
+    void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+};
+extern const struct api_process api_processes[]; /* ended by id NULL */
+const struct api_process *api_process_find(const char *id);
+
+/* ---- Handlers, one per route ----------------------------------------------------------------------------- */
+
+typedef void api_handler(struct api_call *call);
+
+api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf, surfaces_grid,
+    surfaces_mesh;
+
+#endif
