@@ -9,8 +9,11 @@
 #include "api/api.h"
 #include "jobs/jobs.h"
 
+struct api_inflight; /* executions.c: Idempotency-Keys whose first request is not answered yet */
+
 struct api {
     struct api_config config;
+    struct api_inflight *inflight;
 };
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
@@ -36,6 +39,13 @@ int problem_respond_list(struct api_call *call, const char *code, struct problem
 /* The stored problem of a failed job as a JSON object (new reference). */
 json_t *problem_json(const char *code, const char *detail, const char *instance, const char *request_id);
 bool problem_known(const char *code);
+/* HTTP status of a code, 500 for one that the table does not have. */
+int problem_status(const char *code);
+/* The code for an error of the core (enum srnf_status): "mesh-not-closed", "not-star-shaped", ... */
+const char *problem_code_of(int srnf_status);
+/* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
+int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
+                          const char *what);
 
 /* ---- Responses (respond.c) ----------------------------------------------------------------------------- */
 
@@ -50,10 +60,43 @@ bool query_get(struct api_call *call, const char *name, char *buffer, size_t siz
 json_t *json_time(int64_t ms);
 /* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems, answered. */
 json_t *body_json(struct api_call *call);
+/* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals; -1: none. */
+int accept_best(const struct api_request *request, const char *const *media_types);
+/* Sets ETag to the tag in quotes and, where If-None-Match names it, answers 304: then true, and nothing more is
+   to be done. */
+bool respond_not_modified(struct api_call *call, const char *tag);
+
+/* ---- Lists (lists.c) ----------------------------------------------------------------------------------- */
+
+/* Reads ?limit= and ?cursor= (a cursor is good only for the kind that gave it) and collects a page: pass
+   &list->page to the store's list function with list as user, call list_add from its visitor and return what it
+   returns, then list_respond with the path of the collection. */
+struct list {
+    struct store_page page; /* limit is one more than asked for, to know whether there is a next page */
+    const char *kind;       /* "meshes", "surfaces", "jobs" */
+    size_t limit;
+    json_t *items;
+    bool more;
+    int64_t last_ms;
+    char after_id[STORE_ID_MAX], last_id[STORE_ID_MAX];
+};
+/* False when a problem was answered. */
+bool list_open(struct api_call *call, const char *kind, struct list *list);
+/* Takes over the item. */
+bool list_add(struct list *list, json_t *item, int64_t created_ms, const char *id);
+/* Answers {"items", "next"} and Link rel="next"; status is that of the store's list function. Frees the list. */
+void list_respond(struct api_call *call, struct list *list, const char *path, int status);
 
 /* ---- Records, by id ------------------------------------------------------------------------------------ */
 
 json_t *mesh_record(const struct store_mesh *mesh);
+/* The report of a mesh record; star is NULL where it was not asked for because the topology already failed. */
+json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
+                         const struct srnf_mesh_read_info *info);
+/* Whether a stored mesh cannot be analysed, and the first reason with its element. */
+bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
+/* "model/stl", ... */
+const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
 json_t *job_record(const struct store_job *job, const char *cache);
 
