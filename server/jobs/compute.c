@@ -1,0 +1,173 @@
+/*
+ * compute.c - the shared steps of the computations: problems of failed jobs, loading of surfaces,
+ * change of degree, centring and measuring.
+ *
+ * Runs on worker threads; holds no lock and no state.
+ */
+#include "jobs/compute.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "jobs/compute_encode.h"
+
+static const struct {
+    int status;
+    const char *code;
+} codes[] = {
+    {SRNF_ENOMEM, "out-of-memory"},
+    {SRNF_EINVAL, "invalid-input"},
+    {SRNF_ELIMIT, "invalid-input"},
+    {SRNF_EFORMAT, "unparsable-mesh"},
+    {SRNF_EPARSE, "unparsable-mesh"},
+    {SRNF_ENOT_CLOSED, "mesh-not-closed"},
+    {SRNF_ENOT_MANIFOLD, "mesh-not-manifold"},
+    {SRNF_ENOT_ORIENTED, "mesh-not-oriented"},
+    {SRNF_ECOMPONENTS, "multiple-components"},
+    {SRNF_EGENUS, "not-genus-zero"},
+    {SRNF_EDEGENERATE, "mesh-degenerate"},
+    {SRNF_ENOT_STAR, "not-star-shaped"},
+    {SRNF_ENUMERIC, "numerical-failure"},
+    {SRNF_WNOT_CONVERGED, "not-converged"},
+};
+
+const char *compute_problem_code(int status)
+{
+    for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
+        if (codes[i].status == status) {
+            return codes[i].code;
+        }
+    }
+    return "internal-error";
+}
+
+int compute_fail(struct jobs_result *result, int status, const struct srnf_error *error,
+                 const char *what)
+{
+    bool detailed = error && error->message[0];
+
+    if (status == SRNF_ECANCELED) {
+        return status;
+    }
+    result->problem_code = compute_problem_code(status);
+    (void)snprintf(result->problem_detail, sizeof result->problem_detail, "%s: %s", what,
+                   detailed ? error->message : srnf_strerror(status));
+    return status;
+}
+
+int compute_fail_store(struct jobs_result *result, int status, const char *id)
+{
+    bool mesh = strncmp(id, "mesh-", 5) == 0;
+
+    result->problem_code = "internal-error";
+    if (status == STORE_NOT_FOUND) {
+        result->problem_code = mesh ? "no-such-mesh" : "no-such-surface";
+    } else if (status == STORE_FULL) {
+        result->problem_code = "storage-full";
+    }
+    (void)snprintf(result->problem_detail, sizeof result->problem_detail, "%s: %s", id,
+                   store_strerror(status));
+    return status;
+}
+
+void compute_surface_clear(struct compute_surface *surface)
+{
+    srnf_free(surface->coefficients);
+    *surface = (struct compute_surface){0};
+}
+
+/* A mesh where a surface is wanted: its encoding with the default options. */
+static int load_mesh(struct jobs_run *run, const char *id, struct compute_surface *surface,
+                     struct jobs_result *result)
+{
+    struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults()};
+    struct srnf_encoded encoded = {0};
+    int status;
+
+    (void)snprintf(inputs.mesh, sizeof inputs.mesh, "%s", id);
+    status = compute_encode(run, &inputs, &encoded, result);
+    if (status == 0) {
+        surface->degree = encoded.degree;
+        surface->coefficients = encoded.coefficients;
+        surface->scale = encoded.scale;
+    }
+    return status;
+}
+
+int compute_surface_load(struct jobs_run *run, const char *id, struct compute_surface *surface,
+                         struct jobs_result *result)
+{
+    struct store_surface stored = {0};
+    int status;
+
+    *surface = (struct compute_surface){0};
+    (void)snprintf(surface->id, sizeof surface->id, "%s", id);
+    if (strncmp(id, "mesh-", 5) == 0) {
+        return load_mesh(run, id, surface, result);
+    }
+    status = store_surface_get(jobs_run_store(run), id, true, &stored);
+    if (status) {
+        return compute_fail_store(result, status, id);
+    }
+    surface->degree = (size_t)stored.lmax;
+    surface->coefficients = srnf_alloc(stored.coefficient_count, sizeof(double));
+    if (!surface->coefficients) {
+        status = compute_fail(result, SRNF_ENOMEM, NULL, id);
+    } else {
+        memcpy(surface->coefficients, stored.coefficients,
+               stored.coefficient_count * sizeof(double));
+    }
+    store_surface_clear(&stored);
+    return status;
+}
+
+void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out)
+{
+    size_t source = srnf_coefficient_count(from), target = srnf_coefficient_count(to);
+    size_t common = source < target ? source : target;
+
+    memset(out, 0, 3 * target * sizeof(double));
+    for (size_t k = 0; k < 3; k++) {
+        memcpy(out + k * target, coefficients + k * source, common * sizeof(double));
+    }
+}
+
+void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
+                  const double target[3])
+{
+    /* A constant field c is sqrt(4 pi) c times Y_00. */
+    const double sqrt_4_pi = 3.5449077018110320546;
+    size_t n = srnf_coefficient_count(degree);
+
+    for (size_t k = 0; k < 3; k++) {
+        coefficients[k * n] += sqrt_4_pi * (target[k] - measures->centroid[k]);
+        measures->centroid[k] = target[k];
+    }
+}
+
+int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,
+                    struct srnf_surface_measures *measures, struct jobs_result *result)
+{
+    struct jobs *jobs = jobs_run_jobs(run);
+    const struct srnf_sht *sht = NULL;
+    void *workspace = NULL;
+    int status = jobs_transform_acquire(jobs, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
+
+    if (status) {
+        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+    }
+    workspace = srnf_alloc(srnf_surface_workspace_size(sht), 1);
+    if (!workspace) {
+        status = compute_fail(result, SRNF_ENOMEM, NULL, "measuring the surface");
+        goto out;
+    }
+    for (size_t i = 0; i < count; i++) {
+        srnf_surface_measure(sht, coefficients + i * 3 * srnf_coefficient_count(degree),
+                             &measures[i], workspace);
+    }
+out:
+    srnf_free(workspace);
+    jobs_transform_release(jobs, sht);
+    return status;
+}

@@ -1,0 +1,54 @@
+/*
+ * compute.h - what the computations of the processes share: how a core status becomes the problem of
+ * a failed job, and how an id becomes a surface in memory.
+ *
+ * The computations (compute_encode, compute_invert, compute_geodesic) are typed C: a struct of inputs
+ * in, a struct of outputs out. They read from the store, call the core with the run's context and know
+ * nothing of JSON; what of their outputs is kept, and how it is described, is decided by the caller.
+ */
+#ifndef SRNFD_COMPUTE_H
+#define SRNFD_COMPUTE_H
+
+#include "jobs/jobs.h"
+
+/* A surface in memory, from the store or encoded from a mesh of the store. */
+struct compute_surface {
+    char id[STORE_ID_MAX]; /* as it was named: surf-... or mesh-... */
+    size_t degree;
+    double *coefficients; /* [3][(degree+1)^2], owned: compute_surface_clear */
+    double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
+};
+
+/*
+ * Sets the problem of a failed job from a core status and returns status. A cancelled call sets
+ * nothing: the engine knows. what names the step ("encoding mesh-..."), for the detail.
+ */
+int compute_fail(struct jobs_result *result, int status, const struct srnf_error *error,
+                 const char *what);
+
+/* The same for an enum store_status. */
+int compute_fail_store(struct jobs_result *result, int status, const char *id);
+
+/* The problem code of a core status: a static string, never NULL. */
+const char *compute_problem_code(int status);
+
+/*
+ * Loads a surface; a mesh id is encoded with the default options, which takes the time of an encode.
+ * Returns 0, or a negative status with the problem set.
+ */
+int compute_surface_load(struct jobs_run *run, const char *id, struct compute_surface *surface,
+                         struct jobs_result *result);
+void compute_surface_clear(struct compute_surface *surface);
+
+/* Copies coefficients to another degree: cut, or filled with zeros. out: [3][(to+1)^2]. */
+void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out);
+
+/* Moves the surface so that its area centroid, which measures holds, becomes target. */
+void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
+                  const double target[3]);
+
+/* Measures of several surfaces of one degree on its working grid: coefficients double[count][3][..]. */
+int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,
+                    struct srnf_surface_measures *measures, struct jobs_result *result);
+
+#endif

@@ -1,0 +1,22 @@
+/*
+ * compute_encode.h - the process encode: from a stored mesh to the coefficients of its surface.
+ */
+#ifndef SRNFD_COMPUTE_ENCODE_H
+#define SRNFD_COMPUTE_ENCODE_H
+
+#include "jobs/jobs.h"
+
+struct compute_encode_inputs {
+    char mesh[STORE_ID_MAX];
+    struct srnf_encode_options options;
+};
+
+/*
+ * Reads the mesh, prepares it as at its upload and encodes it.
+ *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure
+ * Returns 0, or a negative status with the problem of the job in result (none when cancelled).
+ */
+int compute_encode(struct jobs_run *run, const struct compute_encode_inputs *inputs,
+                   struct srnf_encoded *encoded, struct jobs_result *result);
+
+#endif

@@ -1,0 +1,127 @@
+/*
+ * compute_geodesic.c - loads both ends, brings them to the larger degree and follows the path.
+ *
+ * The ends are taken as they are parameterised. ||q_t||^2 along the straight line q_t = (1 - t) q_0 +
+ * t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 + a_1 - d^2) / 2
+ * it is (1 - t)^2 a_0 + t^2 a_1 + 2 t (1 - t) <q_0, q_1>.
+ *
+ * An SRNF does not know translations. The surfaces between the ends are placed so that their area
+ * centroids move on the straight line between those of the ends; the ends stay bit for bit.
+ */
+#include "jobs/compute_geodesic.h"
+
+#include <string.h>
+
+void compute_geodesic_clear(struct compute_geodesic_outputs *outputs)
+{
+    compute_surface_clear(&outputs->ends[0]);
+    compute_surface_clear(&outputs->ends[1]);
+    srnf_geodesic_clear(&outputs->geodesic);
+    srnf_free(outputs->measures);
+    srnf_free(outputs->squared_norm);
+    outputs->measures = NULL;
+    outputs->squared_norm = NULL;
+}
+
+static void fill_squared_norms(struct compute_geodesic_outputs *outputs)
+{
+    const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    double a0 = outputs->measures[0].area, a1 = outputs->measures[geodesic->steps - 1].area;
+    double inner = 0.5 * (a0 + a1 - geodesic->distance * geodesic->distance);
+
+    for (size_t i = 0; i < geodesic->steps; i++) {
+        double t = geodesic->times[i], s = 1.0 - t;
+        outputs->squared_norm[i] = s * s * a0 + t * t * a1 + 2.0 * s * t * inner;
+    }
+}
+
+static void place(struct compute_geodesic_outputs *outputs)
+{
+    struct srnf_geodesic *geodesic = &outputs->geodesic;
+    size_t count = 3 * srnf_coefficient_count(geodesic->degree), last = geodesic->steps - 1;
+
+    for (size_t i = 1; i < last; i++) {
+        double t = geodesic->times[i], target[3];
+        for (size_t k = 0; k < 3; k++) {
+            target[k] = (1.0 - t) * outputs->measures[0].centroid[k] +
+                        t * outputs->measures[last].centroid[k];
+        }
+        compute_move(geodesic->degree, geodesic->coefficients + i * count, &outputs->measures[i],
+                     target);
+    }
+}
+
+/* The path itself, between ends already loaded. */
+static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
+                  struct compute_geodesic_outputs *outputs, struct jobs_result *result)
+{
+    const struct compute_surface *ends = outputs->ends;
+    size_t degree = ends[0].degree > ends[1].degree ? ends[0].degree : ends[1].degree;
+    size_t count = 3 * srnf_coefficient_count(degree);
+    struct jobs *jobs = jobs_run_jobs(run);
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    double *padded = srnf_alloc(count, 2 * sizeof(double));
+    int status = SRNF_ENOMEM;
+
+    if (!padded) {
+        (void)compute_fail(result, status, NULL, "preparing the ends");
+        goto out;
+    }
+    compute_change_degree(ends[0].degree, ends[0].coefficients, degree, padded);
+    compute_change_degree(ends[1].degree, ends[1].coefficients, degree, padded + count);
+    status = jobs_transform_acquire(jobs, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
+    if (status) {
+        (void)compute_fail(result, status, NULL, "preparing the harmonic transform");
+        goto out;
+    }
+    status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
+                           &outputs->geodesic, &error);
+    if (status < 0) {
+        (void)compute_fail(result, status, &error, "following the geodesic");
+        goto out;
+    }
+    status = 0;
+out:
+    if (sht) {
+        jobs_transform_release(jobs, sht);
+    }
+    srnf_free(padded);
+    return status;
+}
+
+int compute_geodesic(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
+                     struct compute_geodesic_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    int status;
+
+    *outputs = (struct compute_geodesic_outputs){0};
+    status = compute_surface_load(run, inputs->from, &outputs->ends[0], result);
+    if (status == 0) {
+        status = compute_surface_load(run, inputs->to, &outputs->ends[1], result);
+    }
+    if (status == 0) {
+        status = follow(run, inputs, outputs, result);
+    }
+    if (status) {
+        goto out;
+    }
+    outputs->measures = srnf_alloc(geodesic->steps, sizeof *outputs->measures);
+    outputs->squared_norm = srnf_alloc(geodesic->steps, sizeof(double));
+    if (!outputs->measures || !outputs->squared_norm) {
+        status = compute_fail(result, SRNF_ENOMEM, NULL, "measuring the path");
+        goto out;
+    }
+    status = compute_measure(run, geodesic->degree, geodesic->steps, geodesic->coefficients,
+                             outputs->measures, result);
+    if (status == 0) {
+        fill_squared_norms(outputs);
+        place(outputs);
+    }
+out:
+    if (status) {
+        compute_geodesic_clear(outputs);
+    }
+    return status;
+}

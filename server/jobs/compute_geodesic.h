@@ -1,0 +1,26 @@
+/*
+ * compute_geodesic.h - the process geodesic: the path between two surfaces as they are parameterised.
+ */
+#ifndef SRNFD_COMPUTE_GEODESIC_H
+#define SRNFD_COMPUTE_GEODESIC_H
+
+#include "jobs/compute.h"
+
+struct compute_geodesic_inputs {
+    const char *from, *to; /* ids of surfaces or meshes */
+    struct srnf_geodesic_options options;
+};
+
+struct compute_geodesic_outputs {
+    struct compute_surface ends[2];         /* as loaded */
+    struct srnf_geodesic geodesic;          /* at the larger degree of the two */
+    struct srnf_surface_measures *measures; /* [steps], owned */
+    double *squared_norm; /* [steps], owned: ||q_t||^2 of the straight line in Q */
+};
+
+/* Returns 0, or a negative status with the problem in result. */
+int compute_geodesic(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
+                     struct compute_geodesic_outputs *outputs, struct jobs_result *result);
+void compute_geodesic_clear(struct compute_geodesic_outputs *outputs);
+
+#endif
