@@ -84,6 +84,9 @@ $(O)/%.o: %.c
 	@mkdir -p $(dir $@)
 	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
+# The transforms and what is built on them may fuse multiply and add; exact predicates in core/mesh may not.
+$(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast
+
 $(CORE_LIB): $(call obj,$(CORE_SRC))
 	@rm -f $@
 	ar rcs $@ $^

@@ -9,8 +9,8 @@
 #define SRNF_PI 3.14159265358979323846
 
 /* Fills error (may be NULL) and returns status, so that a failure is one statement. */
-__attribute__((format(printf, 4, 5))) int srnf_fail(struct srnf_error *error, int status, int64_t element,
-                                                    const char *format, ...);
+__attribute__((format(printf, 4, 5))) int srnf_fail(struct srnf_error *error, int status,
+                                                    int64_t element, const char *format, ...);
 
 static inline bool srnf_is_canceled(const struct srnf_context *context)
 {

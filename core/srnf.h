@@ -47,27 +47,31 @@ extern "C" {
 #define SRNF_DEGREE_MIN 4
 #define SRNF_DEGREE_MAX 127
 
+/* What srnf_sht_create accepts: no more than memory and the recurrences are fit for. */
+#define SRNF_TRANSFORM_DEGREE_MAX ((size_t)1000)
+#define SRNF_GRID_ROWS_MAX ((size_t)4096)
+
 /* ---- Status ------------------------------------------------------------------------------------------- */
 
 /* 0 is success, negative values are errors (outputs are then untouched or freed), positive ones warnings
    (outputs are valid, and the result says what is wrong with them). */
 enum srnf_status {
     SRNF_OK = 0,
-    SRNF_ENOMEM = -1,          /* an allocation failed */
-    SRNF_EINVAL = -2,          /* an argument is outside its documented range */
-    SRNF_ELIMIT = -3,          /* the input is larger than the limits given */
-    SRNF_ECANCELED = -4,       /* the caller asked to stop */
-    SRNF_EFORMAT = -5,         /* the bytes are in no known mesh format */
-    SRNF_EPARSE = -6,          /* the bytes break the rules of their format */
-    SRNF_ENOT_CLOSED = -7,     /* the mesh has a boundary */
-    SRNF_ENOT_MANIFOLD = -8,   /* an edge with three faces or more, or a vertex that joins two fans */
-    SRNF_ENOT_ORIENTED = -9,   /* neighbouring faces disagree about the outside */
-    SRNF_ECOMPONENTS = -10,    /* more than one connected component */
-    SRNF_EGENUS = -11,         /* Euler characteristic other than 2 */
-    SRNF_EDEGENERATE = -12,    /* no area, no volume, or a face that names one vertex twice */
-    SRNF_ENOT_STAR = -13,      /* no point sees the whole surface, or not from the given centre */
-    SRNF_ENUMERIC = -14,       /* a factorisation, an eigensolver or a line search broke down */
-    SRNF_WNOT_CONVERGED = 1,   /* stopped before the tolerance was reached */
+    SRNF_ENOMEM = -1,        /* an allocation failed */
+    SRNF_EINVAL = -2,        /* an argument is outside its documented range */
+    SRNF_ELIMIT = -3,        /* the input is larger than the limits given */
+    SRNF_ECANCELED = -4,     /* the caller asked to stop */
+    SRNF_EFORMAT = -5,       /* the bytes are in no known mesh format */
+    SRNF_EPARSE = -6,        /* the bytes break the rules of their format */
+    SRNF_ENOT_CLOSED = -7,   /* the mesh has a boundary */
+    SRNF_ENOT_MANIFOLD = -8, /* an edge with three faces or more, or a vertex that joins two fans */
+    SRNF_ENOT_ORIENTED = -9, /* neighbouring faces disagree about the outside */
+    SRNF_ECOMPONENTS = -10,  /* more than one connected component */
+    SRNF_EGENUS = -11,       /* Euler characteristic other than 2 */
+    SRNF_EDEGENERATE = -12,  /* no area, no volume, or a face that names one vertex twice */
+    SRNF_ENOT_STAR = -13,    /* no point sees the whole surface, or not from the given centre */
+    SRNF_ENUMERIC = -14,     /* a factorisation, an eigensolver or a line search broke down */
+    SRNF_WNOT_CONVERGED = 1, /* stopped before the tolerance was reached */
 };
 
 /* One sentence for each status, never NULL; static storage. */
@@ -76,7 +80,8 @@ const char *srnf_strerror(int status);
 /* Where and why a call failed. Optional everywhere (NULL is accepted); untouched on success. */
 struct srnf_error {
     int status;
-    int64_t element;   /* index of the first offending face, vertex or byte (as message says); -1: none */
+    int64_t
+        element; /* index of the first offending face, vertex or byte (as message says); -1: none */
     char message[240]; /* one sentence in English that names the member, face or limit */
 };
 
@@ -91,14 +96,16 @@ struct srnf_context {
     bool (*canceled)(void *user);
     void (*parallel_for)(void *user, size_t count, void (*body)(void *argument, size_t index),
                          void *argument);
-    double (*seconds)(void *user); /* a monotonic clock, for the histories in results; NULL: all 0 */
+    double (*seconds)(
+        void *user); /* a monotonic clock, for the histories in results; NULL: all 0 */
 };
 
 /* ---- Spherical harmonic transform (core/sphere) ------------------------------------------------------- */
 
 enum srnf_grid_kind {
     SRNF_GRID_GAUSS_LEGENDRE = 0, /* exact quadrature for degree 2 n_theta - 1 */
-    SRNF_GRID_EQUIANGULAR = 1,    /* poles included, Clenshaw-Curtis weights, exact for degree n_theta - 1 */
+    SRNF_GRID_EQUIANGULAR =
+        1, /* poles included, Clenshaw-Curtis weights, exact for degree n_theta - 1 */
 };
 
 /* A grid and its quadrature. Immutable. weight is the weight of one node of the row, so that
@@ -160,14 +167,14 @@ size_t srnf_sht_workspace_size(const struct srnf_sht *sht, size_t batch);
  *   gradient_adjoint   transpose of gradient: c_lm = sum over nodes of Y_theta a + (Y_phi / sin) b
  * The cost is O(batch L^3) for the Legendre part and O(batch L^2 log L) for the Fourier part.
  */
-void srnf_sht_synthesis(const struct srnf_sht *sht, size_t batch, const double *coefficients, double *values,
-                        void *workspace);
+void srnf_sht_synthesis(const struct srnf_sht *sht, size_t batch, const double *coefficients,
+                        double *values, void *workspace);
 void srnf_sht_synthesis_adjoint(const struct srnf_sht *sht, size_t batch, const double *values,
                                 double *coefficients, void *workspace);
-void srnf_sht_analysis(const struct srnf_sht *sht, size_t batch, const double *values, double *coefficients,
-                       void *workspace);
-void srnf_sht_gradient(const struct srnf_sht *sht, size_t batch, const double *coefficients, double *d_theta,
-                       double *d_phi, void *workspace);
+void srnf_sht_analysis(const struct srnf_sht *sht, size_t batch, const double *values,
+                       double *coefficients, void *workspace);
+void srnf_sht_gradient(const struct srnf_sht *sht, size_t batch, const double *coefficients,
+                       double *d_theta, double *d_phi, void *workspace);
 void srnf_sht_gradient_adjoint(const struct srnf_sht *sht, size_t batch, const double *d_theta,
                                const double *d_phi, double *coefficients, void *workspace);
 
@@ -180,14 +187,15 @@ void srnf_sht_gradient_adjoint(const struct srnf_sht *sht, size_t batch, const d
  *                       poles), or NULL
  * Cost O(n L^2 batch). Errors: SRNF_EINVAL (degree above 1000), SRNF_ENOMEM.
  */
-SRNF_CHECKED int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients, size_t n,
-                                          const double *points, double *values, double *gradients);
+SRNF_CHECKED int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients,
+                                          size_t n, const double *points, double *values,
+                                          double *gradients);
 
 /* ---- Meshes (core/mesh) -------------------------------------------------------------------------------- */
 
 enum srnf_mesh_format {
     SRNF_MESH_UNKNOWN = 0,
-    SRNF_MESH_PLY,        /* ascii, binary_little_endian, binary_big_endian */
+    SRNF_MESH_PLY, /* ascii, binary_little_endian, binary_big_endian */
     SRNF_MESH_OBJ,
     SRNF_MESH_OFF,
     SRNF_MESH_STL,        /* ascii and binary */
@@ -267,40 +275,42 @@ struct srnf_mesh_field {
  * Errors: SRNF_EINVAL (a format that is only read), SRNF_ENOMEM, SRNF_ELIMIT.
  */
 SRNF_CHECKED int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_format format,
-                                 const double *normals, const struct srnf_mesh_field *fields, size_t n_fields,
-                                 struct srnf_buffer *out);
+                                 const double *normals, const struct srnf_mesh_field *fields,
+                                 size_t n_fields, struct srnf_buffer *out);
 
 /* Lossless repairs that srnf_mesh_prepare has made. */
 struct srnf_mesh_repairs {
-    size_t duplicate_vertices_merged;    /* only where the format has no shared vertices (STL) */
+    size_t duplicate_vertices_merged; /* only where the format has no shared vertices (STL) */
     size_t unreferenced_vertices_dropped;
-    size_t faces_flipped;                /* all of them, when the whole mesh was inside out; otherwise 0 */
+    size_t faces_flipped; /* all of them, when the whole mesh was inside out; otherwise 0 */
 };
 
 /* One thing that keeps a mesh from being analysed. */
 struct srnf_mesh_problem {
-    int status;     /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
-    size_t count;   /* boundary edges, non-manifold edges or vertices, disagreeing edges, components, ... */
-    int64_t first;  /* lowest index of an offending face (vertex for fans), -1 where there is none */
+    int status; /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
+    size_t
+        count; /* boundary edges, non-manifold edges or vertices, disagreeing edges, components, ... */
+    int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
     char detail[160];
 };
 #define SRNF_MESH_PROBLEMS_MAX 8
 
 struct srnf_mesh_report {
-    bool closed;             /* every edge has two faces or more */
-    bool edge_manifold;      /* no edge has more than two */
-    bool vertex_manifold;    /* the faces around each vertex form one fan */
-    bool oriented;           /* each edge is traversed once in each direction */
+    bool closed;          /* every edge has two faces or more */
+    bool edge_manifold;   /* no edge has more than two */
+    bool vertex_manifold; /* the faces around each vertex form one fan */
+    bool oriented;        /* each edge is traversed once in each direction */
     size_t components;
     int64_t euler_characteristic;
-    int64_t genus;           /* of a closed, manifold, oriented, connected mesh; -1 otherwise */
-    double area;             /* in squared units */
-    double volume;           /* signed, of the mesh after the repairs, in cubed units */
+    int64_t genus; /* of a closed, manifold, oriented, connected mesh; -1 otherwise */
+    double area;   /* in squared units */
+    double volume; /* signed, of the mesh after the repairs, in cubed units */
     double bounding_box_diagonal;
-    double centroid[3];      /* of area */
+    double centroid[3]; /* of area */
     struct srnf_mesh_repairs repairs;
     size_t n_problems;
-    struct srnf_mesh_problem problems[SRNF_MESH_PROBLEMS_MAX]; /* in the order of enum srnf_status */
+    struct srnf_mesh_problem
+        problems[SRNF_MESH_PROBLEMS_MAX]; /* in the order of enum srnf_status */
 };
 
 /*
@@ -316,9 +326,9 @@ SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
 /* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f> for
    every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole surface. */
 struct srnf_star {
-    bool value;                    /* margin > 0 beyond rounding */
+    bool value; /* margin > 0 beyond rounding */
     double center[3];
-    double margin;                 /* in units of length; negative: no point sees everything */
+    double margin;                  /* in units of length; negative: no point sees everything */
     double violating_area_fraction; /* of the faces that the centre sees from behind */
 };
 
@@ -330,7 +340,8 @@ struct srnf_star {
 SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star);
 
 /* The same measures at a centre that is given. */
-SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3], struct srnf_star *star);
+SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
+                              struct srnf_star *star);
 
 /* Spatial index over the triangles of a mesh (bounding-volume hierarchy). Immutable; keeps a pointer to
    the mesh, which must outlive it. */
@@ -340,12 +351,12 @@ void srnf_index_destroy(struct srnf_index *index);
 
 /* Largest t >= 0 at which origin + t direction meets the mesh; watertight across shared edges of a closed
    mesh. Returns false, and leaves t alone, where the ray meets nothing. face is optional. */
-bool srnf_index_ray(const struct srnf_index *index, const double origin[3], const double direction[3],
-                    double *t, uint32_t *face);
+bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
+                    const double direction[3], double *t, uint32_t *face);
 
 /* Squared distance from a point to the mesh; nearest[3] and face are optional. */
-double srnf_index_distance2(const struct srnf_index *index, const double point[3], double nearest[3],
-                            uint32_t *face);
+double srnf_index_distance2(const struct srnf_index *index, const double point[3],
+                            double nearest[3], uint32_t *face);
 
 /* Geodesic sphere: the icosahedron with each edge cut into frequency parts, projected to the unit sphere.
    10 frequency^2 + 2 vertices, 20 frequency^2 faces. Errors: SRNF_EINVAL (0 or above 400), SRNF_ENOMEM. */
@@ -366,8 +377,9 @@ void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients
 
 /* The surface as a triangle mesh over srnf_mesh_icosphere(frequency), with its exact unit normals
    (double[n_vertices][3], freed with srnf_free) when normals is not NULL. */
-SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficients, size_t frequency,
-                                          struct srnf_mesh *mesh, double **normals);
+SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficients,
+                                          size_t frequency, struct srnf_mesh *mesh,
+                                          double **normals);
 
 /* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the vertices
    of the mesh and over a triangulation of the surface. In the units of the mesh. */
@@ -384,18 +396,19 @@ enum srnf_parameterization {
 struct srnf_encode_options {
     size_t degree; /* 4 .. 127; default 31 */
     enum srnf_parameterization parameterization;
-    bool center_given;  /* otherwise the centre of srnf_star_kernel */
+    bool center_given; /* otherwise the centre of srnf_star_kernel */
     double center[3];
-    bool unit_area;     /* scale to unit area; default true */
-    double smoothing;   /* sigma >= 0 of exp(-sigma l (l + 1)); default 0 */
+    bool unit_area;   /* scale to unit area; default true */
+    double smoothing; /* sigma >= 0 of exp(-sigma l (l + 1)); default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
 
 struct srnf_encoded {
     size_t degree;
-    double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free */
-    double scale;         /* multiplies the surface back to the units of the mesh */
-    double origin[3];     /* of the stored surface in the frame of the mesh: x = scale f + origin */
+    double
+        *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free */
+    double scale;      /* multiplies the surface back to the units of the mesh */
+    double origin[3];  /* of the stored surface in the frame of the mesh: x = scale f + origin */
     enum srnf_parameterization route;
     struct srnf_star star;
     struct srnf_fit fit;
@@ -410,8 +423,9 @@ struct srnf_encoded {
  * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL, SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
-                             const struct srnf_encode_options *options, const struct srnf_context *context,
-                             struct srnf_encoded *encoded, struct srnf_error *error);
+                             const struct srnf_encode_options *options,
+                             const struct srnf_context *context, struct srnf_encoded *encoded,
+                             struct srnf_error *error);
 
 /* ---- SRNFs (core/shape) ------------------------------------------------------------------------------ */
 
@@ -425,15 +439,15 @@ void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *
  * The differential Q_*f(w) (the paper, section 3; formula in core/README.md): out double[3][n_theta][n_phi].
  * Where n = 0 the differential does not exist and 0 is returned.
  */
-void srnf_field_differential(const struct srnf_sht *sht, const double *coefficients, const double *direction,
-                             double *out, void *workspace);
+void srnf_field_differential(const struct srnf_sht *sht, const double *coefficients,
+                             const double *direction, double *out, void *workspace);
 
 /*
  * E(f) = ||Q(f) - q||^2 and, when gradient is not NULL, its derivative in the coefficients,
  * double[3][(L+1)^2] (the paper, Eq. 1 to 5, in the orthonormal basis).
  */
-double srnf_energy(const struct srnf_sht *sht, const double *coefficients, const double *q, double *gradient,
-                   void *workspace);
+double srnf_energy(const struct srnf_sht *sht, const double *coefficients, const double *q,
+                   double *gradient, void *workspace);
 
 /* integral of <a, b> over the sphere, a and b double[3][n_theta][n_phi]. */
 double srnf_inner_product(const struct srnf_grid *grid, const double *a, const double *b);
@@ -463,8 +477,8 @@ enum srnf_initial {
 };
 
 enum srnf_stop {
-    SRNF_STOP_TOLERANCE = 0,      /* relative energy at or below the tolerance */
-    SRNF_STOP_STATIONARY = 1,     /* the energy no longer falls: a minimum with positive energy */
+    SRNF_STOP_TOLERANCE = 0,  /* relative energy at or below the tolerance */
+    SRNF_STOP_STATIONARY = 1, /* the energy no longer falls: a minimum with positive energy */
     SRNF_STOP_MAX_ITERATIONS = 2,
     SRNF_STOP_CANCELED = 3,
 };
@@ -473,10 +487,10 @@ const char *srnf_stop_name(enum srnf_stop stop);
 struct srnf_invert_options {
     enum srnf_inversion_method method;
     enum srnf_initial initial;
-    const double *surface;   /* [3][(L+1)^2] for SRNF_INITIAL_SURFACE */
-    double tolerance;        /* on the relative energy; default 1e-12, 1e-30 .. 1 */
-    size_t max_iterations;   /* 0: the method's own (LM 200 steps, gradient 20,000) */
-    bool certify;            /* singular value and certificate too (costly above degree 31); default true */
+    const double *surface; /* [3][(L+1)^2] for SRNF_INITIAL_SURFACE */
+    double tolerance;      /* on the relative energy; default 1e-12, 1e-30 .. 1 */
+    size_t max_iterations; /* 0: the method's own (LM 200 steps, gradient 20,000) */
+    bool certify; /* singular value and certificate too (costly above degree 31); default true */
 };
 struct srnf_invert_options srnf_invert_options_defaults(void);
 
@@ -487,27 +501,29 @@ struct srnf_iteration {
 };
 
 struct srnf_certificate {
-    bool computed;           /* false: too large, not asked for, or q was not exact */
-    double residual;         /* smallest eigenvalue off the translations, relative to the mean one */
+    bool computed;   /* false: too large, not asked for, or q was not exact */
+    double residual; /* smallest eigenvalue off the translations, relative to the mean one */
     double second_eigenvalue;
-    double threshold;        /* what it must exceed to mean anything */
-    bool unique;             /* the surface is the only one of its degree, up to sign and translation */
+    double threshold; /* what it must exceed to mean anything */
+    bool unique;      /* the surface is the only one of its degree, up to sign and translation */
 };
 
 struct srnf_inversion {
-    double *coefficients;      /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, freed with srnf_free */
+    double *
+        coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, freed with srnf_free */
     double energy, relative_energy;
-    double gradient_norm;      /* of E in the coefficients */
+    double gradient_norm; /* of E in the coefficients */
     size_t iterations;
     bool converged;
     enum srnf_stop stopped;
     enum srnf_inversion_method method; /* that produced the result */
     size_t n_history;
-    struct srnf_iteration *history;    /* [n_history], owned */
+    struct srnf_iteration *history; /* [n_history], owned */
     double transforms;
-    bool flipped;              /* -f was found first and turned */
-    double smallest_singular_value; /* of Q_* in the coefficients off the translations; 0: not computed */
-    double surface_error_bound;     /* L2 distance to the true surface, see core/README.md; < 0: none */
+    bool flipped; /* -f was found first and turned */
+    double
+        smallest_singular_value; /* of Q_* in the coefficients off the translations; 0: not computed */
+    double surface_error_bound; /* L2 distance to the true surface, see core/README.md; < 0: none */
     struct srnf_certificate certificate;
     double closed_form_relative_energy;
 };
@@ -520,8 +536,9 @@ struct srnf_inversion {
  * finite), SRNF_ENOMEM, SRNF_ECANCELED, SRNF_ENUMERIC.
  */
 SRNF_CHECKED int srnf_invert(const struct srnf_sht *sht, const double *q,
-                             const struct srnf_invert_options *options, const struct srnf_context *context,
-                             struct srnf_inversion *result, struct srnf_error *error);
+                             const struct srnf_invert_options *options,
+                             const struct srnf_context *context, struct srnf_inversion *result,
+                             struct srnf_error *error);
 void srnf_inversion_clear(struct srnf_inversion *result);
 
 enum srnf_geodesic_method {
@@ -538,13 +555,13 @@ struct srnf_geodesic_options srnf_geodesic_options_defaults(void);
 
 struct srnf_geodesic {
     size_t degree, steps;
-    double *coefficients; /* [steps][3][(L+1)^2] */
-    double *times;        /* [steps], 0 to 1 */
+    double *coefficients;       /* [steps][3][(L+1)^2] */
+    double *times;              /* [steps], 0 to 1 */
     double *energy_geodesic;    /* [steps] ||Q(f_t) - q_t||^2 of the surfaces returned */
     double *energy_closed_form; /* [steps] the same of the closed form (the paper, Fig. 4) */
     double *energy_linear;      /* [steps] the same of (1 - t) f_0 + t f_1 */
-    double distance;      /* ||Q(f_0) - Q(f_1)||: the length of the straight line in Q */
-    double length;        /* sum of ||Q(f_i+1) - Q(f_i)|| along the surfaces returned */
+    double distance;            /* ||Q(f_0) - Q(f_1)||: the length of the straight line in Q */
+    double length;              /* sum of ||Q(f_i+1) - Q(f_i)|| along the surfaces returned */
     double transforms;
 };
 
