@@ -1,0 +1,190 @@
+#!/bin/sh
+# Installs what srnfd is built from, on Debian and Ubuntu, through apt.
+#
+#   deploy/install-deps.sh           what building and running needs (and curl and jq, for the demo)
+#   deploy/install-deps.sh --tests   and what the tests, the linters and the sanitizers need
+#
+# Only what is missing is installed, and the package lists are fetched only when something is missing, so
+# that on a machine that has everything this is a look at dpkg's database: no network, no root, no time.
+# Without root it goes through sudo. On any other system it names the libraries and fails.
+#
+# A line of a list is one need. Names joined by | are alternatives: the need is met by whichever is
+# installed, and otherwise by the first one that this release has.
+set -eu
+
+BASE='
+gcc
+make
+libc6-dev
+pkg-config|pkgconf
+libmicrohttpd-dev
+libjansson-dev
+libopenblas-pthread-dev
+liblapacke-dev
+libsqlite3-dev
+libfftw3-dev
+zlib1g-dev
+libexpat1-dev
+libsodium-dev
+libglpk-dev
+curl
+jq
+'
+
+# libsharp is the transform's oracle and yardstick. shellcheck and clang-format serve the linter.
+TESTS='
+libcmocka-dev
+libsharp-dev
+clang
+clang-format
+binutils
+sqlite3
+shellcheck
+ca-certificates
+'
+
+say() {
+    printf 'install-deps: %s\n' "$*" >&2
+}
+
+usage() {
+    say 'usage: deploy/install-deps.sh [--tests]'
+    exit 2
+}
+
+installed() {
+    test "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed
+}
+
+known_to_apt() {
+    apt-cache show --no-all-versions "$1" >/dev/null 2>&1
+}
+
+# The libraries of clang's sanitizers and of libFuzzer follow the release's clang in version and, before
+# they had a package of their own, lay in libclang-common.
+clang_runtime() {
+    version=$(clang --version 2>/dev/null | sed -n 's/.*clang version \([0-9]*\).*/\1/p' | head -n 1)
+    if [ -z "$version" ]; then
+        version=$(apt-cache depends clang 2>/dev/null |
+            sed -n 's/.*Depends: clang-\([0-9]*\).*/\1/p' | head -n 1)
+    fi
+    if [ -n "$version" ]; then
+        echo "libclang-rt-$version-dev|libclang-rt-dev|libclang-common-$version-dev"
+    else
+        echo 'libclang-rt-dev'
+    fi
+}
+
+# npm is part of some builds of nodejs, so that programs are looked for here, not packages.
+node_programs() {
+    command -v node >/dev/null 2>&1 || echo nodejs
+    command -v npm >/dev/null 2>&1 || echo npm
+}
+
+needs() {
+    echo "$BASE"
+    if [ "$with_tests" = yes ]; then
+        echo "$TESTS"
+        clang_runtime
+        node_programs
+    fi
+}
+
+# Prints the needs that no installed package meets, one a line.
+missing() {
+    for need in $(needs); do
+        met=no
+        for name in $(echo "$need" | tr '|' ' '); do
+            if installed "$name"; then
+                met=yes
+                break
+            fi
+        done
+        [ "$met" = yes ] || echo "$need"
+    done
+}
+
+# Prints one package for each need given. A need that this release has no package for is an error.
+choose() {
+    unknown=
+    for need in "$@"; do
+        chosen=
+        for name in $(echo "$need" | tr '|' ' '); do
+            if known_to_apt "$name"; then
+                chosen=$name
+                break
+            fi
+        done
+        if [ -n "$chosen" ]; then
+            echo "$chosen"
+        else
+            unknown="$unknown $need"
+        fi
+    done
+    if [ -n "$unknown" ]; then
+        say "this release has no package for:$unknown"
+        return 1
+    fi
+}
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif [ "$interactive" = yes ]; then
+        sudo "$@"
+    else
+        sudo -n "$@"
+    fi
+}
+
+apt() {
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300 \
+        -o Acquire::Retries=3 "$@" </dev/null
+}
+
+# Without a terminal sudo must not wait for a password that nobody can type.
+interactive=no
+if [ -t 0 ]; then
+    interactive=yes
+fi
+with_tests=no
+case "$#:${1-}" in
+0:) ;;
+1:--tests) with_tests=yes ;;
+*) usage ;;
+esac
+
+if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
+    say 'this system has no apt (Debian and Ubuntu have). Please install, with their headers:'
+    say 'a C17 compiler, make, pkg-config, libmicrohttpd, jansson, OpenBLAS with LAPACKE (threads, not'
+    say 'OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK; and the programs curl and jq.'
+    say 'For the tests also: cmocka, libsharp, clang with its sanitizers, clang-format, binutils,'
+    say 'shellcheck, node and npm (18 or newer), sqlite3.'
+    exit 1
+fi
+
+wanted=$(missing)
+if [ -z "$wanted" ]; then
+    say 'everything is there'
+    exit 0
+fi
+
+if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null 2>&1; then
+    say 'missing:' $wanted
+    say 'installing needs root, or sudo, and neither is there. As root: deploy/install-deps.sh' "$@"
+    exit 1
+fi
+
+say 'missing:' $wanted
+apt update
+# The lists may have taught apt which clang the release has, so the needs are worked out again.
+wanted=$(missing)
+packages=$(choose $wanted)
+apt install -y --no-install-recommends $packages
+
+left=$(missing)
+if [ -n "$left" ]; then
+    say 'still missing after the installation:' $left
+    exit 1
+fi
+say 'installed:' $packages

@@ -1,0 +1,234 @@
+#!/usr/bin/env bash
+# Runs the tests of one build and counts them.
+#
+#   tests/run.sh BUILD-FOLDER [FILTER]
+#
+# What runs: for every tests/**/test_*.c its program BUILD-FOLDER/tests/**/test_*, and every
+# tests/**/test_*.sh; with FILTER (an extended regular expression) only those whose source's path matches.
+# A source without its program counts as a failure: a test that is not built must not look like none.
+#
+# Each runs in a process group of its own, two at a time, with stdin closed, a fresh TMPDIR, a time limit,
+# and SRNFD (the daemon), SRNFD_BUILD (the folder) and SRNFD_SANITIZED (asan, tsan or empty) set. Its
+# standard output is read as TAP, its standard error is shown when it fails.
+#
+# What counts: each "ok" is a pass or a skip, each "not ok" a failure. One failure more is a program that
+# ends with an error though every line was ok, is killed, runs out of time, reports another number of tests
+# than it planned, plans none, or leaves processes behind.
+#
+# A test's source may carry marker lines:
+#   srnfd-test: release-only    is left out of sanitizer builds
+#   srnfd-test: alone           runs when no other test does (it measures time)
+#   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
+#
+# Environment: SRNFD_TEST_JOBS (2), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
+# The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
+set -u
+
+if [ $# -lt 1 ] || [ $# -gt 2 ] || [ ! -d "$1" ]; then
+    echo "usage: tests/run.sh BUILD-FOLDER [FILTER]" >&2
+    exit 2
+fi
+BUILD=$(cd "$1" && pwd)
+FILTER=${2-}
+TESTS=${SRNFD_TESTS:-$(dirname "$0")}
+TESTS=$(cd "$TESTS" && pwd)
+JOBS=${SRNFD_TEST_JOBS:-2}
+LIMIT=${SRNFD_TEST_TIMEOUT:-300}
+SHOWN_LINES=150 # of the output of a test that failed, from its end
+
+SRNFD=$BUILD/srnfd
+SRNFD_BUILD=$BUILD
+SRNFD_SANITIZED=
+for kind in asan tsan; do
+    if grep -qa "__${kind}_init" "$SRNFD" 2>/dev/null; then
+        SRNFD_SANITIZED=$kind
+        LIMIT=$((2 * LIMIT))
+    fi
+done
+export SRNFD SRNFD_BUILD SRNFD_SANITIZED
+export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1:allocator_may_return_null=1}
+export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
+export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1}
+if [ "$SRNFD_SANITIZED" = tsan ] && [ -f "$TESTS/tsan.supp" ]; then
+    export TSAN_OPTIONS="$TSAN_OPTIONS:suppressions=$TESTS/tsan.supp"
+fi
+
+cd "$TESTS/.." || exit 2
+WORK=$(mktemp -d "${TMPDIR:-/tmp}/srnfd-tests.XXXXXX") || exit 2
+
+# Tests have sessions of their own, so that an interrupt at the keyboard does not reach them by itself.
+clean_up() {
+    local file
+    for file in "$WORK"/*.pid; do
+        [ -e "$file" ] && kill -KILL -- "-$(cat "$file")" 2>/dev/null
+    done
+    rm -rf "$WORK"
+}
+trap clean_up EXIT
+trap 'exit 130' INT TERM HUP
+
+# Value of a marker in a source: "yes" for one without a value, nothing if it is not there.
+marker() { # SOURCE NAME
+    sed -n "s/^[#/* ]*srnfd-test: $2 *\([0-9]*\).*/yes \1/p" "$1" | head -n 1
+}
+
+# Reads TAP on stdin and prints "passed failed skipped" and, from the second line on, what is wrong with the
+# stream as a whole. Several plans in one stream (several cmocka groups) add up.
+read_tap() {
+    awk '
+        /^1\.\.[0-9]+/ {
+            plans++
+            split($1, range, /\.\./)
+            planned += range[2]
+            if (range[2] == 0 && toupper($0) ~ /# *SKIP/) skipped_whole = 1
+        }
+        /^(not )?ok([ \t]|$)/ {
+            reported++
+            if (toupper($0) ~ /# *SKIP/) skipped++
+            else if ($1 == "ok") passed++
+            else failed++
+        }
+        /^Bail out!/ { wrong = wrong "\n" $0 }
+        END {
+            if (!plans) wrong = wrong "\nno plan: it ended before its tests did"
+            else if (planned != reported) wrong = wrong "\n" planned " planned, " reported + 0 " reported"
+            else if (!reported && !skipped_whole) wrong = wrong "\nno test at all"
+            if (skipped_whole) skipped++
+            print passed + 0, failed + 0, skipped + 0 wrong
+        }'
+}
+
+# True once no process of the group is left, or when it has had two seconds to end.
+group_ended() {
+    for _ in $(seq 20); do
+        kill -0 -- "-$1" 2>/dev/null || return 0
+        sleep 0.1
+    done
+    return 1
+}
+
+# Runs one test and leaves NAME.counts ("passed failed skipped") and NAME.report in $WORK.
+run_one() { # NUMBER SOURCE PROGRAM
+    local number=$1 source=$2 program=$3 name=${2#"$TESTS/"} base=$WORK/$1
+    local limit passed failed skipped wrong status pid started took verdict
+    limit=$(marker "$source" timeout)
+    limit=${limit#yes }
+    limit=${limit:-$LIMIT}
+    started=$(date +%s%N)
+    mkdir "$base.tmp"
+    TMPDIR=$base.tmp setsid timeout -k 5 "$limit" "$program" </dev/null >"$base.out" 2>"$base.err" &
+    pid=$!
+    echo "$pid" >"$base.pid"
+    wait "$pid"
+    status=$?
+    took=$((($(date +%s%N) - started) / 100000000))
+
+    { read -r passed failed skipped && wrong=$(cat); } < <(read_tap <"$base.out")
+    if [ "$status" -eq 124 ] || { [ "$status" -eq 137 ] && [ $((took / 10)) -ge "$limit" ]; }; then
+        wrong="timed out after $limit s"
+    elif [ "$status" -gt 128 ]; then
+        wrong="killed by signal $((status - 128)) ($(kill -l $((status - 128))))"
+    elif [ "$status" -ne 0 ] && [ "$failed" -eq 0 ] && [ -z "$wrong" ]; then
+        wrong="exit status $status though no test failed"
+    fi
+    if ! group_ended "$pid"; then
+        kill -KILL -- "-$pid" 2>/dev/null
+        wrong="${wrong:+$wrong; }left processes behind"
+    fi
+    [ -z "$wrong" ] || failed=$((failed + 1))
+
+    verdict=ok
+    [ "$failed" -eq 0 ] || verdict=FAILED
+    {
+        printf '%-6s %s: %d passed' "$verdict" "$name" "$passed"
+        [ "$failed" -eq 0 ] || printf ', %d failed' "$failed"
+        [ "$skipped" -eq 0 ] || printf ', %d skipped' "$skipped"
+        printf ' (%d.%d s)\n' $((took / 10)) $((took % 10))
+        if [ "$failed" -gt 0 ]; then
+            [ -z "$wrong" ] || printf '       %s\n' "$wrong"
+            sed 's/^/  | /' "$base.out" | tail -n "$SHOWN_LINES"
+            sed 's/^/  ! /' "$base.err" | tail -n "$SHOWN_LINES"
+        elif [ "$skipped" -gt 0 ]; then
+            grep -i '# *skip' "$base.out" | sed 's/^/  | /'
+        fi
+    } >"$base.report"
+    echo "$passed $failed $skipped" >"$base.counts"
+    rm -rf "$base.tmp" "$base.pid"
+    touch "$base.done"
+}
+
+report_missing() { # NUMBER SOURCE
+    printf 'FAILED %s: its program is not built\n' "${2#"$TESTS/"}" >"$WORK/$1.report"
+    echo "0 1 0" >"$WORK/$1.counts"
+    touch "$WORK/$1.done"
+}
+
+# Prints the reports that are there and not yet printed.
+flush() {
+    local done_file base
+    for done_file in "$WORK"/*.done; do
+        [ -e "$done_file" ] || continue
+        base=${done_file%.done}
+        cat "$base.report"
+        rm "$done_file"
+    done
+}
+
+number=0
+running=0
+together=()
+alone=()
+while IFS= read -r source; do
+    if [ -n "$FILTER" ] && ! grep -qE -- "$FILTER" <<<"${source#"$TESTS/"}"; then
+        continue
+    fi
+    if [ -n "$SRNFD_SANITIZED" ] && [ -n "$(marker "$source" release-only)" ]; then
+        continue
+    fi
+    if [ -n "$(marker "$source" alone)" ]; then
+        alone+=("$source")
+    else
+        together+=("$source")
+    fi
+done < <(find "$TESTS" \( -name 'test_*.c' -o -name 'test_*.sh' \) -type f | LC_ALL=C sort)
+
+start() { # SOURCE
+    local program=$1
+    number=$((number + 1))
+    if [ "${program##*.}" = c ]; then
+        program=$BUILD/tests/${program#"$TESTS/"}
+        program=${program%.c}
+    fi
+    if [ ! -x "$program" ]; then
+        report_missing "$number" "$1"
+        return
+    fi
+    run_one "$number" "$1" "$program" &
+    running=$((running + 1))
+}
+
+for source in ${together[@]+"${together[@]}"}; do
+    while [ "$running" -ge "$JOBS" ]; do
+        wait -n
+        running=$((running - 1))
+        flush
+    done
+    start "$source"
+done
+wait
+running=0
+flush
+for source in ${alone[@]+"${alone[@]}"}; do
+    start "$source"
+    wait
+    flush
+done
+
+cat "$WORK"/*.counts 2>/dev/null | awk '
+    { passed += $1; failed += $2; skipped += $3 }
+    END {
+        if (skipped) printf "%d skipped\n", skipped
+        printf "%d passed, %d failed\n", passed, failed
+        exit failed > 0
+    }'
+exit "${PIPESTATUS[1]}"
