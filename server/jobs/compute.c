@@ -18,7 +18,7 @@ static const struct {
 } codes[] = {
     {SRNF_ENOMEM, "out-of-memory"},
     {SRNF_EINVAL, "invalid-input"},
-    {SRNF_ELIMIT, "invalid-input"},
+    {SRNF_ELIMIT, "limit-exceeded"},
     {SRNF_EFORMAT, "unparsable-mesh"},
     {SRNF_EPARSE, "unparsable-mesh"},
     {SRNF_ENOT_CLOSED, "mesh-not-closed"},

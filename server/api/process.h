@@ -1,0 +1,123 @@
+/*
+ * process.h - what the files of the processes share: reading inputs into canonical form, and writing
+ * results.
+ *
+ * A process says its inputs twice, as a JSON Schema for people and clients and as calls of the readers
+ * below; limits are macros that both use, and a test holds them together.
+ *
+ * Canonical inputs are an object that holds every option after defaulting, in one spelling for each
+ * meaning (whole numbers as integers, real ones as reals), and the ids of what they refer to. Dumped
+ * with sorted keys they are the text whose digest finds cached results.
+ */
+#ifndef SRNFD_API_PROCESS_H
+#define SRNFD_API_PROCESS_H
+
+#include "api/handler.h"
+#include "jobs/compute.h"
+
+/* A macro's value as a string, for schemas. */
+#define PROCESS_TEXT_OF(x) #x
+#define PROCESS_TEXT(x) PROCESS_TEXT_OF(x)
+
+/* Defaults and limits that the schemas name. The degrees are those of srnf.h. */
+#define PROCESS_DEGREE_DEFAULT 31
+#define PROCESS_SMOOTHING_MAX 1
+#define PROCESS_COORDINATE_MAX 1e9
+#define PROCESS_TOLERANCE_DEFAULT 1e-12
+#define PROCESS_TOLERANCE_MIN 1e-30
+#define PROCESS_TOLERANCE_MAX 1
+#define PROCESS_ITERATIONS_MAX 100000
+#define PROCESS_STEPS_DEFAULT 7
+#define PROCESS_STEPS_MIN 2
+#define PROCESS_STEPS_MAX 101
+#define PROCESS_ROWS_MAX 384 /* of a grid that is given: twice the working grid of degree 127 */
+#define PROCESS_COLUMNS_MAX 768
+
+/* Patterns of ids in schemas. */
+#define PROCESS_MESH_PATTERN "^mesh-[0-9a-f]{32}$"
+#define PROCESS_SURFACE_PATTERN "^(surf|mesh)-[0-9a-f]{32}$"
+
+/* One reading of inputs. */
+struct process_inputs {
+    struct api_call *call;
+    const json_t *given;
+    struct problem_list *list;
+    json_t *canonical; /* filled member by member */
+    bool answered;     /* a problem of its own status (404, 422) is already the response */
+};
+
+/* ---- Reading (process_inputs.c). A problem leaves the member out of the canonical inputs. ------------ */
+
+/* names ends with NULL; members of other names are problems. False when given is no object. */
+bool inputs_open(struct process_inputs *inputs, struct api_call *call, const json_t *given,
+                 struct problem_list *list, const char *const *names);
+/* The canonical object (new reference), or NULL where there was any problem. */
+json_t *inputs_close(struct process_inputs *inputs);
+
+/* A whole number from lowest to highest; absent or null: fallback. Returns the number. */
+long inputs_integer(struct process_inputs *inputs, const char *name, long lowest, long highest,
+                    long fallback);
+/* The same where absence means something: canonical null, returned as 0. */
+long inputs_integer_or_null(struct process_inputs *inputs, const char *name, long lowest,
+                            long highest);
+double inputs_real(struct process_inputs *inputs, const char *name, double lowest, double highest,
+                   double fallback);
+bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallback);
+/* One of the choices (ended by NULL); absent: the first. */
+const char *inputs_choice(struct process_inputs *inputs, const char *name,
+                          const char *const *choices);
+
+/* The id of a mesh that exists and can be analysed; otherwise answers 404, or 422 with the code of
+   the mesh's first problem. */
+bool inputs_mesh(struct process_inputs *inputs, const char *name);
+/* The id of a surface, or of a mesh that can be encoded; degree gets that of the surface. pointer is
+   where the id stands. Returns the id to be put into the canonical inputs, or NULL. */
+const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value,
+                              const char *pointer, long *degree);
+/* The same for a required member, which is set. */
+bool inputs_surface(struct process_inputs *inputs, const char *name, long *degree);
+
+/* ---- Numbers (json_numbers.c) -------------------------------------------------------------------------- */
+
+/* The number as a JSON real; null deliberately where it is not finite, which JSON cannot say. */
+json_t *json_finite(double value);
+json_t *json_vector(const double *values, size_t count);
+/* Nested arrays of the shape (one to three extents), C order. */
+json_t *json_nested(const double *values, size_t n_dimensions, const size_t *shape);
+/* Reads an array of that shape, nested or flat. Problems name the element. */
+bool json_read_numbers(const json_t *array, size_t n_dimensions, const size_t *shape, double *out,
+                       struct problem_list *list, const char *pointer);
+/* Vector fields: double[3][count] of the core from and to double[count][3] of the wire. */
+void field_split(size_t count, const double *interleaved, double *blocks);
+void field_interleave(size_t count, const double *blocks, double *interleaved);
+
+/* ---- Results (process_results.c) ----------------------------------------------------------------------- */
+
+/* Adds inputs and numericBuild to the document, which is taken over, and makes it the result of the
+   run. inputs is borrowed. */
+void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
+                    struct jobs_result *result);
+/* Parses the canonical inputs of a run; NULL with the problem set. */
+json_t *process_parse(const char *inputs, struct jobs_result *result);
+/* {"mesh", "process", "job"} of a surface record; mesh and reference may be NULL. reference is the
+   surface that deformation is measured from. */
+json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
+                       const char *reference);
+json_t *process_fit_json(const struct srnf_fit *fit);
+json_t *process_star_json(const struct srnf_star *star);
+
+/* ---- The processes ------------------------------------------------------------------------------------- */
+
+extern const char encode_inputs_schema[], encode_outputs_schema[];
+extern const char invert_inputs_schema[], invert_outputs_schema[];
+extern const char geodesic_inputs_schema[], geodesic_outputs_schema[];
+
+json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *geodesic_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
+void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+
+#endif

@@ -1,0 +1,225 @@
+/*
+ * process_encode.c - the process encode over HTTP: schemas, canonical inputs, result document.
+ *
+ * A mesh whose stored report has problems is refused at submission, without a job. In this version the
+ * only route is star: auto means star, and a mesh that is not star-shaped carries that as a problem of its
+ * report. A centre that is given may see less than the kernel's; the job then fails with
+ * not-star-shaped.
+ */
+#include <string.h>
+
+#include "api/process.h"
+#include "api/surfaces.h"
+#include "jobs/compute_encode.h"
+
+const char encode_inputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
+    "\"additionalProperties\":false,\"required\":[\"mesh\"],\"properties\":{"
+    "\"mesh\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MESH_PATTERN "\","
+    "\"description\":\"The mesh to encode; its report must have no problems.\"},"
+    "\"lmax\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
+        SRNF_DEGREE_MIN) ","
+                         "\"maximum\":" PROCESS_TEXT(
+                             SRNF_DEGREE_MAX) ","
+                                              "\"default\":" PROCESS_TEXT(
+                                                  PROCESS_DEGREE_DEFAULT) ","
+                                                                          "\"description\":"
+                                                                          "\"Degree of the "
+                                                                          "harmonic series; (lmax "
+                                                                          "+ 1)^2 coefficients a "
+                                                                          "coordinate.\"},"
+                                                                          "\"parameterization\":{"
+                                                                          "\"enum\":[\"auto\","
+                                                                          "\"star\",\"area\","
+                                                                          "\"given\"],\"default\":"
+                                                                          "\"auto\","
+                                                                          "\"description\":\"How "
+                                                                          "the sphere is laid on "
+                                                                          "the surface. auto takes "
+                                                                          "star, radially from a "
+                                                                          "centre "
+                                                                          "that sees the whole "
+                                                                          "surface. area and given "
+                                                                          "are not available in "
+                                                                          "this version.\"},"
+                                                                          "\"center\":{\"oneOf\":[{"
+                                                                          "\"const\":\"auto\"},{"
+                                                                          "\"type\":\"array\","
+                                                                          "\"items\":{\"type\":"
+                                                                          "\"number\","
+                                                                          "\"minimum\":"
+                                                                          "-" PROCESS_TEXT(
+                                                                              PROCESS_COORDINATE_MAX) ","
+                                                                                                      "\"maximum\":" PROCESS_TEXT(
+                                                                                                          PROCESS_COORDINATE_MAX) "},"
+                                                                                                                                  "\"minItems\":3,\"maxItems\":3}],\"default\":\"auto\","
+                                                                                                                                  "\"description\":\"Centre of the rays in the units of the mesh; auto: the centre of the largest ball "
+                                                                                                                                  "of points that see the whole surface.\"},"
+                                                                                                                                  "\"scale\":{\"enum\":[\"unit-area\",\"none\"],\"default\":\"unit-area\","
+                                                                                                                                  "\"description\":\"unit-area divides by the square root of the area, kept as scale in the "
+                                                                                                                                  "record.\"},"
+                                                                                                                                  "\"smoothing\":{\"type\":\"number\",\"minimum\":0,"
+                                                                                                                                  "\"maximum\":" PROCESS_TEXT(
+                                                                                                                                      PROCESS_SMOOTHING_MAX) ",\"default\":0,"
+                                                                                                                                                             "\"description\":\"Sigma of the heat kernel exp(-sigma l (l + 1)) on the coefficients, on the unit "
+                                                                                                                                                             "sphere.\"}}}";
+
+const char encode_outputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/"
+    "schema\",\"type\":\"object\",\"properties\":{"
+    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the surface.\"},"
+    "\"fit\":{\"type\":\"object\",\"description\":\"Distances between mesh and surface from both "
+    "sides, "
+    "area-weighted: rms, p95, max in the units of the mesh, and relativeToDiagonal.\"},"
+    "\"route\":{\"enum\":[\"star\"]},"
+    "\"starShaped\":{\"type\":\"object\",\"description\":\"value, center, margin (units of the "
+    "mesh), "
+    "violatingAreaFraction (of the faces that the centre sees from behind).\"},"
+    "\"distortion\":{\"type\":\"null\",\"description\":\"Of the route area, which is not available "
+    "in "
+    "this version.\"},"
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting.\"},"
+    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
+
+static const char *const names[] = {"mesh",      "lmax", "parameterization", "center", "scale",
+                                    "smoothing", NULL};
+static const char *const parameterizations[] = {"auto", "star", "area", "given", NULL};
+static const char *const scales[] = {"unit-area", "none", NULL};
+
+/* center: "auto" or three coordinates. */
+static void read_center(struct process_inputs *inputs)
+{
+    const json_t *value = json_object_get(inputs->given, "center");
+    const char *text = json_string_value(value);
+    const size_t shape[1] = {3};
+    double center[3];
+
+    if (!value || json_is_null(value) || (text && strcmp(text, "auto") == 0)) {
+        (void)json_object_set_new(inputs->canonical, "center", json_string("auto"));
+        return;
+    }
+    if (!json_is_array(value)) {
+        problem_add(inputs->list, "/inputs/center", "must be \"auto\" or three numbers");
+        return;
+    }
+    if (!json_read_numbers(value, 1, shape, center, inputs->list, "/inputs/center")) {
+        return;
+    }
+    for (size_t k = 0; k < 3; k++) {
+        center[k] += 0.0;
+        if (!(center[k] >= -PROCESS_COORDINATE_MAX && center[k] <= PROCESS_COORDINATE_MAX)) {
+            problem_add(inputs->list, "/inputs/center", "coordinate %zu must be from %g to %g", k,
+                        -PROCESS_COORDINATE_MAX, PROCESS_COORDINATE_MAX);
+            return;
+        }
+    }
+    (void)json_object_set_new(inputs->canonical, "center", json_vector(center, 3));
+}
+
+json_t *encode_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    const char *choice;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, PROCESS_DEGREE_DEFAULT);
+    choice = inputs_choice(&inputs, "parameterization", parameterizations);
+    if (strcmp(choice, "area") == 0 || strcmp(choice, "given") == 0) {
+        problem_add(list, "/inputs/parameterization",
+                    "%s is not available in this version; auto and star are", choice);
+    }
+    read_center(&inputs);
+    (void)inputs_choice(&inputs, "scale", scales);
+    (void)inputs_real(&inputs, "smoothing", 0.0, PROCESS_SMOOTHING_MAX, 0.0);
+    if (!list->errors) {
+        (void)inputs_mesh(&inputs, "mesh");
+    }
+    return inputs_close(&inputs);
+}
+
+/* Canonical inputs as the core's options. */
+static struct compute_encode_inputs typed_inputs(const json_t *inputs)
+{
+    struct compute_encode_inputs typed = {.options = srnf_encode_options_defaults()};
+    const char *mesh = json_string_value(json_object_get(inputs, "mesh"));
+    const char *route = json_string_value(json_object_get(inputs, "parameterization"));
+    const char *scale = json_string_value(json_object_get(inputs, "scale"));
+    const json_t *center = json_object_get(inputs, "center");
+
+    if (mesh && strlen(mesh) < sizeof typed.mesh) {
+        memcpy(typed.mesh, mesh, strlen(mesh) + 1);
+    }
+    typed.options.degree = (size_t)json_integer_value(json_object_get(inputs, "lmax"));
+    typed.options.parameterization = route && strcmp(route, "star") == 0
+                                         ? SRNF_PARAMETERIZATION_STAR
+                                         : SRNF_PARAMETERIZATION_AUTO;
+    typed.options.center_given = json_is_array(center);
+    for (size_t k = 0; k < 3; k++) {
+        typed.options.center[k] = json_number_value(json_array_get(center, k));
+    }
+    typed.options.unit_area = !scale || strcmp(scale, "none") != 0;
+    typed.options.smoothing = json_number_value(json_object_get(inputs, "smoothing"));
+    return typed;
+}
+
+/* The surface of the result, in the store, under the name of its mesh. */
+static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
+                            const struct srnf_encoded *encoded, struct jobs_result *result)
+{
+    struct store_mesh mesh = {0};
+    struct surface_description description = {
+        .degree = encoded->degree,
+        .coefficients = encoded->coefficients,
+        .scale = encoded->scale,
+        .measures = &encoded->measures,
+        .parameterization = "star",
+        .source = process_source(run, "encode", mesh_id, NULL),
+        .fit = process_fit_json(&encoded->fit),
+        .star = process_star_json(&encoded->star),
+        .origin = encoded->origin,
+    };
+    json_t *record = NULL;
+    int status;
+
+    if (store_mesh_get(jobs_run_store(run), mesh_id, &mesh) == 0) {
+        description.name = mesh.name;
+    }
+    status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    if (status) {
+        (void)compute_fail_store(result, status, "the surface");
+    }
+    store_mesh_clear(&mesh);
+    return record;
+}
+
+void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document, *surface;
+    struct compute_encode_inputs typed;
+    struct srnf_encoded encoded = {0};
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    typed = typed_inputs(inputs);
+    if (compute_encode(run, &typed, &encoded, result)) {
+        goto out;
+    }
+    surface = keep_surface(run, typed.mesh, &encoded, result);
+    if (!surface) {
+        goto out;
+    }
+    document = json_object();
+    (void)json_object_set_new(document, "surface", surface);
+    (void)json_object_set_new(document, "fit", process_fit_json(&encoded.fit));
+    (void)json_object_set_new(document, "route", json_string("star"));
+    (void)json_object_set_new(document, "starShaped", process_star_json(&encoded.star));
+    (void)json_object_set_new(document, "distortion", json_null());
+    process_finish(run, document, inputs, result);
+out:
+    srnf_free(encoded.coefficients);
+    json_decref(inputs);
+}

@@ -1,0 +1,237 @@
+/*
+ * process_geodesic.c - the process geodesic over HTTP: schemas, canonical inputs, result document.
+ *
+ * The ends are joined as they are parameterised: registration is not available in this version, and
+ * asking for it is an error, so that no one mistakes one for the other. Ends of different degree are
+ * joined at the larger one.
+ *
+ * Every surface of the path is stored. Its scale goes on the straight line between the scales of the
+ * ends, and its source names the first surface as the reference, from which the deformation magnitude
+ * in its mesh is measured.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "api/process.h"
+#include "api/surfaces.h"
+#include "jobs/compute_geodesic.h"
+
+const char geodesic_inputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
+    "\"additionalProperties\":false,\"required\":[\"from\",\"to\"],\"properties\":{"
+    "\"from\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
+    "\"description\":\"Surface at t = 0; a mesh is encoded with the default options.\"},"
+    "\"to\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
+    "\"description\":\"Surface at t = 1; a mesh is encoded with the default options.\"},"
+    "\"steps\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
+        PROCESS_STEPS_MIN) ","
+                           "\"maximum\":" PROCESS_TEXT(
+                               PROCESS_STEPS_MAX) ","
+                                                  "\"default\":" PROCESS_TEXT(
+                                                      PROCESS_STEPS_DEFAULT) ","
+                                                                             "\"description\":"
+                                                                             "\"Surfaces, both "
+                                                                             "ends included.\"},"
+                                                                             "\"register\":{"
+                                                                             "\"type\":\"boolean\","
+                                                                             "\"default\":false,"
+                                                                             "\"description\":"
+                                                                             "\"Registration is "
+                                                                             "not available in "
+                                                                             "this version: only "
+                                                                             "false.\"},"
+                                                                             "\"method\":{\"enum\":"
+                                                                             "[\"srnf\",\"closed-"
+                                                                             "form\",\"linear\","
+                                                                             "\"pullback\"],"
+                                                                             "\"default\":\"srnf\","
+                                                                             "\"description\":"
+                                                                             "\"srnf inverts the "
+                                                                             "points of the "
+                                                                             "straight line "
+                                                                             "between the SRNFs "
+                                                                             "numerically, "
+                                                                             "closed-form by the "
+                                                                             "formula for "
+                                                                             "star-shaped "
+                                                                             "surfaces, linear "
+                                                                             "blends the surfaces. "
+                                                                             "pullback is "
+                                                                             "not available in "
+                                                                             "this version.\"}}}";
+
+const char geodesic_outputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/"
+    "schema\",\"type\":\"object\",\"properties\":{"
+    "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"
+    "\"description\":\"Records of the surfaces from t = 0 to t = 1.\"},"
+    "\"times\":{\"type\":\"array\",\"items\":{\"type\":\"number\"}},"
+    "\"distance\":{\"type\":\"number\",\"description\":\"Length of the straight line in the space "
+    "of "
+    "SRNFs.\"},"
+    "\"length\":{\"type\":\"number\",\"description\":\"Sum of the distances between neighbouring "
+    "surfaces.\"},"
+    "\"energies\":{\"type\":\"object\",\"description\":\"geodesic, closedForm, linear: squared "
+    "distance of "
+    "each surface's SRNF from the straight line, for the surfaces returned, the closed form and "
+    "the "
+    "linear blend.\"},"
+    "\"relativeEnergies\":{\"type\":\"object\",\"description\":\"The same divided by the squared "
+    "norm of "
+    "the point on the line.\"},"
+    "\"transforms\":{\"type\":\"number\",\"description\":\"Cost in gradient transforms.\"},"
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting.\"},"
+    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
+
+static const char *const names[] = {"from", "to", "steps", "register", "method", NULL};
+
+/* In the order of enum srnf_geodesic_method; what follows those is not available. */
+static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
+
+json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    long degree;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
+                         PROCESS_STEPS_DEFAULT);
+    if (inputs_boolean(&inputs, "register", false)) {
+        problem_add(list, "/inputs/register",
+                    "registration is not available in this version: surfaces are joined as they "
+                    "are parameterised; send false or leave it out");
+    }
+    if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0) {
+        problem_add(list, "/inputs/method",
+                    "pullback is not available in this version; srnf, closed-form and linear are");
+    }
+    if (!list->errors) {
+        (void)inputs_surface(&inputs, "from", &degree);
+        (void)inputs_surface(&inputs, "to", &degree);
+    }
+    return inputs_close(&inputs);
+}
+
+static enum srnf_geodesic_method method_of(const json_t *inputs)
+{
+    const char *name = json_string_value(json_object_get(inputs, "method"));
+
+    for (int i = 0; name && i <= SRNF_GEODESIC_LINEAR; i++) {
+        if (strcmp(name, methods[i]) == 0) {
+            return (enum srnf_geodesic_method)i;
+        }
+    }
+    return SRNF_GEODESIC_SRNF;
+}
+
+/* Scale of an end: known when it was encoded here, otherwise in its record. */
+static double scale_of(struct jobs_run *run, const struct compute_surface *end)
+{
+    struct store_surface surface = {0};
+    double scale = end->scale;
+
+    if (scale > 0.0) {
+        return scale;
+    }
+    if (store_surface_get(jobs_run_store(run), end->id, false, &surface) == 0) {
+        scale = surface_record_number(&surface, "scale", 1.0);
+    }
+    store_surface_clear(&surface);
+    return scale > 0.0 ? scale : 1.0;
+}
+
+/* Stores the surfaces of the path; their records, or NULL with the problem set. */
+static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
+                             struct jobs_result *result)
+{
+    const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    size_t count = 3 * srnf_coefficient_count(geodesic->degree);
+    double scales[2] = {scale_of(run, &outputs->ends[0]), scale_of(run, &outputs->ends[1])};
+    char name[64], reference[STORE_ID_MAX] = "";
+    json_t *records = json_array(), *record;
+
+    for (size_t i = 0; i < geodesic->steps; i++) {
+        double t = geodesic->times[i];
+        struct surface_description description = {
+            .name = name,
+            .degree = geodesic->degree,
+            .coefficients = geodesic->coefficients + i * count,
+            .scale = (1.0 - t) * scales[0] + t * scales[1],
+            .measures = &outputs->measures[i],
+            .parameterization = "inherited",
+            .source = process_source(run, "geodesic", NULL, i ? reference : NULL),
+        };
+        int status;
+
+        (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);
+        status = surface_save(jobs_run_store(run), &description, &record, NULL);
+        if (status) {
+            (void)compute_fail_store(result, status, "a surface of the path");
+            json_decref(records);
+            return NULL;
+        }
+        if (i == 0) {
+            (void)snprintf(reference, sizeof reference, "%s",
+                           json_string_value(json_object_get(record, "id")));
+        }
+        (void)json_array_append_new(records, record);
+    }
+    return records;
+}
+
+/* The three curves, divided by the norms where these are given. */
+static json_t *curves(const struct srnf_geodesic *geodesic, const double *norms)
+{
+    static const char *const labels[] = {"geodesic", "closedForm", "linear"};
+    const double *energies[] = {geodesic->energy_geodesic, geodesic->energy_closed_form,
+                                geodesic->energy_linear};
+    json_t *object = json_object();
+
+    for (size_t k = 0; k < 3; k++) {
+        json_t *curve = json_array();
+        for (size_t i = 0; i < geodesic->steps; i++) {
+            double unit = norms ? norms[i] : 1.0;
+            (void)json_array_append_new(curve, json_finite(energies[k][i] / unit));
+        }
+        (void)json_object_set_new(object, labels[k], curve);
+    }
+    return object;
+}
+
+void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document, *surfaces;
+    struct compute_geodesic_inputs typed = {.options = srnf_geodesic_options_defaults()};
+    struct compute_geodesic_outputs outputs = {0};
+    const struct srnf_geodesic *geodesic = &outputs.geodesic;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    typed.from = json_string_value(json_object_get(inputs, "from"));
+    typed.to = json_string_value(json_object_get(inputs, "to"));
+    typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
+    typed.options.method = method_of(inputs);
+    if (compute_geodesic(run, &typed, &outputs, result)) {
+        goto out;
+    }
+    surfaces = keep_surfaces(run, &outputs, result);
+    if (!surfaces) {
+        goto out;
+    }
+    document = json_object();
+    (void)json_object_set_new(document, "surfaces", surfaces);
+    (void)json_object_set_new(document, "times", json_vector(geodesic->times, geodesic->steps));
+    (void)json_object_set_new(document, "distance", json_finite(geodesic->distance));
+    (void)json_object_set_new(document, "length", json_finite(geodesic->length));
+    (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
+    (void)json_object_set_new(document, "relativeEnergies", curves(geodesic, outputs.squared_norm));
+    (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
+    process_finish(run, document, inputs, result);
+out:
+    compute_geodesic_clear(&outputs);
+    json_decref(inputs);
+}

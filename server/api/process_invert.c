@@ -1,0 +1,821 @@
+/*
+ * process_invert.c - the process invert over HTTP: schemas, canonical inputs, result document.
+ *
+ * What counts as a result: a surface whose relative energy reached the tolerance has converged true. One
+ * that stopped at a minimum of positive energy ("stationary") is a result too, with converged false: q
+ * then is not the SRNF of a surface of that degree, and the surface is a local best. Where the iterations
+ * ran out, it depends on who set their number: an explicit maxIterations asks how far that many lead and
+ * gives a result with converged false and stopped "max-iterations"; the method's own limit is a failure,
+ * not-converged, which says how far it got.
+ *
+ * A q that is given is part of the canonical inputs, flat, so that a job can be run again from its row;
+ * the result document names it by its digest instead.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/process.h"
+#include "api/surfaces.h"
+#include "jobs/compute_invert.h"
+
+const char
+    invert_inputs_schema[] =
+        "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
+        "\"additionalProperties\":false,\"required\":[\"srnf\"],\"properties\":{"
+        "\"srnf\":{\"oneOf\":["
+        "{\"type\":\"object\",\"required\":[\"surface\"],\"additionalProperties\":false,"
+        "\"properties\":{"
+        "\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}}},"
+        "{\"type\":\"object\",\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"],"
+        "\"additionalProperties\":false,\"properties\":{"
+        "\"lmax\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
+            SRNF_DEGREE_MIN) ","
+                             "\"maximum\":" PROCESS_TEXT(
+                                 SRNF_DEGREE_MAX) "},"
+                                                  "\"nTheta\":{\"type\":\"integer\",\"minimum\":5,"
+                                                  "\"maximum\":" PROCESS_TEXT(
+                                                      PROCESS_ROWS_MAX) "},"
+                                                                        "\"nPhi\":{\"type\":"
+                                                                        "\"integer\",\"minimum\":9,"
+                                                                        "\"maximum\":" PROCESS_TEXT(
+                                                                            PROCESS_COLUMNS_MAX) "}"
+                                                                                                 ","
+                                                                                                 "\"q\":{\"type\":\"array\"}}}],"
+                                                                                                 "\"description\":\"The SRNF: of a surface (or of a mesh, encoded with the default options), or its "
+                                                                                                 "v"
+                                                                                                 "a"
+                                                                                                 "l"
+                                                                                                 "u"
+                                                                                                 "e"
+                                                                                                 "s"
+                                                                                                 " "
+                                                                                                 "q"
+                                                                                                 " "
+                                                                                                 "["
+                                                                                                 "n"
+                                                                                                 "T"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "t"
+                                                                                                 "a"
+                                                                                                 "]"
+                                                                                                 "["
+                                                                                                 "n"
+                                                                                                 "P"
+                                                                                                 "h"
+                                                                                                 "i"
+                                                                                                 "]"
+                                                                                                 "["
+                                                                                                 "3"
+                                                                                                 "]"
+                                                                                                 ","
+                                                                                                 " "
+                                                                                                 "n"
+                                                                                                 "e"
+                                                                                                 "s"
+                                                                                                 "t"
+                                                                                                 "e"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "o"
+                                                                                                 "r"
+                                                                                                 " "
+                                                                                                 "f"
+                                                                                                 "l"
+                                                                                                 "a"
+                                                                                                 "t"
+                                                                                                 ","
+                                                                                                 " "
+                                                                                                 "o"
+                                                                                                 "n"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "G"
+                                                                                                 "a"
+                                                                                                 "u"
+                                                                                                 "s"
+                                                                                                 "s"
+                                                                                                 "-"
+                                                                                                 "L"
+                                                                                                 "e"
+                                                                                                 "g"
+                                                                                                 "e"
+                                                                                                 "n"
+                                                                                                 "d"
+                                                                                                 "r"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "g"
+                                                                                                 "r"
+                                                                                                 "i"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "w"
+                                                                                                 "i"
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 " "
+                                                                                                 "n"
+                                                                                                 "T"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "t"
+                                                                                                 "a"
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "l"
+                                                                                                 "e"
+                                                                                                 "a"
+                                                                                                 "s"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "l"
+                                                                                                 "m"
+                                                                                                 "a"
+                                                                                                 "x"
+                                                                                                 " "
+                                                                                                 "+"
+                                                                                                 " "
+                                                                                                 "1"
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "n"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "n"
+                                                                                                 "P"
+                                                                                                 "h"
+                                                                                                 "i"
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "l"
+                                                                                                 "e"
+                                                                                                 "a"
+                                                                                                 "s"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "2"
+                                                                                                 " "
+                                                                                                 "l"
+                                                                                                 "m"
+                                                                                                 "a"
+                                                                                                 "x"
+                                                                                                 " "
+                                                                                                 "+"
+                                                                                                 " "
+                                                                                                 "1"
+                                                                                                 "."
+                                                                                                 "\"},"
+                                                                                                 "\"initial\":{\"oneOf\":[{\"enum\":[\"auto\",\"sphere\",\"star\"]},"
+                                                                                                 "{"
+                                                                                                 "\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
+                                                                                                 "\"}],\"default\":\"auto\","
+                                                                                                 "\"description\":\"Where the search starts: the unit sphere, turned to fit; the closed form; a "
+                                                                                                 "s"
+                                                                                                 "u"
+                                                                                                 "r"
+                                                                                                 "f"
+                                                                                                 "a"
+                                                                                                 "c"
+                                                                                                 "e"
+                                                                                                 "."
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "u"
+                                                                                                 "t"
+                                                                                                 "o"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "a"
+                                                                                                 "k"
+                                                                                                 "e"
+                                                                                                 "s"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "c"
+                                                                                                 "l"
+                                                                                                 "o"
+                                                                                                 "s"
+                                                                                                 "e"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "f"
+                                                                                                 "o"
+                                                                                                 "r"
+                                                                                                 "m"
+                                                                                                 " "
+                                                                                                 "w"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "r"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "i"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "i"
+                                                                                                 "s"
+                                                                                                 " "
+                                                                                                 "g"
+                                                                                                 "o"
+                                                                                                 "o"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "n"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "s"
+                                                                                                 "p"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "r"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "o"
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "r"
+                                                                                                 "w"
+                                                                                                 "i"
+                                                                                                 "s"
+                                                                                                 "e"
+                                                                                                 "."
+                                                                                                 "\"},"
+                                                                                                 "\"method\":{\"enum\":[\"auto\",\"gauss-newton\",\"spectral\",\"gradient\",\"closed-form\"],"
+                                                                                                 "\"default\":\"auto\",\"description\":\"gauss-newton: Levenberg-Marquardt with conjugate gradients; "
+                                                                                                 "s"
+                                                                                                 "p"
+                                                                                                 "e"
+                                                                                                 "c"
+                                                                                                 "t"
+                                                                                                 "r"
+                                                                                                 "a"
+                                                                                                 "l"
+                                                                                                 ":"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "l"
+                                                                                                 "i"
+                                                                                                 "n"
+                                                                                                 "e"
+                                                                                                 "a"
+                                                                                                 "r"
+                                                                                                 " "
+                                                                                                 "e"
+                                                                                                 "i"
+                                                                                                 "g"
+                                                                                                 "e"
+                                                                                                 "n"
+                                                                                                 "p"
+                                                                                                 "r"
+                                                                                                 "o"
+                                                                                                 "b"
+                                                                                                 "l"
+                                                                                                 "e"
+                                                                                                 "m"
+                                                                                                 ","
+                                                                                                 " "
+                                                                                                 "f"
+                                                                                                 "o"
+                                                                                                 "r"
+                                                                                                 " "
+                                                                                                 "e"
+                                                                                                 "x"
+                                                                                                 "a"
+                                                                                                 "c"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "S"
+                                                                                                 "R"
+                                                                                                 "N"
+                                                                                                 "F"
+                                                                                                 "s"
+                                                                                                 ";"
+                                                                                                 " "
+                                                                                                 "g"
+                                                                                                 "r"
+                                                                                                 "a"
+                                                                                                 "d"
+                                                                                                 "i"
+                                                                                                 "e"
+                                                                                                 "n"
+                                                                                                 "t"
+                                                                                                 ":"
+                                                                                                 " "
+                                                                                                 "d"
+                                                                                                 "e"
+                                                                                                 "s"
+                                                                                                 "c"
+                                                                                                 "e"
+                                                                                                 "n"
+                                                                                                 "t"
+                                                                                                 " "
+                                                                                                 "a"
+                                                                                                 "s"
+                                                                                                 " "
+                                                                                                 "i"
+                                                                                                 "n"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 " "
+                                                                                                 "p"
+                                                                                                 "a"
+                                                                                                 "p"
+                                                                                                 "e"
+                                                                                                 "r"
+                                                                                                 ";"
+                                                                                                 " "
+                                                                                                 "c"
+                                                                                                 "l"
+                                                                                                 "o"
+                                                                                                 "s"
+                                                                                                 "e"
+                                                                                                 "d"
+                                                                                                 "-"
+                                                                                                 "f"
+                                                                                                 "o"
+                                                                                                 "r"
+                                                                                                 "m"
+                                                                                                 ":"
+                                                                                                 " "
+                                                                                                 "f"
+                                                                                                 "o"
+                                                                                                 "r"
+                                                                                                 " "
+                                                                                                 "s"
+                                                                                                 "t"
+                                                                                                 "a"
+                                                                                                 "r"
+                                                                                                 "-"
+                                                                                                 "s"
+                                                                                                 "h"
+                                                                                                 "a"
+                                                                                                 "p"
+                                                                                                 "e"
+                                                                                                 "d"
+                                                                                                 " "
+                                                                                                 "s"
+                                                                                                 "u"
+                                                                                                 "r"
+                                                                                                 "f"
+                                                                                                 "a"
+                                                                                                 "c"
+                                                                                                 "e"
+                                                                                                 "s"
+                                                                                                 " "
+                                                                                                 "i"
+                                                                                                 "n"
+                                                                                                 " "
+                                                                                                 "t"
+                                                                                                 "h"
+                                                                                                 "e"
+                                                                                                 "i"
+                                                                                                 "r"
+                                                                                                 " "
+                                                                                                 "r"
+                                                                                                 "a"
+                                                                                                 "d"
+                                                                                                 "i"
+                                                                                                 "a"
+                                                                                                 "l"
+                                                                                                 " "
+                                                                                                 "p"
+                                                                                                 "a"
+                                                                                                 "r"
+                                                                                                 "a"
+                                                                                                 "m"
+                                                                                                 "e"
+                                                                                                 "t"
+                                                                                                 "e"
+                                                                                                 "r"
+                                                                                                 "i"
+                                                                                                 "s"
+                                                                                                 "a"
+                                                                                                 "t"
+                                                                                                 "i"
+                                                                                                 "o"
+                                                                                                 "n"
+                                                                                                 "."
+                                                                                                 "\"},"
+                                                                                                 "\"lmax\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
+                                                                                                     SRNF_DEGREE_MIN) ","
+                                                                                                                      "\"maximum\":" PROCESS_TEXT(
+                                                                                                                          SRNF_DEGREE_MAX) ","
+                                                                                                                                           "\"description\":\"Degree of the result. Default: that of the surface, or of srnf.\"},"
+                                                                                                                                           "\"tolerance\":{\"type\":\"number\",\"minimum\":" PROCESS_TEXT(PROCESS_TOLERANCE_MIN) ","
+                                                                                                                                                                                                                                 "\"maximum\":" PROCESS_TEXT(PROCESS_TOLERANCE_MAX) ","
+                                                                                                                                                                                                                                                                                    "\"default\":" PROCESS_TEXT(
+                                                                                                                                                                                                                                                                                        PROCESS_TOLERANCE_DEFAULT) ","
+                                                                                                                                                                                                                                                                                                                   "\"description\":\"On the energy relative to the squared norm of q.\"},"
+                                                                                                                                                                                                                                                                                                                   "\"maxIterations\":{\"type\":[\"integer\",\"null\"],\"minimum\":1,"
+                                                                                                                                                                                                                                                                                                                   "\"maximum\":" PROCESS_TEXT(
+                                                                                                                                                                                                                                                                                                                       PROCESS_ITERATIONS_MAX) ",\"default\":null,"
+                                                                                                                                                                                                                                                                                                                                               "\"description\":\"null: the method's own limit, which is a failure when it is reached. A number "
+                                                                                                                                                                                                                                                                                                                                               "given here makes the surface reached by then a result, with converged false.\"}}}";
+
+const char invert_outputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/"
+    "schema\",\"type\":\"object\",\"properties\":{"
+    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the surface: positive volume, "
+    "centred "
+    "at its area centroid.\"},"
+    "\"energy\":{\"type\":\"number\",\"description\":\"||Q(f) - q||^2.\"},"
+    "\"relativeEnergy\":{\"type\":\"number\",\"description\":\"The same divided by ||q||^2.\"},"
+    "\"gradientNorm\":{\"type\":[\"number\",\"null\"]},"
+    "\"iterations\":{\"type\":\"integer\"},\"transforms\":{\"type\":\"number\","
+    "\"description\":\"Cost in gradient transforms of three coordinates.\"},"
+    "\"converged\":{\"type\":\"boolean\"},"
+    "\"stopped\":{\"type\":\"string\",\"description\":\"tolerance, stationary (a minimum of "
+    "positive "
+    "energy) or max-iterations.\"},"
+    "\"method\":{\"type\":\"string\",\"description\":\"The method that produced the result.\"},"
+    "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, energy, seconds, "
+    "transforms}].\"},"
+    "\"certificate\":{\"type\":[\"object\",\"null\"],\"description\":\"residual, secondEigenvalue, "
+    "threshold, unique; null where it was not computed.\"},"
+    "\"smallestSingularValue\":{\"type\":[\"number\",\"null\"]},"
+    "\"surfaceErrorBound\":{\"type\":[\"number\",\"null\"],\"description\":\"L2 distance to the "
+    "true "
+    "surface, in the units of q.\"},"
+    "\"surfaceError\":{\"type\":[\"number\",\"null\"],\"description\":\"L2 distance to the surface "
+    "given, "
+    "translations left out, at unit area; null where there is none of this degree.\"},"
+    "\"flipped\":{\"type\":\"boolean\",\"description\":\"The mirror image was found first.\"},"
+    "\"closedForm\":{\"type\":\"object\",\"description\":\"relativeEnergy of the closed form.\"},"
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; q by its "
+    "digest.\"},"
+    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
+
+static const char *const names[] = {"srnf",      "initial",       "method", "lmax",
+                                    "tolerance", "maxIterations", NULL};
+
+/* In the order of enum srnf_inversion_method and of enum srnf_initial. */
+static const char *const methods[] = {"auto",     "gauss-newton", "spectral",
+                                      "gradient", "closed-form",  NULL};
+static const char *const initials[] = {"auto", "sphere", "star", NULL};
+
+static int index_of(const char *name, const char *const *choices)
+{
+    for (int i = 0; name && choices[i]; i++) {
+        if (strcmp(name, choices[i]) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* ---- Canonical inputs ---------------------------------------------------------------------------------- */
+
+static const char *const given_names[] = {"lmax", "nTheta", "nPhi", "q", NULL};
+
+/* A whole number of srnf: {..}, set in canonical. */
+static long given_integer(struct process_inputs *inputs, const json_t *srnf, json_t *canonical,
+                          const char *name, long lowest, long highest)
+{
+    const json_t *value = json_object_get(srnf, name);
+    long number = (long)json_number_value(value);
+    char pointer[64];
+
+    (void)snprintf(pointer, sizeof pointer, "/inputs/srnf/%s", name);
+    if (!json_is_number(value) || json_number_value(value) != (double)number || number < lowest ||
+        number > highest) {
+        problem_add(inputs->list, pointer, "must be a whole number from %ld to %ld", lowest,
+                    highest);
+        return 0;
+    }
+    (void)json_object_set_new(canonical, name, json_integer(number));
+    return number;
+}
+
+/* srnf {lmax, nTheta, nPhi, q}: q is checked number by number and kept flat. Returns its lmax. */
+static long read_field(struct process_inputs *inputs, const json_t *srnf)
+{
+    json_t *canonical = json_object(), *object = (json_t *)(uintptr_t)srnf;
+    size_t shape[3] = {0, 0, 3};
+    double *q = NULL;
+    long degree;
+
+    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+        if (index_of(json_object_iter_key(at), given_names) < 0) {
+            problem_add(inputs->list, "/inputs/srnf",
+                        "has either surface, or lmax, nTheta, nPhi and q, and nothing else");
+        }
+    }
+    degree = given_integer(inputs, srnf, canonical, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX);
+    shape[0] =
+        (size_t)given_integer(inputs, srnf, canonical, "nTheta", degree + 1, PROCESS_ROWS_MAX);
+    shape[1] =
+        (size_t)given_integer(inputs, srnf, canonical, "nPhi", 2 * degree + 1, PROCESS_COLUMNS_MAX);
+    if (!inputs->list->errors) {
+        q = srnf_alloc(shape[0] * shape[1], 3 * sizeof(double));
+    }
+    if (q && json_read_numbers(json_object_get(srnf, "q"), 3, shape, q, inputs->list,
+                               "/inputs/srnf/q")) {
+        (void)json_object_set_new(canonical, "q", json_vector(q, shape[0] * shape[1] * 3));
+    }
+    srnf_free(q);
+    (void)json_object_set_new(inputs->canonical, "srnf", canonical);
+    return degree;
+}
+
+/* srnf in either form; returns the degree that lmax defaults to. */
+static long read_srnf(struct process_inputs *inputs)
+{
+    const json_t *srnf = json_object_get(inputs->given, "srnf");
+    const json_t *surface = json_object_get(srnf, "surface");
+    long degree = PROCESS_DEGREE_DEFAULT;
+    const char *id;
+
+    if (!json_is_object(srnf)) {
+        problem_add(inputs->list, "/inputs/srnf",
+                    "is required: {\"surface\": id} or {\"lmax\", \"nTheta\", \"nPhi\", \"q\"}");
+    } else if (!surface) {
+        degree = read_field(inputs, srnf);
+    } else if (json_object_size(srnf) != 1) {
+        problem_add(inputs->list, "/inputs/srnf",
+                    "has either surface, or lmax, nTheta, nPhi and q, and nothing else");
+    } else {
+        id = inputs_surface_at(inputs, surface, "/inputs/srnf/surface", &degree);
+        if (id) {
+            (void)json_object_set_new(inputs->canonical, "srnf", json_pack("{s:s}", "surface", id));
+        }
+    }
+    return degree;
+}
+
+/* initial: a word or an id. */
+static void read_initial(struct process_inputs *inputs)
+{
+    const json_t *value = json_object_get(inputs->given, "initial");
+    const char *text = json_string_value(value);
+    long degree;
+
+    if (text && (strncmp(text, "surf-", 5) == 0 || strncmp(text, "mesh-", 5) == 0)) {
+        text = inputs_surface_at(inputs, value, "/inputs/initial", &degree);
+        if (text) {
+            (void)json_object_set_new(inputs->canonical, "initial", json_string(text));
+        }
+    } else if (text && index_of(text, initials) < 0) {
+        problem_add(inputs->list, "/inputs/initial",
+                    "must be auto, sphere, star or the id of a surface or a mesh");
+    } else {
+        (void)inputs_choice(inputs, "initial", initials);
+    }
+}
+
+/* A q on a grid must resolve the degree asked for. */
+static void check_grid(struct process_inputs *inputs, long lmax)
+{
+    const json_t *srnf = json_object_get(inputs->canonical, "srnf");
+    json_int_t rows = json_integer_value(json_object_get(srnf, "nTheta"));
+    json_int_t columns = json_integer_value(json_object_get(srnf, "nPhi"));
+
+    if (rows && columns && (rows < lmax + 1 || columns < 2 * lmax + 1)) {
+        problem_add(inputs->list, "/inputs/lmax",
+                    "is %ld, but a grid of %lld x %lld resolves degree %lld at most", lmax,
+                    (long long)rows, (long long)columns,
+                    (long long)(rows - 1 < (columns - 1) / 2 ? rows - 1 : (columns - 1) / 2));
+    }
+}
+
+json_t *invert_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    long degree;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_choice(&inputs, "method", methods);
+    (void)inputs_real(&inputs, "tolerance", PROCESS_TOLERANCE_MIN, PROCESS_TOLERANCE_MAX,
+                      PROCESS_TOLERANCE_DEFAULT);
+    (void)inputs_integer_or_null(&inputs, "maxIterations", 1, PROCESS_ITERATIONS_MAX);
+    degree = read_srnf(&inputs);
+    degree = inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
+    check_grid(&inputs, degree);
+    read_initial(&inputs);
+    return inputs_close(&inputs);
+}
+
+/* ---- Running -------------------------------------------------------------------------------------------- */
+
+/* Fills typed from canonical inputs; *q is owned by the caller. False with the problem set. */
+static bool typed_inputs(const json_t *inputs, struct compute_invert_inputs *typed, double **q,
+                         struct jobs_result *result)
+{
+    const json_t *srnf = json_object_get(inputs, "srnf"), *values = json_object_get(srnf, "q");
+    const char *initial = json_string_value(json_object_get(inputs, "initial"));
+    int start = index_of(initial, initials);
+    size_t nodes;
+
+    typed->options = srnf_invert_options_defaults();
+    typed->options.method = (enum srnf_inversion_method)index_of(
+        json_string_value(json_object_get(inputs, "method")), methods);
+    typed->options.initial = start < 0 ? SRNF_INITIAL_SURFACE : (enum srnf_initial)start;
+    typed->initial_surface = start < 0 ? initial : NULL;
+    typed->options.tolerance = json_number_value(json_object_get(inputs, "tolerance"));
+    typed->options.max_iterations =
+        (size_t)json_integer_value(json_object_get(inputs, "maxIterations"));
+    typed->degree = (size_t)json_integer_value(json_object_get(inputs, "lmax"));
+    typed->surface = json_string_value(json_object_get(srnf, "surface"));
+    if (typed->surface) {
+        return true;
+    }
+    typed->n_theta = (size_t)json_integer_value(json_object_get(srnf, "nTheta"));
+    typed->n_phi = (size_t)json_integer_value(json_object_get(srnf, "nPhi"));
+    nodes = typed->n_theta * typed->n_phi;
+    *q = srnf_alloc(nodes, 3 * sizeof(double));
+    if (!*q) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading q");
+        return false;
+    }
+    for (size_t i = 0; i < nodes; i++) {
+        for (size_t k = 0; k < 3; k++) {
+            (*q)[k * nodes + i] = json_number_value(json_array_get(values, 3 * i + k));
+        }
+    }
+    typed->q = *q;
+    return true;
+}
+
+static json_t *history_json(const struct srnf_inversion *inversion)
+{
+    json_t *history = json_array();
+
+    for (size_t i = 0; i < inversion->n_history; i++) {
+        const struct srnf_iteration *step = &inversion->history[i];
+        (void)json_array_append_new(
+            history, json_pack("{s:I, s:o, s:o, s:o}", "iteration", (json_int_t)i, "energy",
+                               json_finite(step->energy), "seconds", json_finite(step->seconds),
+                               "transforms", json_finite(step->transforms)));
+    }
+    return history;
+}
+
+static json_t *certificate_json(const struct srnf_certificate *certificate)
+{
+    if (!certificate->computed) {
+        return json_null();
+    }
+    return json_pack("{s:o, s:o, s:o, s:b}", "residual", json_finite(certificate->residual),
+                     "secondEigenvalue", json_finite(certificate->second_eigenvalue), "threshold",
+                     json_finite(certificate->threshold), "unique", certificate->unique);
+}
+
+static json_t *result_document(const struct compute_invert_outputs *outputs, json_t *surface)
+{
+    const struct srnf_inversion *inversion = &outputs->inversion;
+    json_t *document = json_object();
+    const struct {
+        const char *name;
+        json_t *value;
+    } members[] = {
+        {"surface", surface},
+        {"energy", json_finite(inversion->energy)},
+        {"relativeEnergy", json_finite(inversion->relative_energy)},
+        {"gradientNorm", json_finite(inversion->gradient_norm)},
+        {"iterations", json_integer((json_int_t)inversion->iterations)},
+        {"transforms", json_finite(inversion->transforms)},
+        {"converged", json_boolean(inversion->converged)},
+        {"stopped", json_string(srnf_stop_name(inversion->stopped))},
+        {"method", json_string(methods[inversion->method])},
+        {"history", history_json(inversion)},
+        {"certificate", certificate_json(&inversion->certificate)},
+        {"smallestSingularValue", inversion->smallest_singular_value > 0.0
+                                      ? json_finite(inversion->smallest_singular_value)
+                                      : json_null()},
+        {"surfaceErrorBound", inversion->surface_error_bound >= 0.0
+                                  ? json_finite(inversion->surface_error_bound)
+                                  : json_null()},
+        {"surfaceError",
+         outputs->surface_error >= 0.0 ? json_finite(outputs->surface_error) : json_null()},
+        {"flipped", json_boolean(inversion->flipped)},
+        {"closedForm",
+         json_pack("{s:o}", "relativeEnergy", json_finite(inversion->closed_form_relative_energy))},
+    };
+
+    for (size_t i = 0; i < sizeof members / sizeof members[0]; i++) {
+        (void)json_object_set_new(document, members[i].name, members[i].value);
+    }
+    return document;
+}
+
+/* The method's own limit was reached: a failure that says how far it got. */
+static bool ran_out(const struct compute_invert_inputs *typed,
+                    const struct srnf_inversion *inversion, struct jobs_result *result)
+{
+    if (inversion->converged || inversion->stopped != SRNF_STOP_MAX_ITERATIONS ||
+        typed->options.max_iterations > 0) {
+        return false;
+    }
+    result->problem_code = "not-converged";
+    (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                   "The relative energy is %.3g after %zu iterations of %s and still falling; the "
+                   "tolerance is %.3g. Give maxIterations to get the surface as it is then.",
+                   inversion->relative_energy, inversion->iterations, methods[inversion->method],
+                   typed->options.tolerance);
+    return true;
+}
+
+/* The scale of a surface given carries over to its reconstruction: q has the units of that surface. */
+static double scale_of(struct jobs_run *run, const struct compute_surface *truth)
+{
+    struct store_surface stored = {0};
+    double scale = truth->scale > 0.0 ? truth->scale : 1.0;
+
+    if (truth->coefficients && !(truth->scale > 0.0) &&
+        store_surface_get(jobs_run_store(run), truth->id, false, &stored) == 0) {
+        scale = surface_record_number(&stored, "scale", 1.0);
+    }
+    store_surface_clear(&stored);
+    return scale;
+}
+
+static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_inputs *typed,
+                            const struct compute_invert_outputs *outputs,
+                            struct jobs_result *result)
+{
+    struct surface_description description = {
+        .name = "inverted",
+        .degree = typed->degree,
+        .coefficients = outputs->inversion.coefficients,
+        .scale = scale_of(run, &outputs->truth),
+        .measures = &outputs->measures,
+        .parameterization = "inherited",
+        .source = process_source(run, "invert", NULL, NULL),
+    };
+    json_t *record = NULL;
+    int status = surface_save(jobs_run_store(run), &description, &record, NULL);
+
+    if (status) {
+        (void)compute_fail_store(result, status, "the surface");
+    }
+    return record;
+}
+
+/* The inputs of the results document: q by its digest. */
+static json_t *inputs_for_results(const json_t *inputs)
+{
+    json_t *copy = json_deep_copy(inputs), *srnf = json_object_get(copy, "srnf");
+    const json_t *q = json_object_get(srnf, "q");
+    char *text = q ? json_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    char digest[65];
+
+    if (text) {
+        store_sha256_hex(digest, text, strlen(text));
+        (void)json_object_set_new(srnf, "qDigest", json_string(digest));
+        (void)json_object_del(srnf, "q");
+    }
+    free(text);
+    return copy;
+}
+
+void invert_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *surface, *echoed;
+    struct compute_invert_inputs typed = {0};
+    struct compute_invert_outputs outputs = {0};
+    double *q = NULL;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    if (!typed_inputs(inputs, &typed, &q, result) ||
+        compute_invert(run, &typed, &outputs, result) ||
+        ran_out(&typed, &outputs.inversion, result)) {
+        goto out;
+    }
+    surface = keep_surface(run, &typed, &outputs, result);
+    if (surface) {
+        echoed = inputs_for_results(inputs);
+        process_finish(run, result_document(&outputs, surface), echoed, result);
+        json_decref(echoed);
+    }
+out:
+    compute_invert_clear(&outputs);
+    srnf_free(q);
+    json_decref(inputs);
+}

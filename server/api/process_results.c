@@ -1,0 +1,71 @@
+/*
+ * process_results.c - what the results of all processes have in common: the inputs after defaulting,
+ * the numeric build that made them, and the parts of surface records.
+ */
+#include "api/process.h"
+
+#include <stdio.h>
+
+json_t *process_parse(const char *inputs, struct jobs_result *result)
+{
+    json_t *document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
+
+    if (!document) {
+        result->problem_code = "internal-error";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The stored inputs of the job cannot be read.");
+    }
+    return document;
+}
+
+void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
+                    struct jobs_result *result)
+{
+    struct store_job job = {0};
+
+    if (store_job_get(jobs_run_store(run), jobs_run_job_id(run), &job) == 0) {
+        (void)json_object_set_new(document, "numericBuild",
+                                  job.numeric_build ? json_string(job.numeric_build) : json_null());
+    }
+    store_job_clear(&job);
+    (void)json_object_set(document, "inputs", inputs);
+    result->results =
+        document ? json_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    if (!result->results) {
+        result->problem_code = "out-of-memory";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The results could not be written.");
+    }
+    json_decref(document);
+}
+
+json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
+                       const char *reference)
+{
+    json_t *source = json_object();
+
+    (void)json_object_set_new(source, "mesh", mesh ? json_string(mesh) : json_null());
+    (void)json_object_set_new(source, "process", json_string(process));
+    (void)json_object_set_new(source, "job", json_string(jobs_run_job_id(run)));
+    if (reference) {
+        (void)json_object_set_new(source, "reference", json_string(reference));
+    }
+    return source;
+}
+
+json_t *process_fit_json(const struct srnf_fit *fit)
+{
+    double scale = fit->diagonal > 0.0 ? 1.0 / fit->diagonal : 0.0;
+
+    return json_pack("{s:o, s:o, s:o, s:{s:o, s:o, s:o}}", "rms", json_finite(fit->rms), "p95",
+                     json_finite(fit->p95), "max", json_finite(fit->max), "relativeToDiagonal",
+                     "rms", json_finite(fit->rms * scale), "p95", json_finite(fit->p95 * scale),
+                     "max", json_finite(fit->max * scale));
+}
+
+json_t *process_star_json(const struct srnf_star *star)
+{
+    return json_pack("{s:b, s:o, s:o, s:o}", "value", star->value, "center",
+                     json_vector(star->center, 3), "margin", json_finite(star->margin),
+                     "violatingAreaFraction", json_finite(star->violating_area_fraction));
+}

@@ -1,0 +1,45 @@
+/*
+ * surfaces.h - surfaces in the api layer: what a record says, and how a surface that was made comes into
+ * the store.
+ */
+#ifndef SRNFD_API_SURFACES_H
+#define SRNFD_API_SURFACES_H
+
+#include "api/handler.h"
+
+/* Numbers in one JSON answer; larger fields are asked for as .npy. */
+#define SURFACE_JSON_NUMBERS_MAX ((size_t)300000)
+/* Rows of a grid that can be asked for or sent. */
+#define SURFACE_ROWS_MAX 512
+/* Edge divisions of the icosahedron in /mesh, and the limit on vertices times harmonics. */
+#define SURFACE_RESOLUTION_DEFAULT 32
+#define SURFACE_RESOLUTION_MAX 100
+#define SURFACE_MESH_WORK_MAX 3e8
+
+/* A surface to be kept. source, fit, star and origin may be NULL; the JSON values are taken over. */
+struct surface_description {
+    const char *name;
+    size_t degree;
+    const double *coefficients; /* [3][(degree+1)^2] */
+    double scale;
+    const struct srnf_surface_measures *measures;
+    const char *parameterization; /* "star", "given", or "inherited" from what it was made of */
+    json_t *source, *fit, *star;
+    const double *origin; /* of the stored surface in the frame of the mesh */
+};
+
+/*
+ * Stores the surface unless the same one is there, and gives the full record of what the store holds:
+ * the first description of a surface stays.
+ *   record  [out] new reference; NULL on failure
+ *   created [out] optional
+ * Returns an enum store_status.
+ */
+int surface_save(struct store *store, struct surface_description *description, json_t **record,
+                 bool *created);
+
+/* A number or string member of a stored surface's record; fallback where it has none. */
+double surface_record_number(const struct store_surface *surface, const char *name,
+                             double fallback);
+
+#endif

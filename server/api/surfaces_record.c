@@ -1,0 +1,123 @@
+/*
+ * surfaces_record.c - the record of a surface: how it is written when a surface is stored, and read back.
+ *
+ * The store keeps the record as a text beside the coefficients. A surface is named by its content (degree,
+ * coefficients, scale), so one that is made again keeps the record of the first time: its source names
+ * the job that made it first.
+ */
+#include "api/surfaces.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/process.h"
+
+static const struct {
+    const char *relation, *suffix;
+} links[] = {
+    {"self", ""},      {"coefficients", "/coefficients"}, {"srnf", "/srnf"}, {"grid", "/grid"},
+    {"mesh", "/mesh"},
+};
+
+static json_t *links_json(const char *id)
+{
+    json_t *object = json_object();
+    char path[STORE_ID_MAX + 40];
+
+    for (size_t i = 0; object && i < sizeof links / sizeof links[0]; i++) {
+        (void)snprintf(path, sizeof path, "/v1/surfaces/%s%s", id, links[i].suffix);
+        (void)json_object_set_new(object, links[i].relation, json_string(path));
+    }
+    return object;
+}
+
+json_t *surface_record(const struct store_surface *surface)
+{
+    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+
+    if (!json_is_object(record)) {
+        json_decref(record);
+        return NULL;
+    }
+    (void)json_object_set_new(record, "id", json_string(surface->id));
+    (void)json_object_set_new(record, "name", json_string(surface->name ? surface->name : ""));
+    (void)json_object_set_new(record, "lmax", json_integer(surface->lmax));
+    (void)json_object_set_new(record, "created", json_time(surface->created_ms));
+    (void)json_object_set_new(record, "links", links_json(surface->id));
+    return record;
+}
+
+double surface_record_number(const struct store_surface *surface, const char *name, double fallback)
+{
+    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+    const json_t *value = json_object_get(record, name);
+    double number = json_is_number(value) ? json_number_value(value) : fallback;
+
+    json_decref(record);
+    return number;
+}
+
+static json_t *or_null(json_t *value)
+{
+    return value ? value : json_null();
+}
+
+/* What the store keeps beside id, name, degree and time. */
+static char *record_text(struct surface_description *d)
+{
+    json_t *record = json_object();
+    char *text;
+
+    (void)json_object_set_new(record, "area", json_finite(d->measures->area));
+    (void)json_object_set_new(record, "volume", json_finite(d->measures->volume));
+    (void)json_object_set_new(record, "centroid", json_vector(d->measures->centroid, 3));
+    (void)json_object_set_new(record, "scale", json_finite(d->scale));
+    (void)json_object_set_new(record, "parameterization", json_string(d->parameterization));
+    (void)json_object_set_new(record, "source", or_null(d->source));
+    (void)json_object_set_new(record, "fit", or_null(d->fit));
+    (void)json_object_set_new(record, "starShaped", or_null(d->star));
+    (void)json_object_set_new(record, "origin",
+                              d->origin ? json_vector(d->origin, 3) : json_null());
+    d->source = d->fit = d->star = NULL;
+    text = json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    json_decref(record);
+    return text;
+}
+
+int surface_save(struct store *store, struct surface_description *description, json_t **record,
+                 bool *created)
+{
+    struct store_surface surface = {0}, stored = {0};
+    size_t count = 3 * srnf_coefficient_count(description->degree);
+    bool is_new = false;
+    int status = STORE_NOMEM;
+
+    *record = NULL;
+    store_surface_id(surface.id, (int64_t)description->degree, description->coefficients,
+                     description->scale);
+    surface.lmax = (int64_t)description->degree;
+    surface.name = strdup(description->name ? description->name : "");
+    surface.record = record_text(description);
+    surface.coefficients = malloc(count * sizeof(double));
+    surface.coefficient_count = count;
+    if (!surface.name || !surface.record || !surface.coefficients) {
+        goto out;
+    }
+    memcpy(surface.coefficients, description->coefficients, count * sizeof(double));
+    status = store_surface_put(store, &surface, &is_new);
+    if (status == 0) {
+        status = store_surface_get(store, surface.id, false, &stored);
+    }
+    if (status == 0) {
+        *record = surface_record(&stored);
+        status = *record ? 0 : STORE_NOMEM;
+    }
+    if (created) {
+        *created = is_new;
+    }
+out:
+    store_surface_clear(&stored);
+    store_surface_clear(&surface);
+    return status;
+}
