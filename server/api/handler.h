@@ -9,7 +9,7 @@
 #include "api/api.h"
 #include "jobs/jobs.h"
 
-struct api_inflight; /* executions.c: Idempotency-Keys whose first request is not answered yet */
+struct api_inflight; /* inflight.c: Idempotency-Keys whose first request is not answered yet */
 
 struct api {
     struct api_config config;

@@ -1,0 +1,221 @@
+/*
+ * api.c - a request's way through the api layer: what is refused before the body is read, and the call of the
+ * route's handler afterwards.
+ *
+ * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, 406, 413 by
+ * Content-Length, 415, and query parameters that the route does not know or that come twice. api_handle calls the
+ * handler; api_resume goes on with an execution that waited for its job. All three may run on many threads at
+ * once: what is shared (store, jobs, the keys in flight) guards itself.
+ */
+#include "api/routes.h"
+
+#include "api/respond.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_BODY_DEFAULT ((size_t)256 << 20)
+#define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
+#define SYNC_WAIT_DEFAULT 30.0
+
+static const char *const json_types[] = {"application/json", NULL};
+static const char *const surface_types[] = {"application/json", "application/x-npy",
+                                            "application/octet-stream", NULL};
+
+int api_create(struct api **out, const struct api_config *config)
+{
+    struct api *api = calloc(1, sizeof *api);
+
+    *out = NULL;
+    if (!api) {
+        return -1;
+    }
+    api->config = *config;
+    if (api->config.max_body == 0) {
+        api->config.max_body = MAX_BODY_DEFAULT;
+    }
+    if (!(api->config.sync_wait_seconds > 0)) {
+        api->config.sync_wait_seconds = SYNC_WAIT_DEFAULT;
+    }
+    api->inflight = inflight_create();
+    if (!api->inflight) {
+        free(api);
+        return -1;
+    }
+    *out = api;
+    return 0;
+}
+
+void api_destroy(struct api *api)
+{
+    if (api) {
+        inflight_destroy(api->inflight);
+        free(api);
+    }
+}
+
+/* Length of the media type in a Content-Type value, without its parameters. */
+static size_t media_type_length(const char *value)
+{
+    return strcspn(value, "; \t");
+}
+
+static bool type_in(const char *value, const char *const *types)
+{
+    size_t length = media_type_length(value);
+    char type[96];
+
+    if (length >= sizeof type) {
+        return false;
+    }
+    memcpy(type, value, length);
+    type[length] = '\0';
+    for (size_t i = 0; types[i]; i++) {
+        if (list_has(types[i], type)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* 415 where the body's type is not one of the route's. Without Content-Type the route's first type is meant. */
+static bool refuse_body_type(struct api_call *call, const struct api_route *route)
+{
+    const char *type = api_request_header(call->request, "Content-Type");
+    const char *encoding = api_request_header(call->request, "Content-Encoding");
+    bool fits = true;
+
+    if (route->body == ROUTE_NO_BODY) {
+        return false;
+    }
+    if (encoding && !list_has(encoding, "identity")) {
+        (void)problem_respond(call, "unsupported-media-type",
+                              "Content-Encoding %s is not supported: send the bytes as they are.",
+                              encoding);
+        return true;
+    }
+    if (type && route->body == ROUTE_JSON) {
+        fits = type_in(type, json_types);
+    } else if (type && route->body == ROUTE_SURFACE) {
+        fits = type_in(type, surface_types);
+    } else if (type && route->body == ROUTE_MESH) {
+        fits = mesh_type_known(type, media_type_length(type));
+    }
+    if (!fits) {
+        (void)problem_respond(call, "unsupported-media-type",
+                              "Content-Type %.80s is not one that this resource takes.", type);
+    }
+    return !fits;
+}
+
+/* 400 for a query parameter that the route does not know, or that is given twice. */
+static bool refuse_query(struct api_call *call, const struct api_route *route)
+{
+    const char *cursor = call->request->query;
+    struct query_pair pair, other;
+    char name[32];
+
+    while (query_next(&cursor, &pair)) {
+        bool known = percent_decode(pair.name, pair.name_length, false, name, sizeof name) &&
+                     strlen(name) == pair.name_length && list_has(route->query, name);
+
+        if (!known) {
+            (void)problem_respond(call, "malformed-request",
+                                  "The query parameter \"%.*s\" is not known here; known: %s.",
+                                  (int)(pair.name_length < 60 ? pair.name_length : 60), pair.name,
+                                  route->query[0] ? route->query : "none");
+            return true;
+        }
+        for (const char *rest = cursor; query_next(&rest, &other);) {
+            if (other.name_length == pair.name_length &&
+                strncmp(other.name, pair.name, pair.name_length) == 0) {
+                (void)problem_respond(call, "malformed-request",
+                                      "The query parameter %s is given twice.", name);
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static bool refuse_size(struct api_call *call, int64_t content_length, size_t max_body)
+{
+    if (content_length <= 0 || (uint64_t)content_length <= max_body) {
+        return false;
+    }
+    (void)problem_respond(call, "body-too-large",
+                          "The body has %lld bytes; the limit here is %zu bytes.",
+                          (long long)content_length, max_body);
+    return true;
+}
+
+static void answer_no_route(struct api_call *call, const char *allow)
+{
+    if (!allow[0]) {
+        (void)problem_respond(call, "not-found", "Nothing is at this path; GET / lists what is.");
+    } else if (strcmp(call->request->method, "OPTIONS") == 0) {
+        call->response->status = 204;
+    } else {
+        (void)problem_respond(call, "method-not-allowed",
+                              "%.16s is not among the methods here: %s.", call->request->method,
+                              allow);
+    }
+    if (allow[0]) {
+        (void)api_response_header(call->response, "Allow", "%s", allow);
+    }
+}
+
+enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
+                           size_t *max_body, struct api_response *response)
+{
+    struct api_call call = {.api = api, .request = request, .response = response};
+    struct route_match match;
+    char allow[96];
+
+    request->route = NULL;
+    *max_body = MAX_BODY_NONE;
+    route_find(request->method, request->path, &match, allow, sizeof allow);
+    if (!match.route) {
+        answer_no_route(&call, allow);
+        return API_REFUSED;
+    }
+    if (match.route->body != ROUTE_NO_BODY) {
+        *max_body = api->config.max_body;
+    }
+    if (match.route->produces[0] && accept_best(request, match.route->produces) < 0) {
+        (void)problem_respond(&call, "not-acceptable", "This resource is served as %s.",
+                              match.route->produces[0]);
+        return API_REFUSED;
+    }
+    if (refuse_query(&call, match.route) || refuse_body_type(&call, match.route) ||
+        refuse_size(&call, content_length, *max_body)) {
+        return API_REFUSED;
+    }
+    union {
+        const struct api_route *constant;
+        void *pointer;
+    } route = {match.route};
+    request->route = route.pointer;
+    return match.route->slow ? API_SLOW : API_QUICK;
+}
+
+void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
+{
+    struct api_call call = {.api = api, .request = request, .response = response};
+    const struct api_route *route = request->route;
+    struct route_match match = {.route = route};
+
+    if (!route_matches(route->pattern, request->path, match.parameters)) {
+        (void)problem_respond(&call, "not-found", "Nothing is at this path.");
+        return;
+    }
+    for (size_t i = 0; i < ROUTE_PARAMETERS_MAX; i++) {
+        call.parameters[i] = match.parameters[i];
+    }
+    route->handler(&call);
+}
+
+void api_resume(struct api *api, const struct api_request *request, struct api_response *response)
+{
+    executions_resume(api, request, response);
+}

@@ -1,0 +1,346 @@
+/*
+ * executions.c - POST /v1/processes/{id}/execution, and the descriptions of the processes.
+ *
+ * The inputs are brought into canonical form by the process (references resolved, defaults filled in), dumped with
+ * sorted keys, and submitted: equal texts are equal jobs, which is what the cache, joining and the digest live on.
+ * Then the answer: with respond-async 201 and the job at once; otherwise, or with wait=N, the connection waits for
+ * the job, not a thread: the handler fills response->wait and returns, and executions_resume is called when the job
+ * changed or the time is over. A job that ended answers as its results do, one that did not 201 with the job.
+ *
+ * An Idempotency-Key is "in flight" from here to the answer; the durable part (the same key names the same job for a
+ * day) belongs to the engine, which compares a digest of the path and the body.
+ */
+#include "api/job_answers.h"
+#include "api/prefer.h"
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define KEY_MAX 200
+#define WAIT_MAX 300.0 /* seconds; of a wait=N that asks for more */
+
+struct execution_wait {
+    struct api *api;
+    struct prefer prefer;
+    enum jobs_submission how;
+    char key[KEY_MAX + 1]; /* in flight until the answer; "" where there is none */
+};
+
+void execution_wait_free(void *state)
+{
+    struct execution_wait *wait = state;
+
+    if (!wait) {
+        return;
+    }
+    if (wait->key[0]) {
+        inflight_leave(wait->api->inflight, wait->key);
+    }
+    free(wait);
+}
+
+/* ---- The answer ---------------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *job, *header; /* the member of the job document; RFC 9211 */
+} cache_names[] = {
+    [JOBS_NEW] = {"miss", "srnfd; fwd=miss"},
+    [JOBS_JOINED] = {"joined", "srnfd; fwd=miss; collapsed"},
+    [JOBS_CACHED] = {"hit", "srnfd; hit"},
+};
+
+static void set_execution_headers(struct api_call *call, const struct execution_wait *wait,
+                                  const char *job_id)
+{
+    struct api_response *response = call->response;
+
+    (void)api_response_header(response, "Link", "</v1/jobs/%s>; rel=\"monitor\"", job_id);
+    (void)api_response_header(response, "Cache-Status", "%s", cache_names[wait->how].header);
+    if (wait->prefer.respond_async && wait->prefer.has_wait) {
+        (void)api_response_header(response, "Preference-Applied", "respond-async, wait=%.0f",
+                                  wait->prefer.wait);
+    } else if (wait->prefer.respond_async) {
+        (void)api_response_header(response, "Preference-Applied", "respond-async");
+    } else if (wait->prefer.has_wait) {
+        (void)api_response_header(response, "Preference-Applied", "wait=%.0f", wait->prefer.wait);
+    }
+}
+
+static void answer_with_job(struct api_call *call, const struct execution_wait *wait,
+                            const struct store_job *job)
+{
+    respond_json(call, 201, job_record(job, cache_names[wait->how].job));
+    (void)api_response_header(call->response, "Location", "/v1/jobs/%s", job->id);
+    set_execution_headers(call, wait, job->id);
+}
+
+static void answer_with_results(struct api_call *call, const struct execution_wait *wait,
+                                const struct store_job *job)
+{
+    job_respond_results(call, job);
+    set_execution_headers(call, wait, job->id);
+}
+
+/* Seconds to wait for the job before 201 is the answer. */
+static double seconds_to_wait(const struct api *api, const struct prefer *prefer)
+{
+    if (prefer->has_wait) {
+        return prefer->wait < WAIT_MAX ? prefer->wait : WAIT_MAX;
+    }
+    return prefer->respond_async ? 0 : api->config.sync_wait_seconds;
+}
+
+/* Answers a job that was just submitted, or starts to wait for it. Takes over wait. */
+static void answer_submitted(struct api_call *call, struct execution_wait *wait,
+                             const struct store_job *job)
+{
+    struct api_response *response = call->response;
+    double seconds = seconds_to_wait(call->api, &wait->prefer);
+    bool at_once = wait->prefer.respond_async && !wait->prefer.has_wait;
+
+    if (job_ended(job) && !at_once) {
+        answer_with_results(call, wait, job);
+    } else if (seconds > 0) {
+        (void)snprintf(response->wait.job_id, sizeof response->wait.job_id, "%s", job->id);
+        response->wait.seconds = seconds;
+        response->wait.state = wait;
+        return;
+    } else {
+        answer_with_job(call, wait, job);
+    }
+    execution_wait_free(wait);
+}
+
+void executions_resume(struct api *api, const struct api_request *request,
+                       struct api_response *response)
+{
+    struct api_call call = {.api = api, .request = request, .response = response};
+    struct execution_wait *wait = response->wait.state;
+    struct store_job job = {0};
+    char id[STORE_ID_MAX];
+    int status;
+
+    memcpy(id, response->wait.job_id, sizeof id);
+    status = jobs_get(api->config.jobs, id, &job);
+    if (status == 0 && !job_ended(&job) && response->wait.seconds > 0) {
+        store_job_clear(&job);
+        return;
+    }
+    response->wait.state = NULL;
+    response->wait.job_id[0] = '\0';
+    if (status != 0) {
+        (void)problem_respond_store(&call, status, "no-such-job", id);
+    } else if (job_ended(&job)) {
+        answer_with_results(&call, wait, &job);
+    } else {
+        answer_with_job(&call, wait, &job);
+    }
+    store_job_clear(&job);
+    execution_wait_free(wait);
+}
+
+/* ---- The request --------------------------------------------------------------------------------------- */
+
+/* The inputs member of the body (borrowed from it); NULL when a problem was answered. */
+static const json_t *body_inputs(struct api_call *call, json_t *body)
+{
+    struct problem_list problems = {NULL};
+    const json_t *inputs = json_object_get(body, "inputs");
+    const char *name;
+    json_t *value;
+    char pointer[120];
+
+    json_object_foreach(body, name, value)
+    {
+        if (strcmp(name, "inputs") != 0) {
+            (void)snprintf(pointer, sizeof pointer, "/%.100s", name);
+            problem_add(&problems, pointer,
+                        "the body has one member, inputs; this one is not known.");
+        }
+    }
+    if (!json_is_object(inputs)) {
+        problem_add(&problems, "/inputs", "an object with the inputs of the process is required.");
+    }
+    if (problems.errors) {
+        (void)problem_respond_list(call, "invalid-input", &problems);
+        return NULL;
+    }
+    return inputs;
+}
+
+/* The canonical text of the inputs (malloc); NULL when a problem was answered. */
+static char *canonical_text(struct api_call *call, const struct api_process *process)
+{
+    struct problem_list problems = {NULL};
+    json_t *body = body_json(call), *canonical = NULL;
+    const json_t *inputs = body ? body_inputs(call, body) : NULL;
+    char *text = NULL;
+
+    if (!inputs) {
+        goto out;
+    }
+    canonical = process->canonicalise(call, inputs, &problems);
+    if (problems.errors) {
+        (void)problem_respond_list(call, "invalid-input", &problems);
+    } else if (canonical) {
+        text = json_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
+        if (!text) {
+            (void)problem_respond(call, "out-of-memory", "The inputs could not be written.");
+        }
+    } else if (call->response->status == 0) {
+        (void)problem_respond(call, "internal-error", "The inputs could not be read.");
+    }
+out:
+    json_decref(canonical);
+    json_decref(body);
+    return text;
+}
+
+/* Reads and enters the Idempotency-Key. False when a problem was answered. */
+static bool enter_key(struct api_call *call, struct execution_wait *wait)
+{
+    const char *key = api_request_header(call->request, "Idempotency-Key");
+    enum inflight_entry entry;
+
+    if (!key) {
+        return true;
+    }
+    if (!key[0] || strlen(key) > KEY_MAX) {
+        (void)problem_respond(call, "malformed-request",
+                              "Idempotency-Key must have 1 to %d characters.", KEY_MAX);
+        return false;
+    }
+    entry = inflight_enter(call->api->inflight, key);
+    if (entry == INFLIGHT_TAKEN) {
+        (void)problem_respond(call, "idempotency-key-in-flight",
+                              "Another request with this Idempotency-Key is not answered yet.");
+        (void)api_response_header(call->response, "Retry-After", "1");
+        return false;
+    }
+    if (entry == INFLIGHT_NO_MEMORY) {
+        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
+        return false;
+    }
+    (void)snprintf(wait->key, sizeof wait->key, "%s", key);
+    return true;
+}
+
+/* SHA-256 of the path, a zero byte and the body: what a repeated Idempotency-Key must come with again. */
+static bool body_digest(const struct api_request *request, char digest[65])
+{
+    size_t length = strlen(request->path) + 1;
+    char path_digest[65], both[130];
+
+    store_sha256_hex(path_digest, request->path, length);
+    store_sha256_hex(digest, request->body, request->body_size);
+    (void)snprintf(both, sizeof both, "%s%s", path_digest, digest);
+    store_sha256_hex(digest, both, strlen(both));
+    return true;
+}
+
+static void refuse_submission(struct api_call *call, int status)
+{
+    if (status == JOBS_QUEUE_FULL) {
+        (void)problem_respond(call, "queue-full", "The queue of jobs is full; try again later.");
+    } else if (status == JOBS_IDEMPOTENCY_MISMATCH) {
+        (void)problem_respond(call, "idempotency-key-reused",
+                              "This Idempotency-Key was used with another request.");
+    } else if (status == JOBS_CLOSED) {
+        (void)problem_respond(call, "shutting-down", "The service is shutting down.");
+    } else {
+        (void)problem_respond_store(call, status, NULL, "accepting the job");
+    }
+}
+
+void executions_create(struct api_call *call)
+{
+    const struct api_process *process = api_process_find(call->parameters[0]);
+    struct execution_wait *wait = NULL;
+    struct store_job job = {0};
+    char digest[65], *inputs = NULL;
+    int status;
+
+    if (!process) {
+        (void)problem_respond(call, "no-such-process", "There is no process \"%.60s\".",
+                              call->parameters[0]);
+        return;
+    }
+    wait = calloc(1, sizeof *wait);
+    if (!wait) {
+        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
+        return;
+    }
+    wait->api = call->api;
+    prefer_read(call->request, &wait->prefer);
+    if (!enter_key(call, wait)) {
+        goto out;
+    }
+    inputs = canonical_text(call, process);
+    if (!inputs || !body_digest(call->request, digest)) {
+        goto out;
+    }
+    status =
+        jobs_submit(call->api->config.jobs, process->id, inputs, wait->key[0] ? wait->key : NULL,
+                    wait->key[0] ? digest : NULL, &job, &wait->how);
+    if (status != 0) {
+        refuse_submission(call, status);
+        goto out;
+    }
+    answer_submitted(call, wait, &job);
+    wait = NULL;
+out:
+    store_job_clear(&job);
+    free(inputs);
+    execution_wait_free(wait);
+}
+
+/* ---- GET /v1/processes ---------------------------------------------------------------------------------- */
+
+static json_t *process_record(const struct api_process *process, bool whole)
+{
+    json_t *document = json_object(), *links = json_object();
+    char path[96];
+
+    (void)snprintf(path, sizeof path, "/v1/processes/%s", process->id);
+    (void)json_object_set_new(links, "self", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/processes/%s/execution", process->id);
+    (void)json_object_set_new(links, "execute", json_string(path));
+    (void)json_object_set_new(document, "id", json_string(process->id));
+    (void)json_object_set_new(document, "title", json_string(process->title));
+    (void)json_object_set_new(document, "description", json_string(process->description));
+    (void)json_object_set_new(document, "version", json_string(SRNF_VERSION));
+    (void)json_object_set_new(document, "jobControlOptions",
+                              json_pack("[s,s,s]", "sync-execute", "async-execute", "dismiss"));
+    if (whole) {
+        (void)json_object_set_new(document, "inputs", json_loads(process->inputs_schema, 0, NULL));
+        (void)json_object_set_new(document, "outputs",
+                                  json_loads(process->outputs_schema, 0, NULL));
+    }
+    (void)json_object_set_new(document, "links", links);
+    return document;
+}
+
+void processes_list(struct api_call *call)
+{
+    json_t *items = json_array();
+
+    for (const struct api_process *process = api_processes; process->id; process++) {
+        (void)json_array_append_new(items, process_record(process, false));
+    }
+    respond_json(call, 200, json_pack("{s:o,s:n}", "items", items, "next"));
+}
+
+void processes_get(struct api_call *call)
+{
+    const struct api_process *process = api_process_find(call->parameters[0]);
+
+    if (!process) {
+        (void)problem_respond(call, "no-such-process", "There is no process \"%.60s\".",
+                              call->parameters[0]);
+        return;
+    }
+    respond_json(call, 200, process_record(process, true));
+}

@@ -1,0 +1,239 @@
+/*
+ * jobs_routes.c - the job resource: list, status, results, cancel, delete.
+ *
+ * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the process wrote
+ * and are handed on unparsed. Asking for the results of a job that has not ended is 409 with Retry-After, of one
+ * that failed its problem with that problem's status, of one that was dismissed 410.
+ */
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include "api/job_answers.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static json_t *job_links(const struct store_job *job)
+{
+    json_t *links = json_object();
+    char path[128];
+
+    (void)snprintf(path, sizeof path, "/v1/jobs/%s", job->id);
+    (void)json_object_set_new(links, "self", json_string(path));
+    (void)json_object_set_new(links, "monitor", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
+    (void)json_object_set_new(links, "results", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/jobs/%s/cancel", job->id);
+    (void)json_object_set_new(links, "cancel", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/processes/%s", job->process);
+    (void)json_object_set_new(links, "process", json_string(path));
+    return links;
+}
+
+/* The problem of a failed job; NULL for any other. */
+static json_t *job_problem(const struct store_job *job, const char *request_id)
+{
+    char instance[96];
+
+    if (job->status != STORE_JOB_FAILED) {
+        return NULL;
+    }
+    (void)snprintf(instance, sizeof instance, "/v1/jobs/%s", job->id);
+    return problem_json(job->problem_code ? job->problem_code : "internal-error",
+                        job->problem_detail, instance, request_id);
+}
+
+json_t *job_record(const struct store_job *job, const char *cache)
+{
+    json_t *document = json_object();
+    json_t *problem = job_problem(job, NULL);
+
+    (void)json_object_set_new(document, "id", json_string(job->id));
+    (void)json_object_set_new(document, "type", json_string("process"));
+    (void)json_object_set_new(document, "processID", json_string(job->process));
+    (void)json_object_set_new(document, "status", json_string(store_job_status_name(job->status)));
+    (void)json_object_set_new(document, "message", json_string(job->message ? job->message : ""));
+    (void)json_object_set_new(document, "progress",
+                              job->progress >= 0 ? json_real(job->progress) : json_null());
+    (void)json_object_set_new(document, "created", json_time(job->created_ms));
+    (void)json_object_set_new(document, "started", json_time(job->started_ms));
+    (void)json_object_set_new(document, "finished", json_time(job->finished_ms));
+    (void)json_object_set_new(document, "updated", json_time(job->updated_ms));
+    (void)json_object_set_new(document, "attempt", json_integer(job->attempt));
+    (void)json_object_set_new(document, "cancelRequested", json_boolean(job->cancel_requested));
+    (void)json_object_set_new(document, "cache", json_string(cache ? cache : "miss"));
+    (void)json_object_set_new(document, "inputsDigest", json_string(job->digest));
+    (void)json_object_set_new(document, "numericBuild",
+                              json_string(job->numeric_build ? job->numeric_build : ""));
+    (void)json_object_set_new(document, "exception", problem ? problem : json_null());
+    (void)json_object_set_new(document, "links", job_links(job));
+    return document;
+}
+
+bool job_ended(const struct store_job *job)
+{
+    return job->status != STORE_JOB_ACCEPTED && job->status != STORE_JOB_RUNNING;
+}
+
+static void respond_successful(struct api_call *call, const struct store_job *job)
+{
+    char *results = NULL;
+    size_t size = 0;
+    int status = store_job_results(call->api->config.store, job->id, &results, &size);
+
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", job->id);
+        return;
+    }
+    respond_bytes(call, 200, "application/json", (unsigned char *)results, size);
+}
+
+void job_respond_results(struct api_call *call, const struct store_job *job)
+{
+    json_t *problem;
+
+    switch (job->status) {
+    case STORE_JOB_SUCCESSFUL:
+        respond_successful(call, job);
+        break;
+    case STORE_JOB_FAILED:
+        problem = job_problem(job, call->request->id);
+        response_json(call->response,
+                      problem_status(job->problem_code ? job->problem_code : "internal-error"),
+                      "application/problem+json", problem);
+        break;
+    case STORE_JOB_DISMISSED:
+        (void)problem_respond(call, "job-dismissed", "%s was dismissed and has no results.",
+                              job->id);
+        break;
+    case STORE_JOB_ACCEPTED:
+    case STORE_JOB_RUNNING:
+        (void)problem_respond(call, "result-not-ready", "%s is %s; its results come when it ends.",
+                              job->id, store_job_status_name(job->status));
+        (void)api_response_header(call->response, "Retry-After", "1");
+        break;
+    }
+}
+
+/* Reads the job of the path. False when a problem was answered. */
+static bool find_job(struct api_call *call, struct store_job *job)
+{
+    int status = jobs_get(call->api->config.jobs, call->parameters[0], job);
+
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
+    }
+    return status == 0;
+}
+
+void jobs_get_one(struct api_call *call)
+{
+    struct store_job job = {0};
+
+    if (find_job(call, &job)) {
+        if (!job_ended(&job)) {
+            (void)api_response_header(call->response, "Retry-After", "1");
+        }
+        respond_json(call, 200, job_record(&job, NULL));
+        store_job_clear(&job);
+    }
+}
+
+void jobs_results(struct api_call *call)
+{
+    struct store_job job = {0};
+
+    if (find_job(call, &job)) {
+        if (job.status != STORE_JOB_SUCCESSFUL || !respond_not_modified(call, job.id)) {
+            job_respond_results(call, &job);
+        }
+        store_job_clear(&job);
+    }
+}
+
+void jobs_cancel_one(struct api_call *call)
+{
+    struct store_job job = {0};
+    int status = jobs_cancel(call->api->config.jobs, call->parameters[0], &job);
+
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
+        return;
+    }
+    respond_json(call, 200, job_record(&job, NULL));
+    store_job_clear(&job);
+}
+
+void jobs_delete(struct api_call *call)
+{
+    int status = store_job_delete(call->api->config.store, call->parameters[0]);
+
+    if (status == STORE_CONFLICT) {
+        (void)problem_respond(call, "job-not-ended",
+                              "%s has not ended: cancel it first, then delete it.",
+                              call->parameters[0]);
+    } else if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
+    } else {
+        call->response->status = 204;
+    }
+}
+
+/* ---- GET /v1/jobs -------------------------------------------------------------------------------------- */
+
+static bool add_job(void *user, const struct store_job *job)
+{
+    return list_add(user, job_record(job, NULL), job->created_ms, job->id);
+}
+
+static bool known_status(const char *name)
+{
+    for (int status = STORE_JOB_ACCEPTED; status <= STORE_JOB_DISMISSED; status++) {
+        if (strcmp(store_job_status_name((enum store_job_status)status), name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Reads one filter into buffer: "" where it is absent. False when a problem was answered. */
+static bool read_filter(struct api_call *call, const char *name, char buffer[48],
+                        bool (*known)(const char *value))
+{
+    struct problem_list problems = {NULL};
+    char pointer[24];
+    bool refused;
+
+    buffer[0] = '\0';
+    if (!query_get(call, name, buffer, 48, &refused)) {
+        return !refused;
+    }
+    if (known(buffer)) {
+        return true;
+    }
+    (void)snprintf(pointer, sizeof pointer, "/%s", name);
+    problem_add(&problems, pointer, "\"%s\" is no known %s.", buffer, name);
+    (void)problem_respond_list(call, "invalid-input", &problems);
+    return false;
+}
+
+static bool known_process(const char *name)
+{
+    return api_process_find(name) != NULL;
+}
+
+void jobs_list(struct api_call *call)
+{
+    char process[48], status[48];
+    struct list list;
+
+    if (!read_filter(call, "process", process, known_process) ||
+        !read_filter(call, "status", status, known_status) || !list_open(call, "jobs", &list)) {
+        return;
+    }
+    list.page.process = process[0] ? process : NULL;
+    list.page.status = status[0] ? status : NULL;
+    list_respond(call, &list, "/v1/jobs",
+                 store_job_list(call->api->config.store, &list.page, add_job, &list));
+}

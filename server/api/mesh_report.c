@@ -1,0 +1,140 @@
+/*
+ * mesh_report.c - the pre-flight report of a mesh as JSON, and the first reason why a stored mesh cannot be
+ * analysed.
+ *
+ * A mesh is analysable when the topology is that of a sphere, the faces agree about the outside, and one point sees
+ * the whole surface (route "star"). The route for other surfaces of genus zero does not exist yet: they carry the
+ * problem not-star-shaped with the fraction of area that the best centre sees from behind.
+ */
+#include "api/handler.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static void set_repair(json_t *repairs, const char *code, size_t count)
+{
+    json_t *entry;
+
+    if (count == 0) {
+        return;
+    }
+    entry = json_object();
+    (void)json_object_set_new(entry, "code", json_string(code));
+    (void)json_object_set_new(entry, "count", json_integer((json_int_t)count));
+    (void)json_array_append_new(repairs, entry);
+}
+
+static json_t *repairs_json(const struct srnf_mesh_repairs *repairs,
+                            const struct srnf_mesh_read_info *info)
+{
+    json_t *list = json_array();
+
+    set_repair(list, "duplicate-vertices-merged", repairs->duplicate_vertices_merged);
+    set_repair(list, "unreferenced-vertices-dropped", repairs->unreferenced_vertices_dropped);
+    set_repair(list, "faces-flipped", repairs->faces_flipped);
+    set_repair(list, "polygons-triangulated", info ? info->polygons_triangulated : 0);
+    return list;
+}
+
+static json_t *problem_entry(const char *code, size_t count, int64_t first, const char *detail)
+{
+    json_t *entry = json_object();
+
+    (void)json_object_set_new(entry, "code", json_string(code));
+    (void)json_object_set_new(entry, "count", json_integer((json_int_t)count));
+    (void)json_object_set_new(entry, "first", first < 0 ? json_null() : json_integer(first));
+    (void)json_object_set_new(entry, "detail", json_string(detail));
+    return entry;
+}
+
+static json_t *problems_json(const struct srnf_mesh_report *report, const struct srnf_star *star)
+{
+    json_t *list = json_array();
+    char detail[200];
+
+    for (size_t i = 0; i < report->n_problems; i++) {
+        const struct srnf_mesh_problem *problem = &report->problems[i];
+
+        (void)json_array_append_new(list,
+                                    problem_entry(problem_code_of(problem->status), problem->count,
+                                                  problem->first, problem->detail));
+    }
+    if (report->n_problems == 0 && star && !star->value) {
+        (void)snprintf(detail, sizeof detail,
+                       "no point sees the whole surface: from the best centre %.3g of the area is "
+                       "seen from behind",
+                       star->violating_area_fraction);
+        (void)json_array_append_new(list, problem_entry("not-star-shaped", 1, -1, detail));
+    }
+    return list;
+}
+
+/* JSON has no infinities: a measure beyond the range of double precision is null. */
+static json_t *real_json(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+static json_t *star_json(const struct srnf_star *star)
+{
+    if (!star) {
+        return json_null();
+    }
+    return json_pack("{s:b,s:[o,o,o],s:o,s:o}", "value", star->value, "center",
+                     real_json(star->center[0]), real_json(star->center[1]),
+                     real_json(star->center[2]), "margin", real_json(star->margin),
+                     "violatingAreaFraction", real_json(star->violating_area_fraction));
+}
+
+json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
+                         const struct srnf_mesh_read_info *info)
+{
+    bool analysable = report->n_problems == 0 && star && star->value;
+    json_t *document = json_object();
+
+    (void)json_object_set_new(document, "closed", json_boolean(report->closed));
+    (void)json_object_set_new(document, "manifold",
+                              json_boolean(report->edge_manifold && report->vertex_manifold));
+    (void)json_object_set_new(document, "oriented", json_boolean(report->oriented));
+    (void)json_object_set_new(document, "components", json_integer((json_int_t)report->components));
+    (void)json_object_set_new(document, "eulerCharacteristic",
+                              json_integer(report->euler_characteristic));
+    (void)json_object_set_new(document, "genus",
+                              report->genus < 0 ? json_null() : json_integer(report->genus));
+    (void)json_object_set_new(document, "area", real_json(report->area));
+    (void)json_object_set_new(document, "volume", real_json(report->volume));
+    (void)json_object_set_new(document, "boundingBoxDiagonal",
+                              real_json(report->bounding_box_diagonal));
+    (void)json_object_set_new(document, "analysable", json_boolean(analysable));
+    (void)json_object_set_new(document, "route", analysable ? json_string("star") : json_null());
+    (void)json_object_set_new(document, "starShaped", star_json(star));
+    (void)json_object_set_new(document, "repairs", repairs_json(&report->repairs, info));
+    (void)json_object_set_new(document, "problems", problems_json(report, star));
+    return document;
+}
+
+bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320])
+{
+    json_t *report = json_loads(mesh->report ? mesh->report : "{}", 0, NULL);
+    const json_t *problem = json_array_get(json_object_get(report, "problems"), 0);
+    const char *text = json_string_value(json_object_get(problem, "code"));
+    const char *sentence = json_string_value(json_object_get(problem, "detail"));
+    const json_t *first = json_object_get(problem, "first");
+    bool found = problem || !json_is_true(json_object_get(report, "analysable"));
+
+    if (found) {
+        (void)snprintf(code, 48, "%s", text ? text : "mesh-degenerate");
+        if (json_is_integer(first)) {
+            (void)snprintf(detail, 320, "%s: %s (%lld in all, first at %lld)", mesh->id,
+                           sentence ? sentence : "cannot be analysed",
+                           (long long)json_integer_value(json_object_get(problem, "count")),
+                           (long long)json_integer_value(first));
+        } else {
+            (void)snprintf(detail, 320, "%s: %s", mesh->id,
+                           sentence ? sentence : "cannot be analysed");
+        }
+    }
+    json_decref(report);
+    return found;
+}

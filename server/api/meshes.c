@@ -1,0 +1,356 @@
+/*
+ * meshes.c - the mesh resource: POST parses, repairs what can be repaired without loss, reports and keeps; GET
+ * answers records, lists and the original bytes.
+ *
+ * An id is a content address of format and bytes, so the same file sent twice is one resource: the second time the
+ * record is found by its id before anything is parsed. A body that does not parse is refused and not kept; a mesh
+ * that parses but cannot be analysed is kept, and its report says why. Runs on request threads: reading is linear in
+ * the size of the body, topology n log n, and the star kernel is a linear program of four unknowns.
+ */
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NAME_MAX_BYTES 256
+
+/* How each format is served, and the media types that say a body is in it. */
+static const struct {
+    const char *format, *media_type, *accepted;
+} formats[] = {
+    {"ply", "model/ply", "model/ply,application/ply,application/x-ply,model/x-ply"},
+    {"obj", "model/obj", "model/obj,application/x-obj,text/x-obj"},
+    {"off", "model/off", "model/off,application/x-off"},
+    {"stl", "model/stl",
+     "model/stl,application/sla,application/vnd.ms-pki.stl,model/x.stl-ascii,"
+     "model/x.stl-binary"},
+    {"vtk", "application/x-vtk", "application/x-vtk,model/vtk"},
+    {"gii", "application/x-gifti+xml", "application/x-gifti+xml,application/xml,text/xml"},
+    {"freesurfer", "application/x-freesurfer-surface", "application/x-freesurfer-surface"},
+    {"glb", "model/gltf-binary", ""},
+};
+
+/* Types that say nothing about the format: it is told from the bytes. curl --data-binary sends the third. */
+static const char sniffed[] =
+    "application/octet-stream,text/plain,application/x-www-form-urlencoded";
+
+const char *mesh_media_type(const char *format)
+{
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
+        if (strcmp(formats[i].format, format) == 0) {
+            return formats[i].media_type;
+        }
+    }
+    return "application/octet-stream";
+}
+
+/* The format that a media type names; NULL where it names none. */
+static const char *format_of_type(const char *type)
+{
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
+        if (list_has(formats[i].accepted, type)) {
+            return formats[i].format;
+        }
+    }
+    return NULL;
+}
+
+static bool type_copy(char type[96], const char *value, size_t length)
+{
+    if (length >= 96) {
+        return false;
+    }
+    memcpy(type, value, length);
+    type[length] = '\0';
+    return true;
+}
+
+bool mesh_type_known(const char *value, size_t length)
+{
+    char type[96];
+
+    return type_copy(type, value, length) && (list_has(sniffed, type) || format_of_type(type));
+}
+
+json_t *mesh_record(const struct store_mesh *mesh)
+{
+    json_t *report = json_loads(mesh->report ? mesh->report : "null", JSON_DECODE_ANY, NULL);
+    json_t *document = json_object(), *links = json_object();
+    char path[128];
+
+    (void)snprintf(path, sizeof path, "/v1/meshes/%s", mesh->id);
+    (void)json_object_set_new(links, "self", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/meshes/%s/content", mesh->id);
+    (void)json_object_set_new(links, "content", json_string(path));
+    (void)json_object_set_new(document, "id", json_string(mesh->id));
+    (void)json_object_set_new(document, "name", json_string(mesh->name ? mesh->name : ""));
+    (void)json_object_set_new(document, "format", json_string(mesh->format));
+    (void)json_object_set_new(document, "bytes", json_integer(mesh->bytes));
+    (void)json_object_set_new(document, "vertices", json_integer(mesh->vertices));
+    (void)json_object_set_new(document, "faces", json_integer(mesh->faces));
+    (void)json_object_set_new(document, "created", json_time(mesh->created_ms));
+    (void)json_object_set_new(document, "report", report);
+    (void)json_object_set_new(document, "links", links);
+    return document;
+}
+
+/* ---- POST /v1/meshes ----------------------------------------------------------------------------------- */
+
+/* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered. */
+static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
+{
+    const char *value = api_request_header(call->request, "Content-Type");
+    struct problem_list problems = {NULL};
+    const char *named = NULL;
+    char text[96];
+    bool refused;
+
+    *format = SRNF_MESH_UNKNOWN;
+    if (query_get(call, "format", text, sizeof text, &refused)) {
+        *format = srnf_mesh_format_from_name(text);
+        if (*format == SRNF_MESH_UNKNOWN || *format == SRNF_MESH_GLB) {
+            problem_add(&problems, "/format",
+                        "format must be ply, obj, off, stl, vtk, gii or freesurfer, not \"%s\".",
+                        text);
+            (void)problem_respond_list(call, "invalid-input", &problems);
+            return false;
+        }
+        return true;
+    }
+    if (refused) {
+        return false;
+    }
+    if (value && type_copy(text, value, strcspn(value, "; \t"))) {
+        named = format_of_type(text);
+    }
+    *format = named ? srnf_mesh_format_from_name(named)
+                    : srnf_mesh_sniff(call->request->body, call->request->body_size);
+    if (*format == SRNF_MESH_UNKNOWN) {
+        (void)problem_respond(call, "unparsable-mesh",
+                              "%s; name it by ?format= or Content-Type if it is one.",
+                              srnf_strerror(SRNF_EFORMAT));
+        return false;
+    }
+    return true;
+}
+
+static bool choose_name(struct api_call *call, char name[NAME_MAX_BYTES])
+{
+    struct problem_list problems = {NULL};
+    json_t *string;
+    bool refused;
+
+    name[0] = '\0';
+    if (!query_get(call, "name", name, NAME_MAX_BYTES, &refused)) {
+        return !refused;
+    }
+    string = json_string(name);
+    if (!string) {
+        problem_add(&problems, "/name", "name must be UTF-8.");
+        (void)problem_respond_list(call, "invalid-input", &problems);
+        return false;
+    }
+    json_decref(string);
+    return true;
+}
+
+/* Bytes under another format are another mesh: the address is that of the format and the digest of the bytes. */
+static void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size)
+{
+    char digest[65], text[128];
+
+    store_sha256_hex(digest, bytes, size);
+    (void)snprintf(text, sizeof text, "%s:%s", format, digest);
+    store_content_id(id, "mesh-", text, strlen(text));
+}
+
+static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
+                      const struct srnf_mesh_read_info *info, char **text)
+{
+    struct srnf_mesh_report report;
+    struct srnf_star star;
+    bool have_star = false;
+    json_t *document;
+    int status = srnf_mesh_prepare(mesh, info->format == SRNF_MESH_STL, &report);
+
+    if (status < 0) {
+        (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
+        return false;
+    }
+    if (report.n_problems == 0) {
+        status = srnf_star_kernel(mesh, &star);
+        if (status == SRNF_ENOMEM) {
+            (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
+            return false;
+        }
+        have_star = status == 0;
+        if (!have_star) {
+            report.problems[0] = (struct srnf_mesh_problem){
+                .status = status == SRNF_EDEGENERATE ? SRNF_EDEGENERATE : SRNF_ENOT_STAR,
+                .count = 1,
+                .first = -1};
+            (void)snprintf(report.problems[0].detail, sizeof report.problems[0].detail,
+                           "the search for a centre that sees the whole surface failed: %s",
+                           srnf_strerror(status));
+            report.n_problems = 1;
+        }
+    }
+    document = mesh_report_json(&report, have_star ? &star : NULL, info);
+    *text = json_dumps(document, JSON_COMPACT);
+    json_decref(document);
+    if (!*text) {
+        (void)problem_respond(call, "out-of-memory", "The report could not be allocated.");
+    }
+    return *text != NULL;
+}
+
+/* Parses and reports; fills the row but for its content. False when a problem was answered. */
+static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, struct store_mesh *row)
+{
+    struct srnf_mesh_read_info info = {0};
+    struct srnf_error error = {.element = -1};
+    struct srnf_mesh mesh = {0};
+    bool parsed = false;
+    int status = srnf_mesh_read(call->request->body, call->request->body_size, format, NULL, &mesh,
+                                &info, &error);
+
+    if (status < 0) {
+        const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
+
+        if (error.element >= 0) {
+            (void)problem_respond(call, code, "%s (as %s, element %lld).",
+                                  error.message[0] ? error.message : srnf_strerror(status),
+                                  row->format, (long long)error.element);
+        } else {
+            (void)problem_respond(call, code, "%s (as %s).",
+                                  error.message[0] ? error.message : srnf_strerror(status),
+                                  row->format);
+        }
+        return false;
+    }
+    info.format = format;
+    parsed = report_of(call, &mesh, &info, &row->report);
+    row->vertices = (int64_t)mesh.n_vertices;
+    row->faces = (int64_t)mesh.n_faces;
+    srnf_mesh_clear(&mesh);
+    return parsed;
+}
+
+static void respond_mesh(struct api_call *call, int status, const struct store_mesh *mesh)
+{
+    (void)api_response_header(call->response, "Location", "/v1/meshes/%s", mesh->id);
+    respond_json(call, status, mesh_record(mesh));
+}
+
+void meshes_create(struct api_call *call)
+{
+    const struct api_request *request = call->request;
+    struct store *store = call->api->config.store;
+    struct store_mesh row = {0};
+    enum srnf_mesh_format format;
+    char name[NAME_MAX_BYTES], id[STORE_ID_MAX];
+    bool created = false;
+    int status;
+
+    if (request->body_size == 0) {
+        (void)problem_respond(call, "unparsable-mesh", "The body is empty.");
+        return;
+    }
+    if (!choose_name(call, name) || !choose_format(call, &format)) {
+        return;
+    }
+    mesh_id(id, srnf_mesh_format_name(format), request->body, request->body_size);
+    if (store_mesh_get(store, id, &row) == 0) {
+        respond_mesh(call, 200, &row);
+        goto out;
+    }
+    memset(&row, 0, sizeof row);
+    memcpy(row.id, id, sizeof id);
+    row.name = strdup(name);
+    row.format = strdup(srnf_mesh_format_name(format));
+    row.bytes = (int64_t)request->body_size;
+    row.created_ms = store_now_ms();
+    if (!row.name || !row.format) {
+        (void)problem_respond(call, "out-of-memory", "The record could not be allocated.");
+        goto out;
+    }
+    if (!parse_mesh(call, format, &row)) {
+        goto out;
+    }
+    status = store_mesh_put(store, &row, request->body, &created);
+    if (status != 0) {
+        (void)problem_respond_store(call, status, NULL, "keeping the mesh");
+        goto out;
+    }
+    respond_mesh(call, created ? 201 : 200, &row);
+out:
+    store_mesh_clear(&row);
+}
+
+/* ---- GET ------------------------------------------------------------------------------------------------ */
+
+static bool find_mesh(struct api_call *call, struct store_mesh *mesh)
+{
+    int status = store_mesh_get(call->api->config.store, call->parameters[0], mesh);
+
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-mesh", call->parameters[0]);
+    }
+    return status == 0;
+}
+
+void meshes_get(struct api_call *call)
+{
+    struct store_mesh mesh = {0};
+
+    if (find_mesh(call, &mesh)) {
+        if (!respond_not_modified(call, mesh.id)) {
+            respond_json(call, 200, mesh_record(&mesh));
+        }
+        store_mesh_clear(&mesh);
+    }
+}
+
+void meshes_content(struct api_call *call)
+{
+    struct store_mesh mesh = {0};
+    unsigned char *content = NULL;
+    size_t size = 0;
+    char tag[STORE_ID_MAX + 16];
+    int status;
+
+    if (!find_mesh(call, &mesh)) {
+        return;
+    }
+    (void)snprintf(tag, sizeof tag, "%s.content", mesh.id);
+    if (respond_not_modified(call, tag)) {
+        goto out;
+    }
+    status = store_mesh_content(call->api->config.store, mesh.id, &content, &size);
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-mesh", mesh.id);
+        goto out;
+    }
+    (void)api_response_header(call->response, "Content-Disposition",
+                              "attachment; filename=\"%s.%s\"", mesh.id, mesh.format);
+    respond_bytes(call, 200, mesh_media_type(mesh.format), content, size);
+out:
+    store_mesh_clear(&mesh);
+}
+
+static bool add_mesh(void *user, const struct store_mesh *mesh)
+{
+    return list_add(user, mesh_record(mesh), mesh->created_ms, mesh->id);
+}
+
+void meshes_list(struct api_call *call)
+{
+    struct list list;
+
+    if (list_open(call, "meshes", &list)) {
+        list_respond(call, &list, "/v1/meshes",
+                     store_mesh_list(call->api->config.store, &list.page, add_mesh, &list));
+    }
+}

@@ -1,0 +1,259 @@
+/*
+ * problem.c - problem documents (RFC 9457): one table of codes with their status and title, the documents made
+ * from it, and the codes that failures of the core and of the store stand for.
+ *
+ * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a sentence about
+ * this occurrence, its instance the path asked for (or the job that failed). Clients decide by code.
+ */
+#include "api/handler.h"
+
+#include "api/respond.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define DETAIL_MAX 512
+
+struct problem_kind {
+    const char *code;
+    int status;
+    const char *title;
+};
+
+static const struct problem_kind kinds[] = {
+    {"malformed-request", 400, "The request is malformed"},
+    {"malformed-json", 400, "The body is not the JSON that is expected"},
+    {"not-found", 404, "There is nothing here"},
+    {"no-such-mesh", 404, "There is no such mesh"},
+    {"no-such-surface", 404, "There is no such surface"},
+    {"no-such-job", 404, "There is no such job"},
+    {"no-such-process", 404, "There is no such process"},
+    {"method-not-allowed", 405, "The resource does not have this method"},
+    {"not-acceptable", 406, "No representation fits the Accept header"},
+    {"request-timeout", 408, "The request did not arrive in time"},
+    {"result-not-ready", 409, "The job has not ended yet"},
+    {"job-not-ended", 409, "The job has not ended yet"},
+    {"idempotency-key-in-flight", 409, "A request with this Idempotency-Key is being answered"},
+    {"job-dismissed", 410, "The job was dismissed"},
+    {"body-too-large", 413, "The body is too large"},
+    {"uri-too-long", 414, "The request target is too long"},
+    {"unsupported-media-type", 415, "The body's media type is not supported here"},
+    {"invalid-input", 422, "An input is not valid"},
+    {"unparsable-mesh", 422, "The body is not a mesh that can be read"},
+    {"mesh-not-closed", 422, "The mesh has a boundary"},
+    {"mesh-not-manifold", 422, "The mesh is not a manifold"},
+    {"mesh-not-oriented", 422, "The faces are not consistently oriented"},
+    {"multiple-components", 422, "The mesh has more than one component"},
+    {"not-genus-zero", 422, "The mesh is not of genus zero"},
+    {"mesh-degenerate", 422, "The mesh is degenerate"},
+    {"not-star-shaped", 422, "The surface is not star-shaped"},
+    {"not-converged", 422, "The computation did not converge"},
+    {"numerical-failure", 422, "A numerical step broke down"},
+    {"limit-exceeded", 422, "The input exceeds a limit"},
+    {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
+    {"headers-too-large", 431, "The header fields are too large"},
+    {"internal-error", 500, "The service failed"},
+    {"out-of-memory", 503, "The service is short of memory"},
+    {"queue-full", 503, "The queue of jobs is full"},
+    {"server-busy", 503, "The service is busy"},
+    {"shutting-down", 503, "The service is shutting down"},
+    {"not-ready", 503, "The service is not ready"},
+    {"attempts-exhausted", 500, "The job was interrupted too often"},
+    {"storage-full", 507, "There is no space left for what should be stored"},
+};
+
+static const struct {
+    int status;
+    const char *code;
+} core_codes[] = {
+    {SRNF_ENOMEM, "out-of-memory"},
+    {SRNF_EINVAL, "invalid-input"},
+    {SRNF_ELIMIT, "limit-exceeded"},
+    {SRNF_EFORMAT, "unparsable-mesh"},
+    {SRNF_EPARSE, "unparsable-mesh"},
+    {SRNF_ENOT_CLOSED, "mesh-not-closed"},
+    {SRNF_ENOT_MANIFOLD, "mesh-not-manifold"},
+    {SRNF_ENOT_ORIENTED, "mesh-not-oriented"},
+    {SRNF_ECOMPONENTS, "multiple-components"},
+    {SRNF_EGENUS, "not-genus-zero"},
+    {SRNF_EDEGENERATE, "mesh-degenerate"},
+    {SRNF_ENOT_STAR, "not-star-shaped"},
+    {SRNF_ENUMERIC, "numerical-failure"},
+    {SRNF_WNOT_CONVERGED, "not-converged"},
+};
+
+static const struct {
+    int status;
+    const char *code, *detail;
+} store_codes[] = {
+    {STORE_FULL, "storage-full", "The data directory has no space left."},
+    {STORE_CLOSED, "shutting-down", "The service is shutting down; try again in a moment."},
+    {STORE_BUSY, "server-busy", "The store is busy; try again in a moment."},
+    {STORE_NOMEM, "out-of-memory", "There is not enough memory for this; try again later."},
+};
+
+static const struct problem_kind *find_kind(const char *code)
+{
+    for (size_t i = 0; code && i < sizeof kinds / sizeof kinds[0]; i++) {
+        if (strcmp(kinds[i].code, code) == 0) {
+            return &kinds[i];
+        }
+    }
+    return NULL;
+}
+
+bool problem_known(const char *code)
+{
+    return find_kind(code) != NULL;
+}
+
+int problem_status(const char *code)
+{
+    const struct problem_kind *kind = find_kind(code);
+
+    return kind ? kind->status : 500;
+}
+
+const char *problem_code_of(int srnf_status)
+{
+    for (size_t i = 0; i < sizeof core_codes / sizeof core_codes[0]; i++) {
+        if (core_codes[i].status == srnf_status) {
+            return core_codes[i].code;
+        }
+    }
+    return "internal-error";
+}
+
+/* Bytes that are not UTF-8 cannot stand in JSON: each becomes a question mark. */
+static json_t *lenient_string(const char *text)
+{
+    json_t *string = json_string(text);
+    char copy[DETAIL_MAX];
+    size_t n = 0;
+
+    if (string) {
+        return string;
+    }
+    for (; text[n] && n < sizeof copy - 1; n++) {
+        copy[n] = (text[n] & 0x80) ? '?' : text[n];
+    }
+    copy[n] = '\0';
+    return json_string(copy);
+}
+
+json_t *problem_json(const char *code, const char *detail, const char *instance,
+                     const char *request_id)
+{
+    const struct problem_kind *kind = find_kind(code);
+    json_t *document = json_object();
+    char type[96];
+
+    if (!document || !code) {
+        json_decref(document);
+        return NULL;
+    }
+    (void)snprintf(type, sizeof type, "urn:srnfd:problem:%s", code);
+    (void)json_object_set_new(document, "type", json_string(type));
+    (void)json_object_set_new(document, "title", json_string(kind ? kind->title : code));
+    (void)json_object_set_new(document, "status", json_integer(problem_status(code)));
+    (void)json_object_set_new(document, "code", json_string(code));
+    if (detail && detail[0]) {
+        (void)json_object_set_new(document, "detail", lenient_string(detail));
+    }
+    if (instance) {
+        (void)json_object_set_new(document, "instance", lenient_string(instance));
+    }
+    if (request_id) {
+        (void)json_object_set_new(document, "requestId", json_string(request_id));
+    }
+    return document;
+}
+
+/* Replaces whatever the response held by the document; a 503 says when to come back. */
+static int respond_problem(struct api_response *response, json_t *document, int status)
+{
+    api_response_clear(response);
+    response_json(response, status, "application/problem+json", document);
+    if (status == 503) {
+        (void)api_response_header(response, "Retry-After", "5");
+    }
+    return status;
+}
+
+void api_problem(const struct api_request *request, struct api_response *response, int status,
+                 const char *code, const char *detail)
+{
+    json_t *document = problem_json(code, detail, request->path, request->id);
+
+    if (document) {
+        (void)json_object_set_new(document, "status", json_integer(status));
+    }
+    (void)respond_problem(response, document, status);
+}
+
+int problem_respond(struct api_call *call, const char *code, const char *format, ...)
+{
+    char detail[DETAIL_MAX];
+    va_list arguments;
+
+    va_start(arguments, format);
+    (void)vsnprintf(detail, sizeof detail, format, arguments);
+    va_end(arguments);
+    return respond_problem(call->response,
+                           problem_json(code, detail, call->request->path, call->request->id),
+                           problem_status(code));
+}
+
+void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
+{
+    char detail[DETAIL_MAX];
+    va_list arguments;
+    json_t *entry;
+
+    va_start(arguments, format);
+    (void)vsnprintf(detail, sizeof detail, format, arguments);
+    va_end(arguments);
+    if (!list->errors) {
+        list->errors = json_array();
+    }
+    entry = json_object();
+    (void)json_object_set_new(entry, "pointer", lenient_string(pointer));
+    (void)json_object_set_new(entry, "detail", lenient_string(detail));
+    (void)json_array_append_new(list->errors, entry);
+}
+
+int problem_respond_list(struct api_call *call, const char *code, struct problem_list *list)
+{
+    const json_t *first = json_array_get(list->errors, 0);
+    const char *pointer = json_string_value(json_object_get(first, "pointer"));
+    const char *sentence = json_string_value(json_object_get(first, "detail"));
+    char detail[DETAIL_MAX + 128];
+    json_t *document;
+
+    (void)snprintf(detail, sizeof detail, "%s: %s", pointer ? pointer : "",
+                   sentence ? sentence : "not valid");
+    document = problem_json(code, detail, call->request->path, call->request->id);
+    if (document && list->errors) {
+        (void)json_object_set_new(document, "errors", list->errors);
+        list->errors = NULL;
+    }
+    json_decref(list->errors);
+    list->errors = NULL;
+    return respond_problem(call->response, document, problem_status(code));
+}
+
+int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
+                          const char *what)
+{
+    if (store_status == STORE_NOT_FOUND && not_found_code) {
+        return problem_respond(call, not_found_code, "There is no %s.", what);
+    }
+    for (size_t i = 0; i < sizeof store_codes / sizeof store_codes[0]; i++) {
+        if (store_codes[i].status == store_status) {
+            return problem_respond(call, store_codes[i].code, "%s", store_codes[i].detail);
+        }
+    }
+    return problem_respond(call, "internal-error", "The store failed at %s: %s.", what,
+                           store_strerror(store_status));
+}

@@ -1,0 +1,281 @@
+/*
+ * respond.c - how handlers answer and read what came: JSON and bytes out, query parameters and JSON bodies in,
+ * entity tags.
+ *
+ * The texts that come in are a client's: each parser says what it refuses, and every size has a limit. JSON bodies
+ * are refused when an object names a member twice or when bytes follow the document; jansson limits their depth.
+ */
+#include "api/respond.h"
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+
+#define HEADER_VALUE_MAX 1024
+
+/* ---- Out ---------------------------------------------------------------------------------------------- */
+
+void api_response_clear(struct api_response *response)
+{
+    for (size_t i = 0; i < response->n_headers; i++) {
+        union {
+            const char *constant;
+            char *owned;
+        } value = {response->headers[i].value};
+        free(value.owned);
+    }
+    free(response->body);
+    execution_wait_free(response->wait.state);
+    memset(response, 0, sizeof *response);
+}
+
+int api_response_header(struct api_response *response, const char *name, const char *format, ...)
+{
+    char value[HEADER_VALUE_MAX];
+    va_list arguments;
+    char *copy;
+    int length;
+
+    if (response->n_headers == API_HEADERS_MAX) {
+        return -1;
+    }
+    va_start(arguments, format);
+    length = vsnprintf(value, sizeof value, format, arguments);
+    va_end(arguments);
+    if (length < 0 || (size_t)length >= sizeof value) {
+        return -1;
+    }
+    copy = strdup(value);
+    if (!copy) {
+        return -1;
+    }
+    response->headers[response->n_headers].name = name;
+    response->headers[response->n_headers].value = copy;
+    response->n_headers++;
+    return 0;
+}
+
+void response_json(struct api_response *response, int status, const char *content_type,
+                   json_t *document)
+{
+    static const char failure[] = "{\"type\":\"urn:srnfd:problem:internal-error\",\"status\":500,"
+                                  "\"code\":\"internal-error\"}\n";
+    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    size_t length = text ? strlen(text) : 0;
+    char *line = text ? realloc(text, length + 1) : NULL;
+
+    json_decref(document);
+    response->status = line ? status : 500;
+    if (line) {
+        line[length++] = '\n';
+    } else {
+        free(text);
+        line = strdup(failure);
+        length = line ? sizeof failure - 1 : 0;
+        content_type = "application/problem+json";
+    }
+    free(response->body);
+    response->body = (unsigned char *)line;
+    response->body_size = length;
+    (void)api_response_header(response, "Content-Type", "%s", content_type);
+}
+
+void respond_json(struct api_call *call, int status, json_t *document)
+{
+    if (!document) {
+        (void)problem_respond(call, "internal-error", "The answer could not be written as JSON.");
+        return;
+    }
+    response_json(call->response, status, "application/json", document);
+}
+
+void respond_bytes(struct api_call *call, int status, const char *content_type,
+                   unsigned char *bytes, size_t size)
+{
+    free(call->response->body);
+    call->response->status = status;
+    call->response->body = bytes;
+    call->response->body_size = size;
+    (void)api_response_header(call->response, "Content-Type", "%s", content_type);
+}
+
+json_t *json_time(int64_t ms)
+{
+    time_t seconds = (time_t)(ms / 1000);
+    struct tm parts;
+    char day[32], text[48];
+
+    if (ms <= 0 || !gmtime_r(&seconds, &parts)) {
+        return json_null();
+    }
+    (void)strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &parts);
+    (void)snprintf(text, sizeof text, "%s.%03dZ", day, (int)(ms % 1000));
+    return json_string(text);
+}
+
+bool respond_not_modified(struct api_call *call, const char *tag)
+{
+    const char *known = api_request_header(call->request, "If-None-Match");
+    char quoted[160], weak[164];
+
+    (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
+    (void)snprintf(weak, sizeof weak, "W/%s", quoted);
+    (void)api_response_header(call->response, "ETag", "%s", quoted);
+    (void)api_response_header(call->response, "Cache-Control", "private, no-cache");
+    if (!known || !(list_has(known, quoted) || list_has(known, weak) || list_has(known, "*"))) {
+        return false;
+    }
+    call->response->status = 304;
+    return true;
+}
+
+/* ---- In ----------------------------------------------------------------------------------------------- */
+
+const char *api_request_header(const struct api_request *request, const char *name)
+{
+    for (size_t i = 0; i < request->n_headers; i++) {
+        if (strcasecmp(request->headers[i].name, name) == 0) {
+            return request->headers[i].value;
+        }
+    }
+    return NULL;
+}
+
+bool list_has(const char *list, const char *token)
+{
+    size_t length = strlen(token);
+
+    while (*list) {
+        size_t span = strcspn(list, ",");
+        const char *start = list, *end = list + span;
+
+        while (start < end && isspace((unsigned char)*start)) {
+            start++;
+        }
+        while (end > start && isspace((unsigned char)end[-1])) {
+            end--;
+        }
+        if ((size_t)(end - start) == length && strncasecmp(start, token, length) == 0) {
+            return true;
+        }
+        list += span + (list[span] == ',');
+    }
+    return false;
+}
+
+static int hex_digit(char c)
+{
+    if (c >= '0' && c <= '9') {
+        return c - '0';
+    }
+    if (c >= 'a' && c <= 'f') {
+        return c - 'a' + 10;
+    }
+    return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+bool percent_decode(const char *text, size_t length, bool plus_is_space, char *buffer, size_t size)
+{
+    size_t n = 0;
+
+    for (size_t i = 0; i < length; i++) {
+        int c = (unsigned char)text[i];
+
+        if (c == '%') {
+            int high = i + 1 < length ? hex_digit(text[i + 1]) : -1;
+            int low = i + 2 < length ? hex_digit(text[i + 2]) : -1;
+
+            if (high < 0 || low < 0 || (high == 0 && low == 0)) {
+                return false;
+            }
+            c = high * 16 + low;
+            i += 2;
+        } else if (c == '+' && plus_is_space) {
+            c = ' ';
+        }
+        if (n + 1 >= size) {
+            return false;
+        }
+        buffer[n++] = (char)c;
+    }
+    if (size == 0) {
+        return false;
+    }
+    buffer[n] = '\0';
+    return true;
+}
+
+bool query_next(const char **cursor, struct query_pair *pair)
+{
+    size_t span;
+
+    while (**cursor == '&') {
+        (*cursor)++;
+    }
+    span = strcspn(*cursor, "&");
+    if (span == 0) {
+        return false;
+    }
+    pair->name = *cursor;
+    pair->name_length = strcspn(*cursor, "=&");
+    pair->value = pair->name + pair->name_length + (pair->name_length < span);
+    pair->value_length = span - (size_t)(pair->value - pair->name);
+    *cursor += span;
+    return true;
+}
+
+bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused)
+{
+    const char *cursor = call->request->query;
+    size_t length = strlen(name);
+    struct query_pair pair;
+
+    if (refused) {
+        *refused = false;
+    }
+    while (query_next(&cursor, &pair)) {
+        if (pair.name_length != length || strncmp(pair.name, name, length) != 0) {
+            continue;
+        }
+        if (percent_decode(pair.value, pair.value_length, true, buffer, size)) {
+            return true;
+        }
+        if (refused) {
+            *refused = true;
+        }
+        (void)problem_respond(call, "malformed-request",
+                              "The query parameter %s is too long or not well escaped.", name);
+        return false;
+    }
+    return false;
+}
+
+json_t *body_json(struct api_call *call)
+{
+    const struct api_request *request = call->request;
+    json_error_t error;
+    json_t *document;
+
+    if (request->body_size == 0) {
+        (void)problem_respond(call, "malformed-json",
+                              "The body is empty where a JSON object is expected.");
+        return NULL;
+    }
+    document =
+        json_loadb((const char *)request->body, request->body_size, JSON_REJECT_DUPLICATES, &error);
+    if (!document) {
+        (void)problem_respond(call, "malformed-json", "At line %d, column %d: %s.", error.line,
+                              error.column, error.text);
+        return NULL;
+    }
+    if (!json_is_object(document)) {
+        (void)problem_respond(call, "malformed-json", "The body must be a JSON object.");
+        json_decref(document);
+        return NULL;
+    }
+    return document;
+}

@@ -1,0 +1,42 @@
+/*
+ * respond.h - responses below the level of a call, and small parsers of header and query text. handler.h has
+ * what handlers use.
+ */
+#ifndef SRNFD_API_RESPOND_H
+#define SRNFD_API_RESPOND_H
+
+#include "api/handler.h"
+
+/* Fills status, Content-Type and body from a document that it takes over. Without a document, or when it cannot be
+   dumped, the response becomes a fixed 500. */
+void response_json(struct api_response *response, int status, const char *content_type,
+                   json_t *document);
+
+/* Decodes %XX (and '+' as a space where plus_is_space) from [text, text + length) into buffer. False where an escape
+   is broken or stands for a zero byte, or where the buffer is too small. */
+bool percent_decode(const char *text, size_t length, bool plus_is_space, char *buffer, size_t size);
+
+/* Steps through name=value pairs of a query: sets the pair at *cursor and moves on; false at the end. */
+struct query_pair {
+    const char *name, *value;
+    size_t name_length, value_length;
+};
+bool query_next(const char **cursor, struct query_pair *pair);
+
+/* Whether the comma-separated list has the token, without regard to case. */
+bool list_has(const char *list, const char *token);
+
+/* The set of Idempotency-Keys whose first request is not answered yet (inflight.c). */
+enum inflight_entry { INFLIGHT_ENTERED, INFLIGHT_TAKEN, INFLIGHT_NO_MEMORY };
+struct api_inflight *inflight_create(void);
+void inflight_destroy(struct api_inflight *inflight);
+enum inflight_entry inflight_enter(struct api_inflight *inflight, const char *key);
+void inflight_leave(struct api_inflight *inflight, const char *key);
+
+/* Whether a mesh may come under this media type of that length (meshes.c). */
+bool mesh_type_known(const char *type, size_t length);
+
+/* Frees what a waiting execution keeps in response->wait.state; NULL is accepted (executions.c). */
+void execution_wait_free(void *state);
+
+#endif

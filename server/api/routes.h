@@ -1,0 +1,56 @@
+/*
+ * routes.h - the table of routes and the search in it.
+ */
+#ifndef SRNFD_API_ROUTES_H
+#define SRNFD_API_ROUTES_H
+
+#include "api/handler.h"
+
+#define ROUTE_PARAMETERS_MAX 4
+#define ROUTE_PARAMETER_SIZE 128
+
+/* What kind of body a route takes; decides the limit and the media types it accepts. */
+enum route_body {
+    ROUTE_NO_BODY,
+    ROUTE_JSON,    /* application/json */
+    ROUTE_MESH,    /* a mesh in any of its formats */
+    ROUTE_SURFACE, /* JSON or .npy */
+};
+
+struct api_route {
+    const char *method;  /* "GET" answers HEAD too */
+    const char *pattern; /* "/v1/meshes/{id}": a brace stands for one segment */
+    api_handler *handler;
+    bool slow; /* needs a request thread: computes, or reads much */
+    enum route_body body;
+    const char *query; /* parameters that it knows, separated by commas */
+    const char
+        *produces[5]; /* media types, the default first; empty: whatever Accept says is ignored */
+};
+extern const struct api_route api_routes[]; /* ended by method NULL */
+
+/* The path parameters of one request, as matched. */
+struct route_match {
+    const struct api_route *route;
+    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE];
+};
+
+/* Whether the pattern fits the path; then parameters holds its segments in order. */
+bool route_matches(const char *pattern, const char *path,
+                   char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE]);
+
+/* Finds the route for method and path. Where there is none, route is NULL and allow lists the methods that the path
+   has, as the Allow header wants them, or is empty where nothing is at the path. */
+void route_find(const char *method, const char *path, struct route_match *match, char *allow,
+                size_t allow_size);
+
+api_handler meshes_create, meshes_list, meshes_get, meshes_content;
+api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete;
+api_handler processes_list, processes_get, executions_create;
+api_handler system_landing, system_healthz, system_readyz, system_version, system_openapi;
+
+/* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */
+void executions_resume(struct api *api, const struct api_request *request,
+                       struct api_response *response);
+
+#endif

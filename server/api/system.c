@@ -1,0 +1,87 @@
+/*
+ * system.c - what the service says about itself: landing page, health, readiness, versions, API description.
+ *
+ * /healthz says that requests are answered at all and touches nothing else; /readyz asks the store, so it fails
+ * when the database does.
+ */
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include "build.h"
+#include "embedded.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void system_landing(struct api_call *call)
+{
+    respond_json(call, 200,
+                 json_pack("{s:s,s:s,s:{s:s,s:s,s:s,s:s,s:s,s:s,s:s}}", "title",
+                           "srnfd: elastic shape analysis of closed surfaces", "description",
+                           "Square-root normal fields of triangle meshes, their inversion and "
+                           "geodesics. The API is described by links.description.",
+                           "links", "self", "/", "description", "/v1/openapi.yaml", "version",
+                           "/v1/version", "processes", "/v1/processes", "meshes", "/v1/meshes",
+                           "surfaces", "/v1/surfaces", "jobs", "/v1/jobs"));
+}
+
+void system_healthz(struct api_call *call)
+{
+    respond_json(call, 200, json_pack("{s:s}", "status", "ok"));
+}
+
+void system_readyz(struct api_call *call)
+{
+    int status = store_ping(call->api->config.store);
+
+    if (status != 0) {
+        (void)problem_respond(call, "not-ready", "The database does not answer: %s.",
+                              store_strerror(status));
+        return;
+    }
+    respond_json(call, 200, json_pack("{s:s}", "status", "ready"));
+}
+
+void system_version(struct api_call *call)
+{
+    struct build_part parts[BUILD_PARTS];
+    json_t *versions = json_object();
+    char id[BUILD_ID_SIZE];
+
+    build_parts(parts);
+    build_numeric_id(id);
+    for (size_t i = 0; i < BUILD_PARTS; i++) {
+        (void)json_object_set_new(versions, parts[i].name, json_string(parts[i].version));
+    }
+    respond_json(call, 200,
+                 json_pack("{s:s,s:s,s:i,s:o}", "version", SRNF_VERSION, "numericBuild", id,
+                           "workers", (int)jobs_worker_count(call->api->config.jobs), "versions",
+                           versions));
+}
+
+void system_openapi(struct api_call *call)
+{
+    const struct embedded_file *file = embedded_files;
+    unsigned char *copy;
+    char tag[65];
+
+    while (file->path && strcmp(file->path, "api/openapi.yaml") != 0) {
+        file++;
+    }
+    if (!file->path) {
+        (void)problem_respond(call, "not-found", "This build carries no API description.");
+        return;
+    }
+    store_sha256_hex(tag, file->bytes, file->size);
+    tag[32] = '\0';
+    if (respond_not_modified(call, tag)) {
+        return;
+    }
+    copy = malloc(file->size + 1);
+    if (!copy) {
+        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
+        return;
+    }
+    memcpy(copy, file->bytes, file->size);
+    respond_bytes(call, 200, "application/yaml", copy, file->size);
+}

@@ -1,0 +1,65 @@
+/*
+ * build.c - versions and the numeric build id.
+ *
+ * The id names the project's version, a digest of the core's sources and compiler flags, the compiler, and the
+ * libraries that compute: FFTW, GLPK and OpenBLAS with the kernels that it has chosen for this processor. The
+ * HTTP library or the database may change without making results stale; they are only listed.
+ */
+#include "build.h"
+
+#include "srnf.h"
+
+#include <cblas.h>
+#include <expat.h>
+#include <fftw3.h>
+#include <glpk.h>
+#include <jansson.h>
+#include <microhttpd.h>
+#include <sodium.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <string.h>
+#include <zlib.h>
+
+/* Set by the Makefile from core/ and the flags. */
+#ifndef SRNF_CORE_DIGEST
+#define SRNF_CORE_DIGEST "unknown"
+#endif
+
+#ifdef __clang__
+#define COMPILER "clang " __clang_version__
+#else
+#define COMPILER "gcc " __VERSION__
+#endif
+
+void build_parts(struct build_part parts[BUILD_PARTS])
+{
+    const struct {
+        const char *name, *first, *second;
+    } table[BUILD_PARTS] = {
+        {"srnfd", SRNF_VERSION, "core " SRNF_CORE_DIGEST},
+        {"compiler", COMPILER, ""},
+        {"openblas", openblas_get_config(), openblas_get_corename()},
+        {"fftw", fftw_version, ""},
+        {"glpk", glp_version(), ""},
+        {"zlib", zlibVersion(), ""},
+        {"expat", XML_ExpatVersion(), ""},
+        {"libmicrohttpd", MHD_get_version(), ""},
+        {"sqlite", sqlite3_libversion(), ""},
+        {"jansson", jansson_version_str(), ""},
+        {"libsodium", sodium_version_string(), ""},
+    };
+
+    for (size_t i = 0; i < BUILD_PARTS; i++) {
+        parts[i].name = table[i].name;
+        (void)snprintf(parts[i].version, sizeof parts[i].version, "%s%s%s", table[i].first,
+                       table[i].second[0] ? ", " : "", table[i].second);
+    }
+}
+
+void build_numeric_id(char id[BUILD_ID_SIZE])
+{
+    (void)snprintf(id, BUILD_ID_SIZE, "srnf %s core %s; %s; openblas %s %s; %s; glpk %s",
+                   SRNF_VERSION, SRNF_CORE_DIGEST, COMPILER, openblas_get_config(),
+                   openblas_get_corename(), fftw_version, glp_version());
+}
