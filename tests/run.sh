@@ -15,7 +15,7 @@
 # ends with an error though every line was ok, is killed, runs out of time, reports another number of tests
 # than it planned, plans none, or leaves processes behind.
 #
-# A test's source may carry marker lines:
+# A test's source may carry marker lines among its first twenty:
 #   srnfd-test: release-only    is left out of sanitizer builds
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
@@ -69,7 +69,7 @@ trap 'exit 130' INT TERM HUP
 
 # Value of a marker in a source: "yes" for one without a value, nothing if it is not there.
 marker() { # SOURCE NAME
-    sed -n "s/^[#/* ]*srnfd-test: $2 *\([0-9]*\).*/yes \1/p" "$1" | head -n 1
+    sed -n -e "s/^[#/* ]*srnfd-test: $2 *\([0-9]*\).*/yes \1/p" -e 20q "$1" | head -n 1
 }
 
 # Reads TAP on stdin and prints "passed failed skipped" and, from the second line on, what is wrong with the
@@ -98,10 +98,14 @@ read_tap() {
         }'
 }
 
-# True once no process of the group is left, or when it has had two seconds to end.
-group_ended() {
+# True once nothing of a process group runs any more, false if two seconds were not enough for that.
+# Orphans that ended but that nobody has reaped, as happens in containers, do not count.
+group_ended() { # GROUP
+    local running
     for _ in $(seq 20); do
         kill -0 -- "-$1" 2>/dev/null || return 0
+        running=$(sed -n "s/^\([0-9]*\) (.*) [^ZX] [0-9]* $1 .*/\1/p" /proc/[0-9]*/stat 2>/dev/null)
+        [ -n "$running" ] || return 0
         sleep 0.1
     done
     return 1

@@ -1,7 +1,7 @@
 # lib.sh - what shell tests share: TAP, servers, requests. Sourced, by bash:
 #
 #   . "$(dirname "$0")/../support/lib.sh"
-#   start_server "$TMPDIR/data" --workers 2
+#   start_server "$SCRATCH/data" --workers 2
 #   post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 #   is "$STATUS" 201 'a mesh is accepted'
 #   is "$(json .format)" ply 'and its format is known'
@@ -11,7 +11,8 @@
 # has no plan, which tests/run.sh counts as a failure. Every server that start_server started is ended when
 # the script ends, whichever way, by its process id.
 #
-# tests/run.sh sets SRNFD, SRNFD_BUILD, SRNFD_SANITIZED and TMPDIR; by hand, the release build is taken.
+# tests/run.sh sets SRNFD, SRNFD_BUILD and SRNFD_SANITIZED; by hand, the release build is taken. The script
+# runs in the project's root; SCRATCH is a folder of its own that goes away with it.
 
 set -u
 

@@ -1,0 +1,168 @@
+#!/usr/bin/env bash
+# tests/run.sh counts right: fake tests that pass, fail, crash, hang, plan wrongly, leave processes behind,
+# or are not built.
+# srnfd-test: release-only
+. "$(dirname "$0")/support/lib.sh"
+
+FAKE=$SCRATCH/fake
+mkdir -p "$FAKE/tests/deep" "$FAKE/build/tests/deep"
+
+# A shell test of that name, from standard input.
+script() { # NAME
+    { echo '#!/usr/bin/env bash' && cat; } >"$FAKE/tests/$1"
+    chmod +x "$FAKE/tests/$1"
+}
+
+# A C test: an (empty) source, and as its program a script from standard input.
+program() { # NAME
+    : >"$FAKE/tests/$1.c"
+    { echo '#!/usr/bin/env bash' && cat; } >"$FAKE/build/tests/$1"
+    chmod +x "$FAKE/build/tests/$1"
+}
+
+# Runs the runner; OUTPUT, LAST (line) and RESULT (status).
+run() { # [FILTER]
+    OUTPUT=$(SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/build" "$@" 2>&1)
+    RESULT=$?
+    LAST=$(tail -n 1 <<<"$OUTPUT")
+}
+
+program test_pass <<'END'
+echo 1..2; echo 'ok 1 - a'; echo 'ok 2 - b'
+END
+program deep/test_groups <<'END'
+echo 1..1; echo 'ok 1 - a'; echo 1..2; echo 'ok 1 - b'; echo 'ok 2 - c'
+END
+script test_late_plan.sh <<'END'
+echo 'ok 1 - a'; echo 1..1
+END
+run
+is "$LAST" '6 passed, 0 failed' 'passes of programs, of several plans in one, and of scripts add up'
+is "$RESULT" 0 'and the status is 0'
+
+run 'deep/'
+is "$LAST" '3 passed, 0 failed' 'a filter chooses by path'
+
+program test_skip <<'END'
+echo 1..3; echo 'ok 1 - a'; echo 'ok 2 - b # SKIP no data'; echo 'not ok 3 # SKIP c'
+END
+script test_skip_all.sh <<'END'
+echo '1..0 # SKIP nothing to test here'
+END
+run 'skip'
+is "$LAST" '1 passed, 0 failed' 'skipped tests are neither passes nor failures'
+like "$OUTPUT" '3 skipped' 'but they are counted'
+like "$OUTPUT" 'nothing to test here' 'and their reasons are shown'
+
+# Each of these must count as exactly this many failures, with a word that says why.
+expect() { # NAME COUNT REASON
+    run "/?$1\\."
+    is "$LAST" "$2" "$1: $2"
+    is "$RESULT" 1 "$1: the status says so"
+    like "$OUTPUT" "$3" "$1: the report says why"
+}
+
+program test_fail <<'END'
+echo 1..2; echo 'ok 1 - a'; echo 'not ok 2 - b'; echo 'b was 3' >&2; exit 1
+END
+expect test_fail '1 passed, 1 failed' 'b was 3'
+
+program test_fail_quietly <<'END'
+echo 1..1; echo 'not ok 1 - a'
+END
+expect test_fail_quietly '0 passed, 1 failed' 'not ok 1 - a'
+
+program test_crash <<'END'
+echo 1..3; echo 'ok 1 - a'; kill -SEGV $$
+END
+expect test_crash '1 passed, 1 failed' 'killed by signal 11'
+
+program test_exit <<'END'
+echo 1..1; echo 'ok 1 - a'; exit 3
+END
+expect test_exit '1 passed, 1 failed' 'exit status 3'
+
+script test_short.sh <<'END'
+echo 1..4; echo 'ok 1 - a'
+END
+expect test_short '1 passed, 1 failed' '4 planned, 1 reported'
+
+script test_long.sh <<'END'
+echo 1..1; echo 'ok 1 - a'; echo 'ok 2 - b'
+END
+expect test_long '2 passed, 1 failed' '1 planned, 2 reported'
+
+script test_no_plan.sh <<'END'
+echo 'ok 1 - a'
+END
+expect test_no_plan '1 passed, 1 failed' 'no plan'
+
+script test_silent.sh <<'END'
+END
+expect test_silent '0 passed, 1 failed' 'no plan'
+
+script test_empty_plan.sh <<'END'
+echo 1..0
+END
+expect test_empty_plan '0 passed, 1 failed' 'no test at all'
+
+script test_bail.sh <<'END'
+echo 1..1; echo 'ok 1 - a'; echo 'Bail out! no disk'
+END
+expect test_bail '1 passed, 1 failed' 'no disk'
+
+script test_hang.sh <<'END'
+# srnfd-test: timeout 1
+echo 1..1; echo 'ok 1 - a'; sleep 60
+END
+started=$SECONDS
+expect test_hang '1 passed, 1 failed' 'timed out after 1 s'
+compare $((SECONDS - started)) '<' 20 'a test that hangs is ended'
+
+script test_leave.sh <<'END'
+sleep 60 & echo $! >../left; echo 1..1; echo 'ok 1 - a'
+END
+sed -i "s|../left|$FAKE/left|" "$FAKE/tests/test_leave.sh"
+expect test_leave '1 passed, 1 failed' 'left processes behind'
+unlike "$(cat "/proc/$(cat "$FAKE/left")/stat" 2>/dev/null)" '\) [^ZX] ' 'and what was left is ended'
+
+: >"$FAKE/tests/test_unbuilt.c"
+expect test_unbuilt '0 passed, 1 failed' 'not built'
+
+# The rooms of two tests: each sees a folder of its own, empty, and no standard input.
+for name in test_room_1 test_room_2; do
+    script "$name.sh" <<'END'
+echo 1..2
+[ -d "$TMPDIR" ] && [ -z "$(ls -A "$TMPDIR")" ] && echo 'ok 1 - an empty folder'
+touch "$TMPDIR/mine"
+read -r line || echo 'ok 2 - no input'
+END
+done
+run 'test_room'
+is "$LAST" '4 passed, 0 failed' 'each test has a fresh folder and a closed standard input'
+
+script test_lone.sh <<'END'
+# srnfd-test: alone
+echo 1..1; [ -z "$(ls "$MEETING" 2>/dev/null)" ] && echo 'ok 1 - alone'
+END
+script test_lone_neighbour.sh <<'END'
+mkdir -p "$MEETING"; touch "$MEETING/here"; sleep 0.5; rm "$MEETING/here"; echo 1..1; echo 'ok 1 - a'
+END
+export MEETING=$FAKE/meeting
+run 'test_lone'
+is "$LAST" '2 passed, 0 failed' 'a test that wants to be alone is'
+
+script test_release.sh <<'END'
+# srnfd-test: release-only
+echo 1..1; echo 'ok 1 - a'
+END
+run 'test_release'
+is "$LAST" '1 passed, 0 failed' 'a release-only test runs in a release build'
+echo '__asan_init' >"$FAKE/build/srnfd"
+run 'test_release|test_pass'
+is "$LAST" '2 passed, 0 failed' 'and not in a sanitizer build'
+
+SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/nowhere" >/dev/null 2>&1
+is $? 2 'a folder that is not there is a usage error'
+
+done_testing
