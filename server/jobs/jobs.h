@@ -1,12 +1,13 @@
 /*
- * jobs.h - the processes' engine: a queue in the store, worker threads, cache and joining by digest, cancel,
- * progress, and helpers among the workers for one job's parallel loops.
+ * jobs.h - the processes' engine: a queue in the store, worker threads, cache and joining by
+ * digest, cancel, progress, and helpers among the workers for one job's parallel loops.
  *
- * The engine knows nothing of JSON: inputs and results are texts that it stores and hands on. What a process
- * is (its validation, its computation) comes as a table from the layer above.
+ * The engine knows nothing of JSON: inputs and results are texts that it stores and hands on.
+ * What a process is (its validation, its computation) comes as a table from the layer above.
  *
- * Threads: `workers` threads named srnfd-work-N claim accepted jobs, oldest first. A worker without a job of
- * its own helps the parallel loops of running jobs. OpenBLAS runs one thread per caller.
+ * Threads: `workers` threads named srnfd-work-N claim accepted jobs, oldest first. A worker
+ * without a job of its own helps the parallel loops of running jobs. OpenBLAS runs one thread per
+ * caller.
  */
 #ifndef SRNFD_JOBS_H
 #define SRNFD_JOBS_H
@@ -17,15 +18,17 @@
 struct jobs;
 struct jobs_run;
 
-/* How a run ended: exactly one of results (malloc, taken over by the engine) or problem_code is set. */
+/* How a run ended: exactly one of results (malloc, taken over by the engine) or problem_code is
+   set. */
 struct jobs_result {
     char *results;
     const char *problem_code; /* static string: "not-converged", "not-star-shaped", ... */
     char problem_detail[400];
 };
 
-/* One row of the process table. run is called on a worker thread; inputs is the canonical text of submission. A
-   run that sees cancellation returns with neither results nor problem. user is that of jobs_config. */
+/* One row of the process table. run is called on a worker thread; inputs is the canonical text of
+   submission. A run that sees cancellation returns with neither results nor problem. user is that
+   of jobs_config. */
 struct jobs_process {
     const char *id;
     void (*run)(struct jobs_run *run, void *user, const char *inputs, struct jobs_result *result);
@@ -33,11 +36,11 @@ struct jobs_process {
 
 struct jobs_config {
     struct store *store;
-    size_t workers;                    /* 0: one per online processor */
-    const struct jobs_process *table;  /* ended by id NULL */
+    size_t workers;                   /* 0: one per online processor */
+    const struct jobs_process *table; /* ended by id NULL */
     void *user;
-    const char *numeric_build;         /* part of every cache key */
-    size_t max_queued;                 /* accepted jobs beyond this are refused; default 10,000 */
+    const char *numeric_build; /* part of every cache key */
+    size_t max_queued;         /* accepted jobs beyond this are refused; default 10,000 */
     void (*log)(void *user, const char *event, const char *job_id, const char *detail);
     /* Called, on any thread and without locks held, whenever a job ended or its row changed. */
     void (*changed)(void *user, const char *job_id);
@@ -54,16 +57,19 @@ enum jobs_status {
 
 /* Recovers the queue (running -> accepted, three attempts at most) and starts the workers. */
 int jobs_open(struct jobs **out, const struct jobs_config *config);
-/* Drains: no new claims, running jobs get grace_seconds to end, then are cancelled and put back to accepted
-   without losing an attempt. */
+/* Drains: no new claims, running jobs get grace_seconds to end, then are cancelled and put back
+   to accepted without losing an attempt. */
 void jobs_close(struct jobs *jobs, double grace_seconds);
 
 enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
 
-/* Accepts a job: durable when it returns. An identical successful job answers from the cache, an identical
-   accepted or running one is joined; neither writes anything. inputs: canonical text. */
-int jobs_submit(struct jobs *jobs, const char *process, const char *inputs, const char *idempotency_key,
-                const char *body_digest, struct store_job *job, enum jobs_submission *how);
+/* Accepts a job: durable when it returns. An identical successful job answers from the cache, an
+   identical accepted or running one is joined; neither writes anything but the Idempotency-Key, if
+   one is given. The same key with the same body_digest names the same job again, whatever has
+   become of it. inputs: canonical text. Errors: jobs_status, or STORE_*. */
+int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
+                const char *idempotency_key, const char *body_digest, struct store_job *job,
+                enum jobs_submission *how);
 /* Idempotent; an accepted job is dismissed at once, a running one when its run notices. */
 int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 /* As store_job_get, with the live progress and message of a running job. */
@@ -71,16 +77,17 @@ int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
 
 size_t jobs_worker_count(const struct jobs *jobs);
 
-/* ---- For the code of a process ------------------------------------------------------------------------- */
+/* ---- For the code of a process --------------------------------------------------------------- */
 
 struct store *jobs_run_store(struct jobs_run *run);
 const char *jobs_run_job_id(const struct jobs_run *run);
-/* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock, for the core. */
+/* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,
+   for the core. */
 const struct srnf_context *jobs_run_context(struct jobs_run *run);
-/* Transforms are dear to make: one per (degree, kind, n_theta, n_phi), shared by all, kept until jobs_close
-   (least recently used beyond 16 leave when nobody holds them). */
-int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind, size_t n_theta,
-                           size_t n_phi, const struct srnf_sht **sht);
+/* Transforms are dear to make: one per (degree, kind, n_theta, n_phi), shared by all, kept until
+   jobs_close (least recently used beyond 16 leave when nobody holds them). */
+int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind,
+                           size_t n_theta, size_t n_phi, const struct srnf_sht **sht);
 void jobs_transform_release(struct jobs *jobs, const struct srnf_sht *sht);
 struct jobs *jobs_run_jobs(struct jobs_run *run);
 

@@ -1,21 +1,22 @@
 /*
- * store.h - everything durable: one SQLite database and a folder of content-addressed blobs under the data
- * directory. The only part of the daemon that knows SQLite or writes files.
+ * store.h - everything durable: one SQLite database and a folder of content-addressed blobs under
+ * the data directory. The only part of the daemon that knows SQLite or writes files.
  *
  * Design
- *   One writer thread owns the only read-write connection: it executes queued writes in groups (one
- *   transaction, one fsync for all that wait), runs the checkpoints when idle, and wakes the callers. Every
- *   writing function below blocks until its group is committed with synchronous=FULL: what it returns is a
- *   promise that survives kill -9. Readers use read-only connections, one per calling thread at a time,
- *   kept in a pool. A group that fails as a whole is retried one write at a time, so that one bad write
- *   does not spoil its neighbours.
+ *   One writer thread owns the only read-write connection: it executes queued writes in groups
+ *   (one transaction, one fsync for all that wait), runs the checkpoints when idle, and wakes the
+ *   callers. Every writing function below blocks until its group is committed with
+ *   synchronous=FULL: what it returns is a promise that survives kill -9. Readers use read-only
+ *   connections, one per calling thread at a time, kept in a pool. A group that fails as a whole
+ *   is retried one write at a time, so that one bad write does not spoil its neighbours.
  *
  *   Values up to STORE_INLINE_MAX bytes live in the database; larger ones are files under
- *   blobs/ab/abcdef... named by their SHA-256: written under a temporary name, fsync, rename, fsync of the
- *   folder, and only then the row.
+ *   blobs/ab/abcdef... named by their SHA-256: written under a temporary name, fsync, rename,
+ *   fsync of the folder, and only then the row.
  *
- * Functions return 0 or a negative STORE_* code. Every struct store_x filled by a function owns its strings and
- * is released by the matching store_x_clear. Any function may be called from any thread.
+ * Functions return 0 or a negative STORE_* code. Every struct store_x filled by a function owns
+ * its strings and is released by the matching store_x_clear. Any function may be called from any
+ * thread.
  */
 #ifndef SRNFD_STORE_H
 #define SRNFD_STORE_H
@@ -30,21 +31,22 @@
 enum store_status {
     STORE_OK = 0,
     STORE_NOT_FOUND = -1,
-    STORE_CONFLICT = -2,  /* the row is not in the state that the write asks for */
-    STORE_FULL = -3,      /* no space left on the device */
-    STORE_IO = -4,        /* any other failure of the device */
-    STORE_CORRUPT = -5,   /* not our database, damaged, or a blob that does not match its name */
-    STORE_NEWER = -6,     /* written by a newer version */
-    STORE_BUSY = -7,      /* another daemon holds the data directory */
+    STORE_CONFLICT = -2, /* the row is not in the state that the write asks for */
+    STORE_FULL = -3,     /* no space left on the device */
+    STORE_IO = -4,       /* any other failure of the device */
+    STORE_CORRUPT = -5,  /* not our database, damaged, or a blob that does not match its name */
+    STORE_NEWER = -6,    /* written by a newer version */
+    STORE_BUSY = -7,     /* another daemon holds the data directory */
     STORE_NOMEM = -8,
-    STORE_CLOSED = -9,    /* the store is shutting down */
+    STORE_CLOSED = -9, /* the store is shutting down */
 };
 const char *store_strerror(int status);
 
 struct store;
 
-/* Creates or opens the data directory, migrates the database (each migration in one transaction), takes the
-   lock that keeps a second daemon out, and starts the writer thread. message gets a sentence on failure. */
+/* Creates or opens the data directory, migrates the database (each migration in one transaction),
+   takes the lock that keeps a second daemon out, and starts the writer thread. message gets a
+   sentence on failure. */
 int store_open(struct store **out, const char *directory, char *message, size_t message_size);
 void store_close(struct store *store);
 
@@ -55,47 +57,52 @@ void store_sha256_hex(char hex[65], const void *bytes, size_t size);
 /* Milliseconds since the epoch: the only clock that rows carry. */
 int64_t store_now_ms(void);
 
-/* ---- Meshes -------------------------------------------------------------------------------------------- */
+/* ---- Meshes ---------------------------------------------------------------------------------- */
 
 struct store_mesh {
     char id[STORE_ID_MAX]; /* mesh-..., of the bytes and the format */
     char *name;            /* may be empty */
     char *format;
-    char *report;          /* JSON text, opaque here */
+    char *report; /* JSON text, opaque here */
     int64_t bytes, vertices, faces, created_ms;
 };
 
-/* Stores the mesh unless it is there; *created says which. On return mesh->created_ms and mesh->name are what
-   the store holds. */
-int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content, bool *created);
+/* Stores the mesh unless it is there; *created says which. content has mesh->bytes bytes,
+   mesh->id is set. On return mesh->created_ms and mesh->name are what the store holds. */
+int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content,
+                   bool *created);
 int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh);
 /* content is allocated with malloc. */
 int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size);
 void store_mesh_clear(struct store_mesh *mesh);
 
-/* ---- Surfaces ------------------------------------------------------------------------------------------ */
+/* ---- Surfaces -------------------------------------------------------------------------------- */
 
 struct store_surface {
     char id[STORE_ID_MAX]; /* surf-..., of lmax, the coefficients and scale */
     char *name;
-    char *record;          /* JSON text of everything else in the record, opaque here */
+    char *record; /* JSON text of everything else in the record, opaque here */
     int64_t lmax, created_ms;
-    double *coefficients;  /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
+    double *coefficients; /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
     size_t coefficient_count;
 };
 
-/* Canonical content: int64 lmax, the doubles of the coefficients (-0 as 0), the double scale, little-endian. */
-void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients, double scale);
+/* Canonical content: int64 lmax, the doubles of the coefficients (-0 as 0), the double scale,
+   little-endian. */
+void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients,
+                      double scale);
+/* As store_mesh_put; coefficient_count must be 3 (lmax + 1)^2. On return name, record and
+   created_ms are what the store holds. */
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created);
 int store_surface_get(struct store *store, const char *id, bool with_coefficients,
                       struct store_surface *surface);
 void store_surface_clear(struct store_surface *surface);
 
-/* ---- Lists --------------------------------------------------------------------------------------------- */
+/* ---- Lists ----------------------------------------------------------------------------------- */
 
-/* Newest first. A cursor is (created_ms, id) of the last item seen; after_id NULL or "" starts at the top.
-   visit is called once per row with a struct of the kind that is valid only during the call; it returns false to
-   stop. */
+/* Newest first. A cursor is (created_ms, id) of the last item seen; after_id NULL or "" starts at
+   the top. visit is called once per row with a struct of the kind that is valid only during the
+   call; it returns false to stop. */
 struct store_page {
     size_t limit;
     int64_t after_ms;
@@ -107,7 +114,7 @@ int store_mesh_list(struct store *store, const struct store_page *page,
 int store_surface_list(struct store *store, const struct store_page *page,
                        bool (*visit)(void *user, const struct store_surface *surface), void *user);
 
-/* ---- Jobs ---------------------------------------------------------------------------------------------- */
+/* ---- Jobs ------------------------------------------------------------------------------------ */
 
 enum store_job_status {
     STORE_JOB_ACCEPTED,
@@ -120,45 +127,57 @@ enum store_job_status {
 const char *store_job_status_name(enum store_job_status status);
 
 struct store_job {
-    char id[STORE_ID_MAX];      /* job- + UUIDv7 */
+    char id[STORE_ID_MAX]; /* job- + UUIDv7 */
     char *process;
     enum store_job_status status;
-    char *inputs;               /* canonical text after defaulting */
-    char digest[65];            /* cache key: SHA-256 of process, inputs, numeric build id */
-    char *message;              /* may be empty */
-    double progress;            /* 0 .. 100; < 0: unknown */
+    char *inputs;    /* canonical text after defaulting */
+    char digest[65]; /* cache key: SHA-256 of process, inputs, numeric build id */
+    char *message;   /* may be empty */
+    double progress; /* 0 .. 100; < 0: unknown */
     int64_t created_ms, started_ms, finished_ms, updated_ms; /* 0: not yet */
-    int64_t attempt;            /* 0 before the first claim */
+    int64_t attempt;                                         /* 0 before the first claim */
     bool cancel_requested;
-    char *problem_code;         /* of a failed job, otherwise NULL */
+    char *problem_code; /* of a failed job, otherwise NULL */
     char *problem_detail;
     char *numeric_build;
 };
 void store_job_clear(struct store_job *job);
 
+/* Adds an accepted job, with its Idempotency-Key if that is not NULL. STORE_CONFLICT: the id or
+   the key is taken, or a job with this digest is accepted, running or successful already (those
+   being cancelled do not count). */
 int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
                      const char *body_digest);
 int store_job_get(struct store *store, const char *id, struct store_job *job);
-/* Newest job with this digest that is accepted, running or successful. */
+/* Newest job with this digest that is accepted, running (and not being cancelled) or successful. */
 int store_job_find(struct store *store, const char *digest, struct store_job *job);
 /* results is allocated with malloc; STORE_CONFLICT when the job is not successful. */
 int store_job_results(struct store *store, const char *id, char **results, size_t *size);
 /* Oldest accepted job becomes running, attempt + 1; STORE_NOT_FOUND when there is none. */
 int store_job_claim(struct store *store, struct store_job *job);
-/* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by status and
-   attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL. */
-int store_job_transition(struct store *store, const char *id, int64_t attempt, enum store_job_status to,
-                         const char *results, const char *problem_code, const char *problem_detail);
+/* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
+   status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
+   a problem only with FAILED. Going back to ACCEPTED gives the attempt back. */
+int store_job_transition(struct store *store, const char *id, int64_t attempt,
+                         enum store_job_status to, const char *results, const char *problem_code,
+                         const char *problem_detail);
+/* accepted becomes dismissed, running gets cancel_requested, an ended job stays as it is. */
 int store_job_request_cancel(struct store *store, const char *id, struct store_job *job);
 /* Ended jobs only, otherwise STORE_CONFLICT. */
 int store_job_delete(struct store *store, const char *id);
 int store_job_list(struct store *store, const struct store_page *page,
                    bool (*visit)(void *user, const struct store_job *job), void *user);
-/* At start: running -> accepted, or failed after max_attempts. Counts both. */
+int store_job_count(struct store *store, enum store_job_status status, size_t *count);
+/* At start: running -> accepted, or failed after max_attempts. Counts both. What was being
+   cancelled is dismissed. */
 int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed);
 /* The job that an Idempotency-Key of the last 24 h named; STORE_NOT_FOUND otherwise. */
 int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
                            char body_digest[65]);
+
+/* Remembers a key for a job that exists; STORE_CONFLICT when the key is taken. */
+int store_idempotency_put(struct store *store, const char *key, const char *job_id,
+                          const char *body_digest);
 
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);

@@ -1,0 +1,123 @@
+/*
+ * internal.h - what the files of the engine share: the struct behind the handle, a run, a
+ * parallel loop.
+ *
+ * Locks, in the order in which they may be taken; none is held across a call into the store, the
+ * core or BLAS:
+ *   jobs->mutex        rank 20: tickets' waiters, the slots of running jobs, open loops, counts,
+ *   closing run->mutex         rank 21: the message of a run transforms.mutex   rank 22: the
+ *   cache of transforms ids.mutex          rank 23: the last id given out
+ * Only run->mutex is ever taken while another (jobs->mutex) is held.
+ */
+#ifndef SRNFD_JOBS_INTERNAL_H
+#define SRNFD_JOBS_INTERNAL_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "jobs/jobs.h"
+
+#define JOBS_MAX_ATTEMPTS 3
+#define JOBS_QUEUE_DEFAULT 10000
+
+/* ---- Parallel loops (parallel.c) ------------------------------------------------------------- */
+
+/* The one loop that a run may have open at a time. count, body and argument are set before it is
+   published. */
+struct jobs_loop {
+    size_t count;
+    void (*body)(void *argument, size_t index);
+    void *argument;
+    atomic_size_t next;     /* the first index that nobody has taken; may pass count */
+    atomic_bool open;       /* from before the first call of body until after the last one */
+    size_t helpers;         /* workers inside, other than the caller; jobs->mutex */
+    pthread_cond_t left;    /* the last helper has gone; jobs->mutex */
+    struct jobs_loop *link; /* list of published loops; jobs->mutex */
+};
+
+/* ---- Runs (run.c) ---------------------------------------------------------------------------- */
+
+#define JOBS_MESSAGE_MAX 160
+
+/* One job on one worker. Lives on the worker's stack; its slot makes it known to others. */
+struct jobs_run {
+    struct jobs *jobs;
+    struct store_job *job;
+    struct srnf_context context;
+    struct jobs_loop loop;
+    atomic_bool cancel; /* a user has asked for it */
+    pthread_mutex_t mutex;
+    double progress;                /* 0 .. 100, < 0: unknown; mutex */
+    char message[JOBS_MESSAGE_MAX]; /* mutex */
+};
+
+void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job);
+void jobs_run_destroy(struct jobs_run *run);
+/* Runs the claimed job to its end and writes how it ended. On a worker. */
+void jobs_run_execute(struct jobs_run *run);
+
+/* ---- Ids (ids.c) ----------------------------------------------------------------------------- */
+
+struct jobs_ids {
+    pthread_mutex_t mutex;
+    uint64_t last_ms;
+    uint16_t counter; /* 12 bits */
+};
+
+/* "job-" and a UUIDv7 greater than all that this source has given before. */
+void jobs_id_next(struct jobs_ids *ids, char id[STORE_ID_MAX], int64_t *created_ms);
+
+/* ---- Transforms (transforms.c) --------------------------------------------------------------- */
+
+struct jobs_transform;
+struct jobs_transforms {
+    pthread_mutex_t mutex;
+    pthread_cond_t made;
+    struct jobs_transform *first; /* most recently used first */
+    size_t count;
+};
+
+void jobs_transforms_init(struct jobs_transforms *transforms);
+void jobs_transforms_destroy(struct jobs_transforms *transforms);
+
+/* ---- The engine (jobs.c, queue.c, workers.c) ------------------------------------------------- */
+
+struct jobs {
+    struct jobs_config config;
+    size_t n_workers, n_started;
+    pthread_t *threads;
+    pthread_mutex_t mutex;
+    pthread_cond_t wake;   /* work for idle workers, or closing */
+    pthread_cond_t ended;  /* a run has ended */
+    atomic_size_t tickets; /* at least as many as there are accepted rows that nobody is claiming */
+    size_t accepted; /* accepted rows and those about to be; the limit of the queue is on these */
+    size_t idle;     /* workers that wait */
+    struct jobs_run **slots; /* [n_workers]: what each worker runs, or NULL */
+    size_t running;          /* workers between taking a ticket and the end of its run */
+    uint64_t
+        cancellations; /* counts requests, so that a claim can tell whether one fell beside it */
+    struct jobs_loop *loops; /* published loops */
+    atomic_bool closing;     /* no new claims */
+    atomic_bool abandoned;   /* the grace is over: runs are to stop */
+    struct jobs_transforms transforms;
+    struct jobs_ids ids;
+};
+
+/* Who a worker is: allocated for its thread, which frees it. */
+struct jobs_worker {
+    struct jobs *jobs;
+    size_t number;
+};
+void *jobs_worker_main(void *argument);
+/* The body of srnf_context.parallel_for. user: struct jobs_run. */
+void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, size_t index),
+                       void *argument);
+/* A published loop with work left, entered as a helper; NULL if none. jobs->mutex is held. */
+struct jobs_loop *jobs_loop_enter(struct jobs *jobs);
+/* Works until the loop is empty or a job waits for a worker. Without jobs->mutex. */
+void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop);
+void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail);
+void jobs_changed(struct jobs *jobs, const char *job_id);
+const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id);
+
+#endif

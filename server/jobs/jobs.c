@@ -1,0 +1,219 @@
+/*
+ * jobs.c - the engine's life: opening recovers the queue and starts the workers, closing drains
+ * them.
+ *
+ * The queue is the table of jobs in the store, and nothing else; memory only knows how many rows
+ * wait (tickets) and who runs what (slots). Hence kill -9 at any moment costs at most the work of
+ * the running attempts.
+ */
+#include "jobs/internal.h"
+
+#include <cblas.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail)
+{
+    if (jobs->config.log) {
+        jobs->config.log(jobs->config.user, event, job_id, detail);
+    }
+}
+
+void jobs_changed(struct jobs *jobs, const char *job_id)
+{
+    if (jobs->config.changed) {
+        jobs->config.changed(jobs->config.user, job_id);
+    }
+}
+
+const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id)
+{
+    for (const struct jobs_process *process = jobs->config.table; process->id; process++) {
+        if (strcmp(process->id, id) == 0) {
+            return process;
+        }
+    }
+    return NULL;
+}
+
+size_t jobs_worker_count(const struct jobs *jobs)
+{
+    return jobs->n_workers;
+}
+
+/* Ids go on where the last run of the daemon stopped, even if the clock has gone back since. */
+static bool note_newest(void *user, const struct store_job *job)
+{
+    struct jobs_ids *ids = user;
+
+    ids->last_ms = job->created_ms > 0 ? (uint64_t)job->created_ms : 0;
+    ids->counter = 0xfff;
+    return false;
+}
+
+static int recover(struct jobs *jobs)
+{
+    const struct store_page newest = {.limit = 1};
+    struct store *store = jobs->config.store;
+    size_t requeued = 0, failed = 0;
+    char detail[80];
+    int status = store_job_recover(store, JOBS_MAX_ATTEMPTS, &requeued, &failed);
+
+    if (status == STORE_OK) {
+        status = store_job_list(store, &newest, note_newest, &jobs->ids);
+    }
+    if (status == STORE_OK) {
+        status = store_job_count(store, STORE_JOB_ACCEPTED, &jobs->accepted);
+    }
+    if (status == STORE_OK) {
+        atomic_store(&jobs->tickets, jobs->accepted);
+        snprintf(detail, sizeof detail, "%zu queued, of these %zu again, %zu given up",
+                 jobs->accepted, requeued, failed);
+        jobs_log(jobs, "jobs-recovered", "", detail);
+    }
+    return status;
+}
+
+static int start_workers(struct jobs *jobs)
+{
+    while (jobs->n_started < jobs->n_workers) {
+        struct jobs_worker *worker = malloc(sizeof *worker);
+
+        if (!worker) {
+            return STORE_NOMEM;
+        }
+        *worker = (struct jobs_worker){.jobs = jobs, .number = jobs->n_started};
+        if (pthread_create(&jobs->threads[jobs->n_started], NULL, jobs_worker_main, worker) != 0) {
+            free(worker);
+            return STORE_NOMEM;
+        }
+        jobs->n_started++;
+    }
+    return STORE_OK;
+}
+
+static size_t count_workers(size_t asked)
+{
+    long online = sysconf(_SC_NPROCESSORS_ONLN);
+
+    return asked > 0 ? asked : online > 0 ? (size_t)online : 1;
+}
+
+int jobs_open(struct jobs **out, const struct jobs_config *config)
+{
+    struct jobs *jobs = calloc(1, sizeof *jobs);
+    int status;
+
+    *out = NULL;
+    if (!jobs) {
+        return STORE_NOMEM;
+    }
+    jobs->config = *config;
+    jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
+    jobs->n_workers = count_workers(config->workers);
+    pthread_mutex_init(&jobs->mutex, NULL);
+    pthread_cond_init(&jobs->wake, NULL);
+    pthread_cond_init(&jobs->ended, NULL);
+    pthread_mutex_init(&jobs->ids.mutex, NULL);
+    jobs_transforms_init(&jobs->transforms);
+    openblas_set_num_threads(1);
+
+    jobs->threads = calloc(jobs->n_workers, sizeof *jobs->threads);
+    jobs->slots = calloc(jobs->n_workers, sizeof *jobs->slots);
+    status = jobs->threads && jobs->slots ? recover(jobs) : STORE_NOMEM;
+    if (status == STORE_OK) {
+        status = start_workers(jobs);
+    }
+    if (status != STORE_OK) {
+        jobs_close(jobs, 0.0);
+        return status;
+    }
+    *out = jobs;
+    return JOBS_OK;
+}
+
+/* Waits for the running jobs to end, at most so long. */
+static void wait_for_runs(struct jobs *jobs, double seconds)
+{
+    struct timespec until;
+    int64_t ns = (int64_t)(seconds * 1e9);
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    ns += until.tv_nsec;
+    until.tv_sec += ns / 1000000000;
+    until.tv_nsec = ns % 1000000000;
+    pthread_mutex_lock(&jobs->mutex);
+    while (jobs->running > 0 &&
+           pthread_cond_clockwait(&jobs->ended, &jobs->mutex, CLOCK_MONOTONIC, &until) == 0) {
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+}
+
+void jobs_close(struct jobs *jobs, double grace_seconds)
+{
+    if (!jobs) {
+        return;
+    }
+    pthread_mutex_lock(&jobs->mutex);
+    atomic_store(&jobs->closing, true);
+    pthread_cond_broadcast(&jobs->wake);
+    pthread_mutex_unlock(&jobs->mutex);
+    wait_for_runs(jobs, grace_seconds > 0.0 ? grace_seconds : 0.0);
+    atomic_store(&jobs->abandoned, true);
+    for (size_t i = 0; i < jobs->n_started; i++) {
+        pthread_join(jobs->threads[i], NULL);
+    }
+    jobs_transforms_destroy(&jobs->transforms);
+    pthread_mutex_destroy(&jobs->ids.mutex);
+    pthread_cond_destroy(&jobs->ended);
+    pthread_cond_destroy(&jobs->wake);
+    pthread_mutex_destroy(&jobs->mutex);
+    free(jobs->threads);
+    free(jobs->slots);
+    free(jobs);
+}
+
+/* Copies progress and message of the run of this job, if it runs here. */
+static bool live(struct jobs *jobs, const char *id, double *progress,
+                 char message[JOBS_MESSAGE_MAX])
+{
+    bool found = false;
+
+    pthread_mutex_lock(&jobs->mutex);
+    for (size_t i = 0; i < jobs->n_workers && !found; i++) {
+        struct jobs_run *run = jobs->slots[i];
+
+        if (run && strcmp(run->job->id, id) == 0) {
+            pthread_mutex_lock(&run->mutex);
+            *progress = run->progress;
+            memcpy(message, run->message, JOBS_MESSAGE_MAX);
+            pthread_mutex_unlock(&run->mutex);
+            found = true;
+        }
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+    return found;
+}
+
+int jobs_get(struct jobs *jobs, const char *id, struct store_job *job)
+{
+    char message[JOBS_MESSAGE_MAX], *copy;
+    double progress;
+    int status = store_job_get(jobs->config.store, id, job);
+
+    if (status == STORE_OK && job->status == STORE_JOB_RUNNING &&
+        live(jobs, id, &progress, message)) {
+        copy = strdup(message);
+        if (!copy) {
+            store_job_clear(job);
+            return STORE_NOMEM;
+        }
+        free(job->message);
+        job->message = copy;
+        job->progress = progress;
+    }
+    return status;
+}

@@ -1,0 +1,184 @@
+/*
+ * run.c - one job from its claim to its end: what its process sees of the engine, and what
+ * becomes of what the process returns.
+ *
+ *   results                        successful (also when cancellation came too late to be seen)
+ *   problem                        failed with that code
+ *   neither, a user asked to stop  dismissed
+ *   neither, the daemon stops      accepted again, the attempt not counted
+ *   neither, nobody asked          failed with internal-error: the process breaks its contract
+ *
+ * Results that the store has no room for fail the job with storage-full; if even that cannot be
+ * written, it is tried again until the daemon stops, and the next start finds the job running and
+ * queues it anew.
+ *
+ * Progress and message live in memory only (run->mutex, rank 21).
+ */
+#include "jobs/internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define RETRY_SECONDS 1
+
+static void on_progress(void *user, double fraction, const char *message)
+{
+    struct jobs_run *run = user;
+    double percent = fraction * 100.0;
+
+    pthread_mutex_lock(&run->mutex);
+    run->progress = isfinite(percent) ? fmin(fmax(percent, 0.0), 100.0) : -1.0;
+    if (message) {
+        snprintf(run->message, sizeof run->message, "%s", message);
+    }
+    pthread_mutex_unlock(&run->mutex);
+}
+
+static bool on_canceled(void *user)
+{
+    struct jobs_run *run = user;
+
+    return atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
+           atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
+}
+
+static double on_seconds(void *user)
+{
+    struct timespec now;
+
+    (void)user;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
+{
+    *run = (struct jobs_run){.jobs = jobs, .job = job, .progress = 0.0};
+    run->context = (struct srnf_context){
+        .user = run,
+        .progress = on_progress,
+        .canceled = on_canceled,
+        .parallel_for = jobs_parallel_for,
+        .seconds = on_seconds,
+    };
+    atomic_init(&run->cancel, false);
+    atomic_init(&run->loop.next, 0);
+    atomic_init(&run->loop.open, false);
+    pthread_cond_init(&run->loop.left, NULL);
+    pthread_mutex_init(&run->mutex, NULL);
+}
+
+void jobs_run_destroy(struct jobs_run *run)
+{
+    pthread_mutex_destroy(&run->mutex);
+    pthread_cond_destroy(&run->loop.left);
+}
+
+struct store *jobs_run_store(struct jobs_run *run)
+{
+    return run->jobs->config.store;
+}
+
+const char *jobs_run_job_id(const struct jobs_run *run)
+{
+    return run->job->id;
+}
+
+const struct srnf_context *jobs_run_context(struct jobs_run *run)
+{
+    return &run->context;
+}
+
+struct jobs *jobs_run_jobs(struct jobs_run *run)
+{
+    return run->jobs;
+}
+
+/* How the run is to be written down. */
+struct ending {
+    enum store_job_status to;
+    const char *results, *code, *detail;
+};
+
+static struct ending judge(struct jobs_run *run, const struct jobs_result *result)
+{
+    struct ending ending = {.to = STORE_JOB_FAILED};
+
+    if (result->problem_code) {
+        ending.code = result->problem_code;
+        ending.detail = result->problem_detail;
+    } else if (result->results) {
+        ending.to = STORE_JOB_SUCCESSFUL;
+        ending.results = result->results;
+    } else if (atomic_load(&run->cancel)) {
+        ending.to = STORE_JOB_DISMISSED;
+    } else if (atomic_load(&run->jobs->abandoned)) {
+        ending.to = STORE_JOB_ACCEPTED;
+    } else {
+        ending.code = "internal-error";
+        ending.detail = "The process ended with neither results nor a problem.";
+    }
+    return ending;
+}
+
+/* Sleeps before the next try to write; false when the daemon stops. */
+static bool may_retry(struct jobs *jobs)
+{
+    struct timespec pause = {.tv_sec = RETRY_SECONDS};
+
+    return !atomic_load(&jobs->closing) && nanosleep(&pause, NULL) == 0;
+}
+
+static void write_ending(struct jobs_run *run, struct ending ending)
+{
+    struct jobs *jobs = run->jobs;
+    const struct store_job *job = run->job;
+    char event[32];
+    int status;
+
+    for (;;) {
+        status = store_job_transition(jobs->config.store, job->id, job->attempt, ending.to,
+                                      ending.results, ending.code, ending.detail);
+        if (status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND) {
+            break;
+        }
+        jobs_log(jobs, "job-not-written", job->id, store_strerror(status));
+        if (ending.to == STORE_JOB_SUCCESSFUL) {
+            ending.to = STORE_JOB_FAILED;
+            ending.results = NULL;
+            ending.code = status == STORE_FULL ? "storage-full" : "internal-error";
+            ending.detail = "The results could not be stored.";
+        } else if (!may_retry(jobs)) {
+            break;
+        }
+    }
+    if (status == STORE_OK) {
+        snprintf(event, sizeof event, "job-%s", store_job_status_name(ending.to));
+        jobs_log(jobs, event, job->id, ending.code ? ending.code : "");
+    } else {
+        jobs_log(jobs, "job-lost", job->id, store_strerror(status));
+    }
+}
+
+void jobs_run_execute(struct jobs_run *run)
+{
+    struct jobs *jobs = run->jobs;
+    const struct jobs_process *process = jobs_process_find(jobs, run->job->process);
+    struct jobs_result result = {0};
+
+    jobs_log(jobs, "job-running", run->job->id, run->job->process);
+    jobs_changed(jobs, run->job->id);
+    if (process) {
+        process->run(run, jobs->config.user, run->job->inputs, &result);
+    } else {
+        result.problem_code = "no-such-process";
+        snprintf(result.problem_detail, sizeof result.problem_detail,
+                 "This version has no process of that name.");
+    }
+    result.problem_detail[sizeof result.problem_detail - 1] = '\0';
+    write_ending(run, judge(run, &result));
+    free(result.results);
+}

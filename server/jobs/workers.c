@@ -1,0 +1,115 @@
+/*
+ * workers.c - what a worker thread does with its life.
+ *
+ *   while not closing:
+ *       a ticket is there       take it, claim the oldest accepted job, run it
+ *       a loop has work left    help it
+ *       otherwise               sleep
+ *
+ * A ticket stands for an accepted job that may be there: one is issued with each job, and taken
+ * before the claim. A job that is dismissed leaves its ticket behind, which then buys nothing. So
+ * a worker that sleeps has overlooked none, and idle workers cost the database nothing.
+ *
+ * Threads: srnfd-work-N. Lock: jobs->mutex (rank 20), never held across the store or a run.
+ */
+#include "jobs/internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+/* Before the next claim when the store has failed. */
+#define RETRY_NS 200000000L
+
+/* The slot makes the run known. A cancellation that fell between the claim and this moment is
+   looked up. */
+static void enter_slot(struct jobs *jobs, size_t number, struct jobs_run *run, uint64_t seen)
+{
+    struct store_job row;
+    bool missed;
+
+    pthread_mutex_lock(&jobs->mutex);
+    jobs->slots[number] = run;
+    jobs->accepted -= jobs->accepted > 0 ? 1 : 0;
+    missed = jobs->cancellations != seen;
+    pthread_mutex_unlock(&jobs->mutex);
+    if (missed && store_job_get(jobs->config.store, run->job->id, &row) == STORE_OK) {
+        if (row.cancel_requested) {
+            atomic_store(&run->cancel, true);
+        }
+        store_job_clear(&row);
+    }
+}
+
+static void leave_slot(struct jobs *jobs, size_t number)
+{
+    pthread_mutex_lock(&jobs->mutex);
+    jobs->slots[number] = NULL;
+    pthread_mutex_unlock(&jobs->mutex);
+}
+
+/* Spends one ticket. */
+static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen)
+{
+    struct store_job job;
+    struct jobs_run run;
+    char id[STORE_ID_MAX];
+    int status = store_job_claim(jobs->config.store, &job);
+
+    if (status == STORE_OK) {
+        jobs_run_init(&run, jobs, &job);
+        enter_slot(jobs, number, &run, seen);
+        jobs_run_execute(&run);
+        leave_slot(jobs, number);
+        jobs_run_destroy(&run);
+        snprintf(id, sizeof id, "%s", job.id);
+        store_job_clear(&job);
+        jobs_changed(jobs, id);
+    } else if (status != STORE_NOT_FOUND) {
+        struct timespec pause = {.tv_nsec = RETRY_NS};
+
+        jobs_log(jobs, "claim-failed", "", store_strerror(status));
+        atomic_fetch_add(&jobs->tickets, 1);
+        nanosleep(&pause, NULL);
+    }
+}
+
+void *jobs_worker_main(void *argument)
+{
+    struct jobs_worker worker = *(struct jobs_worker *)argument;
+    struct jobs *jobs = worker.jobs;
+    char name[16];
+
+    free(argument);
+    snprintf(name, sizeof name, "srnfd-work-%u", (unsigned)worker.number % 1000);
+    pthread_setname_np(pthread_self(), name);
+    pthread_mutex_lock(&jobs->mutex);
+    while (!atomic_load(&jobs->closing) || jobs->running > 0) {
+        struct jobs_loop *loop;
+
+        if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0) {
+            uint64_t seen = jobs->cancellations;
+
+            atomic_fetch_sub(&jobs->tickets, 1);
+            jobs->running++;
+            pthread_mutex_unlock(&jobs->mutex);
+            claim_and_run(jobs, worker.number, seen);
+            pthread_mutex_lock(&jobs->mutex);
+            jobs->running--;
+            pthread_cond_broadcast(&jobs->ended);
+            if (atomic_load(&jobs->closing)) {
+                pthread_cond_broadcast(&jobs->wake);
+            }
+        } else if ((loop = jobs_loop_enter(jobs)) != NULL) {
+            pthread_mutex_unlock(&jobs->mutex);
+            jobs_loop_help(jobs, loop);
+            pthread_mutex_lock(&jobs->mutex);
+        } else {
+            jobs->idle++;
+            pthread_cond_wait(&jobs->wake, &jobs->mutex);
+            jobs->idle--;
+        }
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+    return NULL;
+}

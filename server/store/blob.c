@@ -1,0 +1,297 @@
+/*
+ * blob.c - content by its SHA-256: small in a row, large in a file.
+ *
+ * Up to STORE_INLINE_MAX bytes are a column of the table blob. Larger content is a file
+ * blobs/ab/abcdef..., and its row has NULL instead. The order of steps makes a crash at any
+ * moment harmless:
+ *
+ *   caller   hash; write blobs/tmp/RANDOM; fsync it                         (stage)
+ *   writer   rename it to its name; fsync the folder; insert the row        (keep, then COMMIT)
+ *   writer   delete the row, COMMIT, remove the file unless it has a row    (release, remove)
+ *
+ * A file without a row is waste, never damage; a row without its file cannot come about. Renaming
+ * and removing both happen on the writer thread, so that content which is dropped and stored
+ * again at the same moment is never lost. Whatever is read is hashed again: content that is not
+ * what its name says is STORE_CORRUPT.
+ *
+ * Cost: SHA-256 at some 300 MB/s each way.
+ */
+#include "store/internal.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <dirent.h>
+
+#define TEMPORARY "tmp"
+#define PATH_MAX_BLOB 80
+
+static int open_folder(int at, const char *name)
+{
+    if (mkdirat(at, name, 0700) != 0 && errno != EEXIST) {
+        return -1;
+    }
+    return openat(at, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+static void blob_path(char path[PATH_MAX_BLOB], const char *hash)
+{
+    snprintf(path, PATH_MAX_BLOB, "%.2s/%s", hash, hash);
+}
+
+/* Removes what a crash has left in blobs/tmp. Takes over the descriptor. */
+static void clean_folder(int fd)
+{
+    DIR *folder = fdopendir(fd);
+
+    if (!folder) {
+        close(fd);
+        return;
+    }
+    for (const struct dirent *entry; (entry = readdir(folder)) != NULL;) {
+        if (entry->d_name[0] != '.') {
+            unlinkat(dirfd(folder), entry->d_name, 0);
+        }
+    }
+    closedir(folder);
+}
+
+int store_blobs_open(struct store *store, char *message, size_t message_size)
+{
+    int base = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int temporary = -1, status = STORE_OK;
+
+    store->blobs_fd = base < 0 ? -1 : open_folder(base, "blobs");
+    temporary = store->blobs_fd < 0 ? -1 : open_folder(store->blobs_fd, TEMPORARY);
+    if (temporary < 0 || fsync(store->blobs_fd) != 0 || fsync(base) != 0) {
+        status = store_map_errno(errno);
+        snprintf(message, message_size, "%s/blobs: %s", store->directory, strerror(errno));
+    }
+    if (temporary >= 0) {
+        clean_folder(temporary);
+    }
+    if (base >= 0) {
+        close(base);
+    }
+    return status;
+}
+
+static int write_all(int fd, const unsigned char *bytes, size_t size)
+{
+    while (size > 0) {
+        ssize_t n = write(fd, bytes, size);
+
+        if (n < 0 && errno != EINTR) {
+            return store_map_errno(errno);
+        }
+        if (n > 0) {
+            bytes += n;
+            size -= (size_t)n;
+        }
+    }
+    return fsync(fd) == 0 ? STORE_OK : store_map_errno(errno);
+}
+
+int store_blob_stage(struct store *store, const void *bytes, size_t size,
+                     struct store_content *content)
+{
+    unsigned char random[16];
+    char name[2 * sizeof random + 1];
+    int fd, status;
+
+    *content = (struct store_content){.bytes = bytes, .size = size};
+    store_sha256_hex(content->hash, bytes, size);
+    if (size <= STORE_INLINE_MAX) {
+        return STORE_OK;
+    }
+    randombytes_buf(random, sizeof random);
+    sodium_bin2hex(name, sizeof name, random, sizeof random);
+    snprintf(content->temporary, sizeof content->temporary, TEMPORARY "/%s", name);
+    fd = openat(store->blobs_fd, content->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    if (fd < 0) {
+        content->temporary[0] = '\0';
+        return store_map_errno(errno);
+    }
+    status = write_all(fd, bytes, size);
+    if (close(fd) != 0 && status == STORE_OK) {
+        status = store_map_errno(errno);
+    }
+    if (status != STORE_OK) {
+        store_blob_unstage(store, content);
+    }
+    return status;
+}
+
+void store_blob_unstage(struct store *store, const struct store_content *content)
+{
+    if (content->temporary[0]) {
+        unlinkat(store->blobs_fd, content->temporary, 0);
+    }
+}
+
+/* Gives the staged file its name, for good. */
+static int publish(struct store *store, const struct store_content *content)
+{
+    char path[PATH_MAX_BLOB], folder_name[3];
+    int folder, status = STORE_OK;
+
+    blob_path(path, content->hash);
+    snprintf(folder_name, sizeof folder_name, "%.2s", content->hash);
+    folder = open_folder(store->blobs_fd, folder_name);
+    if (folder < 0) {
+        return store_map_errno(errno);
+    }
+    /* An earlier run of the same write, undone with its group, may have moved the file already. */
+    if (renameat(store->blobs_fd, content->temporary, store->blobs_fd, path) != 0 &&
+        (errno != ENOENT || faccessat(store->blobs_fd, path, F_OK, 0) != 0)) {
+        status = store_map_errno(errno);
+    }
+    if (status == STORE_OK && (fsync(folder) != 0 || fsync(store->blobs_fd) != 0)) {
+        status = store_map_errno(errno);
+    }
+    close(folder);
+    return status;
+}
+
+int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content *content)
+{
+    if (!content->temporary[0]) {
+        return store_execute(db, NULL,
+                             "INSERT INTO blob (hash, size, bytes) VALUES (?, ?, ?) "
+                             "ON CONFLICT (hash) DO NOTHING",
+                             "tib", content->hash, (int64_t)content->size, content->bytes,
+                             content->size);
+    }
+    /* Also where the row is there: the new file then replaces one that may have been damaged. */
+    int status = publish(store, content);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    return store_execute(db, NULL,
+                         "INSERT INTO blob (hash, size, bytes) VALUES (?, ?, NULL) "
+                         "ON CONFLICT (hash) DO NOTHING",
+                         "ti", content->hash, (int64_t)content->size);
+}
+
+int store_blob_release(sqlite3 *db, const char *hash, bool *dropped)
+{
+    size_t changed = 0;
+    int status = store_execute(db, &changed,
+                               "DELETE FROM blob WHERE hash = ? "
+                               "AND NOT EXISTS (SELECT 1 FROM mesh WHERE content = hash) "
+                               "AND NOT EXISTS (SELECT 1 FROM surface WHERE coefficients = hash) "
+                               "AND NOT EXISTS (SELECT 1 FROM job WHERE results = hash)",
+                               "t", hash);
+
+    *dropped = changed > 0;
+    return status;
+}
+
+void store_blob_remove(struct store *store, sqlite3 *db, const char *hash)
+{
+    char path[PATH_MAX_BLOB];
+    sqlite3_stmt *statement = NULL;
+    int status = store_prepare(db, &statement, "SELECT 1 FROM blob WHERE hash = ?", "t", hash);
+
+    if (status == STORE_OK) {
+        status = store_step(db, statement);
+    }
+    sqlite3_finalize(statement);
+    if (status == STORE_NOT_FOUND) {
+        blob_path(path, hash);
+        unlinkat(store->blobs_fd, path, 0);
+    }
+}
+
+/* Reads a blob's file of exactly this size. */
+static int read_file(struct store *store, const char *hash, unsigned char *bytes, size_t size)
+{
+    char path[PATH_MAX_BLOB];
+    struct stat info;
+    size_t done = 0;
+    int fd;
+
+    blob_path(path, hash);
+    fd = openat(store->blobs_fd, path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        return errno == ENOENT ? STORE_CORRUPT : store_map_errno(errno);
+    }
+    if (fstat(fd, &info) != 0 || info.st_size < 0 || (size_t)info.st_size != size) {
+        close(fd);
+        return STORE_CORRUPT;
+    }
+    while (done < size) {
+        ssize_t n = read(fd, bytes + done, size - done);
+
+        if (n == 0 || (n < 0 && errno != EINTR)) {
+            close(fd);
+            return n == 0 ? STORE_CORRUPT : store_map_errno(errno);
+        }
+        done += n > 0 ? (size_t)n : 0;
+    }
+    close(fd);
+    return STORE_OK;
+}
+
+static int read_row(struct store *store, sqlite3 *db, sqlite3_stmt *statement, const char *hash,
+                    unsigned char **out, size_t *size)
+{
+    char found[65];
+    unsigned char *bytes;
+    int status = store_step(db, statement);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    *size = (size_t)sqlite3_column_int64(statement, 0);
+    bytes = *size < SIZE_MAX ? malloc(*size + 1) : NULL;
+    if (!bytes) {
+        return STORE_NOMEM;
+    }
+    bytes[*size] = '\0';
+    if (sqlite3_column_type(statement, 1) == SQLITE_NULL) {
+        status = read_file(store, hash, bytes, *size);
+    } else if ((size_t)sqlite3_column_bytes(statement, 1) != *size) {
+        status = STORE_CORRUPT;
+    } else if (*size > 0) {
+        memcpy(bytes, sqlite3_column_blob(statement, 1), *size);
+    }
+    if (status == STORE_OK) {
+        store_sha256_hex(found, bytes, *size);
+        status = memcmp(found, hash, sizeof found) == 0 ? STORE_OK : STORE_CORRUPT;
+    }
+    if (status != STORE_OK) {
+        free(bytes);
+        return status;
+    }
+    *out = bytes;
+    return STORE_OK;
+}
+
+int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned char **bytes,
+                    size_t *size)
+{
+    int status = STORE_CORRUPT;
+
+    *bytes = NULL;
+    *size = 0;
+    /* Between the row and the file the blob may have been dropped: the second look then finds no
+       row. */
+    for (int look = 0; look < 2 && status == STORE_CORRUPT; look++) {
+        sqlite3_stmt *statement = NULL;
+
+        status =
+            store_prepare(db, &statement, "SELECT size, bytes FROM blob WHERE hash = ?", "t", hash);
+        if (status == STORE_OK) {
+            status = read_row(store, db, statement, hash, bytes, size);
+        }
+        sqlite3_finalize(statement);
+    }
+    return status;
+}

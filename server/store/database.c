@@ -1,0 +1,111 @@
+/*
+ * database.c - how a connection is opened.
+ *
+ * SQLite 3.7.0 to 3.51.2 can lose an acknowledged commit when a checkpoint on one connection
+ * overlaps a write on another (the WAL-reset bug). The settings here keep both on one connection:
+ * readers are opened read-only, so that they cannot write; automatic checkpoints are off, so that
+ * only the writer thread makes them, between its transactions.
+ *
+ * synchronous=FULL syncs the log at each commit: an answer of 201 is a promise.
+ */
+#include "store/internal.h"
+
+#include <stdio.h>
+
+/* How long a connection waits for another process, such as the command line tool, that looks into
+   the database. */
+#define BUSY_TIMEOUT_MS 5000
+
+/* A larger database is opened without quick_check: its time grows with the size, about 1 s for 1
+   GB. */
+#define QUICK_CHECK_MAX_BYTES ((int64_t)64 * 1024 * 1024)
+
+static int connect(const char *path, int flags, sqlite3 **db)
+{
+    int rc = sqlite3_open_v2(path, db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, NULL);
+    int status;
+
+    if (!*db) {
+        return STORE_NOMEM;
+    }
+    status = store_map(*db, rc);
+    if (status == STORE_OK) {
+        sqlite3_busy_timeout(*db, BUSY_TIMEOUT_MS);
+        /* The file comes from outside: nothing in its schema may call functions, and no statement
+           may damage it. */
+        sqlite3_db_config(*db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+        sqlite3_db_config(*db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
+        status = store_map(*db, sqlite3_exec(*db, "PRAGMA cell_size_check = ON", NULL, NULL, NULL));
+    }
+    return status;
+}
+
+int store_connect_reader(const char *path, sqlite3 **db)
+{
+    int status = connect(path, SQLITE_OPEN_READONLY, db);
+
+    if (status != STORE_OK) {
+        sqlite3_close(*db);
+        *db = NULL;
+    }
+    return status;
+}
+
+/* quick_check answers "ok", or one line per damage. */
+static int check(sqlite3 *db)
+{
+    sqlite3_stmt *statement = NULL;
+    int64_t pages = 0, page_size = 0;
+    int status = store_scalar(db, &pages, "PRAGMA page_count");
+
+    if (status == STORE_OK) {
+        status = store_scalar(db, &page_size, "PRAGMA page_size");
+    }
+    if (status != STORE_OK || pages > QUICK_CHECK_MAX_BYTES / page_size) {
+        return status;
+    }
+    status = store_prepare(db, &statement, "PRAGMA quick_check(1)", "");
+    if (status == STORE_OK) {
+        status = store_step(db, statement);
+    }
+    if (status == STORE_OK) {
+        const char *answer = (const char *)sqlite3_column_text(statement, 0);
+
+        status = answer && sqlite3_stricmp(answer, "ok") == 0 ? STORE_OK : STORE_CORRUPT;
+    }
+    sqlite3_finalize(statement);
+    return status;
+}
+
+int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size)
+{
+    static const char *const settings =
+        "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA wal_autocheckpoint = 0;"
+        "PRAGMA journal_size_limit = 67108864;";
+    int status = connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, db);
+    int64_t version = 0;
+
+    /* Nothing is written, not even the journal mode, before the file is known to be ours and
+       readable. */
+    if (status == STORE_OK) {
+        status = store_map(*db, sqlite3_exec(*db, settings, NULL, NULL, NULL));
+    }
+    if (status == STORE_OK) {
+        status = store_scalar(*db, &version, "PRAGMA schema_version");
+    }
+    if (status == STORE_OK) {
+        status = check(*db);
+    }
+    if (status == STORE_OK) {
+        status = store_migrate(*db, message, message_size);
+    } else {
+        snprintf(message, message_size, "%s: %s", path,
+                 status == STORE_CORRUPT ? "the file is not an intact SQLite database"
+                                         : (*db ? sqlite3_errmsg(*db) : "not enough memory"));
+    }
+    if (status != STORE_OK) {
+        sqlite3_close(*db);
+        *db = NULL;
+    }
+    return status;
+}

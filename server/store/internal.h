@@ -1,0 +1,158 @@
+/*
+ * internal.h - what the files of store/ share: the struct behind the handle, statements, the
+ * writer's queue, the readers' pool, and blobs.
+ *
+ * Threads and locks
+ *   writer->mutex   rank 40: the queue of writes and the closing flag
+ *   readers.mutex   rank 41: the pool's list and its count of connections in use
+ * They are never held together, nor across a call into SQLite or the file system. The connections
+ * need no lock: the writer's belongs to the writer thread, a reader's to whoever has taken it
+ * from the pool.
+ */
+#ifndef SRNFD_STORE_INTERNAL_H
+#define SRNFD_STORE_INTERNAL_H
+
+#include <pthread.h>
+#include <sqlite3.h>
+
+#include "store/store.h"
+
+#define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
+#define STORE_DATABASE_NAME "srnfd.db"
+
+struct store_write;
+
+struct store_writer {
+    sqlite3 *db;
+    pthread_t thread;
+    bool started;
+    pthread_mutex_t mutex;
+    pthread_cond_t wake;             /* a write is queued, or closing */
+    struct store_write *head, *tail; /* in order of arrival */
+    bool closing;
+    int wal_pages; /* of the last commit, less what a checkpoint has copied; writer thread only */
+};
+
+struct store_reader {
+    sqlite3 *db;
+    struct store_reader *next;
+};
+
+struct store_readers {
+    pthread_mutex_t mutex;
+    pthread_cond_t returned;
+    struct store_reader *idle;
+    size_t n_idle, in_use;
+    bool closing;
+};
+
+struct store {
+    char *directory;
+    char *database; /* path of the database file */
+    int lock_fd, blobs_fd;
+    struct store_writer writer;
+    struct store_readers readers;
+};
+
+/* ---- Statements (statement.c) ---------------------------------------------------------------- */
+
+/* The STORE_* code of what the connection just answered. */
+int store_map(sqlite3 *db, int rc);
+/* STORE_FULL where errno says that there is no room, otherwise STORE_IO. */
+int store_map_errno(int error);
+
+/*
+ * Prepares a statement and binds its parameters in order. Each letter of kinds takes its arguments:
+ *   t  const char * (NULL binds NULL)    i  int64_t    d  double    b  const void *, size_t
+ * The bound memory must outlive the statement. *out is NULL on error.
+ */
+int store_prepare(sqlite3 *db, sqlite3_stmt **out, const char *sql, const char *kinds, ...);
+/* STORE_OK: there is a row; STORE_NOT_FOUND: no further row. */
+int store_step(sqlite3 *db, sqlite3_stmt *statement);
+/* Prepares, binds, runs to the end; *changed (may be NULL) gets the number of rows touched. */
+int store_execute(sqlite3 *db, size_t *changed, const char *sql, const char *kinds, ...);
+/* First column of the first row as an integer; STORE_NOT_FOUND without a row. */
+int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
+/* Copies of columns: malloc, NULL for NULL; *status becomes STORE_NOMEM when memory is short. */
+char *store_column_text(sqlite3_stmt *statement, int column, int *status);
+void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
+
+/* ---- Opening (database.c, migrate.c) --------------------------------------------------------- */
+
+int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
+int store_connect_reader(const char *path, sqlite3 **db);
+/* Checks whose database it is, and brings it to the newest version. */
+int store_migrate(sqlite3 *db, char *message, size_t message_size);
+
+/* ---- Writing (writer.c) ---------------------------------------------------------------------- */
+
+/*
+ * One write. run is called on the writer thread inside a transaction and a savepoint; a negative
+ * status undoes what it did. It may be called more than once when its group had to be rolled
+ * back: it must then fill its outputs anew. dropped, if set by run, names a blob to be removed
+ * from the disk once the group is committed.
+ */
+struct store_write {
+    int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
+    void *argument;
+    char dropped[65];
+    int status;
+    bool done;
+    pthread_cond_t finished;
+    struct store_write *next;
+};
+
+int store_writer_start(struct store *store);
+void store_writer_stop(struct store *store);
+/* Queues the write and waits until it is committed or refused. */
+int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
+                void *argument);
+
+/* ---- Reading (readers.c) --------------------------------------------------------------------- */
+
+int store_readers_start(struct store *store);
+/* Waits until all connections are back. */
+void store_readers_stop(struct store *store);
+int store_reader_take(struct store *store, struct store_reader **reader);
+void store_reader_return(struct store *store, struct store_reader *reader);
+
+/* ---- Blobs (blob.c) -------------------------------------------------------------------------- */
+
+/* Content on its way into the store. */
+struct store_content {
+    char hash[65];
+    char temporary[48]; /* path under blobs/ of the staged file; "" for inline content */
+    const void *bytes;
+    size_t size;
+};
+
+int store_blobs_open(struct store *store, char *message, size_t message_size);
+/* On the caller's thread: hashes the bytes, and writes and syncs large ones under a temporary
+   name. */
+int store_blob_stage(struct store *store, const void *bytes, size_t size,
+                     struct store_content *content);
+/* On the writer thread: moves a staged file to its place and adds the row. */
+int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content *content);
+/* Removes what stage left behind, if anything. */
+void store_blob_unstage(struct store *store, const struct store_content *content);
+/* bytes is malloc and zero-terminated beyond size. STORE_CORRUPT: missing, or not what its name
+   says. */
+int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned char **bytes,
+                    size_t *size);
+/* On the writer thread, in a transaction: drops the row unless something refers to it; true if it
+   did. */
+int store_blob_release(sqlite3 *db, const char *hash, bool *dropped);
+/* On the writer thread, after the commit: removes the file unless a row has come back. */
+void store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+
+/* ---- Jobs ------------------------------------------------------------------------------------ */
+
+#define STORE_JOB_COLUMNS                                                                 \
+    "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
+    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, problem_detail"
+
+/* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
+int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);
+int store_job_row(sqlite3 *db, const char *id, struct store_job *job);
+
+#endif

@@ -1,0 +1,345 @@
+/*
+ * job.c - the rows of jobs, as far as they are only read, added or removed; job_state.c moves
+ * them from state to state.
+ */
+#include "store/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* An Idempotency-Key is remembered for a day. */
+#define KEY_LIFETIME_MS ((int64_t)24 * 60 * 60 * 1000)
+
+void store_job_clear(struct store_job *job)
+{
+    free(job->process);
+    free(job->inputs);
+    free(job->message);
+    free(job->problem_code);
+    free(job->problem_detail);
+    free(job->numeric_build);
+    *job = (struct store_job){0};
+}
+
+int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
+{
+    char status_name[16];
+    int status = STORE_OK;
+
+    *job = (struct store_job){0};
+    store_column_id(row, 0, job->id, sizeof job->id);
+    job->process = store_column_text(row, 1, &status);
+    store_column_id(row, 2, status_name, sizeof status_name);
+    while (strcmp(store_job_status_name(job->status), status_name) != 0) {
+        /* The table's CHECK admits no other name, so the last one need not be compared. */
+        if (++job->status == STORE_JOB_DISMISSED) {
+            break;
+        }
+    }
+    job->inputs = store_column_text(row, 3, &status);
+    store_column_id(row, 4, job->digest, sizeof job->digest);
+    job->numeric_build = store_column_text(row, 5, &status);
+    job->message = store_column_text(row, 6, &status);
+    job->progress = sqlite3_column_double(row, 7);
+    job->created_ms = sqlite3_column_int64(row, 8);
+    job->started_ms = sqlite3_column_int64(row, 9);
+    job->finished_ms = sqlite3_column_int64(row, 10);
+    job->updated_ms = sqlite3_column_int64(row, 11);
+    job->attempt = sqlite3_column_int64(row, 12);
+    job->cancel_requested = sqlite3_column_int64(row, 13) != 0;
+    job->problem_code = store_column_text(row, 14, &status);
+    job->problem_detail = store_column_text(row, 15, &status);
+    if (status != STORE_OK) {
+        store_job_clear(job);
+    }
+    return status;
+}
+
+int store_job_row(sqlite3 *db, const char *id, struct store_job *job)
+{
+    sqlite3_stmt *row = NULL;
+    int status =
+        store_prepare(db, &row, "SELECT " STORE_JOB_COLUMNS " FROM job WHERE id = ?", "t", id);
+
+    *job = (struct store_job){0};
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        status = store_job_from_row(row, job);
+    }
+    sqlite3_finalize(row);
+    return status;
+}
+
+int store_job_get(struct store *store, const char *id, struct store_job *job)
+{
+    struct store_reader *reader = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *job = (struct store_job){0};
+    if (status == STORE_OK) {
+        status = store_job_row(reader->db, id, job);
+        store_reader_return(store, reader);
+    }
+    return status;
+}
+
+int store_job_find(struct store *store, const char *digest, struct store_job *job)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *job = (struct store_job){0};
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           "SELECT " STORE_JOB_COLUMNS " FROM job WHERE digest = ? "
+                           "AND (status IN ('accepted', 'successful') "
+                           "     OR (status = 'running' AND NOT cancel_requested)) "
+                           "ORDER BY created_ms DESC, id DESC LIMIT 1",
+                           "t", digest);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        status = store_job_from_row(row, job);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status;
+}
+
+int store_job_results(struct store *store, const char *id, char **results, size_t *size)
+{
+    char hash[65] = "";
+    unsigned char *bytes = NULL;
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *results = NULL;
+    *size = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row, "SELECT results FROM job WHERE id = ?", "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, hash, sizeof hash);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_OK) {
+        status = hash[0] ? store_blob_read(store, reader->db, hash, &bytes, size) : STORE_CONFLICT;
+    }
+    store_reader_return(store, reader);
+    *results = (char *)bytes;
+    return status;
+}
+
+int store_job_count(struct store *store, enum store_job_status state, size_t *count)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *count = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row, "SELECT count(*) FROM job WHERE status = ?", "t",
+                           store_job_status_name(state));
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        *count = (size_t)sqlite3_column_int64(row, 0);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status;
+}
+
+int store_job_list(struct store *store, const struct store_page *page,
+                   bool (*visit)(void *user, const struct store_job *job), void *user)
+{
+    const char *after = page->after_id ? page->after_id : "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT " STORE_JOB_COLUMNS " FROM job "
+                           "WHERE (?1 = '' OR (created_ms, id) < (?2, ?1)) "
+                           "AND (?3 IS NULL OR process = ?3) AND (?4 IS NULL OR status = ?4) "
+                           "ORDER BY created_ms DESC, id DESC LIMIT ?5",
+                           "titti", after, page->after_ms, page->process, page->status,
+                           (int64_t)page->limit);
+    for (bool more = true; status == STORE_OK && more;) {
+        struct store_job job;
+
+        status = store_step(reader->db, rows);
+        if (status == STORE_OK) {
+            status = store_job_from_row(rows, &job);
+        }
+        if (status == STORE_OK) {
+            more = visit(user, &job);
+            store_job_clear(&job);
+        }
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
+/* ---- Adding and removing --------------------------------------------------------------------- */
+
+struct insert {
+    const struct store_job *job; /* NULL: only the key, for job_id */
+    const char *job_id, *key, *body_digest;
+    int64_t now;
+};
+
+static int insert_key(sqlite3 *db, const struct insert *insert)
+{
+    int status = store_execute(db, NULL, "DELETE FROM idempotency WHERE created_ms <= ?", "i",
+                               insert->now - KEY_LIFETIME_MS);
+
+    if (status == STORE_OK) {
+        status =
+            store_execute(db, NULL,
+                          "INSERT INTO idempotency (key, job, body_digest, created_ms) "
+                          "VALUES (?, ?, ?, ?)",
+                          "ttti", insert->key, insert->job_id, insert->body_digest, insert->now);
+    }
+    return status;
+}
+
+static int run_insert(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct insert *insert = write->argument;
+    const struct store_job *job = insert->job;
+    int status = STORE_OK;
+
+    (void)store;
+    if (job) {
+        status = store_execute(
+            db, NULL,
+            "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
+            "progress, created_ms, updated_ms) VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?)",
+            "ttttttdii", job->id, job->process, job->inputs, job->digest,
+            job->numeric_build ? job->numeric_build : "", job->message ? job->message : "",
+            job->progress, job->created_ms, insert->now);
+    }
+    if (status == STORE_OK && insert->key) {
+        status = insert_key(db, insert);
+    }
+    return status;
+}
+
+int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
+                     const char *body_digest)
+{
+    struct insert insert = {.job = job,
+                            .job_id = job->id,
+                            .key = idempotency_key,
+                            .body_digest = body_digest ? body_digest : "",
+                            .now = store_now_ms()};
+
+    return store_write(store, run_insert, &insert);
+}
+
+int store_idempotency_put(struct store *store, const char *key, const char *job_id,
+                          const char *body_digest)
+{
+    struct insert insert = {
+        .job_id = job_id, .key = key, .body_digest = body_digest, .now = store_now_ms()};
+
+    return store_write(store, run_insert, &insert);
+}
+
+int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
+                           char body_digest[65])
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    job_id[0] = body_digest[0] = '\0';
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           "SELECT job, body_digest FROM idempotency "
+                           "WHERE key = ? AND created_ms > ?",
+                           "ti", key, store_now_ms() - KEY_LIFETIME_MS);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, job_id, STORE_ID_MAX);
+        store_column_id(row, 1, body_digest, 65);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status;
+}
+
+/* The hash of the results that the job holds, or "". STORE_CONFLICT: the job has not ended. */
+static int results_of_ended(sqlite3 *db, const char *id, char hash[65])
+{
+    sqlite3_stmt *row = NULL;
+    int status = store_prepare(db, &row,
+                               "SELECT results, status IN ('accepted', 'running') FROM job "
+                               "WHERE id = ?",
+                               "t", id);
+
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, hash, 65);
+        status = sqlite3_column_int(row, 1) ? STORE_CONFLICT : STORE_OK;
+    }
+    sqlite3_finalize(row);
+    return status;
+}
+
+static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const char *id = write->argument;
+    char hash[65] = "";
+    bool dropped = false;
+    int status = results_of_ended(db, id, hash);
+
+    (void)store;
+    if (status == STORE_OK) {
+        status = store_execute(db, NULL, "DELETE FROM job WHERE id = ?", "t", id);
+    }
+    if (status == STORE_OK && hash[0]) {
+        status = store_blob_release(db, hash, &dropped);
+    }
+    if (status == STORE_OK && dropped) {
+        memcpy(write->dropped, hash, sizeof hash);
+    }
+    return status;
+}
+
+int store_job_delete(struct store *store, const char *id)
+{
+    char copy[STORE_ID_MAX] = "";
+    size_t length = strlen(id);
+
+    if (length >= sizeof copy) {
+        return STORE_NOT_FOUND;
+    }
+    memcpy(copy, id, length);
+    return store_write(store, run_delete, copy);
+}

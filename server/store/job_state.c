@@ -1,0 +1,231 @@
+/*
+ * job_state.c - how a job moves from state to state. All of it is here.
+ *
+ *   accepted --claim--> running --transition--> successful, failed, dismissed
+ *      |                   '------transition--> accepted       (put back by a daemon that stops)
+ *      '--cancel, transition--> dismissed
+ *
+ * Every move is one UPDATE guarded by the state that it starts from, and, once a job has been
+ * claimed, by the number of its attempt: whoever comes late with the result of an attempt that
+ * was given up finds that the guard does not hold.
+ */
+#include "store/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const names[] = {"accepted", "running", "successful", "failed", "dismissed"};
+
+const char *store_job_status_name(enum store_job_status status)
+{
+    return names[status];
+}
+
+/* ---- Claim ----------------------------------------------------------------------------------- */
+
+static int run_claim(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct store_job *job = write->argument;
+    sqlite3_stmt *row = NULL;
+    int64_t now = store_now_ms();
+    int status = store_prepare(
+        db, &row,
+        "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, "
+        "updated_ms = ?1, progress = 0, message = '' "
+        "WHERE id = (SELECT id FROM job WHERE status = 'accepted' ORDER BY created_ms, id LIMIT 1) "
+        "AND status = 'accepted' RETURNING " STORE_JOB_COLUMNS,
+        "i", now);
+
+    (void)store;
+    store_job_clear(job);
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        status = store_job_from_row(row, job);
+    }
+    sqlite3_finalize(row);
+    return status;
+}
+
+int store_job_claim(struct store *store, struct store_job *job)
+{
+    int status;
+
+    *job = (struct store_job){0};
+    status = store_write(store, run_claim, job);
+    if (status != STORE_OK) {
+        store_job_clear(job);
+    }
+    return status;
+}
+
+/* ---- Transition ------------------------------------------------------------------------------ */
+
+/* The transition table: to each state, the states that lead there. Only a claim leads to running.
+   */
+static const struct {
+    const char *from[2];
+} transitions[] = {
+    [STORE_JOB_ACCEPTED] = {{"running", "running"}},
+    [STORE_JOB_RUNNING] = {{"", ""}},
+    [STORE_JOB_SUCCESSFUL] = {{"running", "running"}},
+    [STORE_JOB_FAILED] = {{"running", "running"}},
+    [STORE_JOB_DISMISSED] = {{"accepted", "running"}},
+};
+
+struct transition {
+    const char *id;
+    int64_t attempt;
+    enum store_job_status to;
+    const struct store_content *results; /* NULL: none */
+    const char *problem_code, *problem_detail;
+};
+
+/* Why the guard did not hold: no such job, or another state or attempt. */
+static int explain(sqlite3 *db, const char *id)
+{
+    struct store_job job;
+    int status = store_job_row(db, id, &job);
+
+    if (status == STORE_OK) {
+        store_job_clear(&job);
+        status = STORE_CONFLICT;
+    }
+    return status;
+}
+
+static int run_transition(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct transition *t = write->argument;
+    size_t changed = 0;
+    int64_t back = t->to == STORE_JOB_ACCEPTED, now = store_now_ms();
+    double progress = t->to == STORE_JOB_SUCCESSFUL ? 100.0 : back ? 0.0 : -1.0;
+    int status = t->results ? store_blob_keep(store, db, t->results) : STORE_OK;
+
+    if (status == STORE_OK) {
+        status = store_execute(
+            db, &changed,
+            "UPDATE job SET status = ?1, results = ?2, problem_code = ?3, problem_detail = ?4, "
+            "progress = ?5, message = '', updated_ms = ?6, finished_ms = iif(?7, 0, ?6), "
+            "started_ms = iif(?7, 0, started_ms), attempt = attempt - ?7, "
+            "cancel_requested = cancel_requested OR ?1 = 'dismissed' "
+            "WHERE id = ?8 AND attempt = ?9 AND status IN (?10, ?11)",
+            "ttttdiititt", names[t->to], t->results ? t->results->hash : NULL, t->problem_code,
+            t->problem_detail, progress, now, back, t->id, t->attempt, transitions[t->to].from[0],
+            transitions[t->to].from[1]);
+    }
+    return status == STORE_OK && changed == 0 ? explain(db, t->id) : status;
+}
+
+int store_job_transition(struct store *store, const char *id, int64_t attempt,
+                         enum store_job_status to, const char *results, const char *problem_code,
+                         const char *problem_detail)
+{
+    bool failed = to == STORE_JOB_FAILED;
+    struct store_content staged = {.temporary = ""};
+    struct transition transition = {
+        .id = id,
+        .attempt = attempt,
+        .to = to,
+        .problem_code = failed ? problem_code : NULL,
+        .problem_detail = failed ? problem_detail : NULL,
+    };
+    int status = STORE_OK;
+
+    /* Results belong to success, a problem to failure, and neither to anything else. */
+    if ((to == STORE_JOB_SUCCESSFUL) != (results != NULL) || failed != (problem_code != NULL)) {
+        return STORE_CONFLICT;
+    }
+    if (results) {
+        status = store_blob_stage(store, results, strlen(results), &staged);
+        transition.results = &staged;
+    }
+    if (status == STORE_OK) {
+        status = store_write(store, run_transition, &transition);
+        store_blob_unstage(store, &staged);
+    }
+    return status;
+}
+
+/* ---- Cancel ---------------------------------------------------------------------------------- */
+
+struct cancel {
+    const char *id;
+    struct store_job *job;
+};
+
+static int run_cancel(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct cancel *cancel = write->argument;
+    int status = store_execute(db, NULL,
+                               "UPDATE job SET cancel_requested = 1, updated_ms = ?1, "
+                               "finished_ms = iif(status = 'accepted', ?1, 0), "
+                               "status = iif(status = 'accepted', 'dismissed', status) "
+                               "WHERE id = ?2 AND status IN ('accepted', 'running')",
+                               "it", store_now_ms(), cancel->id);
+
+    (void)store;
+    store_job_clear(cancel->job);
+    return status == STORE_OK ? store_job_row(db, cancel->id, cancel->job) : status;
+}
+
+int store_job_request_cancel(struct store *store, const char *id, struct store_job *job)
+{
+    struct cancel cancel = {.id = id, .job = job};
+    int status;
+
+    *job = (struct store_job){0};
+    status = store_write(store, run_cancel, &cancel);
+    if (status != STORE_OK) {
+        store_job_clear(job);
+    }
+    return status;
+}
+
+/* ---- Recovery -------------------------------------------------------------------------------- */
+
+struct recovery {
+    int64_t max_attempts;
+    size_t requeued, failed;
+};
+
+/* At the start nothing runs: what the rows call running was cut short. */
+static int run_recover(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct recovery *recovery = write->argument;
+    int64_t now = store_now_ms();
+    int status = store_execute(db, NULL,
+                               "UPDATE job SET status = 'dismissed', finished_ms = ?1, "
+                               "updated_ms = ?1, progress = -1 "
+                               "WHERE status = 'running' AND cancel_requested",
+                               "i", now);
+
+    (void)store;
+    if (status == STORE_OK) {
+        status = store_execute(db, &recovery->failed,
+                               "UPDATE job SET status = 'failed', finished_ms = ?1, "
+                               "updated_ms = ?1, progress = -1, problem_code = 'internal-error', "
+                               "problem_detail = 'The daemon stopped during each of ' || attempt "
+                               "|| ' attempts to run this job.' "
+                               "WHERE status = 'running' AND attempt >= ?2",
+                               "ii", now, recovery->max_attempts);
+    }
+    if (status == STORE_OK) {
+        status = store_execute(db, &recovery->requeued,
+                               "UPDATE job SET status = 'accepted', started_ms = 0, "
+                               "updated_ms = ?1, progress = 0 WHERE status = 'running'",
+                               "i", now);
+    }
+    return status;
+}
+
+int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed)
+{
+    struct recovery recovery = {.max_attempts = max_attempts};
+    int status = store_write(store, run_recover, &recovery);
+
+    *requeued = status == STORE_OK ? recovery.requeued : 0;
+    *failed = status == STORE_OK ? recovery.failed : 0;
+    return status;
+}

@@ -1,0 +1,185 @@
+/*
+ * mesh.c - the rows of meshes. A mesh never changes: its id is its content, so that storing it
+ * twice finds it there.
+ */
+#include "store/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define COLUMNS "id, name, format, report, bytes, vertices, faces, created_ms"
+
+void store_mesh_clear(struct store_mesh *mesh)
+{
+    free(mesh->name);
+    free(mesh->format);
+    free(mesh->report);
+    *mesh = (struct store_mesh){0};
+}
+
+static int from_row(sqlite3_stmt *row, struct store_mesh *mesh)
+{
+    int status = STORE_OK;
+
+    *mesh = (struct store_mesh){0};
+    store_column_id(row, 0, mesh->id, sizeof mesh->id);
+    mesh->name = store_column_text(row, 1, &status);
+    mesh->format = store_column_text(row, 2, &status);
+    mesh->report = store_column_text(row, 3, &status);
+    mesh->bytes = sqlite3_column_int64(row, 4);
+    mesh->vertices = sqlite3_column_int64(row, 5);
+    mesh->faces = sqlite3_column_int64(row, 6);
+    mesh->created_ms = sqlite3_column_int64(row, 7);
+    if (status != STORE_OK) {
+        store_mesh_clear(mesh);
+    }
+    return status;
+}
+
+int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *mesh = (struct store_mesh){0};
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row, "SELECT " COLUMNS " FROM mesh WHERE id = ?", "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        status = from_row(row, mesh);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status;
+}
+
+int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size)
+{
+    char hash[65];
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *content = NULL;
+    *size = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row, "SELECT content FROM mesh WHERE id = ?", "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, hash, sizeof hash);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_OK) {
+        status = store_blob_read(store, reader->db, hash, content, size);
+    }
+    store_reader_return(store, reader);
+    return status;
+}
+
+struct put {
+    const struct store_mesh *mesh;
+    const struct store_content *content;
+    int64_t now;
+    bool created;
+};
+
+static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct put *put = write->argument;
+    const struct store_mesh *mesh = put->mesh;
+    size_t changed = 0;
+    int status = store_blob_keep(store, db, put->content);
+
+    if (status == STORE_OK) {
+        status =
+            store_execute(db, &changed,
+                          "INSERT INTO mesh (" COLUMNS ", content) "
+                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
+                          "ttttiiiit", mesh->id, mesh->name ? mesh->name : "",
+                          mesh->format ? mesh->format : "", mesh->report ? mesh->report : "",
+                          mesh->bytes, mesh->vertices, mesh->faces, put->now, put->content->hash);
+    }
+    put->created = changed > 0;
+    return status;
+}
+
+/* Takes name and time of what the store holds. */
+static int adopt(struct store *store, struct store_mesh *mesh)
+{
+    struct store_mesh held;
+    int status = store_mesh_get(store, mesh->id, &held);
+
+    if (status == STORE_OK) {
+        free(mesh->name);
+        mesh->name = held.name;
+        mesh->created_ms = held.created_ms;
+        held.name = NULL;
+        store_mesh_clear(&held);
+    }
+    return status;
+}
+
+int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content, bool *created)
+{
+    struct store_content staged;
+    struct put put = {.mesh = mesh, .content = &staged, .now = store_now_ms()};
+    int status = adopt(store, mesh);
+
+    *created = false;
+    if (status != STORE_NOT_FOUND) {
+        return status;
+    }
+    status = store_blob_stage(store, content, (size_t)mesh->bytes, &staged);
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_write(store, run_put, &put);
+    store_blob_unstage(store, &staged);
+    if (status == STORE_OK) {
+        *created = put.created;
+        status = adopt(store, mesh);
+    }
+    return status;
+}
+
+int store_mesh_list(struct store *store, const struct store_page *page,
+                    bool (*visit)(void *user, const struct store_mesh *mesh), void *user)
+{
+    const char *after = page->after_id ? page->after_id : "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT " COLUMNS " FROM mesh "
+                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
+                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
+                           "tii", after, page->after_ms, (int64_t)page->limit);
+    for (bool more = true; status == STORE_OK && more;) {
+        struct store_mesh mesh;
+
+        status = store_step(reader->db, rows);
+        if (status == STORE_OK) {
+            status = from_row(rows, &mesh);
+        }
+        if (status == STORE_OK) {
+            more = visit(user, &mesh);
+            store_mesh_clear(&mesh);
+        }
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}

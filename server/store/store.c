@@ -1,0 +1,210 @@
+/*
+ * store.c - opening and closing the data directory, and the small things every layer needs of the
+ * store: names of states, content ids, the clock.
+ *
+ *   DIR/lock            held by flock while a daemon uses the directory
+ *   DIR/srnfd.db        the database, with its log srnfd.db-wal and index srnfd.db-shm beside it
+ *   DIR/blobs/          content-addressed files (blob.c)
+ *
+ * Order of opening: lock, blobs, database and migrations, writer thread, readers; closing goes
+ * back the same way. The writer's connection is closed last of all, since the last connection
+ * checkpoints the log.
+ */
+#include "store/internal.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static const char *const sentences[] = {
+    [-STORE_OK] = "success",
+    [-STORE_NOT_FOUND] = "not found",
+    [-STORE_CONFLICT] = "not in the state that this change asks for",
+    [-STORE_FULL] = "no space left in the data directory",
+    [-STORE_IO] = "the data directory cannot be read or written",
+    [-STORE_CORRUPT] = "the data are damaged or not ours",
+    [-STORE_NEWER] = "the data were written by a newer version",
+    [-STORE_BUSY] = "another daemon uses the data directory",
+    [-STORE_NOMEM] = "not enough memory",
+    [-STORE_CLOSED] = "the store is shutting down",
+};
+
+const char *store_strerror(int status)
+{
+    size_t n = sizeof sentences / sizeof sentences[0];
+
+    return status <= 0 && status > -(int)n ? sentences[-status] : "unknown status";
+}
+
+int64_t store_now_ms(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+void store_sha256_hex(char hex[65], const void *bytes, size_t size)
+{
+    unsigned char hash[crypto_hash_sha256_BYTES];
+
+    crypto_hash_sha256(hash, bytes, size);
+    sodium_bin2hex(hex, 65, hash, sizeof hash);
+}
+
+void store_content_id(char id[STORE_ID_MAX], const char *prefix, const void *bytes, size_t size)
+{
+    char hex[65];
+
+    store_sha256_hex(hex, bytes, size);
+    snprintf(id, STORE_ID_MAX, "%s%.32s", prefix, hex);
+}
+
+/* Makes the directory, with its parents, and leaves it open only to its owner. */
+static int make_directory(const char *directory)
+{
+    char *path = strdup(directory);
+    int status = STORE_OK;
+
+    if (!path) {
+        return STORE_NOMEM;
+    }
+    for (char *slash = path + 1; status == STORE_OK && *path; slash++) {
+        char kept = *slash;
+
+        if (kept != '/' && kept != '\0') {
+            continue;
+        }
+        *slash = '\0';
+        if (mkdir(path, 0700) != 0 && errno != EEXIST) {
+            status = store_map_errno(errno);
+        }
+        *slash = kept;
+        if (kept == '\0') {
+            break;
+        }
+    }
+    free(path);
+    return status;
+}
+
+static int lock_directory(struct store *store, char *message, size_t message_size)
+{
+    char path[4096];
+    int n = snprintf(path, sizeof path, "%s/lock", store->directory);
+
+    if (n < 0 || (size_t)n >= sizeof path) {
+        snprintf(message, message_size, "the path of the data directory is too long");
+        return STORE_IO;
+    }
+    if (make_directory(store->directory) != STORE_OK ||
+        (store->lock_fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600)) < 0) {
+        int error = errno;
+
+        snprintf(message, message_size, "%s: %s", path, strerror(error));
+        return store_map_errno(error);
+    }
+    if (flock(store->lock_fd, LOCK_EX | LOCK_NB) != 0) {
+        snprintf(message, message_size, "%s is in use by another daemon", store->directory);
+        return errno == EWOULDBLOCK ? STORE_BUSY : STORE_IO;
+    }
+    return STORE_OK;
+}
+
+static int name_files(struct store *store, const char *directory)
+{
+    size_t size = strlen(directory) + sizeof STORE_DATABASE_NAME + 1;
+
+    store->directory = strdup(directory);
+    store->database = malloc(size);
+    if (!store->directory || !store->database) {
+        return STORE_NOMEM;
+    }
+    snprintf(store->database, size, "%s/%s", directory, STORE_DATABASE_NAME);
+    return STORE_OK;
+}
+
+static void release(struct store *store)
+{
+    if (store->writer.db) {
+        sqlite3_close(store->writer.db);
+    }
+    if (store->blobs_fd >= 0) {
+        close(store->blobs_fd);
+    }
+    if (store->lock_fd >= 0) {
+        close(store->lock_fd);
+    }
+    free(store->database);
+    free(store->directory);
+    free(store);
+}
+
+int store_open(struct store **out, const char *directory, char *message, size_t message_size)
+{
+    struct store *store = calloc(1, sizeof *store);
+    int status = STORE_NOMEM;
+
+    *out = NULL;
+    snprintf(message, message_size, "not enough memory");
+    if (!store) {
+        return STORE_NOMEM;
+    }
+    store->lock_fd = store->blobs_fd = -1;
+    if (sodium_init() < 0) {
+        snprintf(message, message_size, "the system gives no random bytes");
+        status = STORE_IO;
+        goto out;
+    }
+    if ((status = name_files(store, directory)) != STORE_OK ||
+        (status = lock_directory(store, message, message_size)) != STORE_OK ||
+        (status = store_blobs_open(store, message, message_size)) != STORE_OK ||
+        (status = store_connect_writer(store->database, &store->writer.db, message,
+                                       message_size)) != STORE_OK) {
+        goto out;
+    }
+    status = store_writer_start(store);
+    if (status != STORE_OK) {
+        snprintf(message, message_size, "the writer thread cannot be started");
+        goto out;
+    }
+    store_readers_start(store);
+    snprintf(message, message_size, "%s", "");
+    *out = store;
+out:
+    if (status != STORE_OK) {
+        release(store);
+    }
+    return status;
+}
+
+void store_close(struct store *store)
+{
+    if (!store) {
+        return;
+    }
+    store_writer_stop(store);
+    store_readers_stop(store);
+    release(store);
+}
+
+int store_ping(struct store *store)
+{
+    struct store_reader *reader = NULL;
+    int64_t one = 0;
+    int status = store_reader_take(store, &reader);
+
+    if (status == STORE_OK) {
+        /* A constant alone would not touch the file. */
+        status = store_scalar(reader->db, &one, "SELECT 1 FROM sqlite_schema LIMIT 1");
+        store_reader_return(store, reader);
+    }
+    return status;
+}

@@ -1,0 +1,255 @@
+/*
+ * surface.c - the rows of surfaces. Like a mesh, a surface never changes.
+ *
+ * Coefficients are stored as IEEE 754 doubles in little-endian order, whatever the machine: 3
+ * (lmax + 1)^2 of them.
+ */
+#include "store/internal.h"
+
+#include <assert.h>
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COLUMNS "id, name, record, lmax, created_ms"
+
+/* Eight bytes, least significant first. */
+static void put_le64(unsigned char bytes[8], uint64_t value)
+{
+    for (size_t i = 0; i < 8; i++) {
+        bytes[i] = (unsigned char)(value >> (8 * i));
+    }
+}
+
+static uint64_t get_le64(const unsigned char bytes[8])
+{
+    uint64_t value = 0;
+
+    for (size_t i = 0; i < 8; i++) {
+        value |= (uint64_t)bytes[i] << (8 * i);
+    }
+    return value;
+}
+
+static uint64_t bits_of(double value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static size_t count_of(int64_t lmax)
+{
+    return 3 * (size_t)(lmax + 1) * (size_t)(lmax + 1);
+}
+
+void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients, double scale)
+{
+    crypto_hash_sha256_state state;
+    unsigned char bytes[8], hash[crypto_hash_sha256_BYTES];
+    char hex[sizeof hash * 2 + 1];
+
+    crypto_hash_sha256_init(&state);
+    put_le64(bytes, (uint64_t)lmax);
+    crypto_hash_sha256_update(&state, bytes, sizeof bytes);
+    for (size_t i = 0; i < count_of(lmax); i++) {
+        /* Adding 0 turns -0 into 0 and changes nothing else. */
+        put_le64(bytes, bits_of(coefficients[i] + 0.0));
+        crypto_hash_sha256_update(&state, bytes, sizeof bytes);
+    }
+    put_le64(bytes, bits_of(scale + 0.0));
+    crypto_hash_sha256_update(&state, bytes, sizeof bytes);
+    crypto_hash_sha256_final(&state, hash);
+    sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
+    snprintf(id, STORE_ID_MAX, "surf-%.32s", hex);
+}
+
+void store_surface_clear(struct store_surface *surface)
+{
+    free(surface->name);
+    free(surface->record);
+    free(surface->coefficients);
+    *surface = (struct store_surface){0};
+}
+
+static int from_row(sqlite3_stmt *row, struct store_surface *surface)
+{
+    int status = STORE_OK;
+
+    *surface = (struct store_surface){0};
+    store_column_id(row, 0, surface->id, sizeof surface->id);
+    surface->name = store_column_text(row, 1, &status);
+    surface->record = store_column_text(row, 2, &status);
+    surface->lmax = sqlite3_column_int64(row, 3);
+    surface->created_ms = sqlite3_column_int64(row, 4);
+    if (status != STORE_OK) {
+        store_surface_clear(surface);
+    }
+    return status;
+}
+
+static int read_coefficients(struct store *store, sqlite3 *db, const char *hash,
+                             struct store_surface *surface)
+{
+    unsigned char *bytes = NULL;
+    size_t size = 0, count = count_of(surface->lmax);
+    int status = store_blob_read(store, db, hash, &bytes, &size);
+
+    if (status == STORE_OK && size != count * 8) {
+        status = STORE_CORRUPT;
+    }
+    if (status == STORE_OK) {
+        surface->coefficients = malloc(count * sizeof *surface->coefficients);
+        status = surface->coefficients ? STORE_OK : STORE_NOMEM;
+    }
+    for (size_t i = 0; status == STORE_OK && i < count; i++) {
+        uint64_t bits = get_le64(bytes + 8 * i);
+
+        memcpy(&surface->coefficients[i], &bits, sizeof bits);
+    }
+    surface->coefficient_count = status == STORE_OK ? count : 0;
+    free(bytes);
+    return status;
+}
+
+int store_surface_get(struct store *store, const char *id, bool with_coefficients,
+                      struct store_surface *surface)
+{
+    char hash[65] = "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *surface = (struct store_surface){0};
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           "SELECT " COLUMNS ", coefficients FROM surface WHERE id = ?", "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 5, hash, sizeof hash);
+        status = from_row(row, surface);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_OK && with_coefficients) {
+        status = read_coefficients(store, reader->db, hash, surface);
+    }
+    if (status != STORE_OK) {
+        store_surface_clear(surface);
+    }
+    store_reader_return(store, reader);
+    return status;
+}
+
+struct put {
+    const struct store_surface *surface;
+    const struct store_content *content;
+    int64_t now;
+    bool created;
+};
+
+static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct put *put = write->argument;
+    const struct store_surface *surface = put->surface;
+    size_t changed = 0;
+    int status = store_blob_keep(store, db, put->content);
+
+    if (status == STORE_OK) {
+        status = store_execute(db, &changed,
+                               "INSERT INTO surface (" COLUMNS ", coefficients) "
+                               "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
+                               "tttiit", surface->id, surface->name ? surface->name : "",
+                               surface->record ? surface->record : "", surface->lmax, put->now,
+                               put->content->hash);
+    }
+    put->created = changed > 0;
+    return status;
+}
+
+/* Takes name, record and time of what the store holds. */
+static int adopt(struct store *store, struct store_surface *surface)
+{
+    struct store_surface held;
+    int status = store_surface_get(store, surface->id, false, &held);
+
+    if (status == STORE_OK) {
+        free(surface->name);
+        free(surface->record);
+        surface->name = held.name;
+        surface->record = held.record;
+        surface->created_ms = held.created_ms;
+    }
+    return status;
+}
+
+int store_surface_put(struct store *store, struct store_surface *surface, bool *created)
+{
+    struct store_content staged;
+    struct put put = {.surface = surface, .content = &staged, .now = store_now_ms()};
+    size_t count = count_of(surface->lmax);
+    unsigned char *bytes;
+    int status = adopt(store, surface);
+
+    assert(surface->coefficient_count == count);
+    *created = false;
+    if (status != STORE_NOT_FOUND) {
+        return status;
+    }
+    bytes = malloc(count * 8);
+    if (!bytes) {
+        return STORE_NOMEM;
+    }
+    for (size_t i = 0; i < count; i++) {
+        put_le64(bytes + 8 * i, bits_of(surface->coefficients[i] + 0.0));
+    }
+    status = store_blob_stage(store, bytes, count * 8, &staged);
+    if (status == STORE_OK) {
+        status = store_write(store, run_put, &put);
+        store_blob_unstage(store, &staged);
+    }
+    free(bytes);
+    if (status == STORE_OK) {
+        *created = put.created;
+        status = adopt(store, surface);
+    }
+    return status;
+}
+
+int store_surface_list(struct store *store, const struct store_page *page,
+                       bool (*visit)(void *user, const struct store_surface *surface), void *user)
+{
+    const char *after = page->after_id ? page->after_id : "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT " COLUMNS " FROM surface "
+                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
+                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
+                           "tii", after, page->after_ms, (int64_t)page->limit);
+    for (bool more = true; status == STORE_OK && more;) {
+        struct store_surface surface;
+
+        status = store_step(reader->db, rows);
+        if (status == STORE_OK) {
+            status = from_row(rows, &surface);
+        }
+        if (status == STORE_OK) {
+            more = visit(user, &surface);
+            store_surface_clear(&surface);
+        }
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}

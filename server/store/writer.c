@@ -1,0 +1,272 @@
+/*
+ * writer.c - the writer thread: the only one that changes the database, and the only one that
+ * runs checkpoints (database.c says why).
+ *
+ * A caller puts its write, which lives on its own stack, at the end of the queue and sleeps. The
+ * thread takes what has gathered, up to GROUP_MAX, and runs it as one transaction, each write
+ * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND) is
+ * undone alone. One COMMIT, and so one fsync, serves the group; only then are the callers woken.
+ * When the group fails as a whole, because the disk is full or a statement broke the transaction,
+ * it is rolled back and its writes are run again one by one, so that the failure stays with
+ * whoever causes it.
+ *
+ * Checkpoints copy the log into the database: when no write has come for IDLE_MS, and between two
+ * groups when the log has grown by PAGES_MAX under sustained load. A PASSIVE one never waits for
+ * readers; what it could not copy, the next one does.
+ *
+ * Threads: the writer thread srnfd-store. Lock: writer->mutex (rank 40), never held while SQLite
+ * runs.
+ */
+#include "store/internal.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <time.h>
+
+#define GROUP_MAX 64
+#define IDLE_MS 200
+#define PAGES_MAX 8192 /* 32 MiB of log with pages of 4 KiB */
+
+static int execute(sqlite3 *db, const char *sql)
+{
+    return store_map(db, sqlite3_exec(db, sql, NULL, NULL, NULL));
+}
+
+/* After a refusal, the transaction goes on without this write; after anything else it cannot be
+   trusted. */
+static bool is_refusal(int status)
+{
+    return status == STORE_CONFLICT || status == STORE_NOT_FOUND;
+}
+
+/* Runs one write in its savepoint. Returns a status only where the whole transaction has failed. */
+static int run_write(struct store *store, struct store_write *write)
+{
+    sqlite3 *db = store->writer.db;
+    int status = execute(db, "SAVEPOINT one_write");
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    write->dropped[0] = '\0';
+    write->status = write->run(store, db, write);
+    if (write->status < 0) {
+        write->dropped[0] = '\0';
+        if (!is_refusal(write->status) || sqlite3_get_autocommit(db)) {
+            return write->status;
+        }
+        status = execute(db, "ROLLBACK TO one_write");
+    }
+    return status == STORE_OK ? execute(db, "RELEASE one_write") : status;
+}
+
+/* Runs the list as one transaction. On success each write has its own status; otherwise nothing
+   was done. */
+static int run_group(struct store *store, struct store_write *list)
+{
+    sqlite3 *db = store->writer.db;
+    int status = execute(db, "BEGIN IMMEDIATE");
+
+    for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
+        status = run_write(store, write);
+    }
+    if (status == STORE_OK) {
+        status = execute(db, "COMMIT");
+    }
+    if (status != STORE_OK && !sqlite3_get_autocommit(db)) {
+        sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+    }
+    for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
+        if (write->dropped[0]) {
+            store_blob_remove(store, db, write->dropped);
+        }
+    }
+    return status;
+}
+
+static void run_list(struct store *store, struct store_write *list)
+{
+    int status = run_group(store, list);
+
+    if (status == STORE_OK) {
+        return;
+    }
+    if (!list->next) {
+        list->status = status;
+        return;
+    }
+    for (struct store_write *write = list, *next; write; write = next) {
+        next = write->next;
+        write->next = NULL;
+        status = run_group(store, write);
+        if (status != STORE_OK) {
+            write->status = status;
+        }
+        write->next = next;
+    }
+}
+
+static void checkpoint(struct store_writer *writer)
+{
+    int pages = 0, copied = 0;
+
+    /* A failure loses nothing: the log keeps what it has, and the next checkpoint tries again. */
+    if (sqlite3_wal_checkpoint_v2(writer->db, NULL, SQLITE_CHECKPOINT_PASSIVE, &pages, &copied) ==
+        SQLITE_OK) {
+        writer->wal_pages = pages - copied;
+    }
+}
+
+/* Called by SQLite after each commit with the length of the log. */
+static int count_pages(void *user, sqlite3 *db, const char *name, int pages)
+{
+    struct store_writer *writer = user;
+
+    (void)db;
+    (void)name;
+    writer->wal_pages = pages;
+    return SQLITE_OK;
+}
+
+/* Waits for writes, for at most IDLE_MS where the log is dirty. Returns with the mutex held;
+   false: timed out. */
+static bool wait_for_writes(struct store_writer *writer)
+{
+    struct timespec until;
+    bool timed_out = false;
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += IDLE_MS * 1000000L;
+    until.tv_sec += until.tv_nsec / 1000000000L;
+    until.tv_nsec %= 1000000000L;
+    while (!writer->head && !writer->closing && !timed_out) {
+        if (writer->wal_pages > 0) {
+            timed_out = pthread_cond_timedwait(&writer->wake, &writer->mutex, &until) == ETIMEDOUT;
+        } else {
+            pthread_cond_wait(&writer->wake, &writer->mutex);
+        }
+    }
+    return !timed_out;
+}
+
+/* Cuts at most GROUP_MAX writes off the queue; the mutex is held. */
+static struct store_write *take_group(struct store_writer *writer)
+{
+    struct store_write *list = writer->head, *last = list;
+
+    for (size_t n = 1; last && last->next && n < GROUP_MAX; n++) {
+        last = last->next;
+    }
+    if (last) {
+        writer->head = last->next;
+        last->next = NULL;
+    }
+    if (!writer->head) {
+        writer->tail = NULL;
+    }
+    return list;
+}
+
+static void wake_callers(struct store_writer *writer, struct store_write *list)
+{
+    pthread_mutex_lock(&writer->mutex);
+    for (struct store_write *write = list, *next; write; write = next) {
+        /* A write that is done may vanish with its caller's stack as soon as the mutex is free. */
+        next = write->next;
+        write->done = true;
+        pthread_cond_signal(&write->finished);
+    }
+    pthread_mutex_unlock(&writer->mutex);
+}
+
+static void *writer_main(void *user)
+{
+    struct store *store = user;
+    struct store_writer *writer = &store->writer;
+
+    pthread_setname_np(pthread_self(), "srnfd-store");
+    for (bool closing = false; !closing;) {
+        struct store_write *list;
+        bool idle;
+
+        pthread_mutex_lock(&writer->mutex);
+        idle = !wait_for_writes(writer);
+        list = take_group(writer);
+        closing = writer->closing && !list;
+        pthread_mutex_unlock(&writer->mutex);
+        if (list) {
+            run_list(store, list);
+            wake_callers(writer, list);
+        }
+        if (writer->wal_pages > PAGES_MAX || (idle && !list)) {
+            checkpoint(writer);
+            /* What readers still hold back waits for the next commit rather than for a timer. */
+            writer->wal_pages = writer->wal_pages > PAGES_MAX ? writer->wal_pages : 0;
+        }
+    }
+    return NULL;
+}
+
+int store_writer_start(struct store *store)
+{
+    struct store_writer *writer = &store->writer;
+    pthread_condattr_t attributes;
+
+    if (pthread_condattr_init(&attributes) != 0) {
+        return STORE_NOMEM;
+    }
+    pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+    pthread_mutex_init(&writer->mutex, NULL);
+    pthread_cond_init(&writer->wake, &attributes);
+    pthread_condattr_destroy(&attributes);
+    sqlite3_wal_hook(writer->db, count_pages, writer);
+    writer->started = pthread_create(&writer->thread, NULL, writer_main, store) == 0;
+    if (!writer->started) {
+        pthread_cond_destroy(&writer->wake);
+        pthread_mutex_destroy(&writer->mutex);
+        return STORE_NOMEM;
+    }
+    return STORE_OK;
+}
+
+void store_writer_stop(struct store *store)
+{
+    struct store_writer *writer = &store->writer;
+
+    if (!writer->started) {
+        return;
+    }
+    pthread_mutex_lock(&writer->mutex);
+    writer->closing = true;
+    pthread_cond_signal(&writer->wake);
+    pthread_mutex_unlock(&writer->mutex);
+    pthread_join(writer->thread, NULL);
+    pthread_cond_destroy(&writer->wake);
+    pthread_mutex_destroy(&writer->mutex);
+    writer->started = false;
+}
+
+int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
+                void *argument)
+{
+    struct store_writer *writer = &store->writer;
+    struct store_write write = {.run = run, .argument = argument, .status = STORE_CLOSED};
+
+    pthread_cond_init(&write.finished, NULL);
+    pthread_mutex_lock(&writer->mutex);
+    if (!writer->closing) {
+        if (writer->tail) {
+            writer->tail->next = &write;
+        } else {
+            writer->head = &write;
+        }
+        writer->tail = &write;
+        pthread_cond_signal(&writer->wake);
+        while (!write.done) {
+            pthread_cond_wait(&write.finished, &writer->mutex);
+        }
+    }
+    pthread_mutex_unlock(&writer->mutex);
+    pthread_cond_destroy(&write.finished);
+    return write.status;
+}
