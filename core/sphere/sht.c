@@ -98,6 +98,9 @@ static bool shape_is_valid(size_t degree, enum srnf_grid_kind kind, size_t n_the
 {
     size_t least = kind == SRNF_GRID_EQUIANGULAR ? 2 * degree + 1 : degree + 1;
 
+    if (kind != SRNF_GRID_GAUSS_LEGENDRE && kind != SRNF_GRID_EQUIANGULAR) {
+        return false;
+    }
     if (degree > SRNF_TRANSFORM_DEGREE_MAX || n_theta > SRNF_GRID_ROWS_MAX ||
         n_phi > 4 * SRNF_GRID_ROWS_MAX) {
         return false;
