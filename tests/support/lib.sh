@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # lib.sh - what shell tests share: TAP, servers, requests. Sourced, by bash:
 #
 #   . "$(dirname "$0")/../support/lib.sh"

@@ -1,0 +1,220 @@
+#!/usr/bin/env bash
+# What can be checked without running anything; speaks TAP and closes on "N passed, M failed".
+#
+#   tests/lint/lint.sh [CHECK..]     (all of them, in the order of the table below)
+#
+# Each check prints what it finds as "file:line: what" and passes if it finds nothing. Tracked files are
+# looked at (all files, where there is no git). Objects for the checks of symbols, and the linter of
+# api/openapi.yaml, are made under the build folder: SRNFD_BUILD, or build/.
+set -u
+cd "$(dirname "$0")/../.." || exit 2
+BUILD=${SRNFD_BUILD:-build}
+LINT=tests/lint
+COLUMNS_MAX=100
+
+CHECKS='formatting columns c-rules layers core-symbols core-globals paths shell shellcheck lockfile openapi'
+
+# ---- Files ---------------------------------------------------------------------------------------------
+
+# Files of the project that exist, by name patterns.
+files() { # PATTERN..
+    if [ "$(git rev-parse --show-toplevel 2>/dev/null)" = "$PWD" ]; then
+        git ls-files -- "$@"
+    else
+        local pattern
+        for pattern in "$@"; do
+            find . \( -path ./build -o -path ./.git \) -prune -o -type f -path "./$pattern" -print
+        done | sed 's,^\./,,'
+    fi | LC_ALL=C sort -u | while IFS= read -r file; do
+        if [ -f "$file" ]; then printf '%s\n' "$file"; fi
+    done
+}
+
+sources() {
+    files '*.c' '*.h'
+}
+
+# ---- Checks: print violations, nothing if all is well ----------------------------------------------------
+
+# Another version of clang-format has other opinions, so only the one that the style was settled with counts.
+CLANG_FORMAT_VERSION=14
+
+check_formatting() {
+    local tool=clang-format-$CLANG_FORMAT_VERSION
+    command -v "$tool" >/dev/null || tool=clang-format
+    case $("$tool" --version 2>/dev/null) in
+    *"version $CLANG_FORMAT_VERSION."*) ;;
+    *)
+        echo "SKIP clang-format $CLANG_FORMAT_VERSION is not installed"
+        return
+        ;;
+    esac
+    # The first complaint of each file is enough: "make format" mends them all.
+    sources | while IFS= read -r file; do
+        "$tool" --dry-run --Werror --ferror-limit=1 "$file" 2>&1 |
+            sed -n 's/^\([^:]*:[0-9]*\):[0-9]*: error: code should be clang-formatted.*/\1: not formatted/p'
+    done
+}
+
+check_columns() {
+    sources | LC_ALL=C.UTF-8 xargs -r grep -nE "^.{$((COLUMNS_MAX + 1))}" /dev/null |
+        sed "s/^\([^:]*:[0-9]*\):.*/\1: more than $COLUMNS_MAX columns/"
+}
+
+check_c-rules() {
+    sources | xargs -r awk -f $LINT/c_rules.awk | sed 's/^\([a-z-]*\)\t\(.*\)/\2 [\1]/'
+}
+
+check_layers() {
+    files 'core/*.c' 'core/*.h' 'server/*.c' 'server/*.h' | xargs -r awk -f $LINT/layers.awk
+}
+
+# Compiles the core (in the release configuration) and prints its objects.
+core_objects() {
+    local source object failed=0
+    for source in $(files 'core/*.c'); do
+        object=$BUILD/obj/${source%.c}.o
+        echo "$object"
+    done | tee "$SCRATCH/objects" >/dev/null
+    xargs -r make --no-print-directory -s -k -j2 B="$BUILD" O="$BUILD/obj" <"$SCRATCH/objects" \
+        >"$SCRATCH/make" 2>&1 || failed=1
+    if [ $failed -eq 1 ]; then
+        grep -m 5 -E 'error|Error' "$SCRATCH/make" >&2
+    fi
+    while IFS= read -r object; do
+        if [ -f "$object" ]; then echo "$object"; fi
+    done <"$SCRATCH/objects"
+    return $failed
+}
+
+# What the core must not call: it does no input or output, reads no clock, environment or locale, starts no
+# threads, ends no process, and allocates through srnf_alloc alone.
+FORBIDDEN_IO='[fd]?printf|v[fd]?printf|v?as?printf|v?sprintf|f?puts|f?putc|putchar|fwrite|fread|fopen|fopen64'
+FORBIDDEN_IO="$FORBIDDEN_IO|freopen|fdopen|tmpfile|open|open64|openat|read|write|perror|stdout|stderr|stdin"
+FORBIDDEN_IO="$FORBIDDEN_IO|v?f?scanf|getline|socket|mmap|mmap64|system|popen|fork|exec[lv]p?e?"
+FORBIDDEN_STATE='getenv|secure_getenv|setenv|putenv|time|clock|clock_gettime|gettimeofday|localtime(_r)?|gmtime(_r)?'
+FORBIDDEN_STATE="$FORBIDDEN_STATE|s?rand(om)?|rand_r|[dlm]rand48|getrandom|getentropy|arc4random|setlocale"
+FORBIDDEN_STATE="$FORBIDDEN_STATE|uselocale|exit|_exit|_Exit|quick_exit|atexit|abort|signal|sigaction|raise|sleep"
+FORBIDDEN_STATE="$FORBIDDEN_STATE|usleep|nanosleep|pthread_.*|thrd_.*|mtx_.*|cnd_.*|GOMP_.*|omp_.*|strtok|strerror"
+FORBIDDEN_LOCALE='strto(d|f|ld)|ato[fil]|v?sscanf|strcoll|to(lower|upper)|__ctype_.*'
+FORBIDDEN_MEMORY='malloc|calloc|realloc|reallocarray|free|aligned_alloc|posix_memalign|memalign|valloc|strn?dup'
+
+# The compiler may put fortified or versioned names (__printf_chk, __isoc99_sscanf) for the plain ones.
+check_core-symbols() {
+    local object plain="$FORBIDDEN_IO|$FORBIDDEN_STATE|$FORBIDDEN_LOCALE" names
+    core_objects >"$SCRATCH/built" || echo 'core: does not compile'
+    while IFS= read -r object; do
+        names=$plain
+        case $object in
+        */core/memory.o) ;;
+        *) names="$plain|$FORBIDDEN_MEMORY" ;;
+        esac
+        nm -u "$object" | sed 's/^ *[Uw] //; s/@.*//' |
+            sed -n -E "s/^((__)?(isoc[0-9]+_)?($names)(_chk)?)\$/\1/p" |
+            sed "s|^|${object#"$BUILD"/obj/}: calls |"
+    done <"$SCRATCH/built"
+}
+
+# No mutable data: neither initialised nor zeroed nor of a thread. Tables of pointers that are constant
+# after relocation (.data.rel.ro) are fine.
+check_core-globals() {
+    local object
+    core_objects >"$SCRATCH/built" || echo 'core: does not compile'
+    while IFS= read -r object; do
+        objdump -t "$object" |
+            awk -v object="${object#"$BUILD"/obj/}" '
+                / O (\.data|\.bss|\*COM\*)[^\t]*\t/ && !/ \.data\.rel\.ro/ ||
+                / \.t(data|bss)[^\t]*\t/ && !/ d / { print object ": mutable " $NF }'
+    done <"$SCRATCH/built"
+}
+
+check_paths() {
+    files '*' | xargs -r grep -nIE '(^|[^A-Za-z0-9_./$}~-])/(work|root|home)(/|$|[^A-Za-z0-9_/])' /dev/null |
+        cut -c 1-160
+}
+
+check_shell() {
+    local file
+    for file in $(files '*.sh' '.ci/run'); do
+        bash -n "$file" 2>&1
+        if [ ! -x "$file" ] && [ "${file#tests/support/}" = "$file" ]; then
+            echo "$file:1: not executable"
+        fi
+    done
+}
+
+check_shellcheck() {
+    if ! command -v shellcheck >/dev/null; then
+        echo 'SKIP shellcheck is not installed'
+        return
+    fi
+    # 2154: variables that lib.sh sets. 2034: variables that it sets for scripts.
+    files '*.sh' '.ci/run' | xargs -r shellcheck -S warning -e 2154,2034 -f gcc
+}
+
+# The packages' addresses would name the registry of whoever wrote the lock file.
+check_lockfile() {
+    grep -nH '"resolved"' $LINT/package-lock.json
+    grep -qF "$(sed -n 's/.*"\(@redocly[^"]*": "[^"]*\)".*/\1/p' $LINT/package.json)" \
+        $LINT/package-lock.json || echo "$LINT/package-lock.json:1: is not of $LINT/package.json"
+}
+
+check_openapi() {
+    local modules=$BUILD/lint major
+    major=$(node --version 2>/dev/null | sed 's/^v\([0-9]*\).*/\1/')
+    if [ -z "$major" ] || [ "$major" -lt 18 ]; then
+        echo 'SKIP node 18 or newer is not installed'
+        return
+    fi
+    mkdir -p "$modules"
+    if ! cmp -s $LINT/package-lock.json "$modules/installed.json"; then
+        cp $LINT/package.json $LINT/package-lock.json "$modules"
+        if ! (cd "$modules" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error) \
+            >"$SCRATCH/npm" 2>&1 </dev/null; then
+            echo "$LINT/package.json: npm ci failed: $(tail -n 3 "$SCRATCH/npm")"
+            return
+        fi
+        cp $LINT/package-lock.json "$modules/installed.json"
+    fi
+    node $LINT/openapi.cjs "$modules" api/openapi.yaml
+}
+
+# ---- Driver --------------------------------------------------------------------------------------------
+
+SCRATCH=$(mktemp -d "${TMPDIR:-/tmp}/srnfd-lint.XXXXXX") || exit 2
+trap 'rm -rf "$SCRATCH"' EXIT
+passed=0
+failed=0
+number=0
+if [ $# -eq 0 ]; then
+    # shellcheck disable=SC2086
+    set -- $CHECKS
+fi
+for name in "$@"; do
+    number=$((number + 1))
+    if ! declare -F "check_$name" >/dev/null; then
+        echo "no such check: $name (there are: $CHECKS)" >&2
+        exit 2
+    fi
+    "check_$name" >"$SCRATCH/found"
+    if grep -q '^SKIP ' "$SCRATCH/found"; then
+        echo "ok $number - $name # $(cat "$SCRATCH/found")"
+        continue
+    fi
+    # Notes and warnings are shown but do not count.
+    grep -vE '\[note\]$|: warning: .*\[[a-z0-9-]+\]$' "$SCRATCH/found" >"$SCRATCH/violations"
+    if [ "$name" = shellcheck ]; then
+        cp "$SCRATCH/found" "$SCRATCH/violations"
+    fi
+    if [ -s "$SCRATCH/violations" ]; then
+        failed=$((failed + 1))
+        echo "not ok $number - $name"
+    else
+        passed=$((passed + 1))
+        echo "ok $number - $name"
+    fi
+    sed 's/^/#   /' "$SCRATCH/found"
+done
+echo "1..$number"
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

@@ -1,0 +1,283 @@
+#!/usr/bin/env bash
+# tests/lint/lint.sh finds what it is there to find: a small project that passes, and in it, one after the
+# other, a violation of each rule.
+# srnfd-test: release-only
+. "$(dirname "$0")/support/lib.sh"
+
+COPY=$SCRATCH/project
+mkdir -p "$COPY"/core/{sphere,mesh,shape} "$COPY"/server/{http,api,jobs,store} "$COPY/tests" "$COPY/api"
+cp -r Makefile .clang-format "$COPY"
+cp -r tests/lint "$COPY/tests"
+if [ -f "$SRNFD_BUILD/lint/installed.json" ]; then
+    mkdir "$COPY/build"
+    ln -s "$SRNFD_BUILD/lint" "$COPY/build/lint"
+fi
+
+# A file of the copy, from standard input; C files get their head comment.
+file() { # PATH
+    case $1 in
+    *.[ch]) { echo '/* A file. */' && cat; } >"$COPY/$1" ;;
+    *) cat >"$COPY/$1" ;;
+    esac
+}
+
+lint() { # CHECK..
+    OUTPUT=$(SRNFD_BUILD=build "$COPY/tests/lint/lint.sh" "$@" 2>&1)
+    RESULT=$?
+}
+
+clean() { # CHECK
+    lint "$1"
+    is "$RESULT" 0 "$1: nothing is found where nothing is"
+    [ "$RESULT" -eq 0 ] || note "$OUTPUT"
+}
+
+# The check must fail and say so of that file.
+finds() { # CHECK REGEX NAME
+    lint "$1"
+    is "$RESULT" 1 "$1: $3"
+    like "$OUTPUT" "$2" "$1: and it says where"
+}
+
+echo "/* $(printf '%94s' x) */" | file core/sphere/bad.c
+clean columns
+echo "/* $(printf '%95s' x) */" | file core/sphere/bad.c
+finds columns 'bad.c:2: more than 100' 'a line of 101 columns is too long'
+echo "/* $(printf '%93s' x)ä */" | file core/sphere/bad.c
+clean columns
+rm "$COPY/core/sphere/bad.c"
+cp core/memory.c core/srnf.h core/internal.h "$COPY/core"
+
+file core/sphere/grid.h <<'END'
+int grid(int x);
+END
+file core/sphere/grid.c <<'END'
+#include "sphere/grid.h"
+#include "internal.h"
+
+int grid(int x)
+{
+    return x;
+}
+END
+cp "$COPY/core/sphere/grid.c" "$SCRATCH/grid.c"
+for name in http api jobs store; do
+    file "server/$name/$name.h" </dev/null
+done
+file server/embedded.h </dev/null
+
+for name in c-rules layers core-symbols core-globals paths shell lockfile; do
+    clean "$name"
+done
+
+# Calls to strcpy( and sprintf( in comments and strings are no calls.
+file core/sphere/words.c <<'END'
+/* strcpy(a, b)
+   and gets(a) */
+const char *words(void);
+const char *words(void) // rand()
+{
+    return "\"sprintf(x)" + ('"' == 'a') /* atoi( */;
+}
+END
+clean c-rules
+rm "$COPY/core/sphere/words.c"
+
+file core/sphere/bad.c <<'END'
+void bad(char *x);
+void bad(char *x)
+{
+    /* a
+     */ (void)strcpy (x, "a");
+}
+END
+finds c-rules 'bad.c:6: strcpy \[forbidden-calls\]' 'a forbidden call is found'
+for call in strcat sprintf vsprintf atoi strtok alloca gets rand; do
+    echo "int y = $call(x);" | file core/sphere/bad.c
+    lint c-rules
+    like "$OUTPUT" "bad.c:2: $call" "c-rules: $call is forbidden"
+done
+echo 'int brand(x), my_atoi(y);' | file core/sphere/bad.c
+clean c-rules
+
+long_function() { # LINES, braces included
+    echo 'int bad(void)'
+    echo '{'
+    yes '    ;' | head -n $(($1 - 2))
+    echo '}'
+}
+long_function 100 | file core/sphere/bad.c
+clean c-rules
+like "$OUTPUT" 'function of 100 lines' 'but a function of more than 60 lines is noted'
+long_function 101 | file core/sphere/bad.c
+finds c-rules 'bad.c.*101 lines.*function-length' 'a function of 101 lines is too long'
+
+yes 'int x;' | head -n 799 | file core/sphere/bad.c
+clean c-rules
+yes 'int x;' | head -n 800 | file core/sphere/bad.c
+finds c-rules 'bad.c:801: 801 lines.*file-length' 'a file of 801 lines is too long'
+echo 'int x;' >"$COPY/core/sphere/bad.c"
+finds c-rules 'bad.c:1:.*file-header' 'a file must say what it is'
+
+rm "$COPY/core/sphere/bad.c"
+
+if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
+    echo 'int  x;' | file core/sphere/bad.c
+    finds formatting 'bad.c:2: not formatted' 'what is not formatted is found'
+    rm "$COPY/core/sphere/bad.c"
+else
+    skip 'formatting' 'clang-format 14 is not installed'
+fi
+
+# One include in one file: allowed or not.
+allowed() { # FILE INCLUDE
+    echo "#include $2" | file "$1"
+    lint layers
+    is "$RESULT" 0 "layers: $1 may include $2"
+    rm "$COPY/$1"
+}
+refused() { # FILE INCLUDE
+    echo "#include $2" | file "$1"
+    lint layers
+    like "$RESULT$OUTPUT" "^1.*$1:2: " "layers: $1 must not include $2"
+    rm "$COPY/$1"
+}
+allowed server/http/x.c '"http/http.h"'
+allowed server/http/x.c '"store/store.h"'
+allowed server/http/x.c '<microhttpd.h>'
+allowed server/api/x.c '"jobs/jobs.h"'
+allowed server/api/x.c '"embedded.h"'
+allowed server/main.c '"http/http.h"'
+refused server/api/x.c '"http/http.h"'
+refused server/jobs/x.c '"api/api.h"'
+refused server/store/x.c '"jobs/jobs.h"'
+refused server/store/x.c '"internal.h"'
+refused server/store/x.c '"sphere/grid.h"'
+refused server/store/x.c '"../jobs/jobs.h"'
+refused server/api/x.c '<microhttpd.h>'
+refused server/jobs/x.c '<jansson.h>'
+refused server/jobs/x.c '<sqlite3.h>'
+refused server/common.c '"store/store.h"'
+allowed core/shape/x.c '"sphere/grid.h"'
+refused core/sphere/x.c '"shape/x.h"'
+refused core/sphere/x.c '"store/store.h"'
+refused core/sphere/x.c '"embedded.h"'
+refused core/sphere/x.c '<pthread.h>'
+refused core/sphere/x.c '<sys/stat.h>'
+refused core/x.c '"sphere/grid.h"'
+
+# The core's objects: a statement in one function, and what the check says of the call it makes.
+call() { # HEADER STATEMENT
+    {
+        printf '#include "sphere/grid.h"\n#include <%s>\n' "$1"
+        printf 'int grid(int x)\n{\n    %s\n    return x;\n}\n' "$2"
+    } | file core/sphere/grid.c
+    lint core-symbols
+}
+symbol() { # NAME HEADER STATEMENT
+    call "$2" "$3"
+    like "$RESULT$OUTPUT" "^1.*core/sphere/grid.o: calls .*$1" "core-symbols: $1 is found"
+}
+symbol printf stdio.h 'printf("%d", x);'
+symbol puts stdio.h 'printf("hello\n");'
+symbol stderr stdio.h 'fputs("hello", stderr);'
+symbol getenv stdlib.h 'x += getenv("A") != NULL;'
+symbol time time.h 'x += (int)time(NULL);'
+symbol malloc stdlib.h 'void *volatile p = malloc(3); x += p != NULL;'
+symbol free stdlib.h 'void *volatile p = NULL; free(p);'
+symbol abort stdlib.h 'if (x) abort();'
+symbol exit stdlib.h 'if (x) exit(1);'
+symbol pthread_self pthread.h 'x += pthread_self() != 0;'
+symbol rand stdlib.h 'x += rand();'
+symbol strtod stdlib.h 'x += (int)strtod("1", NULL);'
+symbol sscanf stdio.h 'if (sscanf("1", "%d", &x)) x++;'
+
+call stdio.h 'char b[9]; x += snprintf(b, sizeof b, "%d", x);'
+is "$RESULT" 0 'core-symbols: snprintf is allowed'
+call assert.h 'assert(x);'
+is "$RESULT" 0 'core-symbols: assert is allowed'
+
+file core/sphere/grid.c <<'END'
+#include "sphere/grid.h"
+
+int grid(int x)
+{
+    return undeclared(x);
+}
+END
+finds core-symbols 'does not compile' 'a core that does not compile is no pass'
+
+variable() { # NAME DECLARATION
+    printf '#include "sphere/grid.h"\n%s\nint grid(int x)\n{\n    return x + (state += x);\n}\n' "$2" |
+        file core/sphere/grid.c
+    finds core-globals 'core/sphere/grid.o: mutable state' "$1 is found"
+}
+variable 'a zeroed variable' 'static int state;'
+variable 'an initialised variable' 'static int state = 5;'
+variable 'a thread-local variable' 'static _Thread_local int state;'
+file core/sphere/grid.c <<'END'
+#include "sphere/grid.h"
+
+static const char *const words[] = {"a", "b"};
+
+int grid(int x)
+{
+    return words[x & 1][0];
+}
+END
+clean core-globals
+cp "$SCRATCH/grid.c" "$COPY/core/sphere/grid.c"
+
+for folder in work root home; do
+    echo "see /$folder/somebody" | file notes.md
+    finds paths 'notes.md:1' "a path in /$folder is found"
+done
+echo 'see ../shared/data, $HOME/work/, https://host/home/x and a/root/b' | file notes.md
+clean paths
+
+echo 'if' | file tests/bad.sh
+chmod +x "$COPY/tests/bad.sh"
+finds shell 'bad.sh' 'a script that does not parse is found'
+echo 'true' | file tests/bad.sh
+chmod -x "$COPY/tests/bad.sh"
+finds shell 'bad.sh:1: not executable' 'a script that is not executable is found'
+rm "$COPY/tests/bad.sh"
+
+sed -i '0,/"version"/s//"resolved": "x", "version"/' "$COPY/tests/lint/package-lock.json"
+finds lockfile 'package-lock.json' 'an address of a registry is found'
+cp tests/lint/package-lock.json "$COPY/tests/lint"
+
+description() { # EXTRA LINES ON STANDARD INPUT
+    {
+        cat <<'END'
+openapi: 3.1.0
+info: {title: A, version: '1', license: {name: A, identifier: GPL-3.0-only}}
+security: []
+servers: [{url: /}]
+paths:
+  /a:
+    get:
+      operationId: a
+      summary: A.
+      responses:
+        '200': {description: Fine.}
+        '404': {description: Gone.}
+END
+        cat
+    } | file api/openapi.yaml
+}
+if [ -e "$COPY/build/lint" ]; then
+    description </dev/null
+    clean openapi
+    description <<<'      wrong: 1'
+    finds openapi 'api/openapi.yaml:13: error' 'what OpenAPI does not know is found'
+    rm "$COPY/api/openapi.yaml"
+    finds openapi 'ENOENT' 'a description that is not there is no pass'
+else
+    skip openapi 'its linter is not installed; tests/lint/lint.sh installs it'
+fi
+
+lint no-such-check
+is "$RESULT" 2 'an unknown check is a usage error'
+
+done_testing
