@@ -1,0 +1,109 @@
+/*
+ * mesh_geometry.h - what the files of core/mesh and core/shape/fit.c share beyond srnf.h: vectors,
+ * corners of faces, a stable sort, the topology of a mesh and its measures.
+ */
+#ifndef SRNF_MESH_GEOMETRY_H
+#define SRNF_MESH_GEOMETRY_H
+
+#include "internal.h"
+
+#include <math.h>
+
+/* Corners (three per face) are numbered in 31 bits. */
+#define SRNF_MESH_FACES_MAX ((size_t)INT32_MAX / 3)
+#define SRNF_MESH_VERTICES_MAX ((size_t)INT32_MAX)
+
+/* Coordinates beyond this, and diagonals below its inverse, are not measured: their volumes would
+   leave the range of a double. */
+#define SRNF_MESH_COORDINATE_MAX 1e100
+
+static inline void vector_subtract(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[0] - b[0];
+    out[1] = a[1] - b[1];
+    out[2] = a[2] - b[2];
+}
+
+static inline double vector_dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void vector_cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static inline double vector_norm(const double a[3])
+{
+    return sqrt(vector_dot(a, a));
+}
+
+/* Unlike fmin and fmax these are one instruction; where a is not a number they return b. */
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline const double *mesh_corner(const struct srnf_mesh *mesh, size_t face, size_t corner)
+{
+    return mesh->vertices + 3 * (size_t)mesh->faces[3 * face + corner];
+}
+
+/* Sorts order[n] by less, stably, with as much scratch: bottom-up merging, O(n log n) for any
+   input. (qsort allocates behind our back and promises neither order of equals nor time.) */
+void srnf_sort_order(uint32_t *order, uint32_t *scratch, size_t n,
+                     bool (*less)(const void *context, uint32_t a, uint32_t b),
+                     const void *context);
+
+/* Edges of one kind of trouble: how many, and the first of the lowest face that has one. */
+struct srnf_edge_finding {
+    size_t count;
+    uint32_t face, from, to;
+};
+
+/* Combinatorics of a mesh. Faces that name a vertex twice are counted and otherwise left out: their
+   neighbours then meet each other, as if the face had been collapsed. */
+struct srnf_topology {
+    size_t vertices, edges, faces;        /* that take part */
+    struct srnf_edge_finding boundary;    /* one face */
+    struct srnf_edge_finding crowded;     /* three faces or more */
+    struct srnf_edge_finding disagreeing; /* two faces, both along the edge in the same direction */
+    bool orientable;                      /* turning some faces would make all pairs agree */
+    size_t split_vertices;                /* whose faces form several fans */
+    uint32_t first_split_vertex;
+    size_t components;             /* joined through shared vertices */
+    uint32_t first_face_elsewhere; /* lowest face outside the component of the first one */
+    size_t degenerate_faces;
+    uint32_t first_degenerate_face;
+};
+
+/* Cost O(V + F a(F)), memory 40 bytes per face at the most. Indices must be in range. Errors:
+   SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_topology_analyse(const struct srnf_mesh *mesh,
+                                       struct srnf_topology *topology);
+
+/* Area, signed volume, area centroid, bounding-box diagonal and centre. Everything is computed
+   about the centre of the bounding box in units of its diagonal, so that size and place do not cost
+   digits. */
+struct srnf_mesh_measures {
+    double area, volume, diagonal;
+    double centroid[3], center[3];
+    double relative_area, relative_volume; /* for a diagonal of 1 */
+    bool out_of_range; /* coordinates beyond SRNF_MESH_COORDINATE_MAX: all is 0 */
+};
+void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures);
+
+/* Repairs of srnf_mesh_prepare; each returns SRNF_OK or SRNF_ENOMEM. Survivors keep their order. */
+SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, size_t *merged);
+SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, size_t *dropped);
+void srnf_repair_flip_faces(struct srnf_mesh *mesh);
+
+#endif

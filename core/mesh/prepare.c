@@ -1,0 +1,203 @@
+/*
+ * prepare.c - from a mesh as it was read to one that can be analysed, or to the reasons why it
+ * cannot be.
+ *
+ * In order: equal vertices are joined (if asked), unreferenced ones dropped, topology and measures
+ * taken, and a closed mesh whose faces agree with each other but look inwards (negative volume) is
+ * turned. Whatever is left that breaks "one closed, oriented surface of genus zero that encloses a
+ * volume" becomes a problem, in the order of enum srnf_status; a mesh without problems has Euler
+ * characteristic 2 and positive volume.
+ *
+ * Nothing else is repaired: closing holes, joining near vertices or splitting fans would be a
+ * guess.
+ */
+#include "mesh_geometry.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+/* Area and volume are sums of rounded terms of at most 1 (for a diagonal of 1) each; what is below
+   this part of them is taken for zero. */
+#define EMPTY_AREA 1e-14
+#define EMPTY_VOLUME 1e-13
+
+__attribute__((format(printf, 5, 6))) static void add_problem(struct srnf_mesh_report *report,
+                                                              int status, size_t count,
+                                                              int64_t first, const char *format,
+                                                              ...)
+{
+    struct srnf_mesh_problem *problem = &report->problems[report->n_problems];
+    va_list arguments;
+
+    if (report->n_problems == SRNF_MESH_PROBLEMS_MAX) {
+        return;
+    }
+    report->n_problems++;
+    problem->status = status;
+    problem->count = count;
+    problem->first = first;
+    va_start(arguments, format);
+    (void)vsnprintf(problem->detail, sizeof problem->detail, format, arguments);
+    va_end(arguments);
+}
+
+static void add_edge_problem(struct srnf_mesh_report *report, int status,
+                             const struct srnf_edge_finding *edges, const char *one,
+                             const char *many)
+{
+    if (edges->count > 0) {
+        add_problem(report, status, edges->count, edges->face,
+                    "%zu %s; the first belongs to face %" PRIu32 ", between vertices %" PRIu32
+                    " and %" PRIu32,
+                    edges->count, edges->count == 1 ? one : many, edges->face, edges->from,
+                    edges->to);
+    }
+}
+
+static void add_topology_problems(struct srnf_mesh_report *report,
+                                  const struct srnf_topology *topology)
+{
+    int64_t missing = 2 - report->euler_characteristic;
+
+    add_edge_problem(report, SRNF_ENOT_CLOSED, &topology->boundary, "boundary edge",
+                     "boundary edges");
+    add_edge_problem(report, SRNF_ENOT_MANIFOLD, &topology->crowded,
+                     "edge with three faces or more", "edges with three faces or more");
+    if (topology->split_vertices > 0) {
+        add_problem(
+            report, SRNF_ENOT_MANIFOLD, topology->split_vertices, topology->first_split_vertex,
+            "%zu %s faces of several fans that touch only there; the first is vertex %" PRIu32,
+            topology->split_vertices,
+            topology->split_vertices == 1 ? "vertex joins" : "vertices join",
+            topology->first_split_vertex);
+    }
+    if (topology->orientable) {
+        add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
+                         "edge along which both faces run the same way",
+                         "edges along which both faces run the same way");
+    } else {
+        add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
+                         "edge of a one-sided surface along which both faces run the same way",
+                         "edges of a one-sided surface along which both faces run the same way");
+    }
+    if (topology->components > 1) {
+        add_problem(report, SRNF_ECOMPONENTS, topology->components, topology->first_face_elsewhere,
+                    "%zu components; face %" PRIu32
+                    " is the first that does not belong to that of face 0",
+                    topology->components, topology->first_face_elsewhere);
+    }
+    if (report->closed && report->edge_manifold && report->vertex_manifold &&
+        topology->components == 1 && missing != 0) {
+        size_t count = (size_t)(topology->orientable ? missing / 2 : missing);
+
+        add_problem(report, SRNF_EGENUS, count, -1,
+                    "the Euler characteristic is %" PRId64 ", not 2: a sphere with %zu %s%s",
+                    report->euler_characteristic, count,
+                    topology->orientable ? "handle" : "cross-cap", count == 1 ? "" : "s");
+    }
+}
+
+static void add_degeneracies(struct srnf_mesh_report *report, const struct srnf_topology *topology,
+                             const struct srnf_mesh_measures *measures)
+{
+    if (topology->degenerate_faces > 0) {
+        add_problem(
+            report, SRNF_EDEGENERATE, topology->degenerate_faces, topology->first_degenerate_face,
+            "%zu face%s a vertex twice; the first is face %" PRIu32, topology->degenerate_faces,
+            topology->degenerate_faces == 1 ? " names" : "s name", topology->first_degenerate_face);
+    }
+    if (measures->out_of_range) {
+        add_problem(report, SRNF_EDEGENERATE, 1, -1, "a coordinate is beyond %g in size",
+                    SRNF_MESH_COORDINATE_MAX);
+    } else if (topology->faces == 0) {
+        if (topology->degenerate_faces == 0) {
+            add_problem(report, SRNF_EDEGENERATE, 1, -1, "the mesh has no faces");
+        }
+    } else if (measures->relative_area <= EMPTY_AREA) {
+        add_problem(report, SRNF_EDEGENERATE, 1, -1,
+                    "the faces have no area: all vertices lie on a line");
+    } else if (report->closed && report->oriented &&
+               fabs(measures->relative_volume) <= EMPTY_VOLUME * measures->relative_area) {
+        add_problem(report, SRNF_EDEGENERATE, 1, -1, "the surface encloses no volume");
+    }
+}
+
+/* Indices within range, coordinates finite, and few enough of both. */
+static bool mesh_is_valid(const struct srnf_mesh *mesh)
+{
+    if (mesh->n_faces > SRNF_MESH_FACES_MAX || mesh->n_vertices > SRNF_MESH_VERTICES_MAX) {
+        return false;
+    }
+    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+        if (mesh->faces[c] >= mesh->n_vertices) {
+            return false;
+        }
+    }
+    for (size_t i = 0; i < 3 * mesh->n_vertices; i++) {
+        if (!isfinite(mesh->vertices[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void fill_report(struct srnf_mesh_report *report, const struct srnf_topology *topology,
+                        const struct srnf_mesh_measures *measures)
+{
+    report->closed = topology->boundary.count == 0 && topology->faces > 0;
+    report->edge_manifold = topology->crowded.count == 0;
+    report->vertex_manifold = topology->split_vertices == 0;
+    report->oriented = topology->disagreeing.count == 0;
+    report->components = topology->components;
+    report->euler_characteristic =
+        (int64_t)topology->vertices - (int64_t)topology->edges + (int64_t)topology->faces;
+    report->genus = -1;
+    if (report->closed && report->edge_manifold && report->vertex_manifold && report->oriented &&
+        report->components == 1) {
+        report->genus = (2 - report->euler_characteristic) / 2;
+    }
+    report->area = measures->area;
+    report->volume = measures->volume;
+    report->bounding_box_diagonal = measures->diagonal;
+    for (size_t k = 0; k < 3; k++) {
+        report->centroid[k] = measures->centroid[k];
+    }
+}
+
+int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices, struct srnf_mesh_report *report)
+{
+    struct srnf_topology topology;
+    struct srnf_mesh_measures measures;
+    int status = SRNF_EINVAL;
+
+    *report = (struct srnf_mesh_report){0};
+    if (!mesh_is_valid(mesh)) {
+        goto out;
+    }
+    if (merge_vertices) {
+        status = srnf_repair_merge_vertices(mesh, &report->repairs.duplicate_vertices_merged);
+        if (status != SRNF_OK) {
+            goto out;
+        }
+    }
+    status = srnf_repair_drop_unreferenced(mesh, &report->repairs.unreferenced_vertices_dropped);
+    if (status != SRNF_OK) {
+        goto out;
+    }
+    status = srnf_topology_analyse(mesh, &topology);
+    if (status != SRNF_OK) {
+        goto out;
+    }
+    srnf_mesh_measure(mesh, &measures);
+    fill_report(report, &topology, &measures);
+    if (report->closed && report->edge_manifold && report->oriented && measures.volume < 0.0) {
+        srnf_repair_flip_faces(mesh);
+        report->repairs.faces_flipped = mesh->n_faces;
+        report->volume = -report->volume;
+    }
+    add_topology_problems(report, &topology);
+    add_degeneracies(report, &topology, &measures);
+out:
+    return status;
+}
