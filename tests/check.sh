@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# What "make check" does once everything is installed, in stages:
+#
+#   lint            tests/lint/lint.sh
+#   release build   gcc, warnings are errors          release tests   every test
+#   clang build     clang, warnings are errors; what is built is not run
+#   asan build      gcc with ASan and UBSan           asan tests      every test not marked release-only
+#
+# A stage that fails does not keep the later ones from running. Each tells its seconds; the output of builds
+# is shown only when they fail, and kept in build/check/. Every lint check, every build and every test counts
+# as one; the last line is their sum, "N passed, M failed", and the exit status is 1 if M > 0. Needs no
+# terminal and no input. The thread sanitizer has its own target, "make tsan".
+set -u
+cd "$(dirname "$0")/.." || exit 2
+exec </dev/null
+# A build inside "make check" is a build of its own: it must not inherit targets' variables or job slots.
+unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES CONFIG B O
+BUILD=build
+LOGS=$BUILD/check
+JOBS=${SRNFD_BUILD_JOBS:-$(nproc)}
+mkdir -p "$LOGS"
+
+total_passed=0
+total_failed=0
+summary=
+
+# Runs one stage with its output in a log. KIND says how it counts: a build as one, a report by its last line.
+stage() { # KIND NAME COMMAND..
+    local kind=$1 name=$2 log=$LOGS/${2// /-}.log started=$SECONDS status passed=0 failed=0 last
+    shift 2
+    printf '== %s\n' "$name"
+    if [ "$kind" = build ]; then
+        "$@" >"$log" 2>&1
+        status=$?
+        if [ "$status" -eq 0 ]; then
+            passed=1
+        else
+            failed=1
+            grep -E -A 8 'error|Error|undefined reference' "$log" | head -n 80
+        fi
+    else
+        "$@" 2>&1 | tee "$log"
+        status=${PIPESTATUS[0]}
+        last=$(tail -n 1 "$log")
+        if [[ $last =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+            passed=${BASH_REMATCH[1]}
+            failed=${BASH_REMATCH[2]}
+        fi
+        # A stage that ends badly without having counted a failure is one.
+        if [ "$failed" -eq 0 ] && { [ "$status" -ne 0 ] || [ "$passed" -eq 0 ]; }; then
+            failed=1
+        fi
+    fi
+    total_passed=$((total_passed + passed))
+    total_failed=$((total_failed + failed))
+    printf -v last '%-14s %5d passed, %3d failed  %5d s' "$name" "$passed" "$failed" $((SECONDS - started))
+    summary+=$last$'\n'
+    printf '== %s\n\n' "$last"
+}
+
+build() { # CONFIG TARGET..
+    local config=$1
+    shift
+    make --no-print-directory -k -j"$JOBS" CONFIG="$config" "$@"
+}
+
+stage report 'lint' tests/lint/lint.sh
+stage build 'release build' build release build-tests build-benches
+stage report 'release tests' tests/run.sh $BUILD
+stage build 'clang build' build clang build-tests build-benches
+stage build 'asan build' build asan build-tests
+stage report 'asan tests' tests/run.sh $BUILD/asan
+
+printf '%s' "$summary"
+printf 'in all %d s\n' "$SECONDS"
+printf '%d passed, %d failed\n' "$total_passed" "$total_failed"
+[ "$total_failed" -eq 0 ]
