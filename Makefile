@@ -57,8 +57,9 @@ TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests unit format
+.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests build-benches unit format
 .SECONDARY:
+.DELETE_ON_ERROR:
 all: $(B)/srnfd
 
 # ---- set-up -------------------------------------------------------------------------------------------
@@ -106,7 +107,7 @@ $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
 	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
-$(B)/tests/fuzz/%: $(O)/tests/fuzz/%.o $(CORE_LIB)
+$(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
@@ -115,6 +116,7 @@ $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB
 	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
 build-tests: $(B)/srnfd $(TESTS)
+build-benches: $(BENCHES)
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')
 
@@ -124,7 +126,7 @@ unit: build-tests
 	tests/run.sh $(B)
 
 asan tsan clang:
-	$(MAKE) --no-print-directory CONFIG=$@ build-tests
+	$(MAKE) --no-print-directory -j2 CONFIG=$@ build-tests
 	tests/run.sh build/$@
 
 lint:
@@ -137,7 +139,7 @@ bench: $(BENCHES) $(B)/srnfd
 	@tests/bench/run.sh $(B)
 
 fuzz:
-	$(MAKE) --no-print-directory CONFIG=fuzz fuzzers
+	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers
 	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
 
 .PHONY: fuzzers
