@@ -277,6 +277,19 @@ else
     skip openapi 'its linter is not installed; tests/lint/lint.sh installs it'
 fi
 
+# A pretended npm.
+npm() { # WHAT IT SAYS
+    mkdir -p "$SCRATCH/bin"
+    printf '#!/bin/sh\necho "%s"\nexit 1\n' "$1" >"$SCRATCH/bin/npm"
+    chmod +x "$SCRATCH/bin/npm"
+    OUTPUT=$(PATH=$SCRATCH/bin:$PATH SRNFD_BUILD=build2 "$COPY/tests/lint/lint.sh" openapi 2>&1)
+    RESULT=$?
+}
+npm 'npm error code ENOTFOUND'
+like "$RESULT$OUTPUT" '^0ok 1 - openapi # SKIP .*registry' 'openapi: without a network it is left out'
+npm 'npm error code EINTEGRITY'
+like "$RESULT$OUTPUT" '^1not ok .*EINTEGRITY' 'openapi: packages that are not as they were locked are refused'
+
 lint no-such-check
 is "$RESULT" 2 'an unknown check is a usage error'
 
