@@ -1,0 +1,263 @@
+/*
+ * config.c - settings from one table: each has a member name in the JSON file, an environment variable, an option,
+ * and a range. An unknown member or option, a value of the wrong type and one out of range are errors: a setting
+ * that is passed over in silence is worse than a daemon that does not start.
+ */
+#include "config.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum kind { KIND_TEXT, KIND_NUMBER, KIND_FLAG };
+
+static const struct setting {
+    enum kind kind;
+    size_t offset;
+    double least, most;
+    bool whole;
+} settings[] = {
+    {KIND_TEXT, offsetof(struct config, listen), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, data), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, workers), 0, 256, true},
+    {KIND_NUMBER, offsetof(struct config, http_threads), 1, 16, true},
+    {KIND_NUMBER, offsetof(struct config, request_threads), 1, 32, true},
+    {KIND_NUMBER, offsetof(struct config, max_connections), 1, 100000, true},
+    {KIND_NUMBER, offsetof(struct config, max_body), 1024, 1073741824.0, true},
+    {KIND_NUMBER, offsetof(struct config, max_buffered), 1024, 1099511627776.0, true},
+    {KIND_NUMBER, offsetof(struct config, max_queued), 1, 10000000, true},
+    {KIND_NUMBER, offsetof(struct config, sync_wait_seconds), 0.001, 300, false},
+    {KIND_NUMBER, offsetof(struct config, grace_seconds), 0, 3600, false},
+    {KIND_FLAG, offsetof(struct config, insecure), 0, 0, false},
+};
+#define N_SETTINGS (sizeof settings / sizeof settings[0])
+
+static const struct config_help names[N_SETTINGS] = {
+    {"listen", "SRNFD_LISTEN", "--listen",
+     "address and port, 127.0.0.1:8080; port 0 takes a free one"},
+    {"data", "SRNFD_DATA", "--data", "the data directory, ./data"},
+    {"workers", "SRNFD_WORKERS", "--workers",
+     "worker threads; 0, the default, is one per processor"},
+    {"httpThreads", "SRNFD_HTTP_THREADS", "--http-threads", "threads of the HTTP library, 2"},
+    {"requestThreads", "SRNFD_REQUEST_THREADS", "--request-threads",
+     "threads for slow requests, 4"},
+    {"maxConnections", "SRNFD_MAX_CONNECTIONS", "--max-connections",
+     "beyond them 503 is answered, 512"},
+    {"maxBody", "SRNFD_MAX_BODY", "--max-body", "bytes of a request's body, 268435456"},
+    {"maxBuffered", "SRNFD_MAX_BUFFERED", "--max-buffered",
+     "bytes of all bodies at once, 1073741824"},
+    {"maxQueued", "SRNFD_MAX_QUEUED", "--max-queued", "jobs that may wait, 10000"},
+    {"syncWaitSeconds", "SRNFD_SYNC_WAIT_SECONDS", "--sync-wait-seconds",
+     "how long an execution without Prefer waits, 30"},
+    {"graceSeconds", "SRNFD_GRACE_SECONDS", "--grace-seconds",
+     "what SIGTERM gives requests and jobs to end, 20"},
+    {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
+};
+
+static const struct config defaults = {
+    .listen = "127.0.0.1:8080",
+    .data = "data",
+    .workers = 0,
+    .http_threads = 2,
+    .request_threads = 4,
+    .max_connections = 512,
+    .max_body = 268435456,
+    .max_buffered = 1073741824,
+    .max_queued = 10000,
+    .sync_wait_seconds = 30,
+    .grace_seconds = 20,
+    .insecure = false,
+};
+
+size_t config_table(const struct config_help **table)
+{
+    *table = names;
+    return N_SETTINGS;
+}
+
+static int fail(char *message, size_t size, const char *source, const char *detail)
+{
+    (void)snprintf(message, size, "%s: %s", source, detail);
+    return -1;
+}
+
+static int set_number(struct config *config, size_t i, double value, const char *source,
+                      char *message, size_t size)
+{
+    const struct setting *setting = &settings[i];
+
+    if (!(value >= setting->least && value <= setting->most) ||
+        (setting->whole && value != floor(value))) {
+        (void)snprintf(message, size, "%s must be %s from %.12g to %.12g", source,
+                       setting->whole ? "a whole number" : "a number", setting->least,
+                       setting->most);
+        return -1;
+    }
+    memcpy((char *)config + setting->offset, &value, sizeof value);
+    return 0;
+}
+
+static int set_text(struct config *config, size_t i, const char *value, const char *source,
+                    char *message, size_t size)
+{
+    if (!value[0] || strlen(value) >= CONFIG_TEXT_MAX) {
+        return fail(message, size, source, "must have 1 to 511 characters");
+    }
+    (void)snprintf((char *)config + settings[i].offset, CONFIG_TEXT_MAX, "%s", value);
+    return 0;
+}
+
+static void set_flag(struct config *config, size_t i, bool value)
+{
+    memcpy((char *)config + settings[i].offset, &value, sizeof value);
+}
+
+/* A value that came as text, from the environment or the command line. */
+static int set_from_text(struct config *config, size_t i, const char *value, const char *source,
+                         char *message, size_t size)
+{
+    char *end;
+    double number;
+
+    if (settings[i].kind == KIND_TEXT) {
+        return set_text(config, i, value, source, message, size);
+    }
+    if (settings[i].kind == KIND_FLAG) {
+        if (strcmp(value, "0") != 0 && strcmp(value, "1") != 0) {
+            return fail(message, size, source, "must be 0 or 1");
+        }
+        set_flag(config, i, value[0] == '1');
+        return 0;
+    }
+    number = strtod(value, &end);
+    if (end == value || *end) {
+        return fail(message, size, source, "must be a number");
+    }
+    return set_number(config, i, number, source, message, size);
+}
+
+static int set_from_json(struct config *config, const char *member, const json_t *value,
+                         char *message, size_t size)
+{
+    for (size_t i = 0; i < N_SETTINGS; i++) {
+        if (strcmp(names[i].member, member) != 0) {
+            continue;
+        }
+        if (settings[i].kind == KIND_TEXT && json_is_string(value)) {
+            return set_text(config, i, json_string_value(value), member, message, size);
+        }
+        if (settings[i].kind == KIND_NUMBER && json_is_number(value)) {
+            return set_number(config, i, json_number_value(value), member, message, size);
+        }
+        if (settings[i].kind == KIND_FLAG && json_is_boolean(value)) {
+            set_flag(config, i, json_is_true(value));
+            return 0;
+        }
+        return fail(message, size, member, "has the wrong type");
+    }
+    return fail(message, size, member, "is no known setting");
+}
+
+static int load_file(struct config *config, const char *path, char *message, size_t size)
+{
+    json_error_t error;
+    json_t *document = json_load_file(path, JSON_REJECT_DUPLICATES, &error), *value;
+    const char *member;
+    int status = 0;
+
+    if (!json_is_object(document)) {
+        json_decref(document);
+        return fail(message, size, path, document ? "must be a JSON object" : error.text);
+    }
+    json_object_foreach(document, member, value)
+    {
+        status = set_from_json(config, member, value, message, size);
+        if (status != 0) {
+            break;
+        }
+    }
+    json_decref(document);
+    return status;
+}
+
+static int load_environment(struct config *config, char *message, size_t size)
+{
+    for (size_t i = 0; i < N_SETTINGS; i++) {
+        const char *value = getenv(names[i].environment);
+
+        if (value && set_from_text(config, i, value, names[i].environment, message, size) != 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* The value of --option or --option=value at arguments[*at]; NULL where it is another option. */
+static const char *option_value(const char *option, int n_arguments, char *const *arguments,
+                                int *at)
+{
+    size_t length = strlen(option);
+    const char *argument = arguments[*at];
+
+    if (strncmp(argument, option, length) != 0) {
+        return NULL;
+    }
+    if (argument[length] == '=') {
+        return argument + length + 1;
+    }
+    if (argument[length] != '\0') {
+        return NULL;
+    }
+    return *at + 1 < n_arguments ? arguments[++*at] : "";
+}
+
+static int load_arguments(struct config *config, int n_arguments, char *const *arguments,
+                          char *message, size_t size)
+{
+    for (int at = 0; at < n_arguments; at++) {
+        const char *value = option_value("--config", n_arguments, arguments, &at);
+        const char *name = arguments[at];
+        int status = value ? 0 : 1;
+
+        for (size_t i = 0; i < N_SETTINGS && status == 1; i++) {
+            if (settings[i].kind == KIND_FLAG && strcmp(name, names[i].option) == 0) {
+                set_flag(config, i, true);
+                status = 0;
+                break;
+            }
+            value = option_value(names[i].option, n_arguments, arguments, &at);
+            if (value) {
+                status = set_from_text(config, i, value, names[i].option, message, size);
+            }
+        }
+        if (status == 1) {
+            return fail(message, size, name, "is no known option; see srnfd help");
+        }
+        if (status != 0) {
+            return status;
+        }
+    }
+    return 0;
+}
+
+int config_load(struct config *config, int n_arguments, char *const *arguments, char *message,
+                size_t size)
+{
+    const char *file = getenv("SRNFD_CONFIG");
+
+    *config = defaults;
+    for (int at = 0; at < n_arguments; at++) {
+        const char *value = option_value("--config", n_arguments, arguments, &at);
+
+        file = value ? value : file;
+    }
+    if (file && load_file(config, file, message, size) != 0) {
+        return -1;
+    }
+    if (load_environment(config, message, size) != 0) {
+        return -1;
+    }
+    return load_arguments(config, n_arguments, arguments, message, size);
+}

@@ -1,0 +1,169 @@
+/*
+ * connections.c - the TCP connections, their deadlines, and the timer thread srnfd-timer.
+ *
+ * libmicrohttpd's own timeout counts inactivity, so a client that sends one byte a second lives for ever. Each
+ * connection here has a time by which it must have moved on (headers complete, the next piece of the body, the
+ * response taken); the timer shuts the socket of one that has not, libmicrohttpd sees its end and closes it. The
+ * shutdown happens under the mutex that the notification of the closing takes, so that a descriptor is never
+ * another connection's by then. The timer also wakes exchanges whose wait for a job is over.
+ */
+#include "http/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+
+#define TIMER_PERIOD 1.0 /* seconds between two looks at the connections */
+
+double http_now(void)
+{
+    struct timespec now;
+
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+struct connection *connection_of(struct MHD_Connection *mhd)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+
+    return info ? info->socket_context : NULL;
+}
+
+static void connection_opened(struct http *http, struct MHD_Connection *mhd, void **context)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
+    struct connection *connection = calloc(1, sizeof *connection);
+
+    *context = connection;
+    if (!connection || !info) {
+        return;
+    }
+    connection->fd = info->connect_fd;
+    connection->deadline = http_now() + http->config.header_seconds;
+    (void)pthread_mutex_lock(&http->mutex);
+    connection->next = http->connections;
+    connection->place = &http->connections;
+    if (connection->next) {
+        connection->next->place = &connection->next;
+    }
+    http->connections = connection;
+    http->n_connections++;
+    (void)pthread_mutex_unlock(&http->mutex);
+}
+
+static void connection_closed(struct http *http, struct connection *connection)
+{
+    (void)pthread_mutex_lock(&http->mutex);
+    if (connection->place) {
+        *connection->place = connection->next;
+        if (connection->next) {
+            connection->next->place = connection->place;
+        }
+        http->n_connections--;
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+    free(connection->target);
+    free(connection);
+}
+
+void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
+                       enum MHD_ConnectionNotificationCode code)
+{
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+        connection_opened(cls, mhd, context);
+    } else if (*context) {
+        connection_closed(cls, *context);
+        *context = NULL;
+    }
+}
+
+void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
+{
+    struct connection *connection = connection_of(mhd);
+    struct http *http = cls;
+
+    if (connection) {
+        free(connection->target);
+        connection->target = strdup(uri);
+        connection_deadline(http, connection, http_now() + http->config.header_seconds);
+    }
+    return NULL;
+}
+
+void connection_deadline(struct http *http, struct connection *connection, double deadline)
+{
+    (void)pthread_mutex_lock(&http->mutex);
+    connection->deadline = deadline;
+    (void)pthread_mutex_unlock(&http->mutex);
+}
+
+/* ---- The timer ----------------------------------------------------------------------------------------- */
+
+/* Ends what is over; returns when to look again. The mutex is held. */
+static double look(struct http *http, double now)
+{
+    double next = now + TIMER_PERIOD;
+
+    for (struct connection *connection = http->connections; connection;
+         connection = connection->next) {
+        if (connection->deadline <= now) {
+            (void)shutdown(connection->fd, SHUT_RDWR);
+            connection->deadline = HUGE_VAL;
+        }
+    }
+    for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {
+        if (exchange->phase != PHASE_WAITING) {
+            continue;
+        }
+        if (exchange->deadline <= now) {
+            pool_wake(exchange);
+        } else if (exchange->deadline < next) {
+            next = exchange->deadline;
+        }
+    }
+    return next;
+}
+
+static void *watch(void *argument)
+{
+    struct http *http = argument;
+
+    (void)pthread_mutex_lock(&http->mutex);
+    while (!http->timer_stopping) {
+        double next = look(http, http_now());
+        struct timespec until = {.tv_sec = (time_t)next};
+
+        until.tv_nsec = (long)(1e9 * (next - (double)until.tv_sec));
+        (void)pthread_cond_timedwait(&http->timer, &http->mutex, &until);
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+    return NULL;
+}
+
+int timer_start(struct http *http)
+{
+    if (pthread_create(&http->timer_thread, NULL, watch, http) != 0) {
+        return -1;
+    }
+    (void)pthread_setname_np(http->timer_thread, "srnfd-timer");
+    http->timer_started = true;
+    return 0;
+}
+
+void timer_stop(struct http *http)
+{
+    if (!http->timer_started) {
+        return;
+    }
+    (void)pthread_mutex_lock(&http->mutex);
+    http->timer_stopping = true;
+    (void)pthread_cond_signal(&http->timer);
+    (void)pthread_mutex_unlock(&http->mutex);
+    (void)pthread_join(http->timer_thread, NULL);
+    http->timer_started = false;
+}

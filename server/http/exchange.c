@@ -1,0 +1,308 @@
+/*
+ * exchange.c - one request on libmicrohttpd's thread: first look, body, handler or hand-over, response.
+ *
+ * libmicrohttpd calls exchange_step after the headers, then for each piece of the body, then once at its end, and
+ * again when a suspended connection was resumed. What is refused early is answered in the first call where the
+ * client has not sent the body yet (Expect: 100-continue), where it is large, or where its end is in doubt; a
+ * moderate body is read and passed over first, because closing a socket with unread bytes resets the connection
+ * and may take the answer with it. In mid-body no response can be queued: a body that grows beyond its limit is
+ * passed over up to HTTP_DRAIN_MAX, and beyond that the connection is closed without an answer.
+ */
+#include "http/internal.h"
+
+#include "log.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
+#define BODY_FIRST ((size_t)64 << 10)
+
+/* ---- The response -------------------------------------------------------------------------------------- */
+
+static enum MHD_Result send_response(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+    const struct http *http = exchange->http;
+    struct MHD_Response *mhd;
+    enum MHD_Result result;
+
+    if (response->status == 0) {
+        api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
+    }
+    exchange->total_ms = 1e3 * (http_now() - exchange->started);
+    exchange->status = response->status;
+    exchange->sent = response->body_size;
+    mhd =
+        MHD_create_response_from_buffer(response->body_size, response->body, MHD_RESPMEM_MUST_FREE);
+    if (!mhd) {
+        return MHD_NO;
+    }
+    response->body = NULL;
+    (void)api_response_header(response, "X-Request-Id", "%s", exchange->request.id);
+    (void)api_response_header(response, "Server-Timing", "total;dur=%.3f", exchange->total_ms);
+    (void)api_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->close || http->draining) {
+        (void)api_response_header(response, "Connection", "close");
+    }
+    for (size_t i = 0; i < response->n_headers; i++) {
+        (void)MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value);
+    }
+    connection_deadline(exchange->http, exchange->connection,
+                        http_now() + http->config.transfer_seconds +
+                            (double)exchange->sent / RATE_MIN);
+    result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
+    MHD_destroy_response(mhd);
+    return result;
+}
+
+/* ---- The body ------------------------------------------------------------------------------------------ */
+
+static void drop_body(struct exchange *exchange)
+{
+    struct http *http = exchange->http;
+
+    free(exchange->body);
+    exchange->body = NULL;
+    exchange->request.body = NULL;
+    (void)pthread_mutex_lock(&http->mutex);
+    http->buffered -= exchange->body_capacity;
+    (void)pthread_mutex_unlock(&http->mutex);
+    exchange->body_capacity = 0;
+}
+
+/* Grows the buffer to hold size bytes: doubling, never beyond max_body, all bodies within max_buffered. */
+static bool grow_body(struct exchange *exchange, size_t size)
+{
+    struct http *http = exchange->http;
+    size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
+    unsigned char *body;
+    bool granted;
+
+    while (capacity < size) {
+        capacity *= 2;
+    }
+    if (capacity > exchange->max_body) {
+        capacity = exchange->max_body;
+    }
+    (void)pthread_mutex_lock(&http->mutex);
+    granted = http->buffered + capacity - exchange->body_capacity <= http->config.max_buffered;
+    if (granted) {
+        http->buffered += capacity - exchange->body_capacity;
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+    if (!granted) {
+        return false;
+    }
+    body = realloc(exchange->body, capacity);
+    if (!body) {
+        (void)pthread_mutex_lock(&http->mutex);
+        http->buffered -= capacity - exchange->body_capacity;
+        (void)pthread_mutex_unlock(&http->mutex);
+        return false;
+    }
+    exchange->body = body;
+    exchange->body_capacity = capacity;
+    return true;
+}
+
+/* From now on the body is passed over; the response is the problem. */
+static void refuse_body(struct exchange *exchange, int status, const char *code, const char *detail)
+{
+    drop_body(exchange);
+    exchange->request.body_size = 0;
+    api_problem(&exchange->request, &exchange->response, status, code, detail);
+    exchange->phase = PHASE_DRAIN;
+    exchange->close = true;
+}
+
+static enum MHD_Result take_piece(struct exchange *exchange, const char *data, size_t size)
+{
+    struct api_request *request = &exchange->request;
+    double received = (double)(request->body_size + exchange->drained + size);
+
+    connection_deadline(exchange->http, exchange->connection,
+                        exchange->started + exchange->http->config.transfer_seconds +
+                            received / RATE_MIN);
+    if (exchange->phase == PHASE_BODY && size > exchange->max_body - request->body_size) {
+        refuse_body(exchange, 413, "body-too-large", "The body is larger than the limit here.");
+        exchange->drained = (size_t)received - size;
+    } else if (exchange->phase == PHASE_BODY &&
+               request->body_size + size > exchange->body_capacity &&
+               !grow_body(exchange, request->body_size + size)) {
+        refuse_body(exchange, 503, "server-busy",
+                    "Too many bodies are being read at once; try again in a moment.");
+    }
+    if (exchange->phase == PHASE_DRAIN) {
+        exchange->drained += size;
+        return exchange->drained > HTTP_DRAIN_MAX + exchange->max_body ? MHD_NO : MHD_YES;
+    }
+    memcpy(exchange->body + request->body_size, data, size);
+    request->body_size += size;
+    request->body = exchange->body;
+    return MHD_YES;
+}
+
+/* ---- The calls ----------------------------------------------------------------------------------------- */
+
+static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
+                                     const char *method)
+{
+    struct exchange *exchange = calloc(1, sizeof *exchange);
+
+    if (!exchange) {
+        return NULL;
+    }
+    exchange->http = http;
+    exchange->mhd = mhd;
+    exchange->connection = connection_of(mhd);
+    exchange->started = http_now();
+    exchange->request.method = method;
+    exchange->request.path = "";
+    exchange->request.query = "";
+    (void)pthread_mutex_lock(&http->mutex);
+    http->n_exchanges++;
+    (void)pthread_mutex_unlock(&http->mutex);
+    return exchange;
+}
+
+/* 503 where the service is full or ends. True when it was refused. */
+static bool refuse_load(struct exchange *exchange)
+{
+    struct http *http = exchange->http;
+    bool full, draining;
+
+    (void)pthread_mutex_lock(&http->mutex);
+    full = http->n_connections > http->config.max_connections;
+    draining = http->draining;
+    (void)pthread_mutex_unlock(&http->mutex);
+    if (!full && !draining) {
+        return false;
+    }
+    exchange->close = true;
+    api_problem(&exchange->request, &exchange->response, 503,
+                draining ? "shutting-down" : "server-busy",
+                draining ? "The service is shutting down."
+                         : "Too many connections are open; try again in a moment.");
+    return true;
+}
+
+/* A refused request whose body is worth reading, so that its connection ends in good order. */
+static bool worth_draining(const struct exchange *exchange)
+{
+    for (size_t i = 0; i < exchange->request.n_headers; i++) {
+        if (strcasecmp(exchange->headers[i].name, "Expect") == 0) {
+            return false;
+        }
+    }
+    return exchange->content_length != 0 && exchange->content_length <= (int64_t)HTTP_DRAIN_MAX;
+}
+
+static enum MHD_Result first_step(struct exchange *exchange, const char *version)
+{
+    struct http *http = exchange->http;
+    const char *code;
+    int status;
+    const char *detail = guard_check(exchange, version, &status, &code);
+
+    if (detail) {
+        api_problem(&exchange->request, &exchange->response, status, code, detail);
+        return send_response(exchange);
+    }
+    connection_deadline(http, exchange->connection,
+                        exchange->started + http->config.transfer_seconds);
+    if (refuse_load(exchange)) {
+        exchange->verdict = API_REFUSED;
+    } else {
+        exchange->verdict =
+            api_begin(http->config.api, &exchange->request, exchange->content_length,
+                      &exchange->max_body, &exchange->response);
+    }
+    if (exchange->verdict != API_REFUSED) {
+        return MHD_YES;
+    }
+    exchange->phase = PHASE_DRAIN;
+    if (worth_draining(exchange)) {
+        return MHD_YES;
+    }
+    exchange->close = exchange->close || exchange->content_length != 0;
+    return send_response(exchange);
+}
+
+/* The body is complete: here or on a request thread. */
+static enum MHD_Result handle(struct exchange *exchange)
+{
+    struct http *http = exchange->http;
+
+    connection_deadline(http, exchange->connection, HUGE_VAL);
+    if (exchange->verdict == API_QUICK) {
+        api_handle(http->config.api, &exchange->request, &exchange->response);
+        exchange->phase = PHASE_READY;
+        return send_response(exchange);
+    }
+    if (pool_submit(exchange)) {
+        return MHD_YES;
+    }
+    exchange->close = true;
+    api_problem(&exchange->request, &exchange->response, 503, "shutting-down",
+                "The service is shutting down.");
+    return send_response(exchange);
+}
+
+enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char *url,
+                              const char *method, const char *version, const char *data,
+                              size_t *data_size, void **state)
+{
+    struct exchange *exchange = *state;
+
+    (void)url;
+    if (!exchange) {
+        exchange = exchange_new(cls, mhd, method);
+        *state = exchange;
+        return exchange && exchange->connection && exchange->connection->target
+                   ? first_step(exchange, version)
+                   : MHD_NO;
+    }
+    if (*data_size > 0) {
+        size_t size = *data_size;
+
+        *data_size = 0;
+        return take_piece(exchange, data, size);
+    }
+    if (exchange->phase == PHASE_BODY) {
+        return handle(exchange);
+    }
+    return send_response(exchange);
+}
+
+void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
+                        enum MHD_RequestTerminationCode code)
+{
+    struct exchange *exchange = *state;
+    struct http *http = cls;
+
+    (void)mhd;
+    if (!exchange) {
+        return;
+    }
+    *state = NULL;
+    LOG("request", log_text("id", exchange->request.id),
+        log_text("method", exchange->request.method), log_text("path", exchange->request.path),
+        log_number("status", exchange->status), log_number("ms", exchange->total_ms),
+        log_number("in", (double)(exchange->request.body_size + exchange->drained)),
+        log_number("out", (double)exchange->sent),
+        log_text("end", code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "ok" : "cut"));
+    if (exchange->connection) {
+        connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds);
+    }
+    drop_body(exchange);
+    api_response_clear(&exchange->response);
+    free(exchange->path);
+    free(exchange);
+    (void)pthread_mutex_lock(&http->mutex);
+    http->n_exchanges--;
+    (void)pthread_cond_broadcast(&http->idle);
+    (void)pthread_mutex_unlock(&http->mutex);
+}

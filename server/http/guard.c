@@ -1,0 +1,204 @@
+/*
+ * guard.c - the first look at a request, before any byte of its body is read.
+ *
+ * libmicrohttpd accepts shapes on which two servers in a row may disagree about where a request ends (request
+ * smuggling): Transfer-Encoding together with Content-Length, several Content-Lengths, codings other than chunked.
+ * They are refused here and the connection is closed. It also cuts a path at %00; so the target is taken raw, from
+ * the log callback, and decoded here: a zero byte, an encoded slash and a broken escape are refused.
+ */
+#include "http/internal.h"
+
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+/* What a header's name allows (RFC 9110, 5.6.2). */
+static bool is_token(const char *text, size_t length)
+{
+    static const char allowed[] = "!#$%&'*+-.^_`|~0123456789abcdefghijklmnopqrstuvwxyz"
+                                  "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+    return length > 0 && strspn(text, allowed) == length;
+}
+
+static bool is_field_value(const char *text, size_t length)
+{
+    for (size_t i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)text[i];
+
+        if ((c < 0x20 && c != '\t') || c == 0x7f) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const char *name,
+                                   size_t name_length, const char *value, size_t value_length)
+{
+    struct exchange *exchange = cls;
+    struct api_request *request = &exchange->request;
+
+    (void)kind;
+    exchange->header_bytes += name_length + value_length + 4;
+    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HTTP_HEADER_BYTES_MAX) {
+        exchange->header_overflow = true;
+        return MHD_NO;
+    }
+    exchange->headers[request->n_headers].name = name;
+    exchange->headers[request->n_headers].value = value ? value : "";
+    request->n_headers++;
+    if (!is_token(name, name_length) || (value && !is_field_value(value, value_length))) {
+        exchange->content_length = -2;
+        return MHD_NO;
+    }
+    return MHD_YES;
+}
+
+static size_t count_headers(const struct exchange *exchange, const char *name, const char **value)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < exchange->request.n_headers; i++) {
+        if (strcasecmp(exchange->headers[i].name, name) == 0) {
+            *value = exchange->headers[i].value;
+            count++;
+        }
+    }
+    return count;
+}
+
+/* How the end of the body is told; NULL when there is one way only. */
+static const char *check_framing(struct exchange *exchange)
+{
+    const char *length = NULL, *coding = NULL;
+    size_t lengths = count_headers(exchange, "Content-Length", &length);
+    size_t codings = count_headers(exchange, "Transfer-Encoding", &coding);
+
+    exchange->content_length = 0;
+    if (lengths > 0 && codings > 0) {
+        return "Content-Length and Transfer-Encoding exclude each other.";
+    }
+    if (lengths > 1) {
+        return "Content-Length is given more than once.";
+    }
+    if (codings > 1 || (codings == 1 && strcasecmp(coding, "chunked") != 0)) {
+        return "The one Transfer-Encoding that is understood is chunked, given once.";
+    }
+    if (codings == 1) {
+        exchange->content_length = -1;
+    }
+    if (lengths == 1) {
+        size_t digits = strspn(length, "0123456789");
+
+        if (digits == 0 || digits > 18 || length[digits]) {
+            return "Content-Length is not a number of bytes.";
+        }
+        exchange->content_length = strtoll(length, NULL, 10);
+    }
+    return NULL;
+}
+
+static int hex_value(char c)
+{
+    const char *digits = "0123456789abcdef0123456789ABCDEF", *found = c ? strchr(digits, c) : NULL;
+
+    return found ? (int)((found - digits) % 16) : -1;
+}
+
+/* Decodes the target's path into exchange->path and sets the query. */
+static const char *check_target(struct exchange *exchange)
+{
+    const char *target = exchange->connection->target;
+    size_t length, n = 0;
+
+    if (strncasecmp(target, "http://", 7) == 0) {
+        target += 7 + strcspn(target + 7, "/?");
+    }
+    length = strcspn(target, "?#");
+    if (target[0] != '/') {
+        return "The request target must be a path.";
+    }
+    exchange->path = malloc(length + 1);
+    if (!exchange->path) {
+        return "There is not enough memory for the path.";
+    }
+    for (size_t i = 0; i < length; i++) {
+        int c = (unsigned char)target[i];
+
+        if (c == '%') {
+            int high = hex_value(target[i + 1]), low = high < 0 ? -1 : hex_value(target[i + 2]);
+
+            c = low < 0 ? 0 : high * 16 + low;
+            if (c == 0 || c == '/') {
+                return "The path has an escape that is broken, or stands for a slash or a zero "
+                       "byte.";
+            }
+            i += 2;
+        }
+        exchange->path[n++] = (char)c;
+    }
+    exchange->path[n] = '\0';
+    exchange->request.path = exchange->path;
+    exchange->request.query = target[length] == '?' ? target + length + 1 : "";
+    return NULL;
+}
+
+/* The client's X-Request-Id where it is harmless in headers and logs, otherwise a random one. */
+static void choose_id(struct exchange *exchange)
+{
+    static const char allowed[] =
+        "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._-";
+    const char *given = NULL;
+    unsigned char bytes[12];
+    char *id = exchange->request.id;
+
+    if (count_headers(exchange, "X-Request-Id", &given) == 1 && given[0] &&
+        strlen(given) < sizeof exchange->request.id && strspn(given, allowed) == strlen(given)) {
+        (void)snprintf(id, sizeof exchange->request.id, "%s", given);
+        return;
+    }
+    randombytes_buf(bytes, sizeof bytes);
+    memcpy(id, "req-", 4);
+    (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
+}
+
+const char *guard_check(struct exchange *exchange, const char *version, int *status,
+                        const char **code)
+{
+    const char *detail = NULL, *host = NULL;
+    size_t hosts;
+
+    *status = 400;
+    *code = "malformed-request";
+    exchange->close = true;
+    (void)MHD_get_connection_values_n(exchange->mhd, MHD_HEADER_KIND, take_header, exchange);
+    exchange->request.headers = exchange->headers;
+    choose_id(exchange);
+    if (exchange->header_overflow) {
+        *status = 431;
+        *code = "headers-too-large";
+        return "The header fields exceed 16 KiB or 64 fields.";
+    }
+    if (exchange->content_length == -2) {
+        return "A header field has characters that it must not have.";
+    }
+    if (strlen(exchange->connection->target) > HTTP_TARGET_MAX) {
+        *status = 414;
+        *code = "uri-too-long";
+        return "The request target exceeds 8 KiB.";
+    }
+    detail = check_framing(exchange);
+    if (detail) {
+        return detail;
+    }
+    hosts = count_headers(exchange, "Host", &host);
+    if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
+        return "A request has exactly one Host field.";
+    }
+    detail = check_target(exchange);
+    exchange->close = detail != NULL;
+    return detail;
+}

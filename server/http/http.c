@@ -1,0 +1,166 @@
+/*
+ * http.c - starting and stopping: the daemon of libmicrohttpd, the request threads and the timer.
+ *
+ * Stopping goes in this order: no new connections; what waits for jobs is answered with the job as it is; requests
+ * in progress get their grace; the pool ends, after which no connection is suspended (libmicrohttpd aborts the
+ * process otherwise); then the daemon, and with it the connections that are left.
+ */
+#include "http/internal.h"
+
+#include "log.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define CONNECTION_MEMORY ((size_t)64 << 10) /* for the headers, beyond our own limits */
+#define CONNECTIONS_SPARE \
+    128 /* beyond max_connections, to be answered 503 instead of left waiting */
+
+static void set_defaults(struct http_config *config)
+{
+    const struct http_config defaults = {.threads = 2,
+                                         .request_threads = 4,
+                                         .max_connections = 512,
+                                         .max_buffered = (size_t)1 << 30,
+                                         .header_seconds = 15,
+                                         .transfer_seconds = 30,
+                                         .idle_seconds = 60};
+
+    config->threads = config->threads ? config->threads : defaults.threads;
+    config->request_threads =
+        config->request_threads ? config->request_threads : defaults.request_threads;
+    config->max_connections =
+        config->max_connections ? config->max_connections : defaults.max_connections;
+    config->max_buffered = config->max_buffered ? config->max_buffered : defaults.max_buffered;
+    config->header_seconds =
+        config->header_seconds > 0 ? config->header_seconds : defaults.header_seconds;
+    config->transfer_seconds =
+        config->transfer_seconds > 0 ? config->transfer_seconds : defaults.transfer_seconds;
+    config->idle_seconds = config->idle_seconds > 0 ? config->idle_seconds : defaults.idle_seconds;
+}
+
+__attribute__((format(printf, 2, 0))) static void log_library(void *cls, const char *format,
+                                                              va_list arguments)
+{
+    char text[400];
+
+    (void)cls;
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    text[strcspn(text, "\n")] = '\0';
+    LOG("http-library", log_text("message", text));
+}
+
+static int start_daemon(struct http *http)
+{
+    unsigned connections =
+        (unsigned)((http->config.max_connections + CONNECTIONS_SPARE) * http->config.threads);
+    unsigned threads = (unsigned)(http->config.threads > 1 ? http->config.threads : 0);
+
+    http->daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL,
+        exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
+        MHD_OPTION_LISTEN_SOCKET, http->listen_fd, MHD_OPTION_THREAD_POOL_SIZE, threads,
+        MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        CONNECTION_MEMORY, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_NOTIFY_CONNECTION,
+        connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
+        MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_END);
+    return http->daemon ? 0 : -1;
+}
+
+static int init_sync(struct http *http)
+{
+    pthread_condattr_t monotonic;
+
+    (void)pthread_condattr_init(&monotonic);
+    (void)pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    (void)pthread_mutex_init(&http->mutex, NULL);
+    (void)pthread_cond_init(&http->work, NULL);
+    (void)pthread_cond_init(&http->timer, &monotonic);
+    (void)pthread_cond_init(&http->idle, &monotonic);
+    (void)pthread_condattr_destroy(&monotonic);
+    return 0;
+}
+
+static void http_free(struct http *http)
+{
+    (void)pthread_cond_destroy(&http->idle);
+    (void)pthread_cond_destroy(&http->timer);
+    (void)pthread_cond_destroy(&http->work);
+    (void)pthread_mutex_destroy(&http->mutex);
+    free(http);
+}
+
+int http_start(struct http **out, const struct http_config *config, char *message, size_t size)
+{
+    struct http *http = calloc(1, sizeof *http);
+
+    *out = NULL;
+    if (!http || init_sync(http) != 0) {
+        (void)snprintf(message, size, "not enough memory");
+        free(http);
+        return -1;
+    }
+    http->config = *config;
+    set_defaults(&http->config);
+    http->listen_fd =
+        listen_open(config->listen, http->address, sizeof http->address, message, size);
+    if (http->listen_fd < 0) {
+        http_free(http);
+        return -1;
+    }
+    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0) {
+        (void)snprintf(message, size, "cannot start the threads that listen on %s", config->listen);
+        (void)close(http->listen_fd);
+        pool_stop(http);
+        timer_stop(http);
+        http_free(http);
+        return -1;
+    }
+    *out = http;
+    return 0;
+}
+
+const char *http_address(const struct http *http)
+{
+    return http->address;
+}
+
+/* Waits until no request is in progress, at most grace_seconds. */
+static void wait_idle(struct http *http, double grace_seconds)
+{
+    double end = http_now() + grace_seconds;
+    struct timespec until = {.tv_sec = (time_t)end};
+
+    until.tv_nsec = (long)(1e9 * (end - (double)until.tv_sec));
+    (void)pthread_mutex_lock(&http->mutex);
+    while (http->n_exchanges > 0 && http_now() < end) {
+        (void)pthread_cond_timedwait(&http->idle, &http->mutex, &until);
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+}
+
+void http_stop(struct http *http, double grace_seconds)
+{
+    int fd;
+
+    if (!http) {
+        return;
+    }
+    fd = (int)MHD_quiesce_daemon(http->daemon);
+    (void)pthread_mutex_lock(&http->mutex);
+    http->draining = true;
+    pool_wake_all(http);
+    (void)pthread_mutex_unlock(&http->mutex);
+    wait_idle(http, grace_seconds);
+    pool_stop(http);
+    MHD_stop_daemon(http->daemon);
+    timer_stop(http);
+    if (fd >= 0) {
+        (void)close(fd);
+    }
+    http_free(http);
+}

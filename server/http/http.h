@@ -1,0 +1,43 @@
+/*
+ * http.h - the listening side of the daemon: everything that knows libmicrohttpd. It takes requests to the api
+ * layer (api/api.h) and its responses back, keeps limits and deadlines, and lets connections wait for jobs.
+ */
+#ifndef SRNFD_HTTP_H
+#define SRNFD_HTTP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "api/api.h"
+
+struct http;
+
+struct http_config {
+    struct api *api;
+    const char *listen;      /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
+    size_t threads;          /* of libmicrohttpd; 0: 2 */
+    size_t request_threads;  /* for slow routes; 0: 4 */
+    size_t max_connections;  /* beyond them requests are answered 503; 0: 512 */
+    size_t max_buffered;     /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
+    double header_seconds;   /* from connecting to the end of the headers; 0: 15 */
+    double transfer_seconds; /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
+    double idle_seconds;     /* between requests of one connection; 0: 60 */
+};
+
+/* Listens and starts the threads. message gets a sentence on failure. */
+int http_start(struct http **out, const struct http_config *config, char *message, size_t size);
+
+/* "127.0.0.1:41234": where it listens. */
+const char *http_address(const struct http *http);
+
+/* To be called when a job's row changed; from any thread. */
+void http_job_changed(struct http *http, const char *job_id);
+
+/* Stops listening, answers what waits for jobs, gives requests in progress grace_seconds to end, then closes all
+   connections and frees everything. */
+void http_stop(struct http *http, double grace_seconds);
+
+/* Whether "host:port" names a loopback address; false also for what does not parse. */
+bool http_is_loopback(const char *listen);
+
+#endif

@@ -1,0 +1,143 @@
+/*
+ * internal.h - what the files of http/ share.
+ *
+ * Threads
+ *   libmicrohttpd's (a pool, one epoll loop each) parse requests, run quick handlers and send responses;
+ *   srnfd-req-N run slow handlers and what goes on after a wait; srnfd-timer watches the deadlines.
+ *
+ * A request that leaves libmicrohttpd's thread is suspended there first and resumed with its response ready. Its
+ * exchange then belongs to exactly one place, told by its phase: the queue (QUEUED), a request thread (RUNNING), the
+ * list of waits alone (WAITING).
+ *
+ * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended, connections and
+ * counters. It is the only lock of this layer, and held for short walks only; of libmicrohttpd's functions only
+ * MHD_suspend_connection is called under it, so that nobody resumes before it is suspended.
+ */
+#ifndef SRNFD_HTTP_INTERNAL_H
+#define SRNFD_HTTP_INTERNAL_H
+
+#include "http/http.h"
+
+#include <microhttpd.h>
+#include <pthread.h>
+#include <stdatomic.h>
+
+#define HTTP_HEADERS_MAX 64
+#define HTTP_HEADER_BYTES_MAX ((size_t)16 << 10)
+#define HTTP_TARGET_MAX ((size_t)8 << 10)
+#define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
+#define HTTP_REQUEST_THREADS_MAX 32
+
+/* One TCP connection, from NOTIFY_CONNECTION started to closed. */
+struct connection {
+    struct connection *next, **place; /* [m] */
+    int fd;
+    double deadline; /* [m] monotonic seconds; HUGE_VAL while it is ours to wait */
+    char *target;    /* raw request target of the current request; owned by its MHD thread */
+};
+
+enum phase {
+    PHASE_BODY,    /* the body is arriving */
+    PHASE_DRAIN,   /* refused: the body is read and passed over, the response is complete */
+    PHASE_QUEUED,  /* suspended, in the queue */
+    PHASE_RUNNING, /* suspended, on a request thread */
+    PHASE_WAITING, /* suspended, for a job or the deadline */
+    PHASE_READY,   /* the response is complete */
+};
+
+struct exchange {
+    struct http *http;
+    struct MHD_Connection *mhd;
+    struct connection *connection;
+    struct api_request request;
+    struct api_header headers[HTTP_HEADERS_MAX];
+    size_t header_bytes;
+    bool header_overflow;
+    char *path; /* decoded */
+    struct api_response response;
+    enum api_verdict verdict;
+    enum phase phase;
+    unsigned char *body;
+    size_t body_capacity, max_body, drained;
+    int64_t content_length;      /* -1: chunked */
+    bool close;                  /* the connection ends after the response */
+    bool resumed;                /* api_resume is next, not api_handle */
+    bool woken;                  /* [m] the job changed while this was queued or running */
+    bool waits;                  /* [m] in the list of waits */
+    double started;              /* monotonic, when the headers were there */
+    double total_ms;             /* until the response was handed to libmicrohttpd */
+    double deadline;             /* [m] of the wait */
+    char wait_job[STORE_ID_MAX]; /* [m] the job that it waits for */
+    int status;                  /* as sent; 0: nothing was */
+    size_t sent;
+    struct exchange *queue_next;              /* [m] */
+    struct exchange *wait_next, **wait_place; /* [m] */
+};
+
+struct http {
+    struct http_config config;
+    struct MHD_Daemon *daemon;
+    int listen_fd;
+    char address[80];
+    pthread_mutex_t mutex;
+    pthread_cond_t work;                         /* the queue has something, or stopping */
+    pthread_cond_t timer;                        /* a wait was added, or stopping */
+    pthread_cond_t idle;                         /* an exchange ended */
+    struct exchange *queue_first, **queue_last;  /* [m] */
+    struct exchange *waits;                      /* [m] */
+    struct connection *connections;              /* [m] */
+    size_t n_connections, n_exchanges, buffered; /* [m] */
+    atomic_bool draining;                        /* written under the mutex, read anywhere */
+    bool stopping, timer_stopping;               /* [m] */
+    pthread_t request_threads[HTTP_REQUEST_THREADS_MAX];
+    size_t n_request_threads;
+    pthread_t timer_thread;
+    bool timer_started;
+};
+
+/* Monotonic seconds. */
+double http_now(void);
+
+/* ---- listen.c ------------------------------------------------------------------------------------------ */
+
+/* Binds and listens; the address as bound goes to address. Returns the descriptor, or -1 with a message. */
+int listen_open(const char *text, char *address, size_t address_size, char *message, size_t size);
+
+/* ---- guard.c ------------------------------------------------------------------------------------------- */
+
+/* Takes over the request's headers and target, and refuses shapes on which servers and proxies disagree. NULL
+   when all is well, otherwise the detail of the problem, with status and code. */
+const char *guard_check(struct exchange *exchange, const char *version, int *status,
+                        const char **code);
+
+/* ---- exchange.c ---------------------------------------------------------------------------------------- */
+
+enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char *url,
+                              const char *method, const char *version, const char *data,
+                              size_t *data_size, void **state);
+void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
+                        enum MHD_RequestTerminationCode code);
+
+/* ---- pool.c -------------------------------------------------------------------------------------------- */
+
+int pool_start(struct http *http);
+/* Suspends the connection and queues the exchange. False when the pool is stopping: then nothing was done. */
+bool pool_submit(struct exchange *exchange);
+/* Queues a WAITING exchange; the mutex is held. */
+void pool_wake(struct exchange *exchange);
+void pool_wake_all(struct http *http);
+/* Answers what is still queued, waits for the threads: afterwards nothing is suspended. */
+void pool_stop(struct http *http);
+
+/* ---- connections.c ------------------------------------------------------------------------------------- */
+
+void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
+                       enum MHD_ConnectionNotificationCode code);
+void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd);
+struct connection *connection_of(struct MHD_Connection *mhd);
+/* Sets the time by which the connection must have moved on; HUGE_VAL for none. */
+void connection_deadline(struct http *http, struct connection *connection, double deadline);
+int timer_start(struct http *http);
+void timer_stop(struct http *http);
+
+#endif

@@ -1,0 +1,34 @@
+/*
+ * log.h - one JSON object per line on stderr.
+ */
+#ifndef SRNFD_LOG_H
+#define SRNFD_LOG_H
+
+#include <stddef.h>
+
+struct log_field {
+    const char *name;
+    const char *text; /* NULL: number is meant */
+    double number;
+};
+
+/* Fields of a line: texts are escaped; numbers are written with up to 15 digits. */
+static inline struct log_field log_text(const char *name, const char *text)
+{
+    return (struct log_field){name, text ? text : "", 0};
+}
+
+static inline struct log_field log_number(const char *name, double number)
+{
+    return (struct log_field){name, NULL, number};
+}
+
+/* Writes {"ts":..,"event":event, fields ..} in one write, so that lines of several threads do not mix. A line that
+   grows beyond 4 KiB loses the fields that do not fit. */
+void log_line(const char *event, const struct log_field *fields, size_t n_fields);
+
+#define LOG(event, ...)                                      \
+    log_line(event, (const struct log_field[]){__VA_ARGS__}, \
+             sizeof((const struct log_field[]){__VA_ARGS__}) / sizeof(struct log_field))
+
+#endif

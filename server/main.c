@@ -1,0 +1,256 @@
+/*
+ * main.c - the daemon's command line, and the order in which its layers start and stop.
+ *
+ * Up: store, jobs (which recovers the queue), api, http. Down, on SIGTERM or SIGINT: http stops listening and lets
+ * requests end, jobs let their runs end or put them back, then the store closes. A second signal does not hurry
+ * this; kill -9 is always safe, because everything acknowledged is on the disk.
+ *
+ * The jobs layer calls back on changed rows before http exists and after it is gone; the pointer to it is
+ * therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
+ */
+#include "api/handler.h"
+#include "api/routes.h"
+#include "build.h"
+#include "config.h"
+#include "http/http.h"
+#include "log.h"
+
+#include <cblas.h>
+#include <fftw3.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define PROCESSES_MAX 64
+
+struct link {
+    pthread_rwlock_t lock;
+    struct http *http;
+};
+
+/* All that lives while the daemon serves, in the order of its making. */
+struct service {
+    struct store *store;
+    struct jobs *jobs;
+    struct api *api;
+    struct http *http;
+    struct link link;
+    struct jobs_process table[PROCESSES_MAX];
+    char numeric_build[BUILD_ID_SIZE];
+};
+
+static void job_changed(void *user, const char *job_id)
+{
+    struct service *service = user;
+
+    (void)pthread_rwlock_rdlock(&service->link.lock);
+    if (service->link.http) {
+        http_job_changed(service->link.http, job_id);
+    }
+    (void)pthread_rwlock_unlock(&service->link.lock);
+}
+
+static void job_logged(void *user, const char *event, const char *job_id, const char *detail)
+{
+    (void)user;
+    LOG(event, log_text("job", job_id), log_text("detail", detail));
+}
+
+static void link_http(struct service *service, struct http *http)
+{
+    (void)pthread_rwlock_wrlock(&service->link.lock);
+    service->link.http = http;
+    (void)pthread_rwlock_unlock(&service->link.lock);
+}
+
+/* ---- serve --------------------------------------------------------------------------------------------- */
+
+static int start_jobs(struct service *service, const struct config *config)
+{
+    struct jobs_config jobs = {.store = service->store,
+                               .workers = (size_t)config->workers,
+                               .table = service->table,
+                               .user = service,
+                               .numeric_build = service->numeric_build,
+                               .max_queued = (size_t)config->max_queued,
+                               .log = job_logged,
+                               .changed = job_changed};
+    size_t n = 0;
+
+    for (; api_processes[n].id && n < PROCESSES_MAX - 1; n++) {
+        service->table[n].id = api_processes[n].id;
+        service->table[n].run = api_processes[n].run;
+    }
+    build_numeric_id(service->numeric_build);
+    return jobs_open(&service->jobs, &jobs);
+}
+
+static int start(struct service *service, const struct config *config, char *message, size_t size)
+{
+    struct api_config api = {.max_body = (size_t)config->max_body,
+                             .sync_wait_seconds = config->sync_wait_seconds};
+    struct http_config http = {.listen = config->listen,
+                               .threads = (size_t)config->http_threads,
+                               .request_threads = (size_t)config->request_threads,
+                               .max_connections = (size_t)config->max_connections,
+                               .max_buffered = (size_t)config->max_buffered};
+
+    if (store_open(&service->store, config->data, message, size) != 0) {
+        return -1;
+    }
+    if (start_jobs(service, config) != 0) {
+        (void)snprintf(message, size, "the workers could not be started");
+        return -1;
+    }
+    api.store = service->store;
+    api.jobs = service->jobs;
+    if (api_create(&service->api, &api) != 0) {
+        (void)snprintf(message, size, "not enough memory");
+        return -1;
+    }
+    http.api = service->api;
+    if (http_start(&service->http, &http, message, size) != 0) {
+        return -1;
+    }
+    link_http(service, service->http);
+    return 0;
+}
+
+static void stop(struct service *service, double grace_seconds)
+{
+    link_http(service, NULL);
+    http_stop(service->http, grace_seconds);
+    if (service->jobs) {
+        jobs_close(service->jobs, grace_seconds);
+    }
+    api_destroy(service->api);
+    if (service->store) {
+        store_close(service->store);
+    }
+    (void)pthread_rwlock_destroy(&service->link.lock);
+}
+
+/* What must be set once, before any thread exists. */
+static int prepare_process(sigset_t *signals)
+{
+    (void)sigemptyset(signals);
+    (void)sigaddset(signals, SIGTERM);
+    (void)sigaddset(signals, SIGINT);
+    (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
+    (void)signal(SIGPIPE, SIG_IGN);
+    fftw_make_planner_thread_safe();
+    openblas_set_num_threads(1);
+    json_object_seed(0);
+    return sodium_init() < 0 ? -1 : 0;
+}
+
+static int serve(int n_arguments, char **arguments)
+{
+    struct service service = {.link.lock = PTHREAD_RWLOCK_INITIALIZER};
+    struct config config;
+    char message[600];
+    sigset_t signals;
+    int received = 0;
+
+    if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
+        LOG("refused", log_text("message", message));
+        return 2;
+    }
+    if (!config.insecure && !http_is_loopback(config.listen)) {
+        LOG("refused",
+            log_text("message", "without tokens the service listens on loopback "
+                                "addresses only; --insecure overrides this"),
+            log_text("listen", config.listen));
+        return 2;
+    }
+    if (prepare_process(&signals) != 0 || start(&service, &config, message, sizeof message) != 0) {
+        LOG("failed", log_text("message", message));
+        stop(&service, 0);
+        return 1;
+    }
+    LOG("listening", log_text("address", http_address(service.http)), log_text("data", config.data),
+        log_number("workers", (double)jobs_worker_count(service.jobs)),
+        log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
+    (void)sigwait(&signals, &received);
+    LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
+    stop(&service, config.grace_seconds);
+    LOG("stopped", log_number("status", 0));
+    return 0;
+}
+
+/* ---- The other commands -------------------------------------------------------------------------------- */
+
+static int print_version(int n_arguments, char **arguments)
+{
+    struct build_part parts[BUILD_PARTS];
+
+    (void)n_arguments;
+    (void)arguments;
+    build_parts(parts);
+    for (size_t i = 0; i < BUILD_PARTS; i++) {
+        (void)printf("%-14s %s\n", parts[i].name, parts[i].version);
+    }
+    return 0;
+}
+
+/* One route per line with its query parameters: what tests/api/test_openapi.sh compares. */
+static int print_routes(int n_arguments, char **arguments)
+{
+    (void)n_arguments;
+    (void)arguments;
+    for (const struct api_route *route = api_routes; route->method; route++) {
+        (void)printf("%s %s %s\n", route->method, route->pattern,
+                     route->query[0] ? route->query : "-");
+    }
+    return 0;
+}
+
+static int print_help(int n_arguments, char **arguments);
+
+static const struct command {
+    const char *name;
+    int (*run)(int n_arguments, char **arguments);
+    const char *text; /* NULL: not in the help */
+} commands[] = {
+    {"serve", serve, "serve the API until SIGTERM"},
+    {"version", print_version, "print the versions of this build and its libraries"},
+    {"help", print_help, "print this"},
+    {"routes", print_routes, NULL},
+};
+
+static int print_help(int n_arguments, char **arguments)
+{
+    const struct config_help *table;
+    size_t n = config_table(&table);
+
+    (void)n_arguments;
+    (void)arguments;
+    (void)printf("usage: srnfd COMMAND [OPTIONS]\n\n");
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        if (commands[i].text) {
+            (void)printf("  %-8s %s\n", commands[i].name, commands[i].text);
+        }
+    }
+    (void)printf("\nOptions of serve, their environment variables, and their members in the JSON\n"
+                 "file that --config or SRNFD_CONFIG names:\n\n");
+    for (size_t i = 0; i < n; i++) {
+        (void)printf("  %-20s %-24s %-16s\n      %s\n", table[i].option, table[i].environment,
+                     table[i].member, table[i].text);
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    for (size_t i = 0; argc > 1 && i < sizeof commands / sizeof commands[0]; i++) {
+        if (strcmp(argv[1], commands[i].name) == 0) {
+            return commands[i].run(argc - 2, argv + 2);
+        }
+    }
+    (void)fprintf(stderr, "usage: srnfd serve|version|help\n");
+    return 2;
+}
