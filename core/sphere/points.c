@@ -128,18 +128,24 @@ SIMD_INLINE void sum_order(const struct points_call *call, const struct points_w
     }
 }
 
+/* x and y are scaled before they are squared: next to a pole the squares would underflow, and cos phi and sin phi
+   would no longer be those of a unit vector. */
 static void place_lanes(const struct points_call *call, size_t first, struct lanes *lanes)
 {
     for (size_t k = 0; k < SRNF_LANES; k++) {
         size_t i = first + k < call->n ? first + k : call->n - 1;
         const double *x = call->points + 3 * i;
-        double rho = sqrt(x[0] * x[0] + x[1] * x[1]);
+        double scale = fmax(fabs(x[0]), fabs(x[1]));
+        double across = scale > 0.0 ? x[0] / scale : 1.0;
+        double along = scale > 0.0 ? x[1] / scale : 0.0;
+        double hypotenuse = sqrt(across * across + along * along);
+        double rho = scale * hypotenuse;
         double length = sqrt(rho * rho + x[2] * x[2]);
 
         lanes->cos_theta[k] = x[2] / length;
         lanes->sin_theta[k] = rho / length;
-        lanes->cos_phi[k] = rho > 0.0 ? x[0] / rho : 1.0;
-        lanes->sin_phi[k] = rho > 0.0 ? x[1] / rho : 0.0;
+        lanes->cos_phi[k] = across / hypotenuse;
+        lanes->sin_phi[k] = along / hypotenuse;
     }
 }
 
