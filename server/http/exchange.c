@@ -290,7 +290,8 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     *state = NULL;
     LOG("request", log_text("id", exchange->request.id),
         log_text("method", exchange->request.method), log_text("path", exchange->request.path),
-        log_number("status", exchange->status), log_number("ms", exchange->total_ms),
+        log_number("status", exchange->status),
+        log_number("ms", round(1e3 * exchange->total_ms) / 1e3),
         log_number("in", (double)(exchange->request.body_size + exchange->drained)),
         log_number("out", (double)exchange->sent),
         log_text("end", code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "ok" : "cut"));
