@@ -36,7 +36,7 @@ stage() { # KIND NAME COMMAND..
             passed=1
         else
             failed=1
-            grep -E -A 8 'error|Error|undefined reference' "$log" | head -n 80
+            head -n 100 "$log"
         fi
     else
         "$@" 2>&1 | tee "$log"
@@ -61,7 +61,7 @@ stage() { # KIND NAME COMMAND..
 build() { # CONFIG TARGET..
     local config=$1
     shift
-    make --no-print-directory -k -j"$JOBS" CONFIG="$config" "$@"
+    make --no-print-directory -s -k -j"$JOBS" CONFIG="$config" "$@"
 }
 
 stage report 'lint' tests/lint/lint.sh

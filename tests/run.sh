@@ -40,7 +40,7 @@ SRNFD=$BUILD/srnfd
 SRNFD_BUILD=$BUILD
 SRNFD_SANITIZED=
 for kind in asan tsan; do
-    if grep -qa "__${kind}_init" "$SRNFD" 2>/dev/null; then
+    if [ "${BUILD##*/}" = $kind ] || grep -qa "__${kind}_init" "$SRNFD" 2>/dev/null; then
         SRNFD_SANITIZED=$kind
         LIMIT=$((2 * LIMIT))
     fi
