@@ -1,32 +1,34 @@
 /*
- * srnf.h - the one public header of libsrnf: elastic shape analysis of closed surfaces of genus zero
- * by square-root normal fields (SRNFs).
+ * srnf.h - the one public header of libsrnf: elastic shape analysis of closed surfaces of genus
+ * zero by square-root normal fields (SRNFs).
  *
- * Source of the method: Q. Xie, I. Jermyn, S. Kurtek, A. Srivastava, "Numerical Inversion of SRNFs for
- * Efficient Elastic Shape Analysis of Star-Shaped Objects", ECCV 2014; "the paper" below. The glossary of
- * symbols and the derivations that go beyond the paper are in core/README.md.
+ * Source of the method: Q. Xie, I. Jermyn, S. Kurtek, A. Srivastava, "Numerical Inversion of SRNFs
+ * for Efficient Elastic Shape Analysis of Star-Shaped Objects", ECCV 2014; "the paper" below. The
+ * glossary of symbols and the derivations that go beyond the paper are in core/README.md.
  *
  * CONVENTIONS, used everywhere and never departed from
  *
  *   Sphere      colatitude theta in (0, pi), longitude phi in [0, 2 pi),
- *               e = (sin theta cos phi, sin theta sin phi, cos theta). Integrals are over the area of the
- *               unit sphere, 4 pi in all.
- *   Grid        n_theta rows of n_phi equispaced longitudes phi_j = 2 pi j / n_phi. Rows run from north to
- *               south: Gauss-Legendre nodes, or equiangular rows theta_i = pi i / (n_theta - 1) with the
- *               poles. The working grid of degree L has n_theta = ceil(3 (L + 1) / 2), n_phi = 2 n_theta.
- *   Basis       real orthonormal spherical harmonics Y_lm, 0 <= l <= L, at index l*l + l + m: m > 0 carries
- *               cos(m phi), m < 0 carries sin(|m| phi), no Condon-Shortley sign.
+ *               e = (sin theta cos phi, sin theta sin phi, cos theta). Integrals are over the area
+ *               of the unit sphere, 4 pi in all.
+ *   Grid        n_theta rows of n_phi equispaced longitudes phi_j = 2 pi j / n_phi. Rows run from
+ *               north to south: Gauss-Legendre nodes, or equiangular rows
+ *               theta_i = pi i / (n_theta - 1) with the poles. The working grid of degree L has
+ *               n_theta = ceil(3 (L + 1) / 2), n_phi = 2 n_theta.
+ *   Basis       real orthonormal spherical harmonics Y_lm, 0 <= l <= L, at index l*l + l + m:
+ *               m > 0 carries cos(m phi), m < 0 sin(|m| phi), no Condon-Shortley sign.
  *   Surface     f : S^2 -> R^3 as double[3][(L+1)^2]: the x block, the y block, the z block.
  *   Fields      scalar fields on the grid as double[n_theta][n_phi]; a batch of b fields is
  *               double[b][n_theta][n_phi]. A vector field is a batch of three.
  *   Normal      n = f_theta x (f_phi / sin theta), outward for f = e.
- *   SRNF        q = n / |n|^(1/2), the zero vector where n = 0; integral of |q|^2 = area of the surface.
- *   Action      a rotation O acts as f -> O f and q -> O q; translations leave q unchanged; Q(-f) = Q(f).
+ *   SRNF        q = n / |n|^(1/2), the zero vector where n = 0; integral of |q|^2 = area.
+ *   Action      a rotation O acts as f -> O f and q -> O q; translations leave q unchanged;
+ *               Q(-f) = Q(f).
  *
- * The library is pure: no input or output, no global state, no clock, no random device, no locale, no
- * printing. Seeds, threads, progress and cancellation come in as arguments. Every function may be called
- * from any number of threads at once on distinct outputs; objects described as immutable may be shared.
- * The one exception lies in FFTW: see srnf_sht_create.
+ * The library is pure: no input or output, no global state, no clock, no random device, no locale,
+ * no printing. Seeds, threads, progress and cancellation come in as arguments. Every function may
+ * be called from any number of threads at once on distinct outputs; objects described as immutable
+ * may be shared. The one exception lies in FFTW: see srnf_sht_create.
  */
 #ifndef SRNF_H
 #define SRNF_H
@@ -51,10 +53,10 @@ extern "C" {
 #define SRNF_TRANSFORM_DEGREE_MAX ((size_t)1000)
 #define SRNF_GRID_ROWS_MAX ((size_t)4096)
 
-/* ---- Status ------------------------------------------------------------------------------------------- */
+/* ---- Status ---------------------------------------------------------------------------------- */
 
-/* 0 is success, negative values are errors (outputs are then untouched or freed), positive ones warnings
-   (outputs are valid, and the result says what is wrong with them). */
+/* 0 is success, negative values are errors (outputs are then untouched or freed), positive ones
+   warnings (outputs are valid, and the result says what is wrong with them). */
 enum srnf_status {
     SRNF_OK = 0,
     SRNF_ENOMEM = -1,        /* an allocation failed */
@@ -85,11 +87,12 @@ struct srnf_error {
     char message[240]; /* one sentence in English that names the member, face or limit */
 };
 
-/* ---- Progress, cancellation, threads ---------------------------------------------------------------- */
+/* ---- Progress, cancellation, threads --------------------------------------------------------- */
 
-/* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not cancellable, one
-   thread. parallel_for must call body(argument, i) once for each i in [0, count), in any order, on any
-   threads, and return when all calls have returned; results never depend on how it spreads them. */
+/* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
+   cancellable, one thread. parallel_for must call body(argument, i) once for each i in [0, count),
+   in any order, on any threads, and return when all calls have returned; results never depend on
+   how it spreads them. */
 struct srnf_context {
     void *user;
     void (*progress)(void *user, double fraction, const char *message);
@@ -100,7 +103,7 @@ struct srnf_context {
         void *user); /* a monotonic clock, for the histories in results; NULL: all 0 */
 };
 
-/* ---- Spherical harmonic transform (core/sphere) ------------------------------------------------------- */
+/* ---- Spherical harmonic transform (core/sphere) ---------------------------------------------- */
 
 enum srnf_grid_kind {
     SRNF_GRID_GAUSS_LEGENDRE = 0, /* exact quadrature for degree 2 n_theta - 1 */
@@ -139,11 +142,13 @@ static inline size_t srnf_working_rows(size_t degree)
  *   degree   [in]  0 .. 1000
  *   kind     [in]  the rows
  *   n_theta  [in]  0: the working grid (SRNF_GRID_GAUSS_LEGENDRE); otherwise at least degree + 1
- *                  (Gauss-Legendre) or 2 degree + 1 (equiangular), the least on which analysis is exact
+ *                  (Gauss-Legendre) or 2 degree + 1 (equiangular), the least on which analysis is
+ *                  exact
  *   n_phi    [in]  0: 2 n_theta; otherwise at least 2 degree + 1
  * Errors: SRNF_EINVAL, SRNF_ENOMEM.
- * Threads: FFTW's planner is shared by the whole process. Creation and destruction are safe from several
- * threads only after fftw_make_planner_thread_safe() has been called once; execution always is.
+ * Threads: FFTW's planner is shared by the whole process. Creation and destruction are safe from
+ * several threads only after fftw_make_planner_thread_safe() has been called once; execution always
+ * is.
  */
 SRNF_CHECKED int srnf_sht_create(struct srnf_sht **out, size_t degree, enum srnf_grid_kind kind,
                                  size_t n_theta, size_t n_phi);
@@ -152,13 +157,14 @@ void srnf_sht_destroy(struct srnf_sht *sht);
 const struct srnf_grid *srnf_sht_grid(const struct srnf_sht *sht);
 size_t srnf_sht_degree(const struct srnf_sht *sht);
 
-/* Bytes of workspace that one call with this batch needs; aligned as srnf_alloc aligns (64 bytes). */
+/* Bytes of workspace that one call with this batch needs; aligned as srnf_alloc aligns (64 bytes).
+   */
 size_t srnf_sht_workspace_size(const struct srnf_sht *sht, size_t batch);
 
 /*
- * The transform and its relatives, on a batch of fields at once. None allocates; each is re-entrant given
- * its own workspace. coefficients: double[batch][(L+1)^2]; fields: double[batch][n_theta][n_phi]. Inputs
- * and outputs must not overlap.
+ * The transform and its relatives, on a batch of fields at once. None allocates; each is re-entrant
+ * given its own workspace. coefficients: double[batch][(L+1)^2]; fields:
+ * double[batch][n_theta][n_phi]. Inputs and outputs must not overlap.
  *
  *   synthesis          values = sum_lm c_lm Y_lm
  *   synthesis_adjoint  its transpose: c_lm = sum over nodes of Y_lm values (no weights)
@@ -183,7 +189,8 @@ void srnf_sht_gradient_adjoint(const struct srnf_sht *sht, size_t batch, const d
  *   points        [in]  double[n][3], unit vectors
  *   coefficients  [in]  double[batch][(L+1)^2]
  *   values        [out] double[batch][n], or NULL
- *   gradients     [out] double[batch][n][3], the tangential gradient as a vector of R^3 (regular at the
+ *   gradients     [out] double[batch][n][3], the tangential gradient as a vector of R^3 (regular at
+ *   the
  *                       poles), or NULL
  * Cost O(n L^2 batch). Errors: SRNF_EINVAL (degree above 1000), SRNF_ENOMEM.
  */
@@ -191,7 +198,7 @@ SRNF_CHECKED int srnf_harmonics_at_points(size_t degree, size_t batch, const dou
                                           size_t n, const double *points, double *values,
                                           double *gradients);
 
-/* ---- Meshes (core/mesh) -------------------------------------------------------------------------------- */
+/* ---- Meshes (core/mesh) ---------------------------------------------------------------------- */
 
 enum srnf_mesh_format {
     SRNF_MESH_UNKNOWN = 0,
@@ -228,10 +235,12 @@ struct srnf_mesh_read_info {
     size_t polygons_triangulated; /* faces with more than three corners, cut into fans */
 };
 
-/* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. Reads at most size bytes. */
+/* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. Reads at most size bytes.
+   */
 enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size);
 
-/* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer", "glb"), and back. */
+/* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer",
+   "glb"), and back. */
 const char *srnf_mesh_format_name(enum srnf_mesh_format format);
 enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
 
@@ -239,12 +248,13 @@ enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
  * Reads a mesh from memory.
  *   bytes, size  [in]  the file's content; any bytes at all are safe
  *   format       [in]  the format, or SRNF_MESH_UNKNOWN to sniff it
- *   limits       [in]  NULL: defaults. Counts promised by a header are checked against the limits and
+ *   limits       [in]  NULL: defaults. Counts promised by a header are checked against the limits
+ *   and
  *                      against what the remaining bytes can hold before anything is allocated
- *   mesh         [out] owned by the caller, to be cleared; every index is in range, every coordinate finite
- *   info, error  [out] optional
- * Errors: SRNF_EFORMAT, SRNF_EPARSE (element: the byte, face or vertex, as the message says), SRNF_ELIMIT,
- * SRNF_ENOMEM. Time and memory are bounded by the size of the input and the limits.
+ *   mesh         [out] owned by the caller, to be cleared; every index is in range, every
+ *   coordinate finite info, error  [out] optional
+ * Errors: SRNF_EFORMAT, SRNF_EPARSE (element: the byte, face or vertex, as the message says),
+ * SRNF_ELIMIT, SRNF_ENOMEM. Time and memory are bounded by the size of the input and the limits.
  */
 SRNF_CHECKED int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
                                 const struct srnf_mesh_limits *limits, struct srnf_mesh *mesh,
@@ -267,9 +277,9 @@ struct srnf_mesh_field {
 };
 
 /*
- * Writes a mesh: PLY (binary little-endian), OBJ, STL (binary), VTK (legacy polydata, binary) or GLB
- * (glTF 2.0). Fields ride along in PLY (vertex properties), VTK (point data) and GLB (custom attributes
- * _NAME, and the first one as vertex colours); OBJ and STL cannot carry them.
+ * Writes a mesh: PLY (binary little-endian), OBJ, STL (binary), VTK (legacy polydata, binary) or
+ * GLB (glTF 2.0). Fields ride along in PLY (vertex properties), VTK (point data) and GLB (custom
+ * attributes _NAME, and the first one as vertex colours); OBJ and STL cannot carry them.
  *   normals  [in] double[n_vertices][3] or NULL (then GLB computes area-weighted ones)
  * Coordinates are single precision in STL and GLB, double elsewhere.
  * Errors: SRNF_EINVAL (a format that is only read), SRNF_ENOMEM, SRNF_ELIMIT.
@@ -289,7 +299,8 @@ struct srnf_mesh_repairs {
 struct srnf_mesh_problem {
     int status; /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
     size_t
-        count; /* boundary edges, non-manifold edges or vertices, disagreeing edges, components, ... */
+        count; /* boundary edges, non-manifold edges or vertices, disagreeing edges, components, ...
+        */
     int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
     char detail[160];
 };
@@ -317,14 +328,16 @@ struct srnf_mesh_report {
  * Repairs what can be repaired without loss, in place, and reports on topology and size.
  *   mesh            [in/out] vertices may be renumbered; faces keep their order
  *   merge_vertices  [in]     join vertices with bit-identical coordinates (for STL)
- *   report          [out]    always complete when the call succeeds; a mesh with problems is no error
+ *   report          [out]    always complete when the call succeeds; a mesh with problems is no
+ *   error
  * Cost O(n log n). Errors: SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
                                    struct srnf_mesh_report *report);
 
-/* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f> for
-   every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole surface. */
+/* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
+   for every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole
+   surface. */
 struct srnf_star {
     bool value; /* margin > 0 beyond rounding */
     double center[3];
@@ -343,14 +356,14 @@ SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star
 SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
                               struct srnf_star *star);
 
-/* Spatial index over the triangles of a mesh (bounding-volume hierarchy). Immutable; keeps a pointer to
-   the mesh, which must outlive it. */
+/* Spatial index over the triangles of a mesh (bounding-volume hierarchy). Immutable; keeps a
+   pointer to the mesh, which must outlive it. */
 struct srnf_index;
 SRNF_CHECKED int srnf_index_create(struct srnf_index **out, const struct srnf_mesh *mesh);
 void srnf_index_destroy(struct srnf_index *index);
 
-/* Largest t >= 0 at which origin + t direction meets the mesh; watertight across shared edges of a closed
-   mesh. Returns false, and leaves t alone, where the ray meets nothing. face is optional. */
+/* Largest t >= 0 at which origin + t direction meets the mesh; watertight across shared edges of a
+   closed mesh. Returns false, and leaves t alone, where the ray meets nothing. face is optional. */
 bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
                     const double direction[3], double *t, uint32_t *face);
 
@@ -358,11 +371,12 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
 double srnf_index_distance2(const struct srnf_index *index, const double point[3],
                             double nearest[3], uint32_t *face);
 
-/* Geodesic sphere: the icosahedron with each edge cut into frequency parts, projected to the unit sphere.
-   10 frequency^2 + 2 vertices, 20 frequency^2 faces. Errors: SRNF_EINVAL (0 or above 400), SRNF_ENOMEM. */
+/* Geodesic sphere: the icosahedron with each edge cut into frequency parts, projected to the unit
+   sphere. 10 frequency^2 + 2 vertices, 20 frequency^2 faces. Errors: SRNF_EINVAL (0 or above 400),
+   SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_mesh_icosphere(size_t frequency, struct srnf_mesh *mesh);
 
-/* ---- Surfaces (core/shape) ------------------------------------------------------------------------------ */
+/* ---- Surfaces (core/shape) ------------------------------------------------------------------- */
 
 struct srnf_surface_measures {
     double area, volume; /* volume is signed */
@@ -381,8 +395,8 @@ SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficie
                                           size_t frequency, struct srnf_mesh *mesh,
                                           double **normals);
 
-/* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the vertices
-   of the mesh and over a triangulation of the surface. In the units of the mesh. */
+/* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the
+   vertices of the mesh and over a triangulation of the surface. In the units of the mesh. */
 struct srnf_fit {
     double rms, p95, max;
     double diagonal; /* bounding-box diagonal of the mesh */
@@ -399,14 +413,14 @@ struct srnf_encode_options {
     bool center_given; /* otherwise the centre of srnf_star_kernel */
     double center[3];
     bool unit_area;   /* scale to unit area; default true */
-    double smoothing; /* sigma >= 0 of exp(-sigma l (l + 1)); default 0 */
+    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r; default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
 
 struct srnf_encoded {
     size_t degree;
-    double
-        *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free */
+    double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free
+    */
     double scale;      /* multiplies the surface back to the units of the mesh */
     double origin[3];  /* of the stored surface in the frame of the mesh: x = scale f + origin */
     enum srnf_parameterization route;
@@ -416,9 +430,9 @@ struct srnf_encoded {
 };
 
 /*
- * From a prepared mesh without problems to a surface of the given degree. Route star: r is sampled along
- * the rays of a grid twice as fine as the working grid, analysed to degree L - 1, and f = r e, which has
- * degree L exactly; then centred and scaled.
+ * From a prepared mesh without problems to a surface of the given degree. Route star: r is sampled
+ * along the rays of a grid twice as fine as the working grid, analysed to degree L - 1, and f = r
+ * e, which has degree L exactly; then centred and scaled.
  *   report  [in] of srnf_mesh_prepare; its first problem is returned as the error
  * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL, SRNF_ENOMEM, SRNF_ECANCELED.
  */
@@ -427,7 +441,7 @@ SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mes
                              const struct srnf_context *context, struct srnf_encoded *encoded,
                              struct srnf_error *error);
 
-/* ---- SRNFs (core/shape) ------------------------------------------------------------------------------ */
+/* ---- SRNFs (core/shape) ---------------------------------------------------------------------- */
 
 /*
  * SRNF of a surface on the grid of sht: q double[3][n_theta][n_phi]. workspace as for
@@ -436,8 +450,8 @@ SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mes
 void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *q, void *workspace);
 
 /*
- * The differential Q_*f(w) (the paper, section 3; formula in core/README.md): out double[3][n_theta][n_phi].
- * Where n = 0 the differential does not exist and 0 is returned.
+ * The differential Q_*f(w) (the paper, section 3; formula in core/README.md): out
+ * double[3][n_theta][n_phi]. Where n = 0 the differential does not exist and 0 is returned.
  */
 void srnf_field_differential(const struct srnf_sht *sht, const double *coefficients,
                              const double *direction, double *out, void *workspace);
@@ -453,9 +467,10 @@ double srnf_energy(const struct srnf_sht *sht, const double *coefficients, const
 double srnf_inner_product(const struct srnf_grid *grid, const double *a, const double *b);
 
 /*
- * Closed-form inverse (the paper, Eq. 9): r = sqrt(|q| <q, e>), f = r e, analysed to the degree of sht.
- * Exact to rounding when q is the SRNF of a star-shaped surface in its radial parameterisation about any
- * centre with r of degree L - 1; anything else must be checked with srnf_energy. Where <q, e> < 0, r = 0.
+ * Closed-form inverse (the paper, Eq. 9): r = sqrt(|q| <q, e>), f = r e, analysed to the degree of
+ * sht. Exact to rounding when q is the SRNF of a star-shaped surface in its radial parameterisation
+ * about any centre with r of degree L - 1; anything else must be checked with srnf_energy. Where
+ * <q, e> < 0, r = 0.
  *   relative_energy [out] E(f) / ||q||^2; 1 when q = 0
  */
 void srnf_invert_closed_form(const struct srnf_sht *sht, const double *q, double *coefficients,
@@ -502,15 +517,15 @@ struct srnf_iteration {
 
 struct srnf_certificate {
     bool computed;   /* false: too large, not asked for, or q was not exact */
-    double residual; /* smallest eigenvalue off the translations, relative to the mean one */
-    double second_eigenvalue;
+    double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */
+    double second_eigenvalue; /* the next one; 0 where it drowned in rounding */
     double threshold; /* what it must exceed to mean anything */
     bool unique;      /* the surface is the only one of its degree, up to sign and translation */
 };
 
 struct srnf_inversion {
-    double *
-        coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, freed with srnf_free */
+    double *coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, freed with
+    srnf_free */
     double energy, relative_energy;
     double gradient_norm; /* of E in the coefficients */
     size_t iterations;
@@ -522,7 +537,8 @@ struct srnf_inversion {
     double transforms;
     bool flipped; /* -f was found first and turned */
     double
-        smallest_singular_value; /* of Q_* in the coefficients off the translations; 0: not computed */
+        smallest_singular_value; /* of Q_* in the coefficients off the translations; 0: not computed
+        */
     double surface_error_bound; /* L2 distance to the true surface, see core/README.md; < 0: none */
     struct srnf_certificate certificate;
     double closed_form_relative_energy;
@@ -532,8 +548,8 @@ struct srnf_inversion {
  * Finds f with Q(f) = q (recipe and theory in core/README.md).
  *   sht      [in]  degree and grid
  *   q        [in]  double[3][n_theta][n_phi]
- * Returns SRNF_OK, SRNF_WNOT_CONVERGED (result valid, converged false), or SRNF_EINVAL (q is 0 or not
- * finite), SRNF_ENOMEM, SRNF_ECANCELED, SRNF_ENUMERIC.
+ * Returns SRNF_OK, SRNF_WNOT_CONVERGED (result valid, converged false), or SRNF_EINVAL (q is 0 or
+ * not finite), SRNF_ENOMEM, SRNF_ECANCELED, SRNF_ENUMERIC.
  */
 SRNF_CHECKED int srnf_invert(const struct srnf_sht *sht, const double *q,
                              const struct srnf_invert_options *options,
@@ -567,7 +583,8 @@ struct srnf_geodesic {
 
 /*
  * Geodesic between two surfaces as they are parameterised (the paper, section 4.1). The points are
- * inverted in order; each starts from the better of the path extrapolated so far and the linear blend.
+ * inverted in order; each starts from the best of the path extrapolated so far, the linear blend
+ * and the closed form.
  *   from, to  [in] double[3][(L+1)^2]
  * Errors as srnf_invert. The result is freed with srnf_geodesic_clear.
  */
@@ -577,11 +594,11 @@ SRNF_CHECKED int srnf_geodesic(const struct srnf_sht *sht, const double *from, c
                                struct srnf_error *error);
 void srnf_geodesic_clear(struct srnf_geodesic *result);
 
-/* ---- Memory ---------------------------------------------------------------------------------------------- */
+/* ---- Memory ---------------------------------------------------------------------------------- */
 
 /* All allocation of the library goes through these two (core/memory.c): count * size bytes, zeroed,
-   aligned to 64 bytes; NULL when that overflows or is not to be had. A test replaces that file to make the
-   n-th allocation fail. */
+   aligned to 64 bytes; NULL when that overflows or is not to be had. A test replaces that file to
+   make the n-th allocation fail. */
 void *srnf_alloc(size_t count, size_t size) __attribute__((malloc));
 void srnf_free(void *pointer);
 

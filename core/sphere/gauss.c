@@ -1,14 +1,14 @@
 /*
  * gauss.c - rows of the grids: Gauss-Legendre and equiangular (Clenshaw-Curtis) nodes and weights.
  *
- * Gauss-Legendre nodes are the zeros of P_n, found by Newton's method from Tricomi's estimate, the weights
- * are 2 / ((1 - x^2) P_n'(x)^2); both in extended precision, so that they are right to the last bit or two. Symmetric
- * nodes are computed once, which makes north and south exact mirror images, as the parity of the transform
- * requires. Cost O(n^2).
+ * Gauss-Legendre nodes are the zeros of P_n, found by Newton's method from Tricomi's estimate, the
+ * weights are 2 / ((1 - x^2) P_n'(x)^2); both in extended precision, so that they are right to the
+ * last bit or two. Symmetric nodes are computed once, which makes north and south exact mirror
+ * images, as the parity of the transform requires. Cost O(n^2).
  *
- * Equiangular rows theta_i = pi i / (n - 1) carry the Clenshaw-Curtis weights, exact for degree n - 1: the
- * closed sum of J. Waldvogel, "Fast construction of the Fejer and Clenshaw-Curtis quadrature rules", BIT 2006,
- * evaluated directly in O(n^2).
+ * Equiangular rows theta_i = pi i / (n - 1) carry the Clenshaw-Curtis weights, exact for degree n -
+ * 1: the closed sum of J. Waldvogel, "Fast construction of the Fejer and Clenshaw-Curtis quadrature
+ * rules", BIT 2006, evaluated directly in O(n^2).
  */
 #include "sphere.h"
 
@@ -46,8 +46,8 @@ void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine
         if (i == mirror) {
             x = 0.0L;
         }
-        /* Newton doubles the digits; six steps are more than any n needs, and a fixed count keeps the nodes
-           independent of rounding in a stopping test. */
+        /* Newton doubles the digits; six steps are more than any n needs, and a fixed count keeps
+           the nodes independent of rounding in a stopping test. */
         for (int step = 0; step < 6 && i != mirror; step++) {
             legendre_polynomial(n, x, &p, &dp);
             x -= p / dp;

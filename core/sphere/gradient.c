@@ -1,17 +1,21 @@
 /*
- * gradient.c - gradient of harmonic series on the grid, and its adjoint: the two operations that everything
- * iterative in core/shape is made of.
+ * gradient.c - gradient of harmonic series on the grid, and its adjoint: the two operations that
+ * everything iterative in core/shape is made of.
  *
- * With z = f_theta + i f_phi / sin theta, the terms of order m of a series with coefficients a (cos), b (sin) are
+ * With z = f_theta + i f_phi / sin theta, the terms of order m of a series with coefficients a
+ * (cos), b (sin) are
  *
  *   z = sum_m Z+_m exp(i m phi) + Z-_m exp(-i m phi),
- *   Z+ = sum_l T+_lm (a_lm - i b_lm),  Z- = sum_l T-_lm (a_lm + i b_lm),  T+- = (dP/dtheta -+ m P/sin) / 2,
+ *   Z+ = sum_l T+_lm (a_lm - i b_lm),  Z- = sum_l T-_lm (a_lm + i b_lm),  T+- = (dP/dtheta -+ m
+ *   P/sin) / 2,
  *
- * the harmonics of spin one. So one complex Fourier transform serves both derivatives. T+(pi - theta) =
- * -(-1)^(l-m) T-(theta): sums over even and odd l - m on the northern rows give both hemispheres.
+ * the harmonics of spin one. So one complex Fourier transform serves both derivatives. T+(pi -
+ * theta) = -(-1)^(l-m) T-(theta): sums over even and odd l - m on the northern rows give both
+ * hemispheres.
  *
- * Layout of the folded buffer: [m][parity of l - m][column][sign][half_rows], column = 2 field + (0 cos, 1 sin).
- * Cost: 3 x 2 x n_theta (L + 1)^2 multiply-adds and 3 n_theta complex transforms of n_phi for three fields.
+ * Layout of the folded buffer: [m][parity of l - m][column][sign][half_rows], column = 2 field + (0
+ * cos, 1 sin). Cost: 3 x 2 x n_theta (L + 1)^2 multiply-adds and 3 n_theta complex transforms of
+ * n_phi for three fields.
  */
 #include "sphere.h"
 #include "simd.h"
@@ -37,7 +41,8 @@ SIMD_INLINE void scatter_bin(double *rows, size_t stride, size_t bin, const simd
     memcpy(rows + 3 * stride + 2 * bin, (const char *)&high + sizeof(pair), sizeof(pair));
 }
 
-/* From the folded buffer of all orders to the spectra of 2 BLOCK_ROWS rows: northern ones, then southern. */
+/* From the folded buffer of all orders to the spectra of 2 BLOCK_ROWS rows: northern ones, then
+   southern. */
 SRNF_HOT static void unfold_block(const struct block *block, const double *folded, double *rows)
 {
     const struct srnf_sht *sht = block->sht;
@@ -170,7 +175,8 @@ void srnf_sht_gradient(const struct srnf_sht *sht, size_t batch, const double *c
     }
 }
 
-/* The complex entries of one bin in BLOCK_ROWS consecutive rows, as a vector of real and one of imaginary parts. */
+/* The complex entries of one bin in BLOCK_ROWS consecutive rows, as a vector of real and one of
+   imaginary parts. */
 SIMD_INLINE void gather_bin(const double *rows, size_t stride, size_t bin, simd *re, simd *im)
 {
     pair a;

@@ -1,9 +1,10 @@
 /*
  * kernel.c - the Legendre stage: small products of a table with six columns, in registers.
  *
- * A tile of 8 rows by 6 columns keeps its 12 accumulators, two table loads and one broadcast in the 16 vector
- * registers of AVX2; a general matrix product spends longer on its call than these sizes take. The sum over k
- * runs upwards in both directions, so results depend on nothing but the operands.
+ * A tile of 8 rows by 6 columns keeps its 12 accumulators, two table loads and one broadcast in the
+ * 16 vector registers of AVX2; a general matrix product spends longer on its call than these sizes
+ * take. The sum over k runs upwards in both directions, so results depend on nothing but the
+ * operands.
  */
 #include "sphere.h"
 #include "simd.h"

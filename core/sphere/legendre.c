@@ -3,11 +3,13 @@
  *
  *   P_mm = sqrt((2m + 1) / (2m)) sin(theta) P_m-1,m-1,   P_00 = 1 / sqrt(4 pi)
  *   P_lm = a_lm (cos(theta) P_l-1,m - P_l-2,m / a_l-1,m),   a_lm = sqrt((4 l^2 - 1) / (l^2 - m^2))
- *   dP_lm/dtheta    = (sqrt((l+m)(l-m+1)) P_l,m-1 - sqrt((l-m)(l+m+1)) P_l,m+1) / 2,  dP_l0 = -sqrt(l(l+1)) P_l1
- *   m P_lm / sin    = sqrt((2l+1) / (2l-1)) (sqrt((l+m)(l+m-1)) P_l-1,m-1 + sqrt((l-m)(l-m-1)) P_l-1,m+1) / 2
+ *   dP_lm/dtheta    = (sqrt((l+m)(l-m+1)) P_l,m-1 - sqrt((l-m)(l+m+1)) P_l,m+1) / 2,  dP_l0 =
+ *   -sqrt(l(l+1)) P_l1 m P_lm / sin    = sqrt((2l+1) / (2l-1)) (sqrt((l+m)(l+m-1)) P_l-1,m-1 +
+ *   sqrt((l-m)(l-m-1)) P_l-1,m+1) / 2
  *
- * No Condon-Shortley sign. The recurrences in l at fixed m are stable, and neither derivative divides by the sine.
- * Source: NIST Digital Library of Mathematical Functions, 14.10, rewritten for the normalised functions.
+ * No Condon-Shortley sign. The recurrences in l at fixed m are stable, and neither derivative
+ * divides by the sine. Source: NIST Digital Library of Mathematical Functions, 14.10, rewritten for
+ * the normalised functions.
  */
 #include "sphere.h"
 

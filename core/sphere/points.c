@@ -1,11 +1,12 @@
 /*
  * points.c - harmonic series and their gradients at arbitrary points of the sphere.
  *
- * Four points go together, one to a lane; for each order m the functions P_lm run upwards in l, and for every l the
- * sums over l of P, dP/dtheta and m P / sin theta with all coefficients of that (l, m) are carried in
- * registers. The frame e_theta, e_phi turns the partial derivatives into a vector of R^3; at a pole, where that
- * frame depends on phi, the limits for phi = 0 are used, and the vector is the same for every choice. Formulae of the
- * derivatives: legendre.c. Cost: about 18 multiply-adds per point, coefficient pair and three fields.
+ * Four points go together, one to a lane; for each order m the functions P_lm run upwards in l, and
+ * for every l the sums over l of P, dP/dtheta and m P / sin theta with all coefficients of that (l,
+ * m) are carried in registers. The frame e_theta, e_phi turns the partial derivatives into a vector
+ * of R^3; at a pole, where that frame depends on phi, the limits for phi = 0 are used, and the
+ * vector is the same for every choice. Formulae of the derivatives: legendre.c. Cost: about 18
+ * multiply-adds per point, coefficient pair and three fields.
  */
 #include "sphere.h"
 #include "simd.h"
@@ -26,7 +27,8 @@ struct points_call {
     double *values, *gradients;
 };
 
-/* Constants of the recurrences per (l, m): a_lm, 1 / a_l-1,m, and the two pairs of the derivatives. */
+/* Constants of the recurrences per (l, m): a_lm, 1 / a_l-1,m, and the two pairs of the derivatives.
+   */
 enum { RECUR, BEFORE, DT_DOWN, DT_UP, DP_DOWN, DP_UP, FACTORS };
 
 static size_t triangle(size_t l, size_t m)
@@ -128,8 +130,8 @@ SIMD_INLINE void sum_order(const struct points_call *call, const struct points_w
     }
 }
 
-/* x and y are scaled before they are squared: next to a pole the squares would underflow, and cos phi and sin phi
-   would no longer be those of a unit vector. */
+/* x and y are scaled before they are squared: next to a pole the squares would underflow, and cos
+   phi and sin phi would no longer be those of a unit vector. */
 static void place_lanes(const struct points_call *call, size_t first, struct lanes *lanes)
 {
     for (size_t k = 0; k < SRNF_LANES; k++) {

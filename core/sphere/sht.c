@@ -1,8 +1,10 @@
 /*
- * sht.c - the transform object: nodes, Legendre tables, FFTW plans, workspace, and packing of coefficients.
+ * sht.c - the transform object: nodes, Legendre tables, FFTW plans, workspace, and packing of
+ * coefficients.
  *
- * Tables take (L + 1)(L + 2) / 2 rows of 3 n_theta / 2 doubles: 0.6 MB at degree 31, 19 MB at 127. Plans are made
- * with FFTW_ESTIMATE, which consults no clock: the same machine always gets the same plan and the same bits.
+ * Tables take (L + 1)(L + 2) / 2 rows of 3 n_theta / 2 doubles: 0.6 MB at degree 31, 19 MB at 127.
+ * Plans are made with FFTW_ESTIMATE, which consults no clock: the same machine always gets the same
+ * plan and the same bits.
  */
 #include "sphere.h"
 

@@ -1,10 +1,11 @@
 /*
  * simd.h - vectors of four doubles and the choice of instruction set at run time.
  *
- * The hot loops are written with the vector extension that gcc and clang share. SRNF_HOT compiles a function
- * once for the baseline and once for processors with AVX2 and FMA; the loader picks one. Sanitizers cannot
- * live with the resolver functions that this needs, so their builds have the baseline only. Both versions do the
- * same operations in the same order; they differ in the last bits because one of them fuses multiply and add.
+ * The hot loops are written with the vector extension that gcc and clang share. SRNF_HOT compiles a
+ * function once for the baseline and once for processors with AVX2 and FMA; the loader picks one.
+ * Sanitizers cannot live with the resolver functions that this needs, so their builds have the
+ * baseline only. Both versions do the same operations in the same order; they differ in the last
+ * bits because one of them fuses multiply and add.
  */
 #ifndef SRNF_SIMD_H
 #define SRNF_SIMD_H
@@ -25,8 +26,8 @@ typedef double simd __attribute__((vector_size(32)));
 
 #define SIMD_INLINE static inline __attribute__((always_inline))
 
-/* Loads and stores need no alignment. Macros, because a function that passes a vector by value has another calling
-   convention in each instruction set. */
+/* Loads and stores need no alignment. Macros, because a function that passes a vector by value has
+   another calling convention in each instruction set. */
 #define SIMD_LOAD(destination, source) memcpy(&(destination), (source), sizeof(simd))
 #define SIMD_STORE(destination, value) memcpy((destination), &(value), sizeof(simd))
 #define SIMD_SET(x) ((simd){(x), (x), (x), (x)})

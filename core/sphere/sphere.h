@@ -16,11 +16,12 @@
 #define BLOCK_ROWS ((size_t)4)
 
 /*
- * Tables are held per order m, for l = m .. L, with the northern rows (the equator last, if there is one)
- * contiguous and padded with zeros:
+ * Tables are held per order m, for l = m .. L, with the northern rows (the equator last, if there
+ * is one) contiguous and padded with zeros:
  *
- *   scalar[m][l - m][row]         P_lm(theta), real orthonormal, row < scalar_rows (a multiple of 8)
- *   spin[m][l - m][sign][row]     T+ and T-, each half_rows long: (dP_lm/dtheta -+ m P_lm / sin theta) / 2
+ *   scalar[m][l - m][row]         P_lm(theta), real orthonormal, row < scalar_rows (a multiple of
+ *   8) spin[m][l - m][sign][row]     T+ and T-, each half_rows long: (dP_lm/dtheta -+ m P_lm / sin
+ *   theta) / 2
  *
  * m P_lm / sin theta comes from a recurrence without division, so that rows at a pole are exact.
  */
@@ -48,16 +49,18 @@ void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine
 void sphere_clenshaw_curtis(size_t n, double *theta, double *cosine, double *sine, double *weight);
 
 /*
- * legendre.c: normalised associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with the
- * normalisation of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
+ * legendre.c: normalised associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with
+ * the normalisation of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
  */
 void sphere_legendre(size_t degree, double cosine, double sine, double *p);
-/* From p, at the same colatitude: dP_lm/dtheta and m P_lm / sin theta of the real harmonics (sqrt 2 included). */
+/* From p, at the same colatitude: dP_lm/dtheta and m P_lm / sin theta of the real harmonics (sqrt 2
+   included). */
 void sphere_legendre_gradient(const double *p, size_t l, size_t m, double *d_theta,
                               double *m_over_sin);
 
 /*
- * kernel.c: out[column][row] = sum_k table[k][row] x[k][column] over k = first, first + 2, ... < count.
+ * kernel.c: out[column][row] = sum_k table[k][row] x[k][column] over k = first, first + 2, ... <
+ * count.
  *   rows     multiple of 8; both tables and out are dense in rows
  *   columns  2, 4 or 6
  */
@@ -67,7 +70,8 @@ void sphere_kernel_forward(size_t rows, size_t columns, size_t first, size_t cou
 void sphere_kernel_adjoint(size_t rows, size_t columns, size_t first, size_t count,
                            const double *table, const double *in, double *x);
 
-/* pack.c: coefficients of order m of `fields` fields, (cos, sin) per field: x[l - m][2 fields], and back. */
+/* pack.c: coefficients of order m of `fields` fields, (cos, sin) per field: x[l - m][2 fields], and
+   back. */
 void sphere_pack(size_t degree, size_t m, size_t fields, const double *coefficients, double *x);
 void sphere_unpack(size_t degree, size_t m, size_t fields, const double *x, double *coefficients);
 

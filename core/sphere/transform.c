@@ -1,9 +1,10 @@
 /*
  * transform.c - scalar synthesis, its adjoint, and analysis.
  *
- * values(theta, phi) = sum_m A_m cos(m phi) + B_m sin(m phi), A_m = sum_l P_lm a_lm, B_m = sum_l P_lm b_lm. Since
- * P_lm(pi - theta) = (-1)^(l-m) P_lm(theta), sums over even and odd l - m on the northern rows give both hemispheres.
- * Layout of the folded buffer: [m][parity of l - m][column][scalar_rows], column = 2 field + (0 cos, 1 sin).
+ * values(theta, phi) = sum_m A_m cos(m phi) + B_m sin(m phi), A_m = sum_l P_lm a_lm, B_m = sum_l
+ * P_lm b_lm. Since P_lm(pi - theta) = (-1)^(l-m) P_lm(theta), sums over even and odd l - m on the
+ * northern rows give both hemispheres. Layout of the folded buffer: [m][parity of l -
+ * m][column][scalar_rows], column = 2 field + (0 cos, 1 sin).
  */
 #include "sphere.h"
 

@@ -1,0 +1,174 @@
+/*
+ * levenberg.c - Levenberg-Marquardt for E(f) = ||Q(f) - q||^2.
+ *
+ * Each step solves (J' W J + lambda D) d = -J' W (Q(f) - q), D = diag(1 + l (l + 1) / 4), by
+ * conjugate gradients preconditioned with D: J' W J is close to a multiple of l (l + 1) on a round
+ * sphere, and D keeps that scaling for any surface, since Q is homogeneous of degree one and J
+ * therefore free of scale. The inner tolerance follows sqrt(E), which makes the outer convergence
+ * superlinear where the residual vanishes. An accepted step divides lambda by 5, a refused one
+ * multiplies it by 8.
+ *
+ * A product costs one gradient transform and one adjoint; a step one transform and one adjoint
+ * more.
+ */
+#include "shape.h"
+
+#include <math.h>
+
+#define LAMBDA_DOWN 0.2
+#define LAMBDA_UP 8.0
+#define LAMBDA_MIN 1e-14 /* below rounding of J' W J */
+#define LAMBDA_MAX 1e8   /* the step is then shorter than rounding: stationary */
+#define INNER_TOLERANCE_MIN 1e-6
+#define INNER_TOLERANCE_MAX 0.1
+
+struct levenberg {
+    double *memory;
+    double *diagonal, *gradient, *step, *r, *z, *p, *product, *candidate;
+};
+
+static int allocate(struct levenberg *work, const struct shape_system *system)
+{
+    size_t n = system->count;
+
+    work->memory = srnf_alloc(8 * n, sizeof(double));
+    if (!work->memory) {
+        return SRNF_ENOMEM;
+    }
+    work->diagonal = work->memory;
+    work->gradient = work->memory + n;
+    work->step = work->memory + 2 * n;
+    work->r = work->memory + 3 * n;
+    work->z = work->memory + 4 * n;
+    work->p = work->memory + 5 * n;
+    work->product = work->memory + 6 * n;
+    work->candidate = work->memory + 7 * n;
+    shape_diagonal(system->degree, 1.0, 0.25, work->diagonal);
+    return SRNF_OK;
+}
+
+static void precondition(const struct levenberg *work, size_t n, const double *r, double *z)
+{
+    for (size_t i = 0; i < n; i++) {
+        z[i] = work->diagonal[i] > 0.0 ? r[i] / work->diagonal[i] : 0.0;
+    }
+}
+
+/* Conjugate gradients for the step, from 0, down to `tolerance` in the preconditioned norm. */
+static void solve_step(struct shape_system *system, struct levenberg *work, double lambda,
+                       double tolerance, size_t cap)
+{
+    size_t n = system->count;
+    double rz;
+    double goal;
+
+    for (size_t i = 0; i < n; i++) {
+        work->step[i] = 0.0;
+        work->r[i] = -work->gradient[i];
+    }
+    precondition(work, n, work->r, work->z);
+    shape_copy(n, work->z, work->p);
+    rz = shape_dot(n, work->r, work->z);
+    goal = tolerance * tolerance * rz;
+    for (size_t k = 0; k < cap && rz > goal; k++) {
+        double curvature;
+        double alpha;
+        double next;
+
+        shape_system_product(system, work->p, work->product);
+        for (size_t i = 0; i < n; i++) {
+            work->product[i] += lambda * work->diagonal[i] * work->p[i];
+        }
+        curvature = shape_dot(n, work->p, work->product);
+        if (!(curvature > 0.0)) {
+            return;
+        }
+        alpha = rz / curvature;
+        shape_axpy(n, alpha, work->p, work->step);
+        shape_axpy(n, -alpha, work->product, work->r);
+        precondition(work, n, work->r, work->z);
+        next = shape_dot(n, work->r, work->z);
+        for (size_t i = 0; i < n; i++) {
+            work->p[i] = work->z[i] + next / rz * work->p[i];
+        }
+        rz = next;
+    }
+}
+
+static double inner_tolerance(const struct shape_run *run, const struct shape_lm_options *options)
+{
+    double tolerance = sqrt(shape_run_relative(run));
+
+    if (options->inner_tolerance > 0.0) {
+        return options->inner_tolerance;
+    }
+    tolerance = tolerance < INNER_TOLERANCE_MAX ? tolerance : INNER_TOLERANCE_MAX;
+    return tolerance > INNER_TOLERANCE_MIN ? tolerance : INNER_TOLERANCE_MIN;
+}
+
+/* One step, solved anew with a larger lambda until it is accepted. Sets run->stopped and returns
+   false to stop. */
+static bool advance(struct shape_run *run, struct levenberg *work,
+                    const struct shape_lm_options *options, double *lambda, size_t *steps)
+{
+    struct shape_system *system = run->system;
+    size_t n = system->count;
+
+    shape_system_gradient(system, work->gradient);
+    while (*steps < options->max_steps) {
+        double energy;
+
+        if (srnf_is_canceled(run->context)) {
+            run->stopped = SRNF_STOP_CANCELED;
+            return false;
+        }
+        solve_step(system, work, *lambda, inner_tolerance(run, options), options->inner_cap);
+        shape_copy(n, run->f, work->candidate);
+        shape_axpy(n, 1.0, work->step, work->candidate);
+        energy = shape_system_try(system, work->candidate);
+        (*steps)++;
+        run->iterations++;
+        if (energy < run->energy) {
+            bool small = run->energy - energy < options->decrease * run->energy;
+
+            shape_system_accept(system);
+            shape_copy(n, work->candidate, run->f);
+            run->energy = energy;
+            shape_run_record(run);
+            *lambda = fmax(LAMBDA_MIN, *lambda * LAMBDA_DOWN);
+            run->stopped = SRNF_STOP_STATIONARY;
+            return !small;
+        }
+        *lambda *= LAMBDA_UP;
+        if (*lambda > LAMBDA_MAX) {
+            run->stopped = SRNF_STOP_STATIONARY;
+            return false;
+        }
+    }
+    run->stopped = SRNF_STOP_MAX_ITERATIONS;
+    return false;
+}
+
+int shape_levenberg(struct shape_run *run, const struct shape_lm_options *options)
+{
+    struct levenberg work = {0};
+    double lambda = options->lambda;
+    size_t steps = 0;
+    bool more = true;
+
+    if (allocate(&work, run->system)) {
+        return SRNF_ENOMEM;
+    }
+    run->stopped = SRNF_STOP_MAX_ITERATIONS;
+    while (more && shape_run_relative(run) > run->tolerance) {
+        more = steps < options->max_steps && run->iterations < run->max_iterations &&
+               advance(run, &work, options, &lambda, &steps);
+    }
+    if (shape_run_relative(run) <= run->tolerance) {
+        run->stopped = SRNF_STOP_TOLERANCE;
+    } else if (steps >= options->max_steps || run->iterations >= run->max_iterations) {
+        run->stopped = run->stopped == SRNF_STOP_CANCELED ? run->stopped : SRNF_STOP_MAX_ITERATIONS;
+    }
+    srnf_free(work.memory);
+    return run->stopped == SRNF_STOP_CANCELED ? SRNF_ECANCELED : SRNF_OK;
+}
