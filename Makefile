@@ -86,11 +86,17 @@ $(O)/%.o: %.c
 	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
 # The transforms and what is built on them may fuse multiply and add; exact predicates in core/mesh may not.
-$(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast
+$(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast -fno-trapping-math
 
 $(CORE_LIB): $(call obj,$(CORE_SRC))
 	@rm -f $@
 	ar rcs $@ $^
+
+# Part of the numeric build id, and so of every cache key: results of another core are computed anew.
+CORE_TEXT   := $(CORE_SRC) $(sort $(wildcard core/*.h core/*/*.h server/jobs/compute*.c))
+core_digest  = $(shell (echo '$(OPT)'; cat $(CORE_TEXT)) | sha256sum | cut -c 1-16)
+$(O)/server/build.o: $(CORE_TEXT)
+$(O)/server/build.o: CPPFLAGS += -DSRNF_CORE_DIGEST='"$(core_digest)"'
 
 # The bytes of migrations and of the API description, as arrays in one C file.
 $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
