@@ -30,7 +30,10 @@ struct store_writer {
     pthread_cond_t wake;             /* a write is queued, or closing */
     struct store_write *head, *tail; /* in order of arrival */
     bool closing;
-    int wal_pages; /* of the last commit, less what a checkpoint has copied; writer thread only */
+    /* Of the writer thread alone: length of the log and how much of it has been copied, in pages;
+       whether anything was committed since the last checkpoint. */
+    int pages, pages_copied;
+    bool dirty;
 };
 
 struct store_reader {

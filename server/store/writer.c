@@ -11,8 +11,10 @@
  * whoever causes it.
  *
  * Checkpoints copy the log into the database: when no write has come for IDLE_MS, and between two
- * groups when the log has grown by PAGES_MAX under sustained load. A PASSIVE one never waits for
- * readers; what it could not copy, the next one does.
+ * groups when the log has grown by PAGES_MAX under sustained load. They are PASSIVE: they never wait
+ * for readers, and what one could not copy, the next one does. Only where readers, each beginning
+ * before the last has ended, have kept SQLite from beginning the log anew up to PAGES_FAR, one waits
+ * for them.
  *
  * Threads: the writer thread srnfd-store. Lock: writer->mutex (rank 40), never held while SQLite
  * runs.
@@ -25,7 +27,8 @@
 
 #define GROUP_MAX 64
 #define IDLE_MS 200
-#define PAGES_MAX 8192 /* 32 MiB of log with pages of 4 KiB */
+#define PAGES_MAX 8192             /* 32 MiB of log with pages of 4 KiB */
+#define PAGES_FAR (16 * PAGES_MAX) /* where waiting for readers is better than growing on */
 
 static int execute(sqlite3 *db, const char *sql)
 {
@@ -106,14 +109,14 @@ static void run_list(struct store *store, struct store_write *list)
     }
 }
 
+/* A failure loses nothing: the log keeps what it has, and the next checkpoint tries again. */
 static void checkpoint(struct store_writer *writer)
 {
+    int mode = writer->pages > PAGES_FAR ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
     int pages = 0, copied = 0;
 
-    /* A failure loses nothing: the log keeps what it has, and the next checkpoint tries again. */
-    if (sqlite3_wal_checkpoint_v2(writer->db, NULL, SQLITE_CHECKPOINT_PASSIVE, &pages, &copied) ==
-        SQLITE_OK) {
-        writer->wal_pages = pages - copied;
+    if (sqlite3_wal_checkpoint_v2(writer->db, NULL, mode, &pages, &copied) == SQLITE_OK) {
+        writer->pages_copied = copied > 0 ? copied : 0;
     }
 }
 
@@ -124,7 +127,10 @@ static int count_pages(void *user, sqlite3 *db, const char *name, int pages)
 
     (void)db;
     (void)name;
-    writer->wal_pages = pages;
+    /* Once all is copied and nobody reads the log any more, SQLite begins it anew. */
+    writer->pages_copied = pages < writer->pages ? 0 : writer->pages_copied;
+    writer->pages = pages;
+    writer->dirty = true;
     return SQLITE_OK;
 }
 
@@ -140,7 +146,7 @@ static bool wait_for_writes(struct store_writer *writer)
     until.tv_sec += until.tv_nsec / 1000000000L;
     until.tv_nsec %= 1000000000L;
     while (!writer->head && !writer->closing && !timed_out) {
-        if (writer->wal_pages > 0) {
+        if (writer->dirty) {
             timed_out = pthread_cond_timedwait(&writer->wake, &writer->mutex, &until) == ETIMEDOUT;
         } else {
             pthread_cond_wait(&writer->wake, &writer->mutex);
@@ -198,10 +204,10 @@ static void *writer_main(void *user)
             run_list(store, list);
             wake_callers(writer, list);
         }
-        if (writer->wal_pages > PAGES_MAX || (idle && !list)) {
+        if (writer->pages - writer->pages_copied > PAGES_MAX || (idle && !list)) {
             checkpoint(writer);
             /* What readers still hold back waits for the next commit rather than for a timer. */
-            writer->wal_pages = writer->wal_pages > PAGES_MAX ? writer->wal_pages : 0;
+            writer->dirty = false;
         }
     }
     return NULL;

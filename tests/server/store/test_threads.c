@@ -181,6 +181,51 @@ static void shared_blobs_come_and_go(void **state)
     assert_int_equal(churn.errors, 0);
 }
 
+/* Lists without a pause: there is hardly a moment without a reader. */
+static void *read_on(void *user)
+{
+    struct churn *churn = user;
+    const struct store_page page = {.limit = 5};
+
+    while (atomic_load(&churn->next) == 0) {
+        int seen = 0;
+
+        atomic_fetch_add(&churn->errors,
+                         store_job_list(churn->store, &page, see, &seen) != STORE_OK);
+    }
+    return NULL;
+}
+
+/* 80 MB of rows in one go, without the pause in which the log would be copied at leisure. */
+static void the_log_stays_bounded_under_load(void **state)
+{
+    struct fixture *fixture = *state;
+    struct churn churn = {.store = fixture->store};
+    unsigned char *bytes = fixture_bytes(200000, 9);
+    char path[512], id[STORE_ID_MAX];
+    pthread_t readers[2];
+    struct stat info;
+    bool created;
+
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(pthread_create(&readers[i], NULL, read_on, &churn), 0);
+    }
+    for (unsigned i = 0; i < 400; i++) {
+        memcpy(bytes, &i, sizeof i);
+        atomic_fetch_add(&churn.errors,
+                         fixture_put_mesh(fixture->store, bytes, 200000, id, &created) != STORE_OK);
+    }
+    atomic_store(&churn.next, 1);
+    for (int i = 0; i < 2; i++) {
+        pthread_join(readers[i], NULL);
+    }
+    free(bytes);
+    assert_int_equal(churn.errors, 0);
+    snprintf(path, sizeof path, "%s/srnfd.db-wal", fixture->path);
+    assert_int_equal(stat(path, &info), 0);
+    assert_true(info.st_size < 50000000);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)
 
 int main(void)
@@ -188,6 +233,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(twenty_threads_write_and_read),
         TEST(shared_blobs_come_and_go),
+        TEST(the_log_stays_bounded_under_load),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
