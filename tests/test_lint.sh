@@ -269,6 +269,9 @@ END
 if [ -e "$COPY/build/lint" ]; then
     description </dev/null
     clean openapi
+    sed -i 's/, license: .*/}/' "$COPY/api/openapi.yaml"
+    clean openapi
+    like "$OUTPUT" 'warn: .*license' 'openapi: a warning is shown and does not count'
     description <<<'      wrong: 1'
     finds openapi 'api/openapi.yaml:13: error' 'what OpenAPI does not know is found'
     rm "$COPY/api/openapi.yaml"
