@@ -11,10 +11,10 @@
  * whoever causes it.
  *
  * Checkpoints copy the log into the database: when no write has come for IDLE_MS, and between two
- * groups when the log has grown by PAGES_MAX under sustained load. They are PASSIVE: they never wait
- * for readers, and what one could not copy, the next one does. Only where readers, each beginning
- * before the last has ended, have kept SQLite from beginning the log anew up to PAGES_FAR, one waits
- * for them.
+ * groups when the log has grown by PAGES_MAX under sustained load. They are PASSIVE: they never
+ * wait for readers, and what one could not copy, the next one does. Only where readers, each
+ * beginning before the last has ended, have kept SQLite from beginning the log anew up to
+ * PAGES_FAR, one waits for them.
  *
  * Threads: the writer thread srnfd-store. Lock: writer->mutex (rank 40), never held while SQLite
  * runs.
