@@ -189,15 +189,19 @@ static bool refuse_load(struct exchange *exchange)
     return true;
 }
 
-/* A refused request whose body is worth reading, so that its connection ends in good order. */
+/* A refused request whose body is worth reading, so that its connection stays, or ends in good order. An answer in
+   the first call always ends it. */
 static bool worth_draining(const struct exchange *exchange)
 {
+    if (exchange->content_length == 0) {
+        return true;
+    }
     for (size_t i = 0; i < exchange->request.n_headers; i++) {
         if (strcasecmp(exchange->headers[i].name, "Expect") == 0) {
             return false;
         }
     }
-    return exchange->content_length != 0 && exchange->content_length <= (int64_t)HTTP_DRAIN_MAX;
+    return exchange->content_length <= (int64_t)HTTP_DRAIN_MAX;
 }
 
 static enum MHD_Result first_step(struct exchange *exchange, const char *version)
@@ -227,7 +231,7 @@ static enum MHD_Result first_step(struct exchange *exchange, const char *version
     if (worth_draining(exchange)) {
         return MHD_YES;
     }
-    exchange->close = exchange->close || exchange->content_length != 0;
+    exchange->close = true;
     return send_response(exchange);
 }
 
