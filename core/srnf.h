@@ -310,7 +310,7 @@ struct srnf_mesh_report {
     bool closed;          /* every edge has two faces or more */
     bool edge_manifold;   /* no edge has more than two */
     bool vertex_manifold; /* the faces around each vertex form one fan */
-    bool oriented;        /* each edge is traversed once in each direction */
+    bool oriented;        /* the two faces of an edge traverse it in opposite directions */
     size_t components;
     int64_t euler_characteristic;
     int64_t genus; /* of a closed, manifold, oriented, connected mesh; -1 otherwise */
@@ -327,10 +327,11 @@ struct srnf_mesh_report {
 /*
  * Repairs what can be repaired without loss, in place, and reports on topology and size.
  *   mesh            [in/out] vertices may be renumbered; faces keep their order
- *   merge_vertices  [in]     join vertices with bit-identical coordinates (for STL)
+ *   merge_vertices  [in]     join vertices with equal coordinates, -0 and 0 alike (for STL)
  *   report          [out]    always complete when the call succeeds; a mesh with problems is no
  *   error
- * Cost O(n log n). Errors: SRNF_ENOMEM.
+ * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite, more
+ * than 2^31 / 3 faces), SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
                                    struct srnf_mesh_report *report);
@@ -352,7 +353,8 @@ struct srnf_star {
  */
 SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star);
 
-/* The same measures at a centre that is given. */
+/* The same measures at a centre that is given. Errors: SRNF_EINVAL (not finite, or beyond 1e100),
+   SRNF_EDEGENERATE, SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
                               struct srnf_star *star);
 

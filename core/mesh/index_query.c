@@ -6,9 +6,10 @@
  * that depend on that vertex only, and a face is hit when the origin lies in its projection,
  * boundary included. That is decided by the signs of three edge functions a x b, and both faces of
  * an edge compute the same one but for its sign. Here the signs are exact: where rounding could
- * matter, the products are split into their rounded value and remainder by fma. So the projected
- * faces of a closed mesh cover the origin without a gap, and no ray slips through an edge or
- * vertex. Faces seen edge-on have no inside and are left to their neighbours.
+ * matter, the products are split into their rounded value and remainder by fma. (This relies on
+ * -ffp-contract=off, with which the core is built.) So the projected faces of a closed mesh cover
+ * the origin without a gap, and no ray slips through an edge or vertex. Faces seen edge-on have no
+ * inside and are left to their neighbours.
  *
  * Boxes are enlarged by what rounding in the shear can move a vertex, so that no box is missed
  * whose face is hit.

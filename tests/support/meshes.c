@@ -3,6 +3,8 @@
  */
 #include "support/meshes.h"
 
+#include "support/random.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,26 +18,6 @@ static void require(bool condition, const char *what)
         fprintf(stderr, "meshes: %s\n", what);
         abort();
     }
-}
-
-double meshes_random(uint64_t *state)
-{
-    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15)); /* splitmix64 */
-
-    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
-    z ^= z >> 31;
-    return (double)(z >> 11) * 0x1p-53;
-}
-
-void meshes_random_direction(uint64_t *state, double direction[3])
-{
-    double z = 2.0 * meshes_random(state) - 1.0, phi = TWO_PI * meshes_random(state);
-    double s = sqrt(1.0 - z * z);
-
-    direction[0] = s * cos(phi);
-    direction[1] = s * sin(phi);
-    direction[2] = z;
 }
 
 struct srnf_mesh meshes_blank(size_t n_vertices, size_t n_faces)
@@ -132,9 +114,11 @@ void meshes_move(struct srnf_mesh *mesh, double x, double y, double z)
 
 void meshes_turn(struct srnf_mesh *mesh, uint64_t seed)
 {
-    double axis[3], angle = TWO_PI * meshes_random(&seed), c = cos(angle), s = sin(angle);
+    struct test_random random = test_random_seed(seed);
+    double axis[3], angle = test_random_uniform(&random, 0.0, TWO_PI), c = cos(angle),
+                    s = sin(angle);
 
-    meshes_random_direction(&seed, axis);
+    test_random_direction(&random, axis);
     for (size_t i = 0; i < mesh->n_vertices; i++) {
         double *p = mesh->vertices + 3 * i, q[3];
         double along = axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2];
@@ -193,11 +177,12 @@ struct srnf_mesh meshes_bumpy(size_t frequency, uint64_t seed)
 {
     enum { BUMPS = 6 };
     struct srnf_mesh mesh = meshes_sphere(frequency);
+    struct test_random random = test_random_seed(seed);
     double direction[BUMPS][3], height[BUMPS];
 
     for (size_t b = 0; b < BUMPS; b++) {
-        meshes_random_direction(&seed, direction[b]);
-        height[b] = 0.5 * (meshes_random(&seed) - 0.3);
+        test_random_direction(&random, direction[b]);
+        height[b] = test_random_uniform(&random, -0.15, 0.35);
     }
     for (size_t i = 0; i < mesh.n_vertices; i++) {
         double *e = mesh.vertices + 3 * i, radius = 1.0;

@@ -60,9 +60,4 @@ struct srnf_mesh meshes_flat(void); /* a square, closed by its own back: no volu
 /* Reads a mesh file. False when there is no such file; ends the program when it cannot be read. */
 bool meshes_load(const char *path, struct srnf_mesh *mesh);
 
-/* Uniform in [0, 1); advances the state, which may start anywhere. */
-double meshes_random(uint64_t *state);
-/* A uniform unit vector. */
-void meshes_random_direction(uint64_t *state, double direction[3]);
-
 #endif

@@ -11,6 +11,7 @@
 #include <math.h>
 
 #include "support/meshes.h"
+#include "support/random.h"
 
 static struct srnf_index *make_index(const struct srnf_mesh *mesh)
 {
@@ -78,7 +79,7 @@ static void test_rays_against_scanning(void **state)
     struct srnf_mesh meshes[] = {meshes_bumpy(7, 1),           meshes_bent_capsule(9, 1, 4, 40, 12),
                                  meshes_torus(2, 0.7, 20, 12), meshes_two_spheres(5),
                                  meshes_box(1, 2, 3),          meshes_tetrahedron()};
-    uint64_t seed = 9;
+    struct test_random random = test_random_seed(9);
     size_t compared = 0, hits = 0;
     (void)state;
 
@@ -90,9 +91,9 @@ static void test_rays_against_scanning(void **state)
             uint32_t face = UINT32_MAX;
             bool clear, hit;
 
-            meshes_random_direction(&seed, direction);
+            test_random_direction(&random, direction);
             for (size_t k = 0; k < 3; k++) {
-                origin[k] = 4.0 * meshes_random(&seed) - 2.0;
+                origin[k] = test_random_uniform(&random, -2.0, 2.0);
                 direction[k] *= 1.0 + (double)(r % 5); /* t counts in units of the direction */
             }
             expected = scan_ray(&meshes[i], origin, direction, &clear);
@@ -116,11 +117,12 @@ static void test_rays_against_scanning(void **state)
 static void shoot_at_everything(const struct srnf_mesh *mesh, const double origin[3])
 {
     struct srnf_index *index = make_index(mesh);
-    uint64_t seed = 3;
+    struct test_random random = test_random_seed(3);
 
     for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
         const double *a = corner(mesh, c / 3, c % 3), *b = corner(mesh, c / 3, (c + 1) % 3);
-        const double shares[] = {0.0, 0.5, 0.25, meshes_random(&seed), meshes_random(&seed)};
+        const double shares[] = {0.0, 0.5, 0.25, test_random_uniform(&random, 0.0, 1.0),
+                                 test_random_uniform(&random, 0.0, 1.0)};
 
         for (size_t s = 0; s < sizeof shares / sizeof shares[0]; s++) {
             double direction[3], t = -1.0;
@@ -253,7 +255,7 @@ static void test_distance_against_scanning(void **state)
 {
     struct srnf_mesh meshes[] = {meshes_bumpy(7, 1), meshes_bent_capsule(9, 1, 4, 40, 12),
                                  meshes_two_spheres(5), meshes_tetrahedron(), meshes_fin()};
-    uint64_t seed = 21;
+    struct test_random random = test_random_seed(21);
     (void)state;
 
     for (size_t i = 0; i < sizeof meshes / sizeof meshes[0]; i++) {
@@ -264,7 +266,7 @@ static void test_distance_against_scanning(void **state)
             uint32_t face = UINT32_MAX;
 
             for (size_t k = 0; k < 3; k++) {
-                point[k] = 8.0 * meshes_random(&seed) - 4.0;
+                point[k] = test_random_uniform(&random, -4.0, 4.0);
             }
             for (size_t f = 0; f < meshes[i].n_faces; f++) {
                 expected = fmin(expected, triangle_distance2(&meshes[i], f, point));
@@ -285,7 +287,7 @@ static void test_distance_against_scanning(void **state)
 static void test_distance_to_box(void **state)
 {
     const double scales[] = {1e-9, 1.0, 1e9};
-    uint64_t seed = 2;
+    struct test_random random = test_random_seed(2);
     (void)state;
 
     for (size_t i = 0; i < 3; i++) {
@@ -299,7 +301,7 @@ static void test_distance_to_box(void **state)
             double point[3], outside = 0.0, inside = INFINITY, expected;
 
             for (size_t k = 0; k < 3; k++) {
-                double x = 4.0 * meshes_random(&seed) - 2.0, d = fabs(x) - half[k];
+                double x = test_random_uniform(&random, -2.0, 2.0), d = fabs(x) - half[k];
 
                 point[k] = scales[i] * x;
                 outside += d > 0.0 ? d * d : 0.0;

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "support/meshes.h"
+#include "support/random.h"
 
 #define PI 3.14159265358979323846
 
@@ -356,7 +357,7 @@ static void test_renumbering(void **state)
 {
     struct srnf_mesh (*makers[])(void) = {meshes_bowtie, meshes_shared_edge, meshes_fin,
                                           meshes_projective_plane, meshes_flat};
-    uint64_t seed = 77;
+    struct test_random random = test_random_seed(77);
     (void)state;
 
     for (size_t i = 0; i < 5 * 20; i++) {
@@ -365,7 +366,7 @@ static void test_renumbering(void **state)
         uint32_t name[8];
 
         for (size_t v = 0; v < mesh.n_vertices; v++) {
-            size_t other = (size_t)(meshes_random(&seed) * (double)(v + 1));
+            size_t other = test_random_below(&random, v + 1);
 
             name[v] = name[other];
             name[other] = (uint32_t)v;

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "support/meshes.h"
+#include "support/random.h"
 
 static double diagonal_of(const struct srnf_mesh *mesh)
 {
@@ -60,7 +61,7 @@ static double margin_at(const struct srnf_mesh *mesh, const double c[3])
 static void assert_optimal(const struct srnf_mesh *mesh, const struct srnf_star *star)
 {
     double diagonal = diagonal_of(mesh);
-    uint64_t seed = 1;
+    struct test_random random = test_random_seed(1);
 
     assert_true(fabs(margin_at(mesh, star->center) - star->margin) < 1e-12 * diagonal);
     assert_int_equal(star->value, star->margin > 1e-9 * diagonal);
@@ -69,7 +70,7 @@ static void assert_optimal(const struct srnf_mesh *mesh, const struct srnf_star 
         for (size_t i = 0; i < 40; i++) {
             double direction[3], other[3];
 
-            meshes_random_direction(&seed, direction);
+            test_random_direction(&random, direction);
             for (size_t k = 0; k < 3; k++) {
                 other[k] = star->center[k] + step * diagonal * direction[k];
             }
