@@ -159,7 +159,8 @@ check_lockfile() {
         $LINT/package-lock.json || echo "$LINT/package-lock.json:1: is not of $LINT/package.json"
 }
 
-OFFLINE='code (ENOTFOUND|EAI_AGAIN|ECONNREFUSED|ECONNRESET|ETIMEDOUT|ENETUNREACH|EHOSTUNREACH|ERR_SOCKET_TIMEOUT)'
+OFFLINE='code (ENOTFOUND|EAI_AGAIN|ECONNREFUSED|ECONNRESET|ETIMEDOUT|ENETUNREACH|EHOSTUNREACH'
+OFFLINE="$OFFLINE|ERR_SOCKET_TIMEOUT|SELF_SIGNED_CERT_IN_CHAIN|UNABLE_TO_[A-Z_]*)"
 
 check_openapi() {
     local modules=$BUILD/lint major
@@ -173,11 +174,12 @@ check_openapi() {
         cp $LINT/package.json $LINT/package-lock.json "$modules"
         if ! (cd "$modules" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error \
             --fetch-retries=1 --fetch-timeout=60000) >"$SCRATCH/npm" 2>&1 </dev/null; then
-            # Being offline says nothing about the description; everything else that npm has to say does.
+            # Being offline, or behind a proxy whose certificate is not known here, says nothing about the
+            # description. Whatever else npm has to say is a failure.
             if grep -qE "$OFFLINE" "$SCRATCH/npm"; then
                 echo 'SKIP its linter is not installed, and the registry cannot be reached'
             else
-                echo "$LINT/package.json: npm ci failed: $(tail -n 3 "$SCRATCH/npm")"
+                echo "$LINT/package.json: npm ci failed: $(head -n 4 "$SCRATCH/npm")"
             fi
             return
         fi
