@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# api/openapi.yaml against the daemon, both ways: its routes with their query parameters against the table that
+# `srnfd routes` prints, and the schemas of the processes against what GET /v1/processes/{id} answers. The file is
+# read line by line: its layout (two spaces a level, parameters by reference, process schemas as JSON) is part of
+# what is checked, since another layout finds no routes at all.
+. "$(dirname "$0")/../support/lib.sh"
+
+OPENAPI=api/openapi.yaml
+
+# "METHOD path a,b": the operations of the file with their query parameters, sorted.
+described_routes() {
+    awk '
+        /^components:/ { part = "components" }
+        /^paths:/ { part = "paths" }
+        part == "components" && /^  [a-z]/ { section = $1 }
+        part == "components" && section == "parameters:" && /^    [A-Za-z]+:$/ { key = substr($1, 1, length($1) - 1) }
+        part == "components" && section == "parameters:" && /^      name: / { name[key] = $2 }
+        part == "components" && section == "parameters:" && /^      in: query$/ { query[key] = 1 }
+        part == "paths" && /^  \// { path = $1; sub(/:$/, "", path) }
+        part == "paths" && /^    (get|post|put|patch|delete):$/ {
+            n++
+            op[n] = toupper(substr($1, 1, length($1) - 1)) " " path
+        }
+        part == "paths" && /#\/components\/parameters\// {
+            split($0, piece, "/")
+            sub(/\x27.*/, "", piece[4])
+            refs[n] = refs[n] " " piece[4]
+        }
+        END {
+            for (i = 1; i <= n; i++) {
+                m = split(refs[i], ref, " ")
+                list = ""
+                for (j = 1; j <= m; j++) if (ref[j] in query) list = list "\n" name[ref[j]]
+                print op[i] "\t" list "\t"
+            }
+        }' RS='\n' ORS='\0' "$OPENAPI" | while IFS= read -r -d '' line; do
+        printf '%s %s\n' "${line%%$'\t'*}" \
+            "$(printf '%s' "${line#*$'\t'}" | tr -d '\t' | sed '/^$/d' | sort | paste -sd, -)"
+    done | sort
+}
+
+served_routes() {
+    "$SRNFD" routes | while read -r method path query; do
+        [ "$query" = - ] && query=
+        printf '%s %s %s\n' "$method" "$path" "$(printf '%s' "$query" | tr ',' '\n' | sort | paste -sd, -)"
+    done | sort
+}
+
+# The JSON that stands under a name among the schemas.
+schema() { # NAME
+    awk -v head="    $1:" '$0 == head { on = 1; next } on && /^    [A-Za-z#]/ { exit } on' "$OPENAPI"
+}
+
+start_server "$SCRATCH/data" --workers 1 || exit 1
+
+described_routes >"$SCRATCH/described"
+served_routes >"$SCRATCH/served"
+compare "$(wc -l <"$SCRATCH/described")" '>=' 20 'the description has operations'
+is "$(comm -23 "$SCRATCH/described" "$SCRATCH/served")" '' 'what is described is served, with the same query parameters'
+is "$(comm -13 "$SCRATCH/described" "$SCRATCH/served")" '' 'what is served is described, with the same query parameters'
+
+get /v1/processes
+processes=$(json '.items[].id' | sort)
+is "$(sed -n 's/^    \([a-z-]*\)Inputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'inputs of the same processes are described'
+is "$(sed -n 's/^    \([a-z-]*\)Outputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'outputs of the same processes are described'
+for process in $processes; do
+    get "/v1/processes/$process"
+    for side in Inputs Outputs; do
+        is "$(schema "$process$side" | jq -S .)" \
+            "$(jq -S ".${side,,} | del(.\"\$schema\")" "$BODY")" \
+            "$process: ${side,,} are described as the table has them"
+    done
+done
+
+get /v1/openapi.yaml
+is "$STATUS" 200 'the description is served'
+check 'and is the file' cmp "$BODY" "$OPENAPI"
+get /v1/openapi.yaml -H "If-None-Match: $(header ETag)"
+is "$STATUS" 304 'and need not be sent twice'
+
+get /v1/meshes/mesh-00000000000000000000000000000000
+is "$(jq -r '[.type, .code, .status] | @csv' "$BODY")" '"urn:srnfd:problem:no-such-mesh","no-such-mesh",404' \
+    'problems have the members that the description requires'
+
+stop_server || not_ok 'the server ends well'
+done_testing

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# README's curl lines, run word for word against a live server: all ```sh blocks in order in one shell that stops at
+# the first failure. Then the server's log must show every route of the table answered well at least once.
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" || exit 1
+
+awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' README.md >"$SCRATCH/blocks.sh"
+compare "$(grep -c curl "$SCRATCH/blocks.sh")" '>=' 20 'README has curl lines'
+
+# A folder of its own, so that the files which the lines write do not land in the project.
+mkdir "$SCRATCH/clone"
+ln -s "$ROOT/tests" "$SCRATCH/clone/tests"
+if (cd "$SCRATCH/clone" && URL=$URL bash -eu -o pipefail -x "$SCRATCH/blocks.sh") >"$SCRATCH/out" 2>"$SCRATCH/trace"; then
+    ok 'all of them succeed'
+else
+    not_ok 'all of them succeed' "$(tail -n 5 "$SCRATCH/trace")"
+fi
+for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy grid.npy thalamus.glb geodesic.json; do
+    check "$file was written" test -s "$SCRATCH/clone/$file"
+done
+check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply
+
+jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) \(.path)"' "$SERVER_LOG" |
+    sort -u >"$SCRATCH/asked"
+while read -r method pattern _; do
+    expression=$(sed 's/[.]/[.]/g; s/{[a-z]*}/[^\/]+/g' <<<"$pattern")
+    check "README shows $method $pattern" grep -qE "^$method $expression\$" "$SCRATCH/asked"
+done < <("$SRNFD" routes)
+
+stop_server || not_ok 'the server ends well'
+done_testing
