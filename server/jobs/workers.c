@@ -19,7 +19,7 @@
 #include <time.h>
 
 /* Before the next claim when the store has failed. */
-#define RETRY_NS 200000000L
+#define RETRY_SECONDS 1
 
 /* The slot makes the run known. A cancellation that fell between the claim and this moment is
    looked up. */
@@ -66,7 +66,7 @@ static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen)
         store_job_clear(&job);
         jobs_changed(jobs, id);
     } else if (status != STORE_NOT_FOUND) {
-        struct timespec pause = {.tv_nsec = RETRY_NS};
+        struct timespec pause = {.tv_sec = RETRY_SECONDS};
 
         jobs_log(jobs, "claim-failed", "", store_strerror(status));
         atomic_fetch_add(&jobs->tickets, 1);

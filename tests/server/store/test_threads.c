@@ -196,7 +196,7 @@ static void *read_on(void *user)
     return NULL;
 }
 
-/* 80 MB of rows in one go, without the pause in which the log would be copied at leisure. */
+/* 60 MB of rows in one go, without the pause in which the log would be copied at leisure. */
 static void the_log_stays_bounded_under_load(void **state)
 {
     struct fixture *fixture = *state;
@@ -210,7 +210,7 @@ static void the_log_stays_bounded_under_load(void **state)
     for (int i = 0; i < 2; i++) {
         assert_int_equal(pthread_create(&readers[i], NULL, read_on, &churn), 0);
     }
-    for (unsigned i = 0; i < 400; i++) {
+    for (unsigned i = 0; i < 300; i++) {
         memcpy(bytes, &i, sizeof i);
         atomic_fetch_add(&churn.errors,
                          fixture_put_mesh(fixture->store, bytes, 200000, id, &created) != STORE_OK);
