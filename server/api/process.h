@@ -1,13 +1,13 @@
 /*
- * process.h - what the files of the processes share: reading inputs into canonical form, and writing
- * results.
+ * process.h - what the files of the processes share: reading inputs into canonical form, and
+ * writing results.
  *
- * A process says its inputs twice, as a JSON Schema for people and clients and as calls of the readers
- * below; limits are macros that both use, and a test holds them together.
+ * A process says its inputs twice, as a JSON Schema for people and clients and as calls of the
+ * readers below; limits are macros that both use, and a test holds them together.
  *
  * Canonical inputs are an object that holds every option after defaulting, in one spelling for each
- * meaning (whole numbers as integers, real ones as reals), and the ids of what they refer to. Dumped
- * with sorted keys they are the text whose digest finds cached results.
+ * meaning (whole numbers as integers, real ones as reals), and the ids of what they refer to.
+ * Dumped with sorted keys they are the text whose digest finds cached results.
  */
 #ifndef SRNFD_API_PROCESS_H
 #define SRNFD_API_PROCESS_H
@@ -46,7 +46,7 @@ struct process_inputs {
     bool answered;     /* a problem of its own status (404, 422) is already the response */
 };
 
-/* ---- Reading (process_inputs.c). A problem leaves the member out of the canonical inputs. ------------ */
+/* ---- Reading (process_inputs.c). A problem leaves the member out of the canonical inputs. ---- */
 
 /* names ends with NULL; members of other names are problems. False when given is no object. */
 bool inputs_open(struct process_inputs *inputs, struct api_call *call, const json_t *given,
@@ -70,14 +70,14 @@ const char *inputs_choice(struct process_inputs *inputs, const char *name,
 /* The id of a mesh that exists and can be analysed; otherwise answers 404, or 422 with the code of
    the mesh's first problem. */
 bool inputs_mesh(struct process_inputs *inputs, const char *name);
-/* The id of a surface, or of a mesh that can be encoded; degree gets that of the surface. pointer is
-   where the id stands. Returns the id to be put into the canonical inputs, or NULL. */
+/* The id of a surface, or of a mesh that can be encoded; degree gets that of the surface. pointer
+   is where the id stands. Returns the id to be put into the canonical inputs, or NULL. */
 const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value,
                               const char *pointer, long *degree);
 /* The same for a required member, which is set. */
 bool inputs_surface(struct process_inputs *inputs, const char *name, long *degree);
 
-/* ---- Numbers (json_numbers.c) -------------------------------------------------------------------------- */
+/* ---- Numbers (json_numbers.c) ---------------------------------------------------------------- */
 
 /* The number as a JSON real; null deliberately where it is not finite, which JSON cannot say. */
 json_t *json_finite(double value);
@@ -91,7 +91,7 @@ bool json_read_numbers(const json_t *array, size_t n_dimensions, const size_t *s
 void field_split(size_t count, const double *interleaved, double *blocks);
 void field_interleave(size_t count, const double *blocks, double *interleaved);
 
-/* ---- Results (process_results.c) ----------------------------------------------------------------------- */
+/* ---- Results (process_results.c) ------------------------------------------------------------- */
 
 /* Adds inputs and numericBuild to the document, which is taken over, and makes it the result of the
    run. inputs is borrowed. */
@@ -106,7 +106,7 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
 
-/* ---- The processes ------------------------------------------------------------------------------------- */
+/* ---- The processes --------------------------------------------------------------------------- */
 
 extern const char encode_inputs_schema[], encode_outputs_schema[];
 extern const char invert_inputs_schema[], invert_outputs_schema[];

@@ -495,18 +495,18 @@ static long given_integer(struct process_inputs *inputs, const json_t *srnf, jso
                           const char *name, long lowest, long highest)
 {
     const json_t *value = json_object_get(srnf, name);
-    long number = (long)json_number_value(value);
+    double number = json_number_value(value);
     char pointer[64];
 
     (void)snprintf(pointer, sizeof pointer, "/inputs/srnf/%s", name);
-    if (!json_is_number(value) || json_number_value(value) != (double)number || number < lowest ||
-        number > highest) {
+    if (!json_is_number(value) || !(number >= (double)lowest && number <= (double)highest) ||
+        number != (double)(long)number) {
         problem_add(inputs->list, pointer, "must be a whole number from %ld to %ld", lowest,
                     highest);
         return 0;
     }
-    (void)json_object_set_new(canonical, name, json_integer(number));
-    return number;
+    (void)json_object_set_new(canonical, name, json_integer((json_int_t)number));
+    return (long)number;
 }
 
 /* srnf {lmax, nTheta, nPhi, q}: q is checked number by number and kept flat. Returns its lmax. */

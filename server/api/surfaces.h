@@ -1,6 +1,6 @@
 /*
- * surfaces.h - surfaces in the api layer: what a record says, and how a surface that was made comes into
- * the store.
+ * surfaces.h - surfaces in the api layer: what a record says, and how a surface that was made comes
+ * into the store.
  */
 #ifndef SRNFD_API_SURFACES_H
 #define SRNFD_API_SURFACES_H
@@ -16,7 +16,8 @@
 #define SURFACE_RESOLUTION_MAX 100
 #define SURFACE_MESH_WORK_MAX 3e8
 
-/* A surface to be kept. source, fit, star and origin may be NULL; the JSON values are taken over. */
+/* A surface to be kept. source, fit, star and origin may be NULL; the JSON values are taken over.
+   */
 struct surface_description {
     const char *name;
     size_t degree;
@@ -29,8 +30,8 @@ struct surface_description {
 };
 
 /*
- * Stores the surface unless the same one is there, and gives the full record of what the store holds:
- * the first description of a surface stays.
+ * Stores the surface unless the same one is there, and gives the full record of what the store
+ * holds: the first description of a surface stays.
  *   record  [out] new reference; NULL on failure
  *   created [out] optional
  * Returns an enum store_status.

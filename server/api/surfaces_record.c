@@ -88,7 +88,7 @@ static char *record_text(struct surface_description *d)
 int surface_save(struct store *store, struct surface_description *description, json_t **record,
                  bool *created)
 {
-    struct store_surface surface = {0}, stored = {0};
+    struct store_surface surface = {0};
     size_t count = 3 * srnf_coefficient_count(description->degree);
     bool is_new = false;
     int status = STORE_NOMEM;
@@ -105,19 +105,16 @@ int surface_save(struct store *store, struct surface_description *description, j
         goto out;
     }
     memcpy(surface.coefficients, description->coefficients, count * sizeof(double));
+    surface.created_ms = store_now_ms();
     status = store_surface_put(store, &surface, &is_new);
     if (status == 0) {
-        status = store_surface_get(store, surface.id, false, &stored);
-    }
-    if (status == 0) {
-        *record = surface_record(&stored);
+        *record = surface_record(&surface);
         status = *record ? 0 : STORE_NOMEM;
     }
     if (created) {
         *created = is_new;
     }
 out:
-    store_surface_clear(&stored);
     store_surface_clear(&surface);
     return status;
 }

@@ -1,10 +1,11 @@
 /*
- * compute.h - what the computations of the processes share: how a core status becomes the problem of
- * a failed job, and how an id becomes a surface in memory.
+ * compute.h - what the computations of the processes share: how a core status becomes the problem
+ * of a failed job, and how an id becomes a surface in memory.
  *
- * The computations (compute_encode, compute_invert, compute_geodesic) are typed C: a struct of inputs
- * in, a struct of outputs out. They read from the store, call the core with the run's context and know
- * nothing of JSON; what of their outputs is kept, and how it is described, is decided by the caller.
+ * The computations (compute_encode, compute_invert, compute_geodesic) are typed C: a struct of
+ * inputs in, a struct of outputs out. They read from the store, call the core with the run's
+ * context and know nothing of JSON; what of their outputs is kept, and how it is described, is
+ * decided by the caller.
  */
 #ifndef SRNFD_COMPUTE_H
 #define SRNFD_COMPUTE_H
@@ -33,8 +34,8 @@ int compute_fail_store(struct jobs_result *result, int status, const char *id);
 const char *compute_problem_code(int status);
 
 /*
- * Loads a surface; a mesh id is encoded with the default options, which takes the time of an encode.
- * Returns 0, or a negative status with the problem set.
+ * Loads a surface; a mesh id is encoded with the default options, which takes the time of an
+ * encode. Returns 0, or a negative status with the problem set.
  */
 int compute_surface_load(struct jobs_run *run, const char *id, struct compute_surface *surface,
                          struct jobs_result *result);
@@ -47,7 +48,8 @@ void compute_change_degree(size_t from, const double *coefficients, size_t to, d
 void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
                   const double target[3]);
 
-/* Measures of several surfaces of one degree on its working grid: coefficients double[count][3][..]. */
+/* Measures of several surfaces of one degree on its working grid: coefficients
+   double[count][3][..]. */
 int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,
                     struct srnf_surface_measures *measures, struct jobs_result *result);
 

@@ -1,5 +1,6 @@
 /*
- * compute_geodesic.h - the process geodesic: the path between two surfaces as they are parameterised.
+ * compute_geodesic.h - the process geodesic: the path between two surfaces as they are
+ * parameterised.
  */
 #ifndef SRNFD_COMPUTE_GEODESIC_H
 #define SRNFD_COMPUTE_GEODESIC_H
