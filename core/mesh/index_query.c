@@ -5,11 +5,12 @@
  * Ray/Triangle Intersection", JCGT 2(1), 2013): each vertex gets coordinates (x, y) across the ray
  * that depend on that vertex only, and a face is hit when the origin lies in its projection,
  * boundary included. That is decided by the signs of three edge functions a x b, and both faces of
- * an edge compute the same one but for its sign. Here the signs are exact: where rounding could
- * matter, the products are split into their rounded value and remainder by fma. (This relies on
- * -ffp-contract=off, with which the core is built.) So the projected faces of a closed mesh cover
- * the origin without a gap, and no ray slips through an edge or vertex. Faces seen edge-on have no
- * inside and are left to their neighbours.
+ * an edge compute the same one but for its sign. Rounding is monotone, so a computed sign is never
+ * wrong, but it may vanish without cause, and a sliver of which all three vanish would pass for
+ * edge-on and leave a gap. Where products cancel, their remainders are therefore added by fma,
+ * which makes the signs exact. (This relies on -ffp-contract=off, with which core/mesh is built.)
+ * So the projected faces of a closed mesh cover the origin without a gap, and no ray slips through
+ * an edge or vertex. Faces seen edge-on have no inside and are left to their neighbours.
  *
  * Boxes are enlarged by what rounding in the shear can move a vertex, so that no box is missed
  * whose face is hit.
@@ -91,7 +92,7 @@ static double ray_leaves_box(const struct ray *ray, const struct index_node *nod
     return enter <= leave ? leave : -1.0;
 }
 
-/* a[0] b[1] - a[1] b[0] with the right sign. Its sign changes exactly when a and b are swapped. */
+/* a[0] b[1] - a[1] b[0] with its exact sign; swapping a and b changes the sign and nothing else. */
 static double edge_function(const double a[3], const double b[3])
 {
     double left = a[0] * b[1], right = a[1] * b[0];

@@ -183,6 +183,66 @@ static void test_watertight_slivers(void **state)
     srnf_mesh_clear(&far);
 }
 
+/* Is (0, 0) in the projection of the face along z, boundary included? Exact, for integer
+   coordinates. */
+static bool covers_origin(const struct srnf_mesh *mesh, size_t face)
+{
+    int positive = 0, negative = 0;
+
+    for (size_t k = 0; k < 3; k++) {
+        const double *a = corner(mesh, face, k), *b = corner(mesh, face, (k + 1) % 3);
+        __int128 area = (__int128)a[0] * (__int128)b[1] - (__int128)a[1] * (__int128)b[0];
+
+        positive += area > 0;
+        negative += area < 0;
+    }
+    return (positive == 0) != (negative == 0);
+}
+
+/* A sphere drawn out to a ribbon 2^53 long and a few units wide, on integer coordinates, seen along
+   z: every edge passes the ray within rounding. The index must decide as exact integer arithmetic
+   does. */
+static void test_signs_are_exact(void **state)
+{
+    struct test_random random = test_random_seed(17);
+    size_t hits = 0, rays = 400;
+    (void)state;
+
+    for (size_t r = 0; r < rays; r++) {
+        struct srnf_mesh mesh = meshes_sphere(3);
+        struct srnf_index *index;
+        const double origin[3] = {0, 0, -3000}, up[3] = {0, 0, 1};
+        double angle = test_random_uniform(&random, 0.0, 6.28), lowest = INFINITY,
+               highest = -INFINITY, t = -1;
+        double along = test_random_uniform(&random, -0x1p51, 0x1p51);
+        double across = test_random_uniform(&random, -1.0, 1.0);
+
+        meshes_turn(&mesh, r);
+        for (size_t i = 0; i < mesh.n_vertices; i++) {
+            double *v = mesh.vertices + 3 * i, x = 0x1p52 * v[0] + along, y = v[1] + across;
+
+            v[0] = rint(cos(angle) * x - sin(angle) * y);
+            v[1] = rint(sin(angle) * x + cos(angle) * y);
+            v[2] = rint(1000.0 * v[2]);
+        }
+        for (size_t f = 0; f < mesh.n_faces; f++) {
+            for (size_t k = 0; k < 3 && covers_origin(&mesh, f); k++) {
+                lowest = fmin(lowest, corner(&mesh, f, k)[2]);
+                highest = fmax(highest, corner(&mesh, f, k)[2]);
+            }
+        }
+        index = make_index(&mesh);
+        assert_int_equal(srnf_index_ray(index, origin, up, &t, NULL), lowest < INFINITY);
+        if (lowest < INFINITY) {
+            hits++;
+            assert_true(t >= 3000.0 + lowest && t <= 3000.0 + highest);
+        }
+        srnf_index_destroy(index);
+        srnf_mesh_clear(&mesh);
+    }
+    assert_true(hits > rays / 5 && hits < rays);
+}
+
 /* Through the middle of a box along its axes and diagonals: t is known, and the farthest of two
    hits counts. */
 static void test_box_rays(void **state)
@@ -382,6 +442,7 @@ int main(void)
         cmocka_unit_test(test_rays_against_scanning),
         cmocka_unit_test(test_watertight),
         cmocka_unit_test(test_watertight_slivers),
+        cmocka_unit_test(test_signs_are_exact),
         cmocka_unit_test(test_box_rays),
         cmocka_unit_test(test_distance_against_scanning),
         cmocka_unit_test(test_distance_to_box),
