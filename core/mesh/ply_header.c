@@ -261,28 +261,29 @@ static int check_room(struct mesh_reader *reader, const struct ply_header *heade
     return status;
 }
 
+/* What the elements are comes before how many there are. */
 static int check_elements(struct mesh_reader *reader, struct ply_header *header)
 {
     size_t seen[PLY_STRIPS + 1] = {0};
     size_t left = (size_t)(reader->bytes + reader->size - header->body);
     int status = SRNF_OK;
 
-    left += header->encoding == PLY_ASCII; /* The last number of a text needs no space behind it. */
     for (size_t i = 0; i < header->n_elements && status == SRNF_OK; i++) {
-        struct ply_element *element = &header->elements[i];
+        const struct ply_element *element = &header->elements[i];
 
         seen[element->role]++;
         header->n_vertices += element->role == PLY_VERTEX ? element->count : 0;
         header->n_faces += element->role == PLY_FACE ? element->count : 0;
         status = check_properties(reader, header, element);
-        if (status == SRNF_OK) {
-            status = check_room(reader, header, element, &left);
-        }
     }
     if (status == SRNF_OK && (seen[PLY_VERTEX] != 1 || seen[PLY_FACE] + seen[PLY_STRIPS] != 1)) {
-        status = srnf_fail(
-            reader->error, SRNF_EPARSE, -1,
-            "PLY header: there must be one element vertex and one element face (or tristrips)");
+        status = srnf_fail(reader->error, SRNF_EPARSE, -1,
+                           "PLY header: there must be one element vertex and one element face (or "
+                           "tristrips)");
+    }
+    left += header->encoding == PLY_ASCII; /* The last number of a text needs no space behind it. */
+    for (size_t i = 0; i < header->n_elements && status == SRNF_OK; i++) {
+        status = check_room(reader, header, &header->elements[i], &left);
     }
     return status;
 }
