@@ -330,8 +330,8 @@ struct srnf_mesh_report {
  *   merge_vertices  [in]     join vertices with equal coordinates, -0 and 0 alike (for STL)
  *   report          [out]    always complete when the call succeeds; a mesh with problems is no
  *   error
- * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite, more
- * than 2^31 / 3 faces), SRNF_ENOMEM.
+ * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite,
+ * more than 2^31 / 3 faces), SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
                                    struct srnf_mesh_report *report);
