@@ -1,11 +1,13 @@
 /*
- * bench_transform.c - the transforms of three coordinates on one core, beside libsharp on the same working grids.
+ * bench_transform.c - the transforms of three coordinates on one core, beside libsharp on the same
+ * working grids.
  *
- * Every sample is processor time; the cases of one degree are measured in turn, so that each sample of ours has one
- * of libsharp's beside it, and the median of the ratios of such pairs is what is required: the gradient twice as
- * fast as three calls of SHARP_ALM2MAP_DERIV1 at degrees 15, 31 and 63, and not slower at 127. libsharp is called
- * as its interface wants it, one field at a time and without OpenMP; both sides have their tables and geometry
- * made before. It has no adjoint of the gradient; that is measured against its gradient too.
+ * Every sample is processor time; the cases of one degree are measured in turn, so that each sample
+ * of ours has one of libsharp's beside it, and the median of the ratios of such pairs is what is
+ * required: the gradient twice as fast as three calls of SHARP_ALM2MAP_DERIV1 at degrees 15, 31 and
+ * 63, and not slower at 127. libsharp is called as its interface wants it, one field at a time and
+ * without OpenMP; both sides have their tables and geometry made before. It has no adjoint of the
+ * gradient; that is measured against its gradient too.
  *
  * Exit status: 0 if the requirement is met, 1 otherwise.
  */
@@ -180,7 +182,7 @@ static double median_ratio(const double *other, const double *own)
     return timing_median(SAMPLES, ratios);
 }
 
-/* Measures one degree, prints its rows, and returns how many times as fast as libsharp the gradient is. */
+/* Measures one degree and prints its rows. Returns how often the gradient fits into libsharp's. */
 static double bench_degree(size_t degree)
 {
     static double seconds[CASES][SAMPLES];

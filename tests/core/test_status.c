@@ -1,5 +1,6 @@
 /*
- * test_status.c - the sentences of the status codes, the filling of struct srnf_error, and the allocator.
+ * test_status.c - the sentences of the status codes, the filling of struct srnf_error, and the
+ * allocator.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,8 +12,8 @@
 
 #include "internal.h"
 
-/* Without a default the compiler refuses this function when a code is added that it does not name; so what follows
-   holds for all codes there are. */
+/* Without a default the compiler refuses this function when a code is added that it does not name;
+   so what follows holds for all codes there are. */
 static bool is_a_status(enum srnf_status status)
 {
     switch (status) {
@@ -118,7 +119,8 @@ static void memory_comes_zeroed_and_aligned(void **state)
     srnf_free(NULL);
 }
 
-/* All would wrap round to something small, or to nothing. volatile keeps the compiler from judging the sizes. */
+/* All would wrap round to something small, or to nothing. volatile keeps the compiler from judging
+   the sizes. */
 static void sizes_that_overflow_are_refused(void **state)
 {
     static const size_t half = SIZE_MAX / 2 + 1;

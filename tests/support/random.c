@@ -1,9 +1,10 @@
 /*
- * random.c - xoshiro256++ seeded by splitmix64, both by D. Blackman and S. Vigna (2018), written from their
- * published definitions; normal numbers by the polar method of Box, Muller and Marsaglia.
+ * random.c - xoshiro256++ seeded by splitmix64, both by D. Blackman and S. Vigna (2018), written
+ * from their published definitions; normal numbers by the polar method of Box, Muller and
+ * Marsaglia.
  *
- * Only the basic operations, sqrt and log are used, so that the numbers differ between machines by no more than
- * the rounding of log.
+ * Only the basic operations, sqrt and log are used, so that the numbers differ between machines by
+ * no more than the rounding of log.
  */
 #include "support/random.h"
 

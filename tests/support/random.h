@@ -1,5 +1,5 @@
 /*
- * random.h - a small seeded generator for tests: the same numbers on every machine and in every run.
+ * random.h - a small seeded generator for tests: the same numbers in every run.
  */
 #ifndef TESTS_RANDOM_H
 #define TESTS_RANDOM_H

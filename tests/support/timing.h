@@ -9,11 +9,11 @@
 /* Seconds of a clock that never goes back. */
 double timing_monotonic(void);
 
-/* Seconds that the calling thread has spent on a processor: what other processes do beside it is left out,
-   except for what they take from the shared caches. */
+/* Seconds that the calling thread has spent on a processor: what other processes do beside it is
+   left out, except for what they take from the shared caches. */
 double timing_cpu(void);
 
-/* One thing to be measured. Several calls make one sample, so that a short body outlasts the clock. */
+/* One thing to be measured. Several calls make one sample: a short body must outlast the clock. */
 struct timing_case {
     void (*body)(void *argument);
     void *argument;

@@ -1,8 +1,9 @@
 /*
- * fixture.h - what the tests of core/sphere share: transforms on many grids, buffers that betray what was
- * not written, and comparison of arrays.
+ * fixture.h - what the tests of core/sphere share: transforms on many grids, buffers that betray
+ * what was not written, and comparison of arrays.
  *
- * The workspace of a fixture starts as NaN and ends in a strip that must stay untouched; closing it checks that.
+ * The workspace of a fixture starts as NaN and ends in a strip that must stay untouched; closing it
+ * checks that.
  */
 #ifndef TESTS_SPHERE_FIXTURE_H
 #define TESTS_SPHERE_FIXTURE_H

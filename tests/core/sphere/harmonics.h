@@ -1,9 +1,9 @@
 /*
- * harmonics.h - the basis of degree 0 to 3 as polynomials in x, y, z, and its gradient: the definition that
- * core/sphere is held against.
+ * harmonics.h - the basis of degree 0 to 3 as polynomials in x, y, z, and its gradient: the
+ * definition that core/sphere is held against.
  *
- * Y_lm = sqrt(a / (b pi)) sum_k c_k x^i y^j z^k, the real orthonormal harmonics without Condon-Shortley sign.
- * The tangential gradient is the gradient in space less its part along e.
+ * Y_lm = sqrt(a / (b pi)) sum_k c_k x^i y^j z^k, the real orthonormal harmonics without
+ * Condon-Shortley sign. The tangential gradient is the gradient in space less its part along e.
  */
 #ifndef TESTS_SPHERE_HARMONICS_H
 #define TESTS_SPHERE_HARMONICS_H

@@ -1,8 +1,9 @@
 /*
- * test_allocation.c - what core/sphere does when memory runs out: each allocation in turn is refused.
+ * test_allocation.c - what core/sphere does when memory runs out: each allocation in turn is
+ * refused.
  *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the library. They
- * count what is alive and refuse the n-th request.
+ * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
+ * library. They count what is alive and refuse the n-th request.
  */
 #include "fixture.h"
 

@@ -1,6 +1,6 @@
 /*
- * test_grid.c - nodes and weights of the two grids: the area of the sphere, symmetry, the degree of exactness,
- * known nodes, and the shapes that are refused.
+ * test_grid.c - nodes and weights of the two grids: the area of the sphere, symmetry, the degree of
+ * exactness, known nodes, and the shapes that are refused.
  */
 #include "fixture.h"
 
@@ -20,7 +20,7 @@ static struct srnf_sht *open_rows(enum srnf_grid_kind kind, size_t rows, size_t 
     return sht;
 }
 
-/* sums[l] = sum over nodes of weight P_l(cos theta), l < count: 4 pi for l = 0, otherwise 0 if exact. */
+/* sums[l] = sum over nodes of weight P_l(cos theta), l < count: 4 pi, and 0 for l > 0 if exact. */
 static void legendre_sums(const struct srnf_grid *grid, size_t count, long double *sums)
 {
     for (size_t l = 0; l < count; l++) {
@@ -87,9 +87,9 @@ static void rows_are_ordered_symmetric_and_consistent(void **state)
     }
 }
 
-/* All Legendre polynomials of degree 1 to the promised one integrate to 0, and the next of even degree does
-   not, by 2e-9 (Clenshaw-Curtis, 1000 rows) or more: the degree is neither less nor more than documented. Odd
-   degrees vanish by symmetry. */
+/* All Legendre polynomials of degree 1 to the promised one integrate to 0, and the next of even
+   degree does not, by 2e-9 (Clenshaw-Curtis, 1000 rows) or more: the degree is neither less nor
+   more than documented. Odd degrees vanish by symmetry. */
 static void quadrature_is_exact_to_its_degree_and_no_further(void **state)
 {
     (void)state;
@@ -113,7 +113,8 @@ static void quadrature_is_exact_to_its_degree_and_no_further(void **state)
     }
 }
 
-/* integral of cos^k theta = 4 pi / (k + 1) for even k: monomials, which have no cancellation to hide in. */
+/* integral of cos^k theta = 4 pi / (k + 1) for even k: monomials, which have no cancellation to
+   hide in. */
 static void monomials_integrate_exactly(void **state)
 {
     (void)state;

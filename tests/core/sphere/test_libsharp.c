@@ -1,6 +1,7 @@
 /*
- * test_libsharp.c - the transforms against libsharp, an independent implementation: values, both derivatives,
- * analysis and the adjoint, with random coefficients. The mapping between the two bases is in support/libsharp.h.
+ * test_libsharp.c - the transforms against libsharp, an independent implementation: values, both
+ * derivatives, analysis and the adjoint, with random coefficients. The mapping between the two
+ * bases is in support/libsharp.h.
  */
 #include "fixture.h"
 #include "support/libsharp.h"

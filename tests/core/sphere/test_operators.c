@@ -1,107 +1,15 @@
 /*
- * test_operators.c - the five transforms as linear operators: adjoint pairs, batches, threads, workspace.
+ * test_operators.c - the five transforms as linear operators: adjoint pairs, batches,
+ * workspace. For threads see test_threads.c.
  *
- * Equality here is of bits where the library promises determinism: the result of a field depends on neither its
- * neighbours in the batch, nor the thread, nor what the workspace held before.
+ * Equality here is of bits where the library promises determinism: the result of a field depends on
+ * neither its neighbours in the batch, nor what the workspace held before.
  */
 #include "fixture.h"
-
-#include <pthread.h>
+#include "operators.h"
 
 #define BATCH_MAX ((size_t)7)
 #define ADJOINT_TOLERANCE 1e-13
-
-/* Arrays of one batch: coefficients, and one or two sets of fields. */
-struct arrays {
-    double *coefficients, *first, *second;
-};
-
-struct transform {
-    const char *name;
-    bool from_fields; /* fields to coefficients; otherwise the other way */
-    bool derivatives; /* works on both sets of fields */
-    void (*apply)(const struct fixture *f, size_t batch, const struct arrays *a, void *workspace);
-};
-
-static void synthesis(const struct fixture *f, size_t batch, const struct arrays *a,
-                      void *workspace)
-{
-    srnf_sht_synthesis(f->sht, batch, a->coefficients, a->first, workspace);
-}
-
-static void synthesis_adjoint(const struct fixture *f, size_t batch, const struct arrays *a,
-                              void *workspace)
-{
-    srnf_sht_synthesis_adjoint(f->sht, batch, a->first, a->coefficients, workspace);
-}
-
-static void analysis(const struct fixture *f, size_t batch, const struct arrays *a, void *workspace)
-{
-    srnf_sht_analysis(f->sht, batch, a->first, a->coefficients, workspace);
-}
-
-static void gradient(const struct fixture *f, size_t batch, const struct arrays *a, void *workspace)
-{
-    srnf_sht_gradient(f->sht, batch, a->coefficients, a->first, a->second, workspace);
-}
-
-static void gradient_adjoint(const struct fixture *f, size_t batch, const struct arrays *a,
-                             void *workspace)
-{
-    srnf_sht_gradient_adjoint(f->sht, batch, a->first, a->second, a->coefficients, workspace);
-}
-
-static const struct transform operators[] = {
-    {"synthesis", false, false, synthesis},
-    {"synthesis_adjoint", true, false, synthesis_adjoint},
-    {"analysis", true, false, analysis},
-    {"gradient", false, true, gradient},
-    {"gradient_adjoint", true, true, gradient_adjoint},
-};
-#define OPERATORS (sizeof operators / sizeof operators[0])
-
-static struct arrays arrays_create(const struct fixture *f, size_t batch)
-{
-    struct arrays a;
-
-    a.coefficients = fixture_doubles(batch * f->coefficients);
-    a.first = fixture_doubles(batch * f->points);
-    a.second = fixture_doubles(batch * f->points);
-    return a;
-}
-
-static void arrays_free(struct arrays *a)
-{
-    srnf_free(a->coefficients);
-    srnf_free(a->first);
-    srnf_free(a->second);
-}
-
-/* Random input, NaN for output. */
-static void arrays_fill(const struct transform *op, const struct fixture *f, size_t batch,
-                        struct test_random *random, struct arrays *a)
-{
-    for (size_t i = 0; i < batch * f->coefficients; i++) {
-        a->coefficients[i] = op->from_fields ? NAN : test_random_normal(random);
-    }
-    for (size_t i = 0; i < batch * f->points; i++) {
-        a->first[i] = op->from_fields ? test_random_normal(random) : NAN;
-        a->second[i] = op->from_fields && op->derivatives ? test_random_normal(random) : NAN;
-    }
-}
-
-/* Input copied, NaN for output. */
-static void arrays_copy_input(const struct transform *op, const struct fixture *f, size_t batch,
-                              const struct arrays *from, struct arrays *to)
-{
-    for (size_t i = 0; i < batch * f->coefficients; i++) {
-        to->coefficients[i] = op->from_fields ? NAN : from->coefficients[i];
-    }
-    for (size_t i = 0; i < batch * f->points; i++) {
-        to->first[i] = op->from_fields ? from->first[i] : NAN;
-        to->second[i] = op->from_fields ? from->second[i] : NAN;
-    }
-}
 
 static void assert_same_bits(size_t n, const double *a, const double *b)
 {
@@ -300,86 +208,8 @@ static void an_empty_batch_touches_nothing(void **state)
     fixture_close(&f);
 }
 
-/* Work of one thread: all operators, over and over, on inputs of its own seed. */
-struct worker {
-    const struct fixture *fixture;
-    void *workspace;
-    struct arrays results[OPERATORS];
-    struct arrays again;
-    size_t repetitions, deviations;
-};
-
-static void worker_open(struct worker *worker, const struct fixture *f, uint64_t seed,
-                        size_t repetitions)
-{
-    struct test_random random = test_random_seed(seed);
-
-    worker->fixture = f;
-    worker->repetitions = repetitions;
-    worker->deviations = 0;
-    worker->workspace = srnf_alloc(f->workspace_size, 1);
-    assert_non_null(worker->workspace);
-    worker->again = arrays_create(f, 3);
-    for (size_t o = 0; o < OPERATORS; o++) {
-        worker->results[o] = arrays_create(f, 3);
-        arrays_fill(&operators[o], f, 3, &random, &worker->results[o]);
-        operators[o].apply(f, 3, &worker->results[o], worker->workspace);
-    }
-}
-
-/* cmocka's assertions belong to the main thread, so deviations are counted. */
-static void *worker_run(void *argument)
-{
-    struct worker *w = argument;
-    const struct fixture *f = w->fixture;
-
-    for (size_t repetition = 0; repetition < w->repetitions; repetition++) {
-        for (size_t o = 0; o < OPERATORS; o++) {
-            const struct arrays *expected = &w->results[o];
-            size_t points = 3 * f->points * sizeof(double);
-            size_t coefficients = 3 * f->coefficients * sizeof(double);
-
-            arrays_copy_input(&operators[o], f, 3, expected, &w->again);
-            operators[o].apply(f, 3, &w->again, w->workspace);
-            w->deviations += memcmp(w->again.coefficients, expected->coefficients, coefficients) ||
-                             memcmp(w->again.first, expected->first, points) ||
-                             memcmp(w->again.second, expected->second, points);
-        }
-    }
-    return NULL;
-}
-
-static void worker_close(struct worker *worker)
-{
-    for (size_t o = 0; o < OPERATORS; o++) {
-        arrays_free(&worker->results[o]);
-    }
-    arrays_free(&worker->again);
-    srnf_free(worker->workspace);
-}
-
-static void threads_share_a_transform(void **state)
-{
-    struct worker workers[2];
-    pthread_t thread;
-    struct fixture f;
-
-    (void)state;
-    fixture_open(&f, 31, &grid_shapes[0]);
-    for (size_t i = 0; i < 2; i++) {
-        worker_open(&workers[i], &f, 21 + i, 100);
-    }
-    assert_int_equal(pthread_create(&thread, NULL, worker_run, &workers[0]), 0);
-    worker_run(&workers[1]);
-    assert_int_equal(pthread_join(thread, NULL), 0);
-    for (size_t i = 0; i < 2; i++) {
-        assert_int_equal(workers[i].deviations, 0);
-        worker_close(&workers[i]);
-    }
-    fixture_close(&f);
-}
-
-/* Two transforms of the same shape are interchangeable, to the bit: plans do not depend on measurements. */
+/* Two transforms of the same shape are interchangeable, to the bit: plans do not depend on
+   measurements. */
 static void equal_transforms_give_equal_bits(void **state)
 {
     struct test_random random = test_random_seed(14);
@@ -414,7 +244,6 @@ int main(void)
         cmocka_unit_test(analysis_is_the_weighted_adjoint),
         cmocka_unit_test(a_batch_equals_its_fields_one_by_one),
         cmocka_unit_test(an_empty_batch_touches_nothing),
-        cmocka_unit_test(threads_share_a_transform),
         cmocka_unit_test(equal_transforms_give_equal_bits),
     };
 

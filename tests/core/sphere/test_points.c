@@ -1,6 +1,6 @@
 /*
- * test_points.c - harmonic series and gradients at arbitrary points: against explicit formulae, the grid
- * transform, differences, and symmetry; regular at and around the poles.
+ * test_points.c - harmonic series and gradients at arbitrary points: against explicit formulae, the
+ * grid transform, differences, and symmetry; regular at and around the poles.
  */
 #include "fixture.h"
 #include "harmonics.h"
@@ -41,7 +41,8 @@ static void the_basis_is_the_documented_one(void **state)
     }
 }
 
-/* Values at every node of a grid against synthesis, and the gradient's components against the gradient. */
+/* Values at every node of a grid against synthesis, and the gradient's components against the
+   gradient. */
 static void check_against_grid(size_t degree, const struct grid_shape *shape,
                                struct test_random *random)
 {
@@ -125,7 +126,8 @@ static void step(const double p[3], const double t[3], double h, double out[3])
     }
 }
 
-/* Largest error of the central difference of step h in random directions at random points and at the poles. */
+/* Largest error of the central difference of step h in random directions at random points and at
+   the poles. */
 static double difference_error(size_t degree, const double *c, double h)
 {
     struct test_random random = test_random_seed(34);
@@ -160,7 +162,8 @@ static double difference_error(size_t degree, const double *c, double h)
     return largest;
 }
 
-/* Halving the step quarters the error of central differences: the gradient is the limit, not a neighbour of it. */
+/* Halving the step quarters the error of central differences: the gradient is the limit, not a
+   neighbour of it. */
 static void differences_converge_to_the_gradient_in_second_order(void **state)
 {
     static const size_t degrees[] = {4, 15, 31};
@@ -184,7 +187,8 @@ static void differences_converge_to_the_gradient_in_second_order(void **state)
     }
 }
 
-/* Around each pole, at distances from 1e-320 to 1e-6 on all sides: values and gradients are those of the pole. */
+/* Around each pole, at distances from 1e-320 to 1e-6 on all sides: values and gradients are those
+   of the pole. */
 static void series_are_regular_at_the_poles(void **state)
 {
     const size_t degree = 15;
@@ -218,7 +222,8 @@ static void series_are_regular_at_the_poles(void **state)
     srnf_free(c);
 }
 
-/* Results do not depend on company: any n, any place in the list, values or gradients alone, one field of many. */
+/* Results do not depend on company: any n, any place in the list, values or gradients alone, one
+   field of many. */
 static void points_and_fields_do_not_disturb_each_other(void **state)
 {
     enum { DEGREE = 12, POINTS = 11, BATCH = 5, COUNT = (DEGREE + 1) * (DEGREE + 1) };
@@ -263,8 +268,8 @@ static void rotation(const double axis[3], double angle, double out[3][3])
     }
 }
 
-/* A rotated series is one of the same degree with the same power in every degree: the spaces of fixed l are
-   invariant. Sampled at the rotated nodes, analysed on the grid. */
+/* A rotated series is one of the same degree with the same power in every degree: the spaces of
+   fixed l are invariant. Sampled at the rotated nodes, analysed on the grid. */
 static void rotations_keep_the_power_of_every_degree(void **state)
 {
     const size_t degree = 31;

@@ -1,9 +1,10 @@
 /*
- * test_sht.c - the harmonic transform against its definition: the basis by explicit formulae, round trips on
- * every grid, the addition theorem, sectoral harmonics of the highest degree, and the Laplacian by the gradient.
+ * test_sht.c - the harmonic transform against its definition: the basis by explicit formulae, round
+ * trips on every grid, the addition theorem, sectoral harmonics of the highest degree, and the
+ * Laplacian by the gradient.
  *
- * Tolerances: a sum over L degrees of recurrences with L steps loses a few L units in the last place; 1e-12 holds
- * that for L = 127 with a margin of ten, and is far below any error of formula.
+ * Tolerances: a sum over L degrees of recurrences with L steps loses a few L units in the last
+ * place; 1e-12 holds that for L = 127 with a margin of ten, and is far below any error of formula.
  */
 #include "fixture.h"
 #include "harmonics.h"
@@ -114,7 +115,8 @@ static void check_harmonic(const struct fixture *f, const struct harmonic *h, do
     }
 }
 
-/* Includes the poles of the equiangular grids, where d_phi is the limit along the meridian of each longitude. */
+/* Includes the poles of the equiangular grids, where d_phi is the limit along the meridian of each
+   longitude. */
 static void the_basis_is_the_documented_one(void **state)
 {
     (void)state;
@@ -155,9 +157,12 @@ static double degree_product(size_t l, const double *a, const double *b)
 
 /*
  * The adjoint of an impulse at a node is the vector of all Y_lm there; so
- * sum_m Y_lm(p) Y_lm(q) = (2l + 1) / (4 pi) P_l(<p, q>), and sum_m (dY_lm/dtheta)^2 = sum_m (dY_lm/dphi / sin)^2 =
- * l (l + 1) (2l + 1) / (8 pi), sum_m of the mixed product = 0: the basis of every degree is orthonormal and
- * complete, at each node by itself, poles included.
+ *
+ *   sum_m Y_lm(p) Y_lm(q) = (2l + 1) / (4 pi) P_l(<p, q>),
+ *   sum_m (dY_lm/dtheta)^2 = sum_m (dY_lm/dphi / sin)^2 = l (l + 1) (2l + 1) / (8 pi),
+ *
+ * and sum_m of the mixed product is 0: the basis of every degree is orthonormal and complete, at
+ * each node by itself, poles included.
  */
 static void check_addition_theorem(const struct fixture *f, struct test_random *random)
 {
@@ -222,7 +227,7 @@ static void the_addition_theorem_holds_at_every_degree(void **state)
     }
 }
 
-/* Y_L,L = N sin^L cos(L phi), N = sqrt((2L + 1)!! / (2 pi (2L)!!)), and its derivatives, in closed form. */
+/* Y_L,L = N sin^L cos(L phi), N = sqrt((2L + 1)!! / (2 pi (2L)!!)), and its derivatives. */
 static void sectoral_harmonics_have_their_closed_form(void **state)
 {
     (void)state;
@@ -274,8 +279,9 @@ static void apply_weights(const struct fixture *f, double *field)
 }
 
 /*
- * integral <grad Y_lm, grad Y_l'm'> = l (l + 1) if both are equal, 0 otherwise: adjoint, weights and gradient
- * one after the other multiply each coefficient by l (l + 1). The product has degree 2L, which all grids integrate.
+ * integral <grad Y_lm, grad Y_l'm'> = l (l + 1) if both are equal, 0 otherwise: adjoint, weights
+ * and gradient one after the other multiply each coefficient by l (l + 1). The product has degree
+ * 2L, which all grids integrate.
  */
 static void the_gradient_squared_is_the_laplacian(void **state)
 {
