@@ -1,6 +1,7 @@
 /*
  * gifti.h - one data array of a GIfTI file: its attributes, and the decoder that turns its
- * characters into numbers. gifti_data.c decodes, read_gifti.c knows the XML.
+ * characters into numbers. gifti_attributes.c reads those, gifti_data.c decodes, read_gifti.c knows
+ * the XML.
  */
 #ifndef SRNF_MESH_GIFTI_H
 #define SRNF_MESH_GIFTI_H
@@ -16,7 +17,7 @@ struct gifti_array {
     size_t number; /* in the file, for messages */
     enum scalar_type type;
     enum gifti_encoding encoding;
-    bool big_endian, column_major, external;
+    bool big_endian, column_major;
     int64_t dimensions, rows, columns;
 
     unsigned char
@@ -36,6 +37,13 @@ struct gifti_decoder {
     bool inflating, stream_ended;
     z_stream stream;
 };
+
+/* Takes an attribute into the array; those that do not matter are passed over. */
+SRNF_CHECKED int gifti_set_attribute(struct mesh_reader *reader, struct gifti_array *array,
+                                     const char *name, const char *value);
+/* Are all that are needed there? */
+SRNF_CHECKED int gifti_check_attributes(struct mesh_reader *reader,
+                                        const struct gifti_array *array);
 
 /* Starts on an array whose attributes are known: allocates raw, for at most `limit` rows, which
    are called `what` in messages. gifti_decode_close must follow in any case. */

@@ -17,40 +17,7 @@
  * sections are a table. Numbers are taken from a block, which is a cursor of its own, so that
  * offsets and connectivity are read side by side without being stored.
  */
-#include "mesh/mesh_io.h"
-
-#include <string.h>
-
-static const struct scalar_name type_names[] = {
-    {"char", SCALAR_INT8},
-    {"signed_char", SCALAR_INT8},
-    {"unsigned_char", SCALAR_UINT8},
-    {"short", SCALAR_INT16},
-    {"unsigned_short", SCALAR_UINT16},
-    {"int", SCALAR_INT32},
-    {"unsigned_int", SCALAR_UINT32},
-    {"long", SCALAR_INT64},
-    {"unsigned_long", SCALAR_UINT64},
-    {"vtkidtype", SCALAR_INT32},
-    {"vtktypeint64", SCALAR_INT64},
-    {"vtktypeuint64", SCALAR_UINT64},
-    {"float", SCALAR_FLOAT32},
-    {"double", SCALAR_FLOAT64},
-    {NULL, SCALAR_NONE},
-};
-
-struct vtk {
-    struct mesh_reader *reader;
-    struct scan scan;
-    bool binary, has_points, done;
-};
-
-/* Numbers of one type, one after the other. */
-struct block {
-    const struct vtk *vtk;
-    struct scan scan;
-    enum scalar_type type;
-};
+#include "mesh/vtk.h"
 
 /* How cells are joined into triangles. */
 enum cell_kind { CELL_POLYGON, CELL_STRIP, CELL_IGNORED };
@@ -61,145 +28,41 @@ struct cells {
     const char *name; /* of one cell, in messages */
     size_t n, size;
     bool has_offsets;
-    struct block offsets, corners;
+    struct vtk_block offsets, corners;
     int64_t last_offset;
 };
-
-static int fail_at(const struct vtk *vtk, struct token word, const char *what)
-{
-    size_t byte = (size_t)(word.text - vtk->reader->bytes);
-
-    return srnf_fail(vtk->reader->error, SRNF_EPARSE, (int64_t)byte, "byte %zu: '%s' %s", byte,
-                     token_quote(word).text, what);
-}
-
-static int next_count(struct vtk *vtk, const char *section, size_t *count)
-{
-    struct token word;
-    int64_t value;
-
-    if (!scan_word_on_line(&vtk->scan, &word) || !token_integer(word, &value) || value < 0) {
-        return srnf_fail(vtk->reader->error, SRNF_EPARSE, -1,
-                         "%s: a number behind it is missing or wrong", section);
-    }
-    *count = (size_t)value;
-    return SRNF_OK;
-}
-
-static int next_type(struct vtk *vtk, enum scalar_type *type)
-{
-    struct token word;
-
-    if (!scan_word_on_line(&vtk->scan, &word)) {
-        return fail_at(vtk, word, "stands where the type of an array should");
-    }
-    *type = token_scalar(word, type_names);
-    return *type == SCALAR_NONE ? fail_at(vtk, word, "is no type of array that can be read")
-                                : SRNF_OK;
-}
-
-/* Fewest bytes of a number. */
-static size_t least_bytes(const struct vtk *vtk, enum scalar_type type)
-{
-    return vtk->binary ? scalar_size(type) : 2;
-}
-
-/* Opens a block of `count` numbers behind the current line and passes it. The check comes first:
-   whatever is read from the block later is there, if binary. */
-static int open_block(struct vtk *vtk, const char *what, enum scalar_type type, size_t count,
-                      struct block *block)
-{
-    struct token word;
-    size_t size = least_bytes(vtk, type);
-    int status;
-
-    (void)scan_line(&vtk->scan, &word);
-    status =
-        mesh_promise(vtk->reader, what, (int64_t)count, size, scan_left(&vtk->scan) + !vtk->binary);
-    if (status != SRNF_OK) {
-        return status;
-    }
-    block->vtk = vtk;
-    block->scan = vtk->scan;
-    block->type = type;
-    if (vtk->binary) {
-        vtk->scan.at += count * size;
-        return SRNF_OK;
-    }
-    for (size_t i = 0; i < count; i++) {
-        if (!scan_word(&vtk->scan, &word)) {
-            return mesh_truncated(vtk->reader, what, i, count);
-        }
-    }
-    return SRNF_OK;
-}
-
-/* The next number of a block; the element is for the message. */
-static int block_number(struct block *block, const char *what, size_t element, double *value)
-{
-    struct mesh_reader *reader = block->vtk->reader;
-    struct token word;
-
-    if (block->vtk->binary) {
-        *value = scalar_value(block->type, block->scan.at, true);
-        block->scan.at += scalar_size(block->type);
-        return SRNF_OK;
-    }
-    if (!scan_word(&block->scan, &word) || !token_number(word, reader->locale, value)) {
-        return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)element,
-                         "%s %zu: '%s' is not a number", what, element, token_quote(word).text);
-    }
-    return SRNF_OK;
-}
-
-static int block_index(struct block *block, const char *what, size_t element, int64_t *value)
-{
-    struct mesh_reader *reader = block->vtk->reader;
-    struct token word;
-    bool is_whole;
-
-    if (block->vtk->binary) {
-        is_whole = scalar_index(block->type, block->scan.at, true, value);
-        block->scan.at += scalar_size(block->type);
-    } else {
-        is_whole = scan_word(&block->scan, &word) && token_integer(word, value);
-    }
-    return is_whole ? SRNF_OK
-                    : srnf_fail(reader->error, SRNF_EPARSE, (int64_t)element,
-                                "%s %zu: something is not a whole number", what, element);
-}
 
 /* ---- Sections ------------------------------------------------------------------------------- */
 
 static int read_points(struct vtk *vtk)
 {
-    struct block block;
+    struct vtk_block block;
     enum scalar_type type = SCALAR_NONE;
     size_t count = 0;
-    int status = next_count(vtk, "POINTS", &count);
+    int status = vtk_next_count(vtk, "POINTS", &count);
 
     if (status == SRNF_OK) {
-        status = next_type(vtk, &type);
+        status = vtk_next_type(vtk, &type);
     }
     if (status == SRNF_OK && vtk->has_points) {
         status =
             srnf_fail(vtk->reader->error, SRNF_EPARSE, -1, "POINTS: there are two such sections");
     }
     if (status == SRNF_OK) {
-        status = mesh_promise(vtk->reader, "vertices", (int64_t)count, 3 * least_bytes(vtk, type),
-                              scan_left(&vtk->scan));
+        status = mesh_promise(vtk->reader, "vertices", (int64_t)count,
+                              3 * vtk_least_bytes(vtk, type), scan_left(&vtk->scan));
     }
     if (status == SRNF_OK) {
         status = mesh_expect(vtk->reader, count, 0);
     }
     if (status == SRNF_OK) {
-        status = open_block(vtk, "coordinate", type, 3 * count, &block);
+        status = vtk_open_block(vtk, "coordinate", type, 3 * count, &block);
     }
     for (size_t i = 0; i < count && status == SRNF_OK; i++) {
         double position[3] = {0, 0, 0};
 
         for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
-            status = block_number(&block, "vertex", i, &position[k]);
+            status = vtk_block_number(&block, "vertex", i, &position[k]);
         }
         if (status == SRNF_OK) {
             status = mesh_add_vertex(vtk->reader, position);
@@ -210,7 +73,7 @@ static int read_points(struct vtk *vtk)
 }
 
 /* Reads "KEYWORD type" on a line of its own. */
-static int named_block(struct vtk *vtk, const char *keyword, size_t count, struct block *block)
+static int named_block(struct vtk *vtk, const char *keyword, size_t count, struct vtk_block *block)
 {
     enum scalar_type type = SCALAR_NONE;
     struct token word;
@@ -219,8 +82,8 @@ static int named_block(struct vtk *vtk, const char *keyword, size_t count, struc
     if (!scan_word(&vtk->scan, &word) || !token_is(word, keyword)) {
         return srnf_fail(vtk->reader->error, SRNF_EPARSE, -1, "%s is missing", keyword);
     }
-    status = next_type(vtk, &type);
-    return status == SRNF_OK ? open_block(vtk, keyword, type, count, block) : status;
+    status = vtk_next_type(vtk, &type);
+    return status == SRNF_OK ? vtk_open_block(vtk, keyword, type, count, block) : status;
 }
 
 /* Finds out the layout and opens the blocks. */
@@ -232,7 +95,7 @@ static int open_cells(struct vtk *vtk, struct cells *cells)
 
     cells->has_offsets = scan_word(&ahead, &word) && token_is(word, "OFFSETS");
     if (!cells->has_offsets) {
-        return open_block(vtk, "numbers of cells", SCALAR_INT32, cells->size, &cells->corners);
+        return vtk_open_block(vtk, "numbers of cells", SCALAR_INT32, cells->size, &cells->corners);
     }
     status = named_block(vtk, "OFFSETS", cells->n, &cells->offsets);
     if (status == SRNF_OK) {
@@ -240,7 +103,7 @@ static int open_cells(struct vtk *vtk, struct cells *cells)
     }
     if (status == SRNF_OK && cells->n > 0) {
         cells->n--;
-        status = block_index(&cells->offsets, "offset", 0, &cells->last_offset);
+        status = vtk_block_index(&cells->offsets, "offset", 0, &cells->last_offset);
         if (status == SRNF_OK && cells->last_offset != 0) {
             status = srnf_fail(vtk->reader->error, SRNF_EPARSE, 0, "offset 0: it is not 0");
         }
@@ -257,7 +120,7 @@ static int next_cell(struct cells *cells, size_t i, size_t *left, int64_t *corne
     if (cells->has_offsets) {
         int64_t offset = 0;
 
-        status = block_index(&cells->offsets, "offset", i + 1, &offset);
+        status = vtk_block_index(&cells->offsets, "offset", i + 1, &offset);
         /* Below the last one it is negative, and refused below. */
         *corners = offset < 0 ? -1 : offset - cells->last_offset;
         cells->last_offset = offset;
@@ -268,7 +131,7 @@ static int next_cell(struct cells *cells, size_t i, size_t *left, int64_t *corne
                              cells->name, i);
         }
         --*left;
-        status = block_index(&cells->corners, cells->name, i, corners);
+        status = vtk_block_index(&cells->corners, cells->name, i, corners);
     }
     if (status == SRNF_OK && (*corners < 0 || (uint64_t)*corners > *left)) {
         status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
@@ -287,7 +150,7 @@ static int read_cell(struct cells *cells, size_t i, int64_t corners)
     for (size_t k = 0; k < (size_t)corners && status == SRNF_OK; k++) {
         int64_t index = 0;
 
-        status = block_index(&cells->corners, cells->name, i, &index);
+        status = vtk_block_index(&cells->corners, cells->name, i, &index);
         if (status == SRNF_OK) {
             status = cells->kind == CELL_POLYGON ? mesh_add_corner(reader, i, k, index)
                                                  : mesh_add_strip_corner(reader, i, k, index);
@@ -300,11 +163,11 @@ static int read_cells(struct vtk *vtk, const char *section, enum cell_kind kind,
 {
     struct mesh_reader *reader = vtk->reader;
     struct cells cells = {.kind = kind, .name = name};
-    int status = next_count(vtk, section, &cells.n);
+    int status = vtk_next_count(vtk, section, &cells.n);
     size_t left;
 
     if (status == SRNF_OK) {
-        status = next_count(vtk, section, &cells.size);
+        status = vtk_next_count(vtk, section, &cells.size);
     }
     if (status == SRNF_OK) {
         status = open_cells(vtk, &cells);
@@ -366,12 +229,13 @@ static int skip_field(struct vtk *vtk)
 {
     struct token word;
     size_t arrays = 0;
-    int status = scan_word_on_line(&vtk->scan, &word) ? next_count(vtk, "FIELD", &arrays) : SRNF_OK;
+    int status =
+        scan_word_on_line(&vtk->scan, &word) ? vtk_next_count(vtk, "FIELD", &arrays) : SRNF_OK;
 
     for (size_t i = 0; i < arrays && status == SRNF_OK; i++) {
         size_t components = 0, tuples = 0, count = 0;
         enum scalar_type type = SCALAR_NONE;
-        struct block block;
+        struct vtk_block block;
 
         if (!scan_word(&vtk->scan, &word)) {
             return mesh_truncated(vtk->reader, "field array", i, arrays);
@@ -381,19 +245,19 @@ static int skip_field(struct vtk *vtk)
             i--;
             continue;
         }
-        status = next_count(vtk, "FIELD", &components);
+        status = vtk_next_count(vtk, "FIELD", &components);
         if (status == SRNF_OK) {
-            status = next_count(vtk, "FIELD", &tuples);
+            status = vtk_next_count(vtk, "FIELD", &tuples);
         }
         if (status == SRNF_OK) {
-            status = next_type(vtk, &type);
+            status = vtk_next_type(vtk, &type);
         }
         if (status == SRNF_OK && __builtin_mul_overflow(components, tuples, &count)) {
             count = SIZE_MAX;
         }
         if (status == SRNF_OK) {
             count = count > INT64_MAX ? INT64_MAX : count;
-            status = open_block(vtk, "numbers of a field", type, count, &block);
+            status = vtk_open_block(vtk, "numbers of a field", type, count, &block);
         }
     }
     return status;
@@ -427,11 +291,11 @@ static int read_section(struct vtk *vtk, struct token word)
     for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) {
         if (token_is(word, sections[i].keyword)) {
             return sections[i].needs_points && !vtk->has_points
-                       ? fail_at(vtk, word, "stands before POINTS")
+                       ? vtk_fail_at(vtk, word, "stands before POINTS")
                        : sections[i].read(vtk);
         }
     }
-    return fail_at(vtk, word, "stands where a section should begin");
+    return vtk_fail_at(vtk, word, "stands where a section should begin");
 }
 
 /* ---- The file ------------------------------------------------------------------------------- */
@@ -458,13 +322,14 @@ static int read_header(struct vtk *vtk)
     }
     vtk->binary = token_is(word, "BINARY");
     if (!vtk->binary && !token_is(word, "ASCII")) {
-        return fail_at(vtk, word, "stands where ASCII or BINARY should");
+        return vtk_fail_at(vtk, word, "stands where ASCII or BINARY should");
     }
     if (!scan_word(&vtk->scan, &word) || !token_is(word, "DATASET") ||
         !scan_word_on_line(&vtk->scan, &word)) {
-        return fail_at(vtk, word, "stands where a DATASET should");
+        return vtk_fail_at(vtk, word, "stands where a DATASET should");
     }
-    return token_is(word, "POLYDATA") ? SRNF_OK : fail_at(vtk, word, "is not the dataset POLYDATA");
+    return token_is(word, "POLYDATA") ? SRNF_OK
+                                      : vtk_fail_at(vtk, word, "is not the dataset POLYDATA");
 }
 
 int mesh_read_vtk(struct mesh_reader *reader)

@@ -20,7 +20,9 @@ passed=0
 failed=0
 
 for target in "$build"/tests/fuzz/fuzz_*; do
-    [ -f "$target" ] && [ -x "$target" ] || continue
+    if [ ! -f "$target" ] || [ ! -x "$target" ]; then
+        continue
+    fi
     name=${target##*/fuzz_}
     if [ $# -gt 0 ]; then
         case " $* " in
