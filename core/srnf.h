@@ -373,6 +373,29 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
 double srnf_index_distance2(const struct srnf_index *index, const double point[3],
                             double nearest[3], uint32_t *face);
 
+/* A bijective map of a closed mesh of genus zero to the unit sphere. */
+struct srnf_spherical_map {
+    double *points;             /* [n_vertices][3], unit vectors; owned, freed with srnf_free */
+    double symmetric_dirichlet; /* energy / 4 pi: 4 for an isometry, larger otherwise */
+    double log_area_deviation;  /* standard deviation of the log of the area ratio */
+    size_t flipped;             /* faces turned over: always 0 in what is returned */
+    size_t attempts;            /* 1: the first choice of constants did it */
+};
+
+/*
+ * Low-distortion spherical parameterisation by progressive insertion with a barrier energy (method
+ * and sources in core/mesh/spherical.h). The rotation of the map is canonical: pose and numbering
+ * of the mesh do not matter beyond rounding. The same mesh always gives the same bits.
+ *   mesh  [in] closed, manifold, oriented, connected, of genus 0 (a report of srnf_mesh_prepare
+ *   without
+ *              problems)
+ * Errors: SRNF_EGENUS, SRNF_EDEGENERATE, SRNF_ENUMERIC (no valid map found), SRNF_ENOMEM,
+ * SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_spherical_map(const struct srnf_mesh *mesh,
+                                    const struct srnf_context *context,
+                                    struct srnf_spherical_map *map, struct srnf_error *error);
+
 /* Geodesic sphere: the icosahedron with each edge cut into frequency parts, projected to the unit
    sphere. 10 frequency^2 + 2 vertices, 20 frequency^2 faces. Errors: SRNF_EINVAL (0 or above 400),
    SRNF_ENOMEM. */
@@ -423,8 +446,8 @@ struct srnf_encoded {
     size_t degree;
     double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free
     */
-    double scale;      /* multiplies the surface back to the units of the mesh */
-    double origin[3];  /* of the stored surface in the frame of the mesh: x = scale f + origin */
+    double scale;         /* multiplies the surface back to the units of the mesh */
+    double origin[3];     /* of the stored surface in the frame of the mesh: x = scale f + origin */
     enum srnf_parameterization route;
     struct srnf_star star;
     struct srnf_fit fit;
@@ -521,8 +544,8 @@ struct srnf_certificate {
     bool computed;   /* false: too large, not asked for, or q was not exact */
     double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */
     double second_eigenvalue; /* the next one; 0 where it drowned in rounding */
-    double threshold; /* what it must exceed to mean anything */
-    bool unique;      /* the surface is the only one of its degree, up to sign and translation */
+    double threshold;         /* what it must exceed to mean anything */
+    bool unique; /* the surface is the only one of its degree, up to sign and translation */
 };
 
 struct srnf_inversion {
