@@ -142,6 +142,15 @@ static double scale_of(struct jobs_run *run, const struct compute_surface *end)
     return scale > 0.0 ? scale : 1.0;
 }
 
+/* The mesh that a surface of the path is the encoding of: only the ends have one. */
+static const char *mesh_of(const struct compute_geodesic_outputs *outputs, size_t i)
+{
+    const struct compute_surface *end = &outputs->ends[i > 0];
+    bool is_end = i == 0 || i + 1 == outputs->geodesic.steps;
+
+    return is_end && strncmp(end->id, "mesh-", 5) == 0 ? end->id : NULL;
+}
+
 /* Stores the surfaces of the path; their records, or NULL with the problem set. */
 static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
                              struct jobs_result *result)
@@ -160,8 +169,8 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .coefficients = geodesic->coefficients + i * count,
             .scale = (1.0 - t) * scales[0] + t * scales[1],
             .measures = &outputs->measures[i],
-            .parameterization = "inherited",
-            .source = process_source(run, "geodesic", NULL, i ? reference : NULL),
+            .parameterization = mesh_of(outputs, i) ? "star" : "inherited",
+            .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
         int status;
 
