@@ -1,9 +1,10 @@
 /*
  * build.c - versions and the numeric build id.
  *
- * The id names the project's version, a digest of the core's sources and compiler flags, the compiler, and the
- * libraries that compute: FFTW, GLPK and OpenBLAS with the kernels that it has chosen for this processor. The
- * HTTP library or the database may change without making results stale; they are only listed.
+ * The id names the project's version, a digest of the core's sources and compiler flags, the
+ * compiler, and the libraries that compute: FFTW, GLPK and OpenBLAS with the kernels that it has
+ * chosen for this processor. The HTTP library or the database may change without making results
+ * stale; they are only listed.
  */
 #include "build.h"
 

@@ -1,6 +1,6 @@
 /*
- * build.h - what this binary was built from and runs on: versions for /v1/version and the log, and the numeric
- * build id that is part of every cache key.
+ * build.h - what this binary was built from and runs on: versions for /v1/version and the log, and
+ * the numeric build id that is part of every cache key.
  */
 #ifndef SRNFD_BUILD_H
 #define SRNFD_BUILD_H
@@ -19,8 +19,8 @@ struct build_part {
 /* Fills parts[0 .. BUILD_PARTS). */
 void build_parts(struct build_part parts[BUILD_PARTS]);
 
-/* Everything that the last bits of a result may depend on, as one line: two daemons with the same id compute
-   the same bits. */
+/* Everything that the last bits of a result may depend on, as one line: two daemons with the same
+   id compute the same bits. */
 void build_numeric_id(char id[BUILD_ID_SIZE]);
 
 #endif

@@ -1,7 +1,8 @@
 /*
- * config.c - settings from one table: each has a member name in the JSON file, an environment variable, an option,
- * and a range. An unknown member or option, a value of the wrong type and one out of range are errors: a setting
- * that is passed over in silence is worse than a daemon that does not start.
+ * config.c - settings from one table: each has a member name in the JSON file, an environment
+ * variable, an option, and a range. An unknown member or option, a value of the wrong type and one
+ * out of range are errors: a setting that is passed over in silence is worse than a daemon that
+ * does not start.
  */
 #include "config.h"
 

@@ -1,6 +1,6 @@
 /*
- * config.h - the settings of `srnfd serve`: defaults, then a JSON file, then the environment, then the command
- * line, each overriding the one before.
+ * config.h - the settings of `srnfd serve`: defaults, then a JSON file, then the environment, then
+ * the command line, each overriding the one before.
  */
 #ifndef SRNFD_CONFIG_H
 #define SRNFD_CONFIG_H
@@ -31,7 +31,8 @@ struct config_help {
 };
 size_t config_table(const struct config_help **table);
 
-/* Reads all sources; arguments are those after "serve". Returns 0, or -1 with a sentence in message. */
+/* Reads all sources; arguments are those after "serve". Returns 0, or -1 with a sentence in
+   message. */
 int config_load(struct config *config, int n_arguments, char *const *arguments, char *message,
                 size_t size);
 

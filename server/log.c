@@ -1,7 +1,7 @@
 /*
- * log.c - structured lines on stderr. No state and no lock: a line is composed on the caller's stack and written with
- * one write(2), which pipes and files opened for appending keep whole. Losing a line is better than failing a
- * request, so errors of the write are passed over.
+ * log.c - structured lines on stderr. No state and no lock: a line is composed on the caller's
+ * stack and written with one write(2), which pipes and files opened for appending keep whole.
+ * Losing a line is better than failing a request, so errors of the write are passed over.
  */
 #include "log.h"
 
@@ -29,7 +29,8 @@ static int put(struct line *line, const char *text, size_t length)
     return 1;
 }
 
-/* Appends a JSON string. Bytes outside printable ASCII are escaped one by one: paths may hold anything. */
+/* Appends a JSON string. Bytes outside printable ASCII are escaped one by one: paths may hold
+   anything. */
 static int put_string(struct line *line, const char *text)
 {
     int fits = put(line, "\"", 1);

@@ -1,12 +1,13 @@
 /*
  * main.c - the daemon's command line, and the order in which its layers start and stop.
  *
- * Up: store, jobs (which recovers the queue), api, http. Down, on SIGTERM or SIGINT: http stops listening and lets
- * requests end, jobs let their runs end or put them back, then the store closes. A second signal does not hurry
- * this; kill -9 is always safe, because everything acknowledged is on the disk.
+ * Up: store, jobs (which recovers the queue), api, http. Down, on SIGTERM or SIGINT: http stops
+ * listening and lets requests end, jobs let their runs end or put them back, then the store closes.
+ * A second signal does not hurry this; kill -9 is always safe, because everything acknowledged is
+ * on the disk.
  *
- * The jobs layer calls back on changed rows before http exists and after it is gone; the pointer to it is
- * therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
+ * The jobs layer calls back on changed rows before http exists and after it is gone; the pointer to
+ * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
  */
 #include "api/handler.h"
 #include "api/routes.h"
@@ -67,7 +68,8 @@ static void link_http(struct service *service, struct http *http)
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
-/* ---- serve --------------------------------------------------------------------------------------------- */
+/* ---- serve
+   --------------------------------------------------------------------------------------------- */
 
 static int start_jobs(struct service *service, const struct config *config)
 {
@@ -182,7 +184,8 @@ static int serve(int n_arguments, char **arguments)
     return 0;
 }
 
-/* ---- The other commands -------------------------------------------------------------------------------- */
+/* ---- The other commands
+   -------------------------------------------------------------------------------- */
 
 static int print_version(int n_arguments, char **arguments)
 {

@@ -1,7 +1,7 @@
 /*
- * accept.c - content negotiation (RFC 9110, 12.5.1): which of the media types that a resource has does the Accept
- * header like best? A type's quality is that of the most specific range that covers it: type/subtype before
- * type/star before star/star; parameters other than q are passed over.
+ * accept.c - content negotiation (RFC 9110, 12.5.1): which of the media types that a resource has
+ * does the Accept header like best? A type's quality is that of the most specific range that covers
+ * it: type/subtype before type/star before star/star; parameters other than q are passed over.
  */
 #include "api/handler.h"
 
@@ -10,7 +10,8 @@
 #include <string.h>
 #include <strings.h>
 
-/* How closely [range, range + length) covers the type: 3 exactly, 2 by type, 1 by anything, 0 not at all. */
+/* How closely [range, range + length) covers the type: 3 exactly, 2 by type, 1 by anything, 0 not
+   at all. */
 static int closeness(const char *range, size_t length, const char *type)
 {
     const char *slash = strchr(type, '/');

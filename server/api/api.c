@@ -1,11 +1,12 @@
 /*
- * api.c - a request's way through the api layer: what is refused before the body is read, and the call of the
- * route's handler afterwards.
+ * api.c - a request's way through the api layer: what is refused before the body is read, and the
+ * call of the route's handler afterwards.
  *
- * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, 406, 413 by
- * Content-Length, 415, and query parameters that the route does not know or that come twice. api_handle calls the
- * handler; api_resume goes on with an execution that waited for its job. All three may run on many threads at
- * once: what is shared (store, jobs, the keys in flight) guards itself.
+ * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, 406,
+ * 413 by Content-Length, 415, and query parameters that the route does not know or that come twice.
+ * api_handle calls the handler; api_resume goes on with an execution that waited for its job. All
+ * three may run on many threads at once: what is shared (store, jobs, the keys in flight) guards
+ * itself.
  */
 #include "api/routes.h"
 
@@ -78,7 +79,8 @@ static bool type_in(const char *value, const char *const *types)
     return false;
 }
 
-/* 415 where the body's type is not one of the route's. Without Content-Type the route's first type is meant. */
+/* 415 where the body's type is not one of the route's. Without Content-Type the route's first type
+   is meant. */
 static bool refuse_body_type(struct api_call *call, const struct api_route *route)
 {
     const char *type = api_request_header(call->request, "Content-Type");

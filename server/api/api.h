@@ -1,12 +1,13 @@
 /*
- * api.h - what the http layer needs of the api layer: give it a request, get a response. Nothing here knows
- * libmicrohttpd; nothing in http/ knows JSON, ids or routes.
+ * api.h - what the http layer needs of the api layer: give it a request, get a response. Nothing
+ * here knows libmicrohttpd; nothing in http/ knows JSON, ids or routes.
  *
- * A request goes through two calls. api_begin sees method, path, query and headers before the body arrives and may
- * refuse early (404, 405, 413, 415, ...). api_handle sees the body and fills the response; it may be called on
- * an http thread only when api_begin said that the route is quick, otherwise on a request thread, where it may
- * compute for some tens of milliseconds. A handler that must wait for a job fills response->wait instead; the
- * http layer calls api_resume when the job ended or the deadline passed.
+ * A request goes through two calls. api_begin sees method, path, query and headers before the body
+ * arrives and may refuse early (404, 405, 413, 415, ...). api_handle sees the body and fills the
+ * response; it may be called on an http thread only when api_begin said that the route is quick,
+ * otherwise on a request thread, where it may compute for some tens of milliseconds. A handler that
+ * must wait for a job fills response->wait instead; the http layer calls api_resume when the job
+ * ended or the deadline passed.
  */
 #ifndef SRNFD_API_H
 #define SRNFD_API_H
@@ -34,15 +35,15 @@ struct api_header {
 };
 
 struct api_request {
-    const char *method;  /* "GET", ... */
-    const char *path;    /* as sent, percent-decoded, no zero bytes, without the query */
-    const char *query;   /* raw query string without '?', or "" */
+    const char *method; /* "GET", ... */
+    const char *path;   /* as sent, percent-decoded, no zero bytes, without the query */
+    const char *query;  /* raw query string without '?', or "" */
     const struct api_header *headers;
     size_t n_headers;
     const unsigned char *body; /* NULL before api_handle */
     size_t body_size;
-    char id[40];         /* request id, echoed as X-Request-Id and in problems */
-    void *route;         /* set by api_begin, for api_handle */
+    char id[40]; /* request id, echoed as X-Request-Id and in problems */
+    void *route; /* set by api_begin, for api_handle */
 };
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
@@ -76,7 +77,8 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response);
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
 
-/* A problem document (RFC 9457) for what the http layer refuses on its own: 400, 408, 413, 414, 431, 503. */
+/* A problem document (RFC 9457) for what the http layer refuses on its own: 400, 408, 413, 414,
+   431, 503. */
 void api_problem(const struct api_request *request, struct api_response *response, int status,
                  const char *code, const char *detail);
 

@@ -1,14 +1,15 @@
 /*
  * executions.c - POST /v1/processes/{id}/execution, and the descriptions of the processes.
  *
- * The inputs are brought into canonical form by the process (references resolved, defaults filled in), dumped with
- * sorted keys, and submitted: equal texts are equal jobs, which is what the cache, joining and the digest live on.
- * Then the answer: with respond-async 201 and the job at once; otherwise, or with wait=N, the connection waits for
- * the job, not a thread: the handler fills response->wait and returns, and executions_resume is called when the job
- * changed or the time is over. A job that ended answers as its results do, one that did not 201 with the job.
+ * The inputs are brought into canonical form by the process (references resolved, defaults filled
+ * in), dumped with sorted keys, and submitted: equal texts are equal jobs, which is what the cache,
+ * joining and the digest live on. Then the answer: with respond-async 201 and the job at once;
+ * otherwise, or with wait=N, the connection waits for the job, not a thread: the handler fills
+ * response->wait and returns, and executions_resume is called when the job changed or the time is
+ * over. A job that ended answers as its results do, one that did not 201 with the job.
  *
- * An Idempotency-Key is "in flight" from here to the answer; the durable part (the same key names the same job for a
- * day) belongs to the engine, which compares a digest of the path and the body.
+ * An Idempotency-Key is "in flight" from here to the answer; the durable part (the same key names
+ * the same job for a day) belongs to the engine, which compares a digest of the path and the body.
  */
 #include "api/job_answers.h"
 #include "api/prefer.h"
@@ -42,7 +43,8 @@ void execution_wait_free(void *state)
     free(wait);
 }
 
-/* ---- The answer ---------------------------------------------------------------------------------------- */
+/* ---- The answer
+   ---------------------------------------------------------------------------------------- */
 
 static const struct {
     const char *job, *header; /* the member of the job document; RFC 9211 */
@@ -142,7 +144,8 @@ void executions_resume(struct api *api, const struct api_request *request,
     execution_wait_free(wait);
 }
 
-/* ---- The request --------------------------------------------------------------------------------------- */
+/* ---- The request
+   --------------------------------------------------------------------------------------- */
 
 /* The inputs member of the body (borrowed from it); NULL when a problem was answered. */
 static const json_t *body_inputs(struct api_call *call, json_t *body)
@@ -228,7 +231,8 @@ static bool enter_key(struct api_call *call, struct execution_wait *wait)
     return true;
 }
 
-/* SHA-256 of the path, a zero byte and the body: what a repeated Idempotency-Key must come with again. */
+/* SHA-256 of the path, a zero byte and the body: what a repeated Idempotency-Key must come with
+   again. */
 static bool body_digest(const struct api_request *request, char digest[65])
 {
     size_t length = strlen(request->path) + 1;
@@ -297,7 +301,8 @@ out:
     execution_wait_free(wait);
 }
 
-/* ---- GET /v1/processes ---------------------------------------------------------------------------------- */
+/* ---- GET /v1/processes
+   ---------------------------------------------------------------------------------- */
 
 static json_t *process_record(const struct api_process *process, bool whole)
 {

@@ -1,5 +1,6 @@
 /*
- * handler.h - what the files of api/ share: the route table's row, problems, JSON responses, processes.
+ * handler.h - what the files of api/ share: the route table's row, problems, JSON responses,
+ * processes.
  */
 #ifndef SRNFD_API_HANDLER_H
 #define SRNFD_API_HANDLER_H
@@ -9,7 +10,7 @@
 #include "api/api.h"
 #include "jobs/jobs.h"
 
-struct api_inflight; /* inflight.c: Idempotency-Keys whose first request is not answered yet */
+struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
     struct api_config config;
@@ -24,9 +25,10 @@ struct api_call {
     const char *parameters[4];
 };
 
-/* ---- Problems (problem.c): one table of codes with status and title ------------------------------------ */
+/* ---- Problems (problem.c): one table of codes with status and title -------------------------- */
 
-/* Fills the response with the problem of that code; detail is a sentence. Returns its HTTP status. */
+/* Fills the response with the problem of that code; detail is a sentence. Returns its HTTP status.
+   */
 int problem_respond(struct api_call *call, const char *code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* Member errors [{pointer, detail}], collected while inputs are validated. */
@@ -37,42 +39,48 @@ void problem_add(struct problem_list *list, const char *pointer, const char *for
     __attribute__((format(printf, 3, 4)));
 int problem_respond_list(struct api_call *call, const char *code, struct problem_list *list);
 /* The stored problem of a failed job as a JSON object (new reference). */
-json_t *problem_json(const char *code, const char *detail, const char *instance, const char *request_id);
+json_t *problem_json(const char *code, const char *detail, const char *instance,
+                     const char *request_id);
 bool problem_known(const char *code);
 /* HTTP status of a code, 500 for one that the table does not have. */
 int problem_status(const char *code);
-/* The code for an error of the core (enum srnf_status): "mesh-not-closed", "not-star-shaped", ... */
+/* The code for an error of the core (enum srnf_status): "mesh-not-closed", "not-star-shaped", ...
+   */
 const char *problem_code_of(int srnf_status);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
 int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
                           const char *what);
 
-/* ---- Responses (respond.c) ----------------------------------------------------------------------------- */
+/* ---- Responses (respond.c) ------------------------------------------------------------------- */
 
 /* Takes over the reference; NULL becomes a 500. */
 void respond_json(struct api_call *call, int status, json_t *document);
 /* Takes over bytes (malloc). */
-void respond_bytes(struct api_call *call, int status, const char *content_type, unsigned char *bytes,
-                   size_t size);
-/* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered: *refused). */
+void respond_bytes(struct api_call *call, int status, const char *content_type,
+                   unsigned char *bytes, size_t size);
+/* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered:
+   *refused). */
 bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused);
 /* "2026-01-31T12:00:00.123Z", or JSON null for 0. */
 json_t *json_time(int64_t ms);
-/* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems, answered. */
+/* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems,
+   answered. */
 json_t *body_json(struct api_call *call);
-/* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals; -1: none. */
+/* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;
+   -1: none. */
 int accept_best(const struct api_request *request, const char *const *media_types);
-/* Sets ETag to the tag in quotes and, where If-None-Match names it, answers 304: then true, and nothing more is
-   to be done. */
+/* Sets ETag to the tag in quotes and, where If-None-Match names it, answers 304: then true, and
+   nothing more is to be done. */
 bool respond_not_modified(struct api_call *call, const char *tag);
 
-/* ---- Lists (lists.c) ----------------------------------------------------------------------------------- */
+/* ---- Lists (lists.c) ------------------------------------------------------------------------- */
 
-/* Reads ?limit= and ?cursor= (a cursor is good only for the kind that gave it) and collects a page: pass
-   &list->page to the store's list function with list as user, call list_add from its visitor and return what it
-   returns, then list_respond with the path of the collection. */
+/* Reads ?limit= and ?cursor= (a cursor is good only for the kind that gave it) and collects a page:
+   pass &list->page to the store's list function with list as user, call list_add from its visitor
+   and return what it returns, then list_respond with the path of the collection. */
 struct list {
-    struct store_page page; /* limit is one more than asked for, to know whether there is a next page */
+    struct store_page page; /* limit is one more than asked for, to know whether there is a next
+    page */
     const char *kind;       /* "meshes", "surfaces", "jobs" */
     size_t limit;
     json_t *items;
@@ -84,13 +92,15 @@ struct list {
 bool list_open(struct api_call *call, const char *kind, struct list *list);
 /* Takes over the item. */
 bool list_add(struct list *list, json_t *item, int64_t created_ms, const char *id);
-/* Answers {"items", "next"} and Link rel="next"; status is that of the store's list function. Frees the list. */
+/* Answers {"items", "next"} and Link rel="next"; status is that of the store's list function. Frees
+   the list. */
 void list_respond(struct api_call *call, struct list *list, const char *path, int status);
 
-/* ---- Records, by id ------------------------------------------------------------------------------------ */
+/* ---- Records, by id -------------------------------------------------------------------------- */
 
 json_t *mesh_record(const struct store_mesh *mesh);
-/* The report of a mesh record; star is NULL where it was not asked for because the topology already failed. */
+/* The report of a mesh record; star is NULL where it was not asked for because the topology already
+   failed. */
 json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
                          const struct srnf_mesh_read_info *info);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
@@ -100,15 +110,17 @@ const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
 json_t *job_record(const struct store_job *job, const char *cache);
 
-/* ---- Processes (process_*.c): the table of what can be executed ------------------------------------------ */
+/* ---- Processes (process_*.c): the table of what can be executed
+   ------------------------------------------ */
 
 struct api_process {
     const char *id, *title, *description;
     /* Inputs and outputs as JSON Schema with units, defaults and limits: JSON text. */
     const char *inputs_schema, *outputs_schema;
-    /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh where a surface is
-       wanted is replaced as the contract says), fills defaults, and returns the canonical inputs (new reference,
-       keys sorted when dumped), or NULL with problems in list or an answered problem in call->response. */
+    /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh
+       where a surface is wanted is replaced as the contract says), fills defaults, and returns the
+       canonical inputs (new reference, keys sorted when dumped), or NULL with problems in list or
+       an answered problem in call->response. */
     json_t *(*canonicalise)(struct api_call *call, const json_t *inputs, struct problem_list *list);
     /* On a worker. */
     void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -116,11 +128,11 @@ struct api_process {
 extern const struct api_process api_processes[]; /* ended by id NULL */
 const struct api_process *api_process_find(const char *id);
 
-/* ---- Handlers, one per route ----------------------------------------------------------------------------- */
+/* ---- Handlers, one per route ----------------------------------------------------------------- */
 
 typedef void api_handler(struct api_call *call);
 
-api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf, surfaces_grid,
-    surfaces_mesh;
+api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf,
+    surfaces_grid, surfaces_mesh;
 
 #endif

@@ -1,9 +1,11 @@
 /*
- * inflight.c - the Idempotency-Keys of requests that are being answered at this moment. A second request with the
- * same key is refused with 409 until the first has its answer; from then on the key is looked up in the store.
+ * inflight.c - the Idempotency-Keys of requests that are being answered at this moment. A second
+ * request with the same key is refused with 409 until the first has its answer; from then on the
+ * key is looked up in the store.
  *
- * Lock: one mutex around the list, held for a walk along it; rank: innermost, nothing is called while it is held.
- * The list is as long as there are requests with keys in progress, at most one per connection.
+ * Lock: one mutex around the list, held for a walk along it; rank: innermost, nothing is called
+ * while it is held. The list is as long as there are requests with keys in progress, at most one
+ * per connection.
  */
 #include "api/respond.h"
 

@@ -8,8 +8,8 @@
 
 bool job_ended(const struct store_job *job);
 
-/* 200 with the results of a successful job; the problem of a failed one with its status; 410 for a dismissed one;
-   409 with Retry-After before the end. */
+/* 200 with the results of a successful job; the problem of a failed one with its status; 410 for a
+   dismissed one; 409 with Retry-After before the end. */
 void job_respond_results(struct api_call *call, const struct store_job *job);
 
 #endif

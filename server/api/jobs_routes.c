@@ -1,9 +1,10 @@
 /*
  * jobs_routes.c - the job resource: list, status, results, cancel, delete.
  *
- * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the process wrote
- * and are handed on unparsed. Asking for the results of a job that has not ended is 409 with Retry-After, of one
- * that failed its problem with that problem's status, of one that was dismissed 410.
+ * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
+ * process wrote and are handed on unparsed. Asking for the results of a job that has not ended is
+ * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
+ * dismissed 410.
  */
 #include "api/respond.h"
 #include "api/routes.h"
@@ -180,7 +181,8 @@ void jobs_delete(struct api_call *call)
     }
 }
 
-/* ---- GET /v1/jobs -------------------------------------------------------------------------------------- */
+/* ---- GET /v1/jobs
+   -------------------------------------------------------------------------------------- */
 
 static bool add_job(void *user, const struct store_job *job)
 {

@@ -1,10 +1,11 @@
 /*
  * lists.c - pages of a collection, newest first, and the cursors between them.
  *
- * A cursor is the text "kind:created:id:check" in hexadecimal: the last item that the client has seen, and eight
- * digits of a SHA-256 over the rest, so that a cursor of another list, a mistyped or an invented one is told from
- * ours instead of answering a page from nowhere. It is no secret and grants nothing. A page reads one row more than
- * was asked for, which says whether there is a next one.
+ * A cursor is the text "kind:created:id:check" in hexadecimal: the last item that the client has
+ * seen, and eight digits of a SHA-256 over the rest, so that a cursor of another list, a mistyped
+ * or an invented one is told from ours instead of answering a page from nowhere. It is no secret
+ * and grants nothing. A page reads one row more than was asked for, which says whether there is a
+ * next one.
  */
 #include "api/respond.h"
 

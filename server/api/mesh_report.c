@@ -1,10 +1,11 @@
 /*
- * mesh_report.c - the pre-flight report of a mesh as JSON, and the first reason why a stored mesh cannot be
- * analysed.
+ * mesh_report.c - the pre-flight report of a mesh as JSON, and the first reason why a stored mesh
+ * cannot be analysed.
  *
- * A mesh is analysable when the topology is that of a sphere, the faces agree about the outside, and one point sees
- * the whole surface (route "star"). The route for other surfaces of genus zero does not exist yet: they carry the
- * problem not-star-shaped with the fraction of area that the best centre sees from behind.
+ * A mesh is analysable when the topology is that of a sphere, the faces agree about the outside,
+ * and one point sees the whole surface (route "star"). The route for other surfaces of genus zero
+ * does not exist yet: they carry the problem not-star-shaped with the fraction of area that the
+ * best centre sees from behind.
  */
 #include "api/handler.h"
 

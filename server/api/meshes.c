@@ -1,11 +1,12 @@
 /*
- * meshes.c - the mesh resource: POST parses, repairs what can be repaired without loss, reports and keeps; GET
- * answers records, lists and the original bytes.
+ * meshes.c - the mesh resource: POST parses, repairs what can be repaired without loss, reports and
+ * keeps; GET answers records, lists and the original bytes.
  *
- * An id is a content address of format and bytes, so the same file sent twice is one resource: the second time the
- * record is found by its id before anything is parsed. A body that does not parse is refused and not kept; a mesh
- * that parses but cannot be analysed is kept, and its report says why. Runs on request threads: reading is linear in
- * the size of the body, topology n log n, and the star kernel is a linear program of four unknowns.
+ * An id is a content address of format and bytes, so the same file sent twice is one resource: the
+ * second time the record is found by its id before anything is parsed. A body that does not parse
+ * is refused and not kept; a mesh that parses but cannot be analysed is kept, and its report says
+ * why. Runs on request threads: reading is linear in the size of the body, topology n log n, and
+ * the star kernel is a linear program of four unknowns.
  */
 #include "api/respond.h"
 #include "api/routes.h"
@@ -32,7 +33,8 @@ static const struct {
     {"glb", "model/gltf-binary", ""},
 };
 
-/* Types that say nothing about the format: it is told from the bytes. curl --data-binary sends the third. */
+/* Types that say nothing about the format: it is told from the bytes. curl --data-binary sends the
+   third. */
 static const char sniffed[] =
     "application/octet-stream,text/plain,application/x-www-form-urlencoded";
 
@@ -96,9 +98,11 @@ json_t *mesh_record(const struct store_mesh *mesh)
     return document;
 }
 
-/* ---- POST /v1/meshes ----------------------------------------------------------------------------------- */
+/* ---- POST /v1/meshes
+   ----------------------------------------------------------------------------------- */
 
-/* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered. */
+/* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered.
+ */
 static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
 {
     const char *value = api_request_header(call->request, "Content-Type");
@@ -156,7 +160,8 @@ static bool choose_name(struct api_call *call, char name[NAME_MAX_BYTES])
     return true;
 }
 
-/* Bytes under another format are another mesh: the address is that of the format and the digest of the bytes. */
+/* Bytes under another format are another mesh: the address is that of the format and the digest of
+   the bytes. */
 static void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size)
 {
     char digest[65], text[128];
@@ -289,7 +294,9 @@ out:
     store_mesh_clear(&row);
 }
 
-/* ---- GET ------------------------------------------------------------------------------------------------ */
+/* ---- GET
+   ------------------------------------------------------------------------------------------------
+ */
 
 static bool find_mesh(struct api_call *call, struct store_mesh *mesh)
 {

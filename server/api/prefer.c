@@ -1,6 +1,7 @@
 /*
- * prefer.c - reads respond-async and wait=N out of Prefer headers (RFC 7240): preferences are separated by commas,
- * may carry parameters after a semicolon, and the first of two with the same name counts.
+ * prefer.c - reads respond-async and wait=N out of Prefer headers (RFC 7240): preferences are
+ * separated by commas, may carry parameters after a semicolon, and the first of two with the same
+ * name counts.
  */
 #include "api/prefer.h"
 

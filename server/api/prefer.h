@@ -12,7 +12,8 @@ struct prefer {
     double wait; /* seconds */
 };
 
-/* Reads all Prefer headers; what is unknown or does not parse is no preference, as the RFC wants. */
+/* Reads all Prefer headers; what is unknown or does not parse is no preference, as the RFC wants.
+ */
 void prefer_read(const struct api_request *request, struct prefer *prefer);
 
 #endif

@@ -1,9 +1,10 @@
 /*
- * problem.c - problem documents (RFC 9457): one table of codes with their status and title, the documents made
- * from it, and the codes that failures of the core and of the store stand for.
+ * problem.c - problem documents (RFC 9457): one table of codes with their status and title, the
+ * documents made from it, and the codes that failures of the core and of the store stand for.
  *
- * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a sentence about
- * this occurrence, its instance the path asked for (or the job that failed). Clients decide by code.
+ * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a
+ * sentence about this occurrence, its instance the path asked for (or the job that failed). Clients
+ * decide by code.
  */
 #include "api/handler.h"
 

@@ -1,9 +1,10 @@
 /*
- * respond.c - how handlers answer and read what came: JSON and bytes out, query parameters and JSON bodies in,
- * entity tags.
+ * respond.c - how handlers answer and read what came: JSON and bytes out, query parameters and JSON
+ * bodies in, entity tags.
  *
- * The texts that come in are a client's: each parser says what it refuses, and every size has a limit. JSON bodies
- * are refused when an object names a member twice or when bytes follow the document; jansson limits their depth.
+ * The texts that come in are a client's: each parser says what it refuses, and every size has a
+ * limit. JSON bodies are refused when an object names a member twice or when bytes follow the
+ * document; jansson limits their depth.
  */
 #include "api/respond.h"
 
@@ -17,7 +18,8 @@
 
 #define HEADER_VALUE_MAX 1024
 
-/* ---- Out ---------------------------------------------------------------------------------------------- */
+/* ---- Out
+   ---------------------------------------------------------------------------------------------- */
 
 void api_response_clear(struct api_response *response)
 {
@@ -133,7 +135,9 @@ bool respond_not_modified(struct api_call *call, const char *tag)
     return true;
 }
 
-/* ---- In ----------------------------------------------------------------------------------------------- */
+/* ---- In
+   -----------------------------------------------------------------------------------------------
+ */
 
 const char *api_request_header(const struct api_request *request, const char *name)
 {

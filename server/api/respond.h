@@ -1,22 +1,23 @@
 /*
- * respond.h - responses below the level of a call, and small parsers of header and query text. handler.h has
- * what handlers use.
+ * respond.h - responses below the level of a call, and small parsers of header and query text.
+ * handler.h has what handlers use.
  */
 #ifndef SRNFD_API_RESPOND_H
 #define SRNFD_API_RESPOND_H
 
 #include "api/handler.h"
 
-/* Fills status, Content-Type and body from a document that it takes over. Without a document, or when it cannot be
-   dumped, the response becomes a fixed 500. */
+/* Fills status, Content-Type and body from a document that it takes over. Without a document, or
+   when it cannot be dumped, the response becomes a fixed 500. */
 void response_json(struct api_response *response, int status, const char *content_type,
                    json_t *document);
 
-/* Decodes %XX (and '+' as a space where plus_is_space) from [text, text + length) into buffer. False where an escape
-   is broken or stands for a zero byte, or where the buffer is too small. */
+/* Decodes %XX (and '+' as a space where plus_is_space) from [text, text + length) into buffer.
+   False where an escape is broken or stands for a zero byte, or where the buffer is too small. */
 bool percent_decode(const char *text, size_t length, bool plus_is_space, char *buffer, size_t size);
 
-/* Steps through name=value pairs of a query: sets the pair at *cursor and moves on; false at the end. */
+/* Steps through name=value pairs of a query: sets the pair at *cursor and moves on; false at the
+   end. */
 struct query_pair {
     const char *name, *value;
     size_t name_length, value_length;

@@ -1,6 +1,6 @@
 /*
- * routes.c - every route of the service in one table, and the search in it. api/openapi.yaml describes the same
- * routes; tests/api/test_openapi.sh holds both against each other.
+ * routes.c - every route of the service in one table, and the search in it. api/openapi.yaml
+ * describes the same routes; tests/api/test_openapi.sh holds both against each other.
  *
  * A path is compared segment by segment; the table is short enough to be walked from its start.
  */

@@ -39,8 +39,9 @@ struct route_match {
 bool route_matches(const char *pattern, const char *path,
                    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE]);
 
-/* Finds the route for method and path. Where there is none, route is NULL and allow lists the methods that the path
-   has, as the Allow header wants them, or is empty where nothing is at the path. */
+/* Finds the route for method and path. Where there is none, route is NULL and allow lists the
+   methods that the path has, as the Allow header wants them, or is empty where nothing is at the
+   path. */
 void route_find(const char *method, const char *path, struct route_match *match, char *allow,
                 size_t allow_size);
 

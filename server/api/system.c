@@ -1,8 +1,9 @@
 /*
- * system.c - what the service says about itself: landing page, health, readiness, versions, API description.
+ * system.c - what the service says about itself: landing page, health, readiness, versions, API
+ * description.
  *
- * /healthz says that requests are answered at all and touches nothing else; /readyz asks the store, so it fails
- * when the database does.
+ * /healthz says that requests are answered at all and touches nothing else; /readyz asks the store,
+ * so it fails when the database does.
  */
 #include "api/respond.h"
 #include "api/routes.h"

@@ -1,11 +1,12 @@
 /*
  * connections.c - the TCP connections, their deadlines, and the timer thread srnfd-timer.
  *
- * libmicrohttpd's own timeout counts inactivity, so a client that sends one byte a second lives for ever. Each
- * connection here has a time by which it must have moved on (headers complete, the next piece of the body, the
- * response taken); the timer shuts the socket of one that has not, libmicrohttpd sees its end and closes it. The
- * shutdown happens under the mutex that the notification of the closing takes, so that a descriptor is never
- * another connection's by then. The timer also wakes exchanges whose wait for a job is over.
+ * libmicrohttpd's own timeout counts inactivity, so a client that sends one byte a second lives for
+ * ever. Each connection here has a time by which it must have moved on (headers complete, the next
+ * piece of the body, the response taken); the timer shuts the socket of one that has not,
+ * libmicrohttpd sees its end and closes it. The shutdown happens under the mutex that the
+ * notification of the closing takes, so that a descriptor is never another connection's by then.
+ * The timer also wakes exchanges whose wait for a job is over.
  */
 #include "http/internal.h"
 
@@ -102,7 +103,8 @@ void connection_deadline(struct http *http, struct connection *connection, doubl
     (void)pthread_mutex_unlock(&http->mutex);
 }
 
-/* ---- The timer ----------------------------------------------------------------------------------------- */
+/* ---- The timer
+   ----------------------------------------------------------------------------------------- */
 
 /* Ends what is over; returns when to look again. The mutex is held. */
 static double look(struct http *http, double now)

@@ -1,12 +1,14 @@
 /*
- * exchange.c - one request on libmicrohttpd's thread: first look, body, handler or hand-over, response.
+ * exchange.c - one request on libmicrohttpd's thread: first look, body, handler or hand-over,
+ * response.
  *
- * libmicrohttpd calls exchange_step after the headers, then for each piece of the body, then once at its end, and
- * again when a suspended connection was resumed. What is refused early is answered in the first call where the
- * client has not sent the body yet (Expect: 100-continue), where it is large, or where its end is in doubt; a
- * moderate body is read and passed over first, because closing a socket with unread bytes resets the connection
- * and may take the answer with it. In mid-body no response can be queued: a body that grows beyond its limit is
- * passed over up to HTTP_DRAIN_MAX, and beyond that the connection is closed without an answer.
+ * libmicrohttpd calls exchange_step after the headers, then for each piece of the body, then once
+ * at its end, and again when a suspended connection was resumed. What is refused early is answered
+ * in the first call where the client has not sent the body yet (Expect: 100-continue), where it is
+ * large, or where its end is in doubt; a moderate body is read and passed over first, because
+ * closing a socket with unread bytes resets the connection and may take the answer with it. In
+ * mid-body no response can be queued: a body that grows beyond its limit is passed over up to
+ * HTTP_DRAIN_MAX, and beyond that the connection is closed without an answer.
  */
 #include "http/internal.h"
 
@@ -20,7 +22,8 @@
 #define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
 #define BODY_FIRST ((size_t)64 << 10)
 
-/* ---- The response -------------------------------------------------------------------------------------- */
+/* ---- The response
+   -------------------------------------------------------------------------------------- */
 
 static enum MHD_Result send_response(struct exchange *exchange)
 {
@@ -58,7 +61,8 @@ static enum MHD_Result send_response(struct exchange *exchange)
     return result;
 }
 
-/* ---- The body ------------------------------------------------------------------------------------------ */
+/* ---- The body
+   ------------------------------------------------------------------------------------------ */
 
 static void drop_body(struct exchange *exchange)
 {
@@ -73,7 +77,8 @@ static void drop_body(struct exchange *exchange)
     exchange->body_capacity = 0;
 }
 
-/* Grows the buffer to hold size bytes: doubling, never beyond max_body, all bodies within max_buffered. */
+/* Grows the buffer to hold size bytes: doubling, never beyond max_body, all bodies within
+   max_buffered. */
 static bool grow_body(struct exchange *exchange, size_t size)
 {
     struct http *http = exchange->http;
@@ -145,7 +150,8 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
     return MHD_YES;
 }
 
-/* ---- The calls ----------------------------------------------------------------------------------------- */
+/* ---- The calls
+   ----------------------------------------------------------------------------------------- */
 
 static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
                                      const char *method)
@@ -189,8 +195,8 @@ static bool refuse_load(struct exchange *exchange)
     return true;
 }
 
-/* A refused request whose body is worth reading, so that its connection stays, or ends in good order. An answer in
-   the first call always ends it. */
+/* A refused request whose body is worth reading, so that its connection stays, or ends in good
+   order. An answer in the first call always ends it. */
 static bool worth_draining(const struct exchange *exchange)
 {
     if (exchange->content_length == 0) {

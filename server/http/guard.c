@@ -1,10 +1,11 @@
 /*
  * guard.c - the first look at a request, before any byte of its body is read.
  *
- * libmicrohttpd accepts shapes on which two servers in a row may disagree about where a request ends (request
- * smuggling): Transfer-Encoding together with Content-Length, several Content-Lengths, codings other than chunked.
- * They are refused here and the connection is closed. It also cuts a path at %00; so the target is taken raw, from
- * the log callback, and decoded here: a zero byte, an encoded slash and a broken escape are refused.
+ * libmicrohttpd accepts shapes on which two servers in a row may disagree about where a request
+ * ends (request smuggling): Transfer-Encoding together with Content-Length, several
+ * Content-Lengths, codings other than chunked. They are refused here and the connection is closed.
+ * It also cuts a path at %00; so the target is taken raw, from the log callback, and decoded here:
+ * a zero byte, an encoded slash and a broken escape are refused.
  */
 #include "http/internal.h"
 

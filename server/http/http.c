@@ -1,9 +1,10 @@
 /*
  * http.c - starting and stopping: the daemon of libmicrohttpd, the request threads and the timer.
  *
- * Stopping goes in this order: no new connections; what waits for jobs is answered with the job as it is; requests
- * in progress get their grace; the pool ends, after which no connection is suspended (libmicrohttpd aborts the
- * process otherwise); then the daemon, and with it the connections that are left.
+ * Stopping goes in this order: no new connections; what waits for jobs is answered with the job as
+ * it is; requests in progress get their grace; the pool ends, after which no connection is
+ * suspended (libmicrohttpd aborts the process otherwise); then the daemon, and with it the
+ * connections that are left.
  */
 #include "http/internal.h"
 

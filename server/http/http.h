@@ -1,6 +1,7 @@
 /*
- * http.h - the listening side of the daemon: everything that knows libmicrohttpd. It takes requests to the api
- * layer (api/api.h) and its responses back, keeps limits and deadlines, and lets connections wait for jobs.
+ * http.h - the listening side of the daemon: everything that knows libmicrohttpd. It takes requests
+ * to the api layer (api/api.h) and its responses back, keeps limits and deadlines, and lets
+ * connections wait for jobs.
  */
 #ifndef SRNFD_HTTP_H
 #define SRNFD_HTTP_H
@@ -33,8 +34,8 @@ const char *http_address(const struct http *http);
 /* To be called when a job's row changed; from any thread. */
 void http_job_changed(struct http *http, const char *job_id);
 
-/* Stops listening, answers what waits for jobs, gives requests in progress grace_seconds to end, then closes all
-   connections and frees everything. */
+/* Stops listening, answers what waits for jobs, gives requests in progress grace_seconds to end,
+   then closes all connections and frees everything. */
 void http_stop(struct http *http, double grace_seconds);
 
 /* Whether "host:port" names a loopback address; false also for what does not parse. */

@@ -2,16 +2,18 @@
  * internal.h - what the files of http/ share.
  *
  * Threads
- *   libmicrohttpd's (a pool, one epoll loop each) parse requests, run quick handlers and send responses;
- *   srnfd-req-N run slow handlers and what goes on after a wait; srnfd-timer watches the deadlines.
+ *   libmicrohttpd's (a pool, one epoll loop each) parse requests, run quick handlers and send
+ *   responses; srnfd-req-N run slow handlers and what goes on after a wait; srnfd-timer watches the
+ *   deadlines.
  *
- * A request that leaves libmicrohttpd's thread is suspended there first and resumed with its response ready. Its
- * exchange then belongs to exactly one place, told by its phase: the queue (QUEUED), a request thread (RUNNING), the
- * list of waits alone (WAITING).
+ * A request that leaves libmicrohttpd's thread is suspended there first and resumed with its
+ * response ready. Its exchange then belongs to exactly one place, told by its phase: the queue
+ * (QUEUED), a request thread (RUNNING), the list of waits alone (WAITING).
  *
- * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended, connections and
- * counters. It is the only lock of this layer, and held for short walks only; of libmicrohttpd's functions only
- * MHD_suspend_connection is called under it, so that nobody resumes before it is suspended.
+ * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended,
+ * connections and counters. It is the only lock of this layer, and held for short walks only; of
+ * libmicrohttpd's functions only MHD_suspend_connection is called under it, so that nobody resumes
+ * before it is suspended.
  */
 #ifndef SRNFD_HTTP_INTERNAL_H
 #define SRNFD_HTTP_INTERNAL_H
@@ -98,19 +100,20 @@ struct http {
 /* Monotonic seconds. */
 double http_now(void);
 
-/* ---- listen.c ------------------------------------------------------------------------------------------ */
+/* ---- listen.c -------------------------------------------------------------------------------- */
 
-/* Binds and listens; the address as bound goes to address. Returns the descriptor, or -1 with a message. */
+/* Binds and listens; the address as bound goes to address. Returns the descriptor, or -1 with a
+   message. */
 int listen_open(const char *text, char *address, size_t address_size, char *message, size_t size);
 
-/* ---- guard.c ------------------------------------------------------------------------------------------- */
+/* ---- guard.c --------------------------------------------------------------------------------- */
 
-/* Takes over the request's headers and target, and refuses shapes on which servers and proxies disagree. NULL
-   when all is well, otherwise the detail of the problem, with status and code. */
+/* Takes over the request's headers and target, and refuses shapes on which servers and proxies
+   disagree. NULL when all is well, otherwise the detail of the problem, with status and code. */
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
                         const char **code);
 
-/* ---- exchange.c ---------------------------------------------------------------------------------------- */
+/* ---- exchange.c ------------------------------------------------------------------------------ */
 
 enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char *url,
                               const char *method, const char *version, const char *data,
@@ -118,10 +121,11 @@ enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char 
 void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code);
 
-/* ---- pool.c -------------------------------------------------------------------------------------------- */
+/* ---- pool.c ---------------------------------------------------------------------------------- */
 
 int pool_start(struct http *http);
-/* Suspends the connection and queues the exchange. False when the pool is stopping: then nothing was done. */
+/* Suspends the connection and queues the exchange. False when the pool is stopping: then nothing
+   was done. */
 bool pool_submit(struct exchange *exchange);
 /* Queues a WAITING exchange; the mutex is held. */
 void pool_wake(struct exchange *exchange);
@@ -129,7 +133,7 @@ void pool_wake_all(struct http *http);
 /* Answers what is still queued, waits for the threads: afterwards nothing is suspended. */
 void pool_stop(struct http *http);
 
-/* ---- connections.c ------------------------------------------------------------------------------------- */
+/* ---- connections.c --------------------------------------------------------------------------- */
 
 void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
                        enum MHD_ConnectionNotificationCode code);

@@ -1,6 +1,6 @@
 /*
- * listen.c - the listening socket: "host:port" with a numeric IPv4 address, or "[host]:port" with an IPv6 one.
- * Names are not resolved: what a daemon listens on should not depend on a resolver.
+ * listen.c - the listening socket: "host:port" with a numeric IPv4 address, or "[host]:port" with
+ * an IPv6 one. Names are not resolved: what a daemon listens on should not depend on a resolver.
  */
 #include "http/internal.h"
 

@@ -1,11 +1,12 @@
 /*
  * pool.c - the request threads srnfd-req-N, their queue, and the exchanges that wait for jobs.
  *
- * A suspended exchange goes QUEUED -> RUNNING -> READY, or, when its handler asked to wait for a job, RUNNING ->
- * QUEUED once more (the job may have ended before the wait was known) -> RUNNING -> WAITING, and from there back to
- * QUEUED whenever the job changes, the deadline passes or the daemon drains. A change that comes while the exchange
- * is queued or running is kept in `woken`, so none is lost. When READY it leaves all lists and the connection is
- * resumed without the lock: from then on it belongs to libmicrohttpd's thread again.
+ * A suspended exchange goes QUEUED -> RUNNING -> READY, or, when its handler asked to wait for a
+ * job, RUNNING -> QUEUED once more (the job may have ended before the wait was known) -> RUNNING ->
+ * WAITING, and from there back to QUEUED whenever the job changes, the deadline passes or the
+ * daemon drains. A change that comes while the exchange is queued or running is kept in `woken`, so
+ * none is lost. When READY it leaves all lists and the connection is resumed without the lock: from
+ * then on it belongs to libmicrohttpd's thread again.
  */
 #include "http/internal.h"
 
@@ -99,7 +100,8 @@ static void remove_wait(struct exchange *exchange)
     exchange->waits = false;
 }
 
-/* Runs the handler, or goes on after a wait. No lock is held; the exchange is RUNNING and this thread's. */
+/* Runs the handler, or goes on after a wait. No lock is held; the exchange is RUNNING and this
+   thread's. */
 static void run(struct exchange *exchange, double seconds_left)
 {
     struct api *api = exchange->http->config.api;

@@ -1,7 +1,7 @@
 /*
- * test_http.c - the listening side against an api layer made for the test: shapes of requests, limits, deadlines,
- * request threads, waiting for jobs, stopping. Clients are raw sockets, because most of what is tried no HTTP
- * library would send.
+ * test_http.c - the listening side against an api layer made for the test: shapes of requests,
+ * limits, deadlines, request threads, waiting for jobs, stopping. Clients are raw sockets, because
+ * most of what is tried no HTTP library would send.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -31,7 +31,8 @@
 #define ANSWER_MAX ((size_t)256 << 10)
 #define PATIENCE_MS 20000
 
-/* ---- The api layer of this test -------------------------------------------------------------------------- */
+/* ---- The api layer of this test
+   -------------------------------------------------------------------------- */
 
 static struct {
     atomic_int handled;     /* calls of api_handle */
@@ -149,7 +150,8 @@ void api_resume(struct api *api, const struct api_request *request, struct api_r
     answer(response, atomic_load(&fake.job_ended) ? 200 : 201, "resumed");
 }
 
-/* ---- A client -------------------------------------------------------------------------------------------- */
+/* ---- A client
+   -------------------------------------------------------------------------------------------- */
 
 static double now(void)
 {
@@ -197,7 +199,8 @@ static bool whole(const char *text, bool head)
     return head || !length || strlen(end + 4) >= strtoul(length + 17, NULL, 10);
 }
 
-/* Reads one answer, or what came until the peer closed (*closed); returns its status, 0 where there is none. */
+/* Reads one answer, or what came until the peer closed (*closed); returns its status, 0 where there
+   is none. */
 static int hear(int fd, char *text, bool head, bool *closed)
 {
     size_t used = 0;
@@ -268,7 +271,9 @@ static int ask(const struct http *http, const char *request)
     return status;
 }
 
-/* ---- Tests ----------------------------------------------------------------------------------------------- */
+/* ---- Tests
+   -----------------------------------------------------------------------------------------------
+ */
 
 static void test_answers_carry_id_and_timing(void **state)
 {
