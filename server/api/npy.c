@@ -4,7 +4,8 @@
  *   6 bytes   \x93NUMPY
  *   2 bytes   major, minor version
  *   2 or 4    length of the header, little-endian: 2 bytes in version 1, 4 in version 2
- *   header    {'descr': '<f8', 'fortran_order': False, 'shape': (48, 96, 3), } padded with spaces so that the
+ *   header    {'descr': '<f8', 'fortran_order': False, 'shape': (48, 96, 3), } padded with spaces
+ *   so that the
  *             data begin on a multiple of 64 bytes, closed by a newline
  *   data      count numbers
  *

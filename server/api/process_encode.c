@@ -1,85 +1,16 @@
 /*
  * process_encode.c - the process encode over HTTP: schemas, canonical inputs, result document.
  *
- * A mesh whose stored report has problems is refused at submission, without a job. In this version the
- * only route is star: auto means star, and a mesh that is not star-shaped carries that as a problem of its
- * report. A centre that is given may see less than the kernel's; the job then fails with
- * not-star-shaped.
+ * A mesh whose stored report has problems is refused at submission, without a job. In this
+ * version the only route is star: auto means star, and a mesh that is not star-shaped carries
+ * that as a problem of its report. A centre that is given may see less than the kernel's; the job
+ * then fails with not-star-shaped.
  */
 #include <string.h>
 
 #include "api/process.h"
 #include "api/surfaces.h"
 #include "jobs/compute_encode.h"
-
-const char encode_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"mesh\"],\"properties\":{"
-    "\"mesh\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MESH_PATTERN "\","
-    "\"description\":\"The mesh to encode; its report must have no problems.\"},"
-    "\"lmax\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
-        SRNF_DEGREE_MIN) ","
-                         "\"maximum\":" PROCESS_TEXT(
-                             SRNF_DEGREE_MAX) ","
-                                              "\"default\":" PROCESS_TEXT(
-                                                  PROCESS_DEGREE_DEFAULT) ","
-                                                                          "\"description\":"
-                                                                          "\"Degree of the "
-                                                                          "harmonic series; (lmax "
-                                                                          "+ 1)^2 coefficients a "
-                                                                          "coordinate.\"},"
-                                                                          "\"parameterization\":{"
-                                                                          "\"enum\":[\"auto\","
-                                                                          "\"star\",\"area\","
-                                                                          "\"given\"],\"default\":"
-                                                                          "\"auto\","
-                                                                          "\"description\":\"How "
-                                                                          "the sphere is laid on "
-                                                                          "the surface. auto takes "
-                                                                          "star, radially from a "
-                                                                          "centre "
-                                                                          "that sees the whole "
-                                                                          "surface. area and given "
-                                                                          "are not available in "
-                                                                          "this version.\"},"
-                                                                          "\"center\":{\"oneOf\":[{"
-                                                                          "\"const\":\"auto\"},{"
-                                                                          "\"type\":\"array\","
-                                                                          "\"items\":{\"type\":"
-                                                                          "\"number\","
-                                                                          "\"minimum\":"
-                                                                          "-" PROCESS_TEXT(
-                                                                              PROCESS_COORDINATE_MAX) ","
-                                                                                                      "\"maximum\":" PROCESS_TEXT(
-                                                                                                          PROCESS_COORDINATE_MAX) "},"
-                                                                                                                                  "\"minItems\":3,\"maxItems\":3}],\"default\":\"auto\","
-                                                                                                                                  "\"description\":\"Centre of the rays in the units of the mesh; auto: the centre of the largest ball "
-                                                                                                                                  "of points that see the whole surface.\"},"
-                                                                                                                                  "\"scale\":{\"enum\":[\"unit-area\",\"none\"],\"default\":\"unit-area\","
-                                                                                                                                  "\"description\":\"unit-area divides by the square root of the area, kept as scale in the "
-                                                                                                                                  "record.\"},"
-                                                                                                                                  "\"smoothing\":{\"type\":\"number\",\"minimum\":0,"
-                                                                                                                                  "\"maximum\":" PROCESS_TEXT(
-                                                                                                                                      PROCESS_SMOOTHING_MAX) ",\"default\":0,"
-                                                                                                                                                             "\"description\":\"Sigma of the heat kernel exp(-sigma l (l + 1)) on the coefficients, on the unit "
-                                                                                                                                                             "sphere.\"}}}";
-
-const char encode_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/"
-    "schema\",\"type\":\"object\",\"properties\":{"
-    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the surface.\"},"
-    "\"fit\":{\"type\":\"object\",\"description\":\"Distances between mesh and surface from both "
-    "sides, "
-    "area-weighted: rms, p95, max in the units of the mesh, and relativeToDiagonal.\"},"
-    "\"route\":{\"enum\":[\"star\"]},"
-    "\"starShaped\":{\"type\":\"object\",\"description\":\"value, center, margin (units of the "
-    "mesh), "
-    "violatingAreaFraction (of the faces that the centre sees from behind).\"},"
-    "\"distortion\":{\"type\":\"null\",\"description\":\"Of the route area, which is not available "
-    "in "
-    "this version.\"},"
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
 
 static const char *const names[] = {"mesh",      "lmax", "parameterization", "center", "scale",
                                     "smoothing", NULL};

@@ -2,12 +2,12 @@
  * process_geodesic.c - the process geodesic over HTTP: schemas, canonical inputs, result document.
  *
  * The ends are joined as they are parameterised: registration is not available in this version, and
- * asking for it is an error, so that no one mistakes one for the other. Ends of different degree are
- * joined at the larger one.
+ * asking for it is an error, so that no one mistakes one for the other. Ends of different degree
+ * are joined at the larger one.
  *
- * Every surface of the path is stored. Its scale goes on the straight line between the scales of the
- * ends, and its source names the first surface as the reference, from which the deformation magnitude
- * in its mesh is measured.
+ * Every surface of the path is stored. Its scale goes on the straight line between the scales of
+ * the ends, and its source names the first surface as the reference, from which the deformation
+ * magnitude in its mesh is measured.
  */
 #include <stdio.h>
 #include <string.h>
@@ -15,73 +15,6 @@
 #include "api/process.h"
 #include "api/surfaces.h"
 #include "jobs/compute_geodesic.h"
-
-const char geodesic_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"from\",\"to\"],\"properties\":{"
-    "\"from\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
-    "\"description\":\"Surface at t = 0; a mesh is encoded with the default options.\"},"
-    "\"to\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
-    "\"description\":\"Surface at t = 1; a mesh is encoded with the default options.\"},"
-    "\"steps\":{\"type\":\"integer\",\"minimum\":" PROCESS_TEXT(
-        PROCESS_STEPS_MIN) ","
-                           "\"maximum\":" PROCESS_TEXT(
-                               PROCESS_STEPS_MAX) ","
-                                                  "\"default\":" PROCESS_TEXT(
-                                                      PROCESS_STEPS_DEFAULT) ","
-                                                                             "\"description\":"
-                                                                             "\"Surfaces, both "
-                                                                             "ends included.\"},"
-                                                                             "\"register\":{"
-                                                                             "\"type\":\"boolean\","
-                                                                             "\"default\":false,"
-                                                                             "\"description\":"
-                                                                             "\"Registration is "
-                                                                             "not available in "
-                                                                             "this version: only "
-                                                                             "false.\"},"
-                                                                             "\"method\":{\"enum\":"
-                                                                             "[\"srnf\",\"closed-"
-                                                                             "form\",\"linear\","
-                                                                             "\"pullback\"],"
-                                                                             "\"default\":\"srnf\","
-                                                                             "\"description\":"
-                                                                             "\"srnf inverts the "
-                                                                             "points of the "
-                                                                             "straight line "
-                                                                             "between the SRNFs "
-                                                                             "numerically, "
-                                                                             "closed-form by the "
-                                                                             "formula for "
-                                                                             "star-shaped "
-                                                                             "surfaces, linear "
-                                                                             "blends the surfaces. "
-                                                                             "pullback is "
-                                                                             "not available in "
-                                                                             "this version.\"}}}";
-
-const char geodesic_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/"
-    "schema\",\"type\":\"object\",\"properties\":{"
-    "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"
-    "\"description\":\"Records of the surfaces from t = 0 to t = 1.\"},"
-    "\"times\":{\"type\":\"array\",\"items\":{\"type\":\"number\"}},"
-    "\"distance\":{\"type\":\"number\",\"description\":\"Length of the straight line in the space "
-    "of "
-    "SRNFs.\"},"
-    "\"length\":{\"type\":\"number\",\"description\":\"Sum of the distances between neighbouring "
-    "surfaces.\"},"
-    "\"energies\":{\"type\":\"object\",\"description\":\"geodesic, closedForm, linear: squared "
-    "distance of "
-    "each surface's SRNF from the straight line, for the surfaces returned, the closed form and "
-    "the "
-    "linear blend.\"},"
-    "\"relativeEnergies\":{\"type\":\"object\",\"description\":\"The same divided by the squared "
-    "norm of "
-    "the point on the line.\"},"
-    "\"transforms\":{\"type\":\"number\",\"description\":\"Cost in gradient transforms.\"},"
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
 
 static const char *const names[] = {"from", "to", "steps", "register", "method", NULL};
 

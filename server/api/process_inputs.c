@@ -1,10 +1,10 @@
 /*
- * process_inputs.c - readers of inputs: each takes one member, checks it against its limits, notes a
- * problem with a JSON pointer or sets the canonical member.
+ * process_inputs.c - readers of inputs: each takes one member, checks it against its limits,
+ * notes a problem with a JSON pointer or sets the canonical member.
  *
- * null means the same as absent. A reference to a mesh or surface is looked up in the store at once: a
- * missing one answers 404 by itself, a mesh that cannot be analysed 422 with the code of its first
- * problem, and no job is made.
+ * null means the same as absent. A reference to a mesh or surface is looked up in the store at
+ * once: a missing one answers 404 by itself, a mesh that cannot be analysed 422 with the code of
+ * its first problem, and no job is made.
  */
 #include "api/process.h"
 

@@ -1,6 +1,6 @@
 /*
- * process_results.c - what the results of all processes have in common: the inputs after defaulting,
- * the numeric build that made them, and the parts of surface records.
+ * process_results.c - what the results of all processes have in common: the inputs after
+ * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "api/process.h"
 

@@ -1,9 +1,9 @@
 /*
  * surfaces.c - GET of surfaces: record, list, coefficients, and the fields srnf and grid on a grid.
  *
- * A surface never changes, so its id (and what the query asks for) is the entity tag. Fields are computed at
- * each request, on a request thread, with transforms shared by the whole service. JSON answers have a limit
- * on their numbers; .npy answers only the limit on rows.
+ * A surface never changes, so its id (and what the query asks for) is the entity tag. Fields are
+ * computed at each request, on a request thread, with transforms shared by the whole service.
+ * JSON answers have a limit on their numbers; .npy answers only the limit on rows.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -101,7 +101,8 @@ static void respond_npy(struct api_call *call, const double *values, size_t n_di
     respond_bytes(call, 200, NPY_CONTENT_TYPE, bytes, size);
 }
 
-/* An entity tag of the surface, what is asked of it, and the representation; true when 304 was answered. */
+/* An entity tag of the surface, what is asked of it, and the representation; true when 304 was
+   answered. */
 static bool unchanged(struct api_call *call, const char *id, const char *what, bool npy)
 {
     char tag[STORE_ID_MAX + 96];
@@ -137,7 +138,7 @@ out:
     store_surface_clear(&surface);
 }
 
-/* ---- Fields on a grid --------------------------------------------------------------------------------- */
+/* ---- Fields on a grid ------------------------------------------------------------------------ */
 
 /* A whole number of the query; 0 where it is absent. False when a problem was answered. */
 static bool query_count(struct api_call *call, const char *name, size_t lowest, size_t highest,

@@ -1,11 +1,11 @@
 /*
- * surfaces_create.c - POST /v1/surfaces: a surface given directly, as coefficients, as values on a grid in
- * JSON, or as a .npy body of shape (nTheta, nPhi, 3).
+ * surfaces_create.c - POST /v1/surfaces: a surface given directly, as coefficients, as values on
+ * a grid in JSON, or as a .npy body of shape (nTheta, nPhi, 3).
  *
- * The surface is kept as it is given, with scale 1, unless scale unit-area asks for the usual pre-shape: centred
- * at its area centroid and divided by the square root of its area, which becomes the record's scale. Options
- * stand in the JSON body, or in the query where the body is .npy. Every problem of a member carries its JSON
- * pointer, of a query parameter its name as one.
+ * The surface is kept as it is given, with scale 1, unless scale unit-area asks for the usual
+ * pre-shape: centred at its area centroid and divided by the square root of its area, which
+ * becomes the record's scale. Options stand in the JSON body, or in the query where the body is
+ * .npy. Every problem of a member carries its JSON pointer, of a query parameter its name as one.
  */
 #include <math.h>
 #include <stdio.h>
@@ -92,7 +92,8 @@ static bool read_coefficients(struct api_call *call, const json_t *value, struct
     return true;
 }
 
-/* Degree of a surface from a grid: as asked for (0: the default, or what the grid resolves if that is less). */
+/* Degree of a surface from a grid: as asked for (0: the default, or what the grid resolves if
+   that is less). */
 static void choose_degree(const struct surface_grid *grid, struct given *given,
                           struct problem_list *list)
 {

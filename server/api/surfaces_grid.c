@@ -1,8 +1,9 @@
 /*
  * surfaces_grid.c - analysis of values on a grid, and how well the series fits them.
  *
- * The fit compares the values with the series at the same nodes: zero to rounding for a surface of the degree
- * or below, and otherwise the size of what the degree leaves out. Each node counts by its quadrature weight.
+ * The fit compares the values with the series at the same nodes: zero to rounding for a surface
+ * of the degree or below, and otherwise the size of what the degree leaves out. Each node counts
+ * by its quadrature weight.
  */
 #include "api/surfaces_grid.h"
 

@@ -1,11 +1,11 @@
 /*
- * surfaces_mesh.c - GET /v1/surfaces/{id}/mesh: the surface as triangles over a geodesic sphere, with exact
- * normals, in a format for viewing.
+ * surfaces_mesh.c - GET /v1/surfaces/{id}/mesh: the surface as triangles over a geodesic sphere,
+ * with exact normals, in a format for viewing.
  *
- * Coordinates are those of the surface as stored; the record's scale multiplies them back to the units of the
- * mesh it came from. A surface whose source names a reference (those of a geodesic, deformed from its first)
- * carries the scalar field "deformation": at each vertex, the distance to the point of the reference with the
- * same parameter.
+ * Coordinates are those of the surface as stored; the record's scale multiplies them back to the
+ * units of the mesh it came from. A surface whose source names a reference (those of a geodesic,
+ * deformed from its first) carries the scalar field "deformation": at each vertex, the distance
+ * to the point of the reference with the same parameter.
  */
 #include <math.h>
 #include <stdio.h>
@@ -86,8 +86,8 @@ static bool reference_of(const struct store_surface *surface, char id[STORE_ID_M
     return found;
 }
 
-/* Distance at each vertex to the same parameter of the reference, or NULL where there is no reference of
-   this degree (or no memory: the field is an extra). */
+/* Distance at each vertex to the same parameter of the reference, or NULL where there is no
+   reference of this degree (or no memory: the field is an extra). */
 static double *deformation(struct api_call *call, const struct store_surface *surface,
                            size_t resolution)
 {

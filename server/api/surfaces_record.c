@@ -1,9 +1,10 @@
 /*
- * surfaces_record.c - the record of a surface: how it is written when a surface is stored, and read back.
+ * surfaces_record.c - the record of a surface: how it is written when a surface is stored, and
+ * read back.
  *
- * The store keeps the record as a text beside the coefficients. A surface is named by its content (degree,
- * coefficients, scale), so one that is made again keeps the record of the first time: its source names
- * the job that made it first.
+ * The store keeps the record as a text beside the coefficients. A surface is named by its content
+ * (degree, coefficients, scale), so one that is made again keeps the record of the first time:
+ * its source names the job that made it first.
  */
 #include "api/surfaces.h"
 

@@ -1,10 +1,10 @@
 /*
  * compute_encode.c - reads a stored mesh again and encodes it.
  *
- * The mesh is parsed and prepared afresh: the store keeps the original bytes only, and reading 6,000
- * faces takes a few milliseconds. Parsing was found possible at the upload, so a failure here means
- * other limits or damage, and is reported like any other. Vertices are merged where the format has
- * none to share (STL).
+ * The mesh is parsed and prepared afresh: the store keeps the original bytes only, and reading
+ * 6,000 faces takes a few milliseconds. Parsing was found possible at the upload, so a failure
+ * here means other limits or damage, and is reported like any other. Vertices are merged where
+ * the format has none to share (STL).
  */
 #include "jobs/compute_encode.h"
 

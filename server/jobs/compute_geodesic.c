@@ -1,9 +1,9 @@
 /*
  * compute_geodesic.c - loads both ends, brings them to the larger degree and follows the path.
  *
- * The ends are taken as they are parameterised. ||q_t||^2 along the straight line q_t = (1 - t) q_0 +
- * t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 + a_1 - d^2) / 2
- * it is (1 - t)^2 a_0 + t^2 a_1 + 2 t (1 - t) <q_0, q_1>.
+ * The ends are taken as they are parameterised. ||q_t||^2 along the straight line q_t = (1 - t)
+ * q_0 + t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 +
+ * a_1 - d^2) / 2 it is (1 - t)^2 a_0 + t^2 a_1 + 2 t (1 - t) <q_0, q_1>.
  *
  * An SRNF does not know translations. The surfaces between the ends are placed so that their area
  * centroids move on the straight line between those of the ends; the ends stay bit for bit.

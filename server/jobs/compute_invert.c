@@ -1,7 +1,7 @@
 /*
- * compute_invert.c - the SRNF to invert is given as values on a grid, or named as that of a surface;
- * then it is sampled on the working grid of the larger of the two degrees, so that both the truth and
- * the result are resolved.
+ * compute_invert.c - the SRNF to invert is given as values on a grid, or named as that of a
+ * surface; then it is sampled on the working grid of the larger of the two degrees, so that both
+ * the truth and the result are resolved.
  *
  * The result is moved to its area centroid: an SRNF does not know translations, and stored surfaces
  * are centred by convention. Its orientation follows the core: positive volume.
@@ -110,7 +110,8 @@ static double distance_to_truth(struct work *work, const struct compute_surface 
     return sqrt(sum / measures.area);
 }
 
-/* Everything the inversion needs: the transform, q (of the truth or given) and the initial surface. */
+/* Everything the inversion needs: the transform, q (of the truth or given) and the initial
+   surface. */
 static int prepare(struct jobs_run *run, const struct compute_invert_inputs *inputs,
                    struct work *work, struct compute_surface *truth, struct jobs_result *result)
 {

@@ -1,6 +1,7 @@
 /*
- * test_npy.c - .npy: what is written is read back bit for bit, headers as NumPy writes them are understood,
- * and everything else is refused with a sentence and without touching memory that is not there.
+ * test_npy.c - .npy: what is written is read back bit for bit, headers as NumPy writes them are
+ * understood, and everything else is refused with a sentence and without touching memory that is
+ * not there.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -183,8 +184,8 @@ static void test_refused(void **state)
     }
 }
 
-/* A file cut at every length, and every byte of the header replaced, on buffers of the exact size, so that a
-   read beyond them is seen by the sanitizer. */
+/* A file cut at every length, and every byte of the header replaced, on buffers of the exact
+   size, so that a read beyond them is seen by the sanitizer. */
 static void test_damaged(void **state)
 {
     const size_t shape[2] = {2, 3};

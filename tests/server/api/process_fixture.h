@@ -1,0 +1,209 @@
+/*
+ * process_fixture.h - a store with one good mesh, one with a hole and one surface, and a call that
+ * canonicalises inputs against it. For the tests of the processes; no job engine runs.
+ */
+#ifndef TEST_PROCESS_FIXTURE_H
+#define TEST_PROCESS_FIXTURE_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "api/process.h"
+
+#define GOOD_MESH "mesh-00000000000000000000000000000001"
+#define OPEN_MESH "mesh-00000000000000000000000000000002"
+#define ABSENT_MESH "mesh-000000000000000000000000000000ff"
+#define ABSENT_SURFACE "surf-000000000000000000000000000000ff"
+#define SURFACE_DEGREE 9
+
+struct fixture {
+    char directory[64];
+    struct store *store;
+    char surface[STORE_ID_MAX];
+    struct api api;
+};
+
+static void put_mesh(struct fixture *fixture, const char *id, const char *report)
+{
+    struct store_mesh mesh = {.bytes = 3, .created_ms = 1};
+    bool created;
+
+    memcpy(mesh.id, id, strlen(id) + 1);
+    mesh.name = strdup("a mesh");
+    mesh.format = strdup("ply");
+    mesh.report = strdup(report);
+    assert_int_equal(store_mesh_put(fixture->store, &mesh, "ply", &created), 0);
+    store_mesh_clear(&mesh);
+}
+
+static void put_surface(struct fixture *fixture)
+{
+    struct store_surface surface = {.lmax = SURFACE_DEGREE, .created_ms = 1};
+    bool created;
+
+    surface.coefficient_count = 3 * srnf_coefficient_count(SURFACE_DEGREE);
+    surface.coefficients = calloc(surface.coefficient_count, sizeof(double));
+    assert_non_null(surface.coefficients);
+    surface.coefficients[3] = 1.0;
+    store_surface_id(surface.id, surface.lmax, surface.coefficients, 1.0);
+    surface.name = strdup("");
+    surface.record = strdup("{}");
+    memcpy(fixture->surface, surface.id, sizeof surface.id);
+    assert_int_equal(store_surface_put(fixture->store, &surface, &created), 0);
+    store_surface_clear(&surface);
+}
+
+static int fixture_open(void **state)
+{
+    struct fixture *fixture = calloc(1, sizeof *fixture);
+    char message[200] = "";
+
+    assert_non_null(fixture);
+    (void)snprintf(fixture->directory, sizeof fixture->directory, "/tmp/srnfd-process-XXXXXX");
+    assert_non_null(mkdtemp(fixture->directory));
+    assert_int_equal(store_open(&fixture->store, fixture->directory, message, sizeof message), 0);
+    fixture->api.config.store = fixture->store;
+    put_mesh(fixture, GOOD_MESH, "{\"analysable\":true,\"problems\":[]}");
+    put_mesh(fixture, OPEN_MESH,
+             "{\"analysable\":false,\"problems\":[{\"code\":\"mesh-not-closed\",\"count\":3,"
+             "\"first\":17,\"detail\":\"3 boundary edges\"}]}");
+    put_surface(fixture);
+    *state = fixture;
+    return 0;
+}
+
+static int fixture_close(void **state)
+{
+    struct fixture *fixture = *state;
+    char command[128];
+
+    store_close(fixture->store);
+    (void)snprintf(command, sizeof command, "rm -r %s", fixture->directory);
+    assert_int_equal(system(command), 0);
+    free(fixture);
+    return 0;
+}
+
+/* What one canonicalisation gave. */
+struct outcome {
+    json_t *canonical; /* or NULL */
+    json_t *errors;    /* of the list, or NULL */
+    int status;        /* of a problem that was answered, or 0 */
+    char code[64];     /* of that problem */
+};
+
+static void outcome_clear(struct outcome *outcome)
+{
+    json_decref(outcome->canonical);
+    json_decref(outcome->errors);
+}
+
+static struct outcome canonicalise(struct fixture *fixture, const char *process,
+                                   const json_t *inputs)
+{
+    struct api_request request = {.method = "POST", .path = "/", .query = "", .id = "r"};
+    struct api_response response = {0};
+    struct api_call call = {.api = &fixture->api, .request = &request, .response = &response};
+    struct problem_list list = {NULL};
+    struct outcome outcome = {0};
+    json_t *body;
+
+    outcome.canonical = api_process_find(process)->canonicalise(&call, inputs, &list);
+    outcome.errors = list.errors;
+    outcome.status = response.status;
+    if (response.body) {
+        body = json_loadb((const char *)response.body, response.body_size, 0, NULL);
+        (void)snprintf(outcome.code, sizeof outcome.code, "%s",
+                       json_string_value(json_object_get(body, "code")));
+        json_decref(body);
+    }
+    api_response_clear(&response);
+    /* A result, or a reason: never both, never neither. */
+    assert_true((outcome.canonical != NULL) == (!outcome.errors && !outcome.status));
+    return outcome;
+}
+
+/* The same from text, in which @ stands for the id of the surface. */
+static struct outcome canonicalise_text(struct fixture *fixture, const char *process,
+                                        const char *text)
+{
+    char whole[2048];
+    size_t n = 0;
+    json_t *inputs;
+    struct outcome outcome;
+
+    for (; *text && n < sizeof whole - STORE_ID_MAX; text++) {
+        n += (size_t)snprintf(whole + n, sizeof whole - n, *text == '@' ? "%s" : "%.1s",
+                              *text == '@' ? fixture->surface : text);
+    }
+    inputs = json_loads(whole, 0, NULL);
+    assert_non_null(inputs);
+    outcome = canonicalise(fixture, process, inputs);
+    json_decref(inputs);
+    return outcome;
+}
+
+static bool has_error(const struct outcome *outcome, const char *pointer)
+{
+    for (size_t i = 0; i < json_array_size(outcome->errors); i++) {
+        const json_t *error = json_array_get(outcome->errors, i);
+        if (strcmp(json_string_value(json_object_get(error, "pointer")), pointer) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Inputs that must be refused with an error at the pointer. */
+__attribute__((unused)) static void refused(struct fixture *fixture, const char *process,
+                                            const char *text, const char *pointer)
+{
+    struct outcome outcome = canonicalise_text(fixture, process, text);
+
+    if (!has_error(&outcome, pointer)) {
+        fail_msg("%s is not refused at %s", text, pointer);
+    }
+    outcome_clear(&outcome);
+}
+
+/* Inputs that must be answered at once with a problem of that status and code. */
+__attribute__((unused)) static void answered(struct fixture *fixture, const char *process,
+                                             const char *text, int status, const char *code)
+{
+    struct outcome outcome = canonicalise_text(fixture, process, text);
+
+    assert_int_equal(outcome.status, status);
+    assert_string_equal(outcome.code, code);
+    outcome_clear(&outcome);
+}
+
+/* Two spellings of one meaning have one canonical text, which is returned by the member asked
+   for. */
+__attribute__((unused)) static void same(struct fixture *fixture, const char *process,
+                                         const char *a, const char *b)
+{
+    const size_t flags = JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(17);
+    struct outcome first = canonicalise_text(fixture, process, a);
+    struct outcome second = canonicalise_text(fixture, process, b);
+    char *x = first.canonical ? json_dumps(first.canonical, flags) : NULL;
+    char *y = second.canonical ? json_dumps(second.canonical, flags) : NULL;
+
+    assert_non_null(x);
+    assert_non_null(y);
+    assert_string_equal(x, y);
+    free(x);
+    free(y);
+    outcome_clear(&first);
+    outcome_clear(&second);
+}
+
+#endif

@@ -1,0 +1,99 @@
+/*
+ * test_process_encode.c - canonical inputs of encode: one text for each meaning, another for
+ * another meaning, and refusal of meshes before there is a job.
+ */
+#include "server/api/process_fixture.h"
+
+static void test_one_meaning_one_text(void **state)
+{
+    const char *least = "{\"mesh\":\"" GOOD_MESH "\"}";
+
+    same(*state, "encode", least,
+         "{\"smoothing\":0,\"scale\":\"unit-area\",\"center\":\"auto\",\"mesh\":\"" GOOD_MESH
+         "\",\"lmax\":31.0,\"parameterization\":\"auto\"}");
+    same(*state, "encode", least, "{\"mesh\":\"" GOOD_MESH "\",\"smoothing\":-0.0,\"lmax\":null}");
+    same(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1,-0.0,2e0]}",
+         "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1.0,0,2]}");
+}
+
+/* Each option changes the text: no two meanings share a cache key. */
+static void test_other_meaning_other_text(void **state)
+{
+    static const char *const options[] = {
+        "",
+        ",\"lmax\":30",
+        ",\"parameterization\":\"star\"",
+        ",\"center\":[0,0,0]",
+        ",\"center\":[0,0,1e-300]",
+        ",\"scale\":\"none\"",
+        ",\"smoothing\":1e-17",
+    };
+    char *texts[sizeof options / sizeof options[0]];
+
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        char inputs[200];
+        struct outcome outcome;
+
+        (void)snprintf(inputs, sizeof inputs, "{\"mesh\":\"%s\"%s}", GOOD_MESH, options[i]);
+        outcome = canonicalise_text(*state, "encode", inputs);
+        assert_non_null(outcome.canonical);
+        texts[i] =
+            json_dumps(outcome.canonical, JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(17));
+        for (size_t j = 0; j < i; j++) {
+            assert_string_not_equal(texts[i], texts[j]);
+        }
+        outcome_clear(&outcome);
+    }
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        free(texts[i]);
+    }
+}
+
+static void test_meshes(void **state)
+{
+    answered(*state, "encode", "{\"mesh\":\"" ABSENT_MESH "\"}", 404, "no-such-mesh");
+    answered(*state, "encode", "{\"mesh\":\"" OPEN_MESH "\"}", 422, "mesh-not-closed");
+    refused(*state, "encode", "{\"mesh\":\"@\"}", "/inputs/mesh");
+    refused(*state, "encode", "{\"mesh\":\"mesh-0\"}", "/inputs/mesh");
+    refused(*state, "encode", "{\"mesh\":\"mesh-0000000000000000000000000000000G\"}",
+            "/inputs/mesh");
+    refused(*state, "encode", "{\"mesh\":7}", "/inputs/mesh");
+}
+
+static void test_centers(void **state)
+{
+    static const char *const wrong[] = {
+        "\"middle\"",    "[0,0]", "[0,0,0,0]", "[0,0,\"x\"]",
+        "[[0],[0],[0]]", "{}",    "true",      "[2e9,0,0]",
+    };
+
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char inputs[200];
+
+        (void)snprintf(inputs, sizeof inputs, "{\"mesh\":\"%s\",\"center\":%s}", GOOD_MESH,
+                       wrong[i]);
+        refused(*state, "encode", inputs, "/inputs/center");
+    }
+}
+
+static void test_not_available(void **state)
+{
+    refused(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"area\"}",
+            "/inputs/parameterization");
+    refused(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"given\"}",
+            "/inputs/parameterization");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_one_meaning_one_text),
+        cmocka_unit_test(test_other_meaning_other_text),
+        cmocka_unit_test(test_meshes),
+        cmocka_unit_test(test_centers),
+        cmocka_unit_test(test_not_available),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, fixture_open, fixture_close);
+}
