@@ -396,7 +396,9 @@ static void test_numbers(void **state)
         "0.1000000000000000055511151231257827021181583404541015625"};
 
     (void)state;
-    (void)setlocale(LC_ALL, "de_DE.UTF-8");
+    if (!setlocale(LC_ALL, "de_DE.UTF-8")) {
+        print_message("# de_DE.UTF-8 is not installed: numbers are tried in the C locale only\n");
+    }
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
         double expected = strtod_l(words[i], NULL, c);
