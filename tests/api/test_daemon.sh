@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# The daemon as a program: its commands, its settings from file, environment and command line, what it refuses to
+# start with, its signals, and clients that send what no client should.
+. "$(dirname "$0")/../support/lib.sh"
+
+# Runs serve, which must refuse; its status is in REFUSED, its last line in WHY.
+refuses() { # NAME STATUS WHY-REGEX ARGUMENTS..
+    local name=$1 wanted=$2 why=$3 got
+    shift 3
+    timeout 20 "$SRNFD" serve "$@" >/dev/null 2>"$SCRATCH/refused"
+    got=$?
+    is "$got" "$wanted" "$name: refused"
+    like "$(tail -n 1 "$SCRATCH/refused" | jq -r .message)" "$why" "$name: and said why"
+}
+
+like "$("$SRNFD" version)" 'srnfd +[0-9]+\.[0-9]+.*openblas' 'version names the libraries'
+like "$("$SRNFD" help)" '--listen.*SRNFD_LISTEN' 'help lists the settings'
+"$SRNFD" fly 2>/dev/null
+is $? 2 'an unknown command is an error'
+"$SRNFD" 2>/dev/null
+is $? 2 'no command, too'
+
+data=$SCRATCH/none
+refuses 'an unknown option' 2 'fast' --fast 1
+refuses 'an option without its value' 2 'data' --data
+refuses 'a number out of range' 2 'workers.*256' --workers 1000
+refuses 'a number that is none' 2 'workers' --workers many
+refuses 'an address that is none' 2 'loopback' --listen localhost:80 --data "$data"
+refuses 'every address without tokens' 2 'insecure' --listen 0.0.0.0:0 --data "$data"
+refuses 'a port that is none' 1 'no address' --listen 127.0.0.1:99999 --data "$data" --insecure
+printf '{"workers":1,"wrokers":2}' >"$SCRATCH/unknown.json"
+refuses 'an unknown member of the file' 2 'wrokers' --config "$SCRATCH/unknown.json"
+printf '{"workers":"1"}' >"$SCRATCH/type.json"
+refuses 'a member of the wrong type' 2 'workers' --config "$SCRATCH/type.json"
+printf '{"workers":1' >"$SCRATCH/broken.json"
+refuses 'a file that is no JSON' 2 'broken.json' --config "$SCRATCH/broken.json"
+refuses 'a file that is not there' 2 'absent.json' --config "$SCRATCH/absent.json"
+refuses 'a data directory that cannot be' 1 '.' --listen 127.0.0.1:0 --data /proc/none
+
+# The file is overridden by the environment, and that by the command line.
+printf '{"workers":3,"maxBody":5000,"syncWaitSeconds":2}' >"$SCRATCH/good.json"
+SRNFD_WORKERS=2 start_server "$SCRATCH/data" --config "$SCRATCH/good.json" || exit 1
+get /v1/version
+is "$(json .workers)" 2 'the environment overrides the file'
+post /v1/meshes --data-binary "@tests/data/aal_subcortex/L_thalamus.ply"
+is_problem 413 body-too-large 'what only the file says holds'
+refuses 'a data directory that is in use' 1 '.' --listen 127.0.0.1:0 --data "$SCRATCH/data"
+refuses 'an address that is in use' 1 'listen' --listen "${URL#http://}" --data "$SCRATCH/other"
+
+# Clients that send what no client should: the service answers or hangs up, and goes on.
+host=${URL#http://}
+raw() { # BYTES as printf takes them
+    # shellcheck disable=SC2059 # the bytes are the format
+    (
+        exec 3<>"/dev/tcp/${host%:*}/${host#*:}" || exit 1
+        printf "$1" >&3
+        timeout 3 head -c 12 <&3
+    ) 2>/dev/null | tr -d '\0'
+}
+for bytes in 'GET /nothing\0x HTTP/1.1\r\nHost: x\r\n\r\n' '\0\0\0\0\r\n\r\n' 'GET\r\n\r\n' \
+    'GET / HTTP/9.9\r\nHost: x\r\n\r\n' '\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03' \
+    'POST /v1/meshes HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n' \
+    'POST /v1/meshes HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nxyz\r\n' \
+    'POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Length: 99999999999999999999\r\n\r\n' \
+    'CONNECT x:80 HTTP/1.1\r\nHost: x\r\n\r\n' 'OPTIONS * HTTP/1.1\r\nHost: x\r\n\r\n'; do
+    answer=$(raw "$bytes")
+    unlike "$answer" '^HTTP/1.[01] 2' "not answered well: ${bytes:0:40}"
+    get /healthz
+    is "$STATUS" 200 'and the service goes on'
+done
+
+kill -INT "$SERVER_PID"
+wait_server "$SERVER_PID"
+is "$SERVER_STATUS" 0 'SIGINT ends it as SIGTERM does'
+is "$(tail -n 1 "$SERVER_LOG" | jq -r .event)" stopped 'and it says so'
+check 'every line of the log is JSON with a time and an event' jq -e '.ts and .event' "$SERVER_LOG"
+
+SRNFD_WORKERS=2 start_server "$SCRATCH/data" --workers 1 --config="$SCRATCH/good.json" || exit 1
+get /v1/version
+is "$(json .workers)" 1 'the command line overrides the environment'
+stop_server || not_ok 'the server ends well'
+done_testing
