@@ -6,7 +6,7 @@
  * converged false: q then is not the SRNF of a surface of that degree, and the surface is a local
  * best. Where the iterations ran out, it depends on who set their number: an explicit
  * maxIterations asks how far that many lead and gives a result with converged false and stopped
- * "max-iterations"; the method's own limit is a failure, not-converged, which says how far it
+ * "maxIterations"; the method's own limit is a failure, not-converged, which says how far it
  * got.
  *
  * A q that is given is part of the canonical inputs, flat, so that a job can be run again from

@@ -121,7 +121,7 @@ const char invert_outputs_schema[] =
     "of three coordinates.\"},"
     "\"converged\":{\"type\":\"boolean\"},"
     "\"stopped\":{\"type\":\"string\",\"description\":\"tolerance, stationary (a "
-    "minimum of positive energy) or max-iterations.\"},"
+    "minimum of positive energy) or maxIterations.\"},"
     "\"method\":{\"type\":\"string\",\"description\":\"The method that produced the "
     "result.\"},"
     "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, energy, seconds, "
