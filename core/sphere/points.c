@@ -1,142 +1,80 @@
 /*
  * points.c - harmonic series and their gradients at arbitrary points of the sphere.
  *
- * Four points go together, one to a lane; for each order m the functions P_lm run upwards in l, and
- * for every l the sums over l of P, dP/dtheta and m P / sin theta with all coefficients of that (l,
- * m) are carried in registers. The frame e_theta, e_phi turns the partial derivatives into a vector
- * of R^3; at a pole, where that frame depends on phi, the limits for phi = 0 are used, and the
- * vector is the same for every choice. Formulae of the derivatives: legendre.c. Cost: about 18
- * multiply-adds per point, coefficient pair and three fields.
+ * Four points go together, one to a lane. P_lm and what its derivatives need are tabulated for
+ * them, m by m with l running upwards (formulae: legendre.c); then each pair of fields is summed
+ * over l for every m, with twelve sums in registers, and over m with cos and sin of m phi. The
+ * frame e_theta, e_phi turns the partial derivatives into a vector of R^3. At a pole, where that
+ * frame depends on phi, phi = 0 is taken: the derivatives are the limits along that meridian, and
+ * the vector is the same for every choice.
+ *
+ * Cost: 6 multiply-adds per point, (l, m) and field, and some 20 per point and (l, m) for the
+ * tables.
  */
-#include "sphere.h"
-#include "simd.h"
+#include "points.h"
 
 #include <math.h>
 
-/* Columns of the sums of one field. */
-enum { COS, SIN, COS_THETA, SIN_THETA, COS_PHI, SIN_PHI, SUMS };
-
-struct points_work {
-    double *legendre; /* orders_total lanes: P_lm of four points */
-    double *factors;  /* see below, per (l, m) */
-};
-
-struct points_call {
-    size_t degree, batch, n;
-    const double *coefficients, *points;
-    double *values, *gradients;
-};
-
-/* Constants of the recurrences per (l, m): a_lm, 1 / a_l-1,m, and the two pairs of the derivatives.
-   */
+/* Constants per (m, l): a_lm, 1 / a_l-1,m, and the pairs of the derivatives. */
 enum { RECUR, BEFORE, DT_DOWN, DT_UP, DP_DOWN, DP_UP, FACTORS };
-
-static size_t triangle(size_t l, size_t m)
-{
-    return l * (l + 1) / 2 + m;
-}
+/* Sums of one field. */
+enum { COS, SIN, COS_THETA, SIN_THETA, COS_PHI, SIN_PHI, SUMS };
 
 static void fill_factors(size_t degree, double *factors)
 {
-    for (size_t l = 0; l <= degree; l++) {
-        for (size_t m = 0; m <= l; m++) {
-            double *f = factors + triangle(l, m) * FACTORS;
-            double dl = (double)l;
-            double dm = (double)m;
-            double scale = 0.5 * sqrt((2.0 * dl + 1.0) / (2.0 * dl - 1.0 + 2.0 * (l == 0)));
-
-            f[RECUR] = l > m ? sqrt((4.0 * dl * dl - 1.0) / (dl * dl - dm * dm)) : 0.0;
-            f[BEFORE] = l > m + 1 ? 1.0 / sqrt((4.0 * (dl - 1.0) * (dl - 1.0) - 1.0) /
-                                               ((dl - 1.0) * (dl - 1.0) - dm * dm))
-                                  : 0.0;
-            f[DT_DOWN] = m > 0 ? 0.5 * sqrt((dl + dm) * (dl - dm + 1.0)) : 0.0;
-            f[DT_UP] = m > 0 ? -0.5 * sqrt((dl - dm) * (dl + dm + 1.0)) : -sqrt(dl * (dl + 1.0));
-            f[DP_DOWN] = m > 0 ? scale * sqrt((dl + dm) * (dl + dm - 1.0)) : 0.0;
-            f[DP_UP] = m > 0 && l > m + 1 ? scale * sqrt((dl - dm) * (dl - dm - 1.0)) : 0.0;
-        }
-    }
-}
-
-/* Where four points are: lanes beyond the last repeat it. */
-struct lanes {
-    simd cos_theta, sin_theta, cos_phi, sin_phi;
-};
-
-/* P_lm at four colatitudes, p[triangle(l, m)][lane]. */
-SIMD_INLINE void legendre_lanes(size_t degree, const struct lanes *at, const double *factors,
-                                double *p)
-{
-    simd diagonal = SIMD_SET(sqrt(0.25 / SRNF_PI));
+    double *f = factors;
 
     for (size_t m = 0; m <= degree; m++) {
-        simd before = {0};
-        simd current;
+        double dm = (double)m;
+        double root = m > 0 ? sqrt(2.0) : 1.0;
+        /* Tables hold root P_lm; neighbours in m are tabulated with their own root. */
+        double down = root / (m > 1 ? sqrt(2.0) : 1.0);
+        double up = root / sqrt(2.0);
 
-        if (m > 0) {
-            diagonal *= SIMD_SET(sqrt((2.0 * (double)m + 1.0) / (2.0 * (double)m))) * at->sin_theta;
-        }
-        current = diagonal;
-        SIMD_STORE(p + triangle(m, m) * SRNF_LANES, current);
-        for (size_t l = m + 1; l <= degree; l++) {
-            const double *f = factors + triangle(l, m) * FACTORS;
-            simd next =
-                SIMD_SET(f[RECUR]) * (at->cos_theta * current - before * SIMD_SET(f[BEFORE]));
+        for (size_t l = m; l <= degree; l++, f += FACTORS) {
+            double dl = (double)l;
+            double before = (dl - 1.0) * (dl - 1.0);
+            double scale = l > 0 ? 0.5 * sqrt((2.0 * dl + 1.0) / (2.0 * dl - 1.0)) : 0.0;
 
-            before = current;
-            current = next;
-            SIMD_STORE(p + triangle(l, m) * SRNF_LANES, current);
+            f[RECUR] = l > m ? sqrt((4.0 * dl * dl - 1.0) / (dl * dl - dm * dm)) : 0.0;
+            f[BEFORE] = l > m + 1 ? sqrt((before - dm * dm) / (4.0 * before - 1.0)) : 0.0;
+            f[DT_DOWN] = m > 0 ? down * 0.5 * sqrt((dl + dm) * (dl - dm + 1.0)) : 0.0;
+            f[DT_UP] =
+                m > 0 ? -up * 0.5 * sqrt((dl - dm) * (dl + dm + 1.0)) : -up * sqrt(dl * (dl + 1.0));
+            f[DP_DOWN] = m > 0 ? down * scale * sqrt((dl + dm) * (dl + dm - 1.0)) : 0.0;
+            f[DP_UP] = m > 0 && l > m + 1 ? up * scale * sqrt((dl - dm) * (dl - dm - 1.0)) : 0.0;
         }
     }
 }
 
-SIMD_INLINE void sum_order(const struct points_call *call, const struct points_work *work,
-                           size_t field, size_t m, simd *sums)
+int sphere_points_create(struct sphere_points *plan, size_t degree)
 {
-    const double *block = call->coefficients + field * srnf_coefficient_count(call->degree);
-    const double *p = work->legendre;
+    size_t orders = (degree + 1) * (degree + 2) / 2;
 
-    for (size_t l = m; l <= call->degree; l++) {
-        const double *c = block + l * l + l;
-        const double *f = work->factors + triangle(l, m) * FACTORS;
-        simd a = SIMD_SET(c[m]);
-        simd b = SIMD_SET(m > 0 ? *(c - m) : 0.0);
-        simd here;
-        simd up = {0};
-        simd down = {0};
-        simd up_before = {0};
-        simd down_before = {0};
-        simd d_theta;
-        simd d_phi;
-
-        SIMD_LOAD(here, p + triangle(l, m) * SRNF_LANES);
-        if (m < l) {
-            SIMD_LOAD(up, p + triangle(l, m + 1) * SRNF_LANES);
-        }
-        if (m > 0) {
-            SIMD_LOAD(down, p + triangle(l, m - 1) * SRNF_LANES);
-            SIMD_LOAD(down_before, p + triangle(l - 1, m - 1) * SRNF_LANES);
-        }
-        if (m + 1 < l) {
-            SIMD_LOAD(up_before, p + triangle(l - 1, m + 1) * SRNF_LANES);
-        }
-        d_theta = SIMD_SET(f[DT_DOWN]) * down + SIMD_SET(f[DT_UP]) * up;
-        d_phi = SIMD_SET(f[DP_DOWN]) * down_before + SIMD_SET(f[DP_UP]) * up_before;
-        sums[COS] += here * a;
-        sums[SIN] += here * b;
-        sums[COS_THETA] += d_theta * a;
-        sums[SIN_THETA] += d_theta * b;
-        sums[COS_PHI] += d_phi * a;
-        sums[SIN_PHI] += d_phi * b;
+    plan->degree = degree;
+    plan->factors = srnf_alloc(orders * FACTORS, sizeof(double));
+    plan->tables = srnf_alloc(orders * POINT_KINDS * SRNF_LANES, sizeof(double));
+    if (!plan->factors || !plan->tables) {
+        sphere_points_clear(plan);
+        return SRNF_ENOMEM;
     }
+    fill_factors(degree, plan->factors);
+    return SRNF_OK;
+}
+
+void sphere_points_clear(struct sphere_points *plan)
+{
+    srnf_free(plan->factors);
+    srnf_free(plan->tables);
+    *plan = (struct sphere_points){0};
 }
 
 /* x and y are scaled before they are squared: next to a pole the squares would underflow, and cos
    phi and sin phi would no longer be those of a unit vector. */
-static void place_lanes(const struct points_call *call, size_t first, struct lanes *lanes)
+void sphere_lanes_place(struct sphere_lanes *lanes, const double *points, size_t first, size_t n)
 {
     for (size_t k = 0; k < SRNF_LANES; k++) {
-        size_t i = first + k < call->n ? first + k : call->n - 1;
-        const double *x = call->points + 3 * i;
+        const double *x = points + 3 * (first + k < n ? first + k : n - 1);
         double scale = fmax(fabs(x[0]), fabs(x[1]));
         double across = scale > 0.0 ? x[0] / scale : 1.0;
         double along = scale > 0.0 ? x[1] / scale : 0.0;
@@ -151,81 +89,203 @@ static void place_lanes(const struct points_call *call, size_t first, struct lan
     }
 }
 
-static void store_lanes(const struct points_call *call, size_t first, size_t field,
-                        const struct lanes *at, const simd *value, const simd *d_theta,
-                        const simd *d_phi)
+/* Values first, all orders: the derivatives of order m need the orders beside it. */
+SIMD_INLINE void tabulate_values(const struct sphere_points *plan, const struct sphere_lanes *at)
 {
-    for (size_t k = 0; k < SRNF_LANES && first + k < call->n; k++) {
-        size_t i = field * call->n + first + k;
+    size_t degree = plan->degree;
+    simd diagonal = SIMD_SET(sqrt(0.25 / SRNF_PI));
 
-        if (call->values) {
-            call->values[i] = (*value)[k];
+    for (size_t m = 0; m <= degree; m++) {
+        size_t order = sphere_points_order(degree, m);
+        const double *f = plan->factors + order * FACTORS;
+        double *table = plan->tables + order * POINT_KINDS * SRNF_LANES;
+        simd before = SIMD_SET(0.0);
+        simd current;
+
+        if (m > 0) {
+            /* The root of two enters once, at m = 1. */
+            double factor = (2.0 * (double)m + 1.0) / (2.0 * (double)m) * (m == 1 ? 2.0 : 1.0);
+
+            diagonal *= SIMD_SET(sqrt(factor)) * at->sin_theta;
         }
-        if (call->gradients) {
-            double *g = call->gradients + 3 * i;
+        current = diagonal;
+        SIMD_STORE(table, current);
+        for (size_t l = m + 1; l <= degree; l++) {
+            simd next;
 
-            g[0] = at->cos_theta[k] * at->cos_phi[k] * (*d_theta)[k] - at->sin_phi[k] * (*d_phi)[k];
-            g[1] = at->cos_theta[k] * at->sin_phi[k] * (*d_theta)[k] + at->cos_phi[k] * (*d_phi)[k];
-            g[2] = -at->sin_theta[k] * (*d_theta)[k];
+            f += FACTORS;
+            table += POINT_KINDS * SRNF_LANES;
+            next = SIMD_SET(f[RECUR]) * (at->cos_theta * current - before * SIMD_SET(f[BEFORE]));
+            before = current;
+            current = next;
+            SIMD_STORE(table, current);
         }
     }
 }
 
-SRNF_HOT static void evaluate_lanes(const struct points_call *call, const struct points_work *work,
-                                    size_t first)
+SRNF_HOT void sphere_lanes_tables(const struct sphere_points *plan, const struct sphere_lanes *at)
 {
-    struct lanes at;
+    static const double zeros[SRNF_LANES] = {0};
+    size_t degree = plan->degree;
+    size_t stride = POINT_KINDS * SRNF_LANES;
 
-    place_lanes(call, first, &at);
-    legendre_lanes(call->degree, &at, work->factors, work->legendre);
-    for (size_t field = 0; field < call->batch; field++) {
-        simd value = {0};
-        simd d_theta = {0};
-        simd d_phi = {0};
-        simd cosine = SIMD_SET(1.0); /* cos m phi, sin m phi */
-        simd sine = {0};
+    tabulate_values(plan, at);
+    for (size_t m = 0; m <= degree; m++) {
+        double *table = plan->tables + sphere_points_order(degree, m) * stride;
+        /* Entry l of the orders beside m; order m + 1 starts at l = m + 1. */
+        const double *below =
+            m > 0 ? plan->tables + (sphere_points_order(degree, m - 1) + 1) * stride : zeros;
+        const double *above =
+            m < degree ? plan->tables + sphere_points_order(degree, m + 1) * stride : zeros;
+        const double *f = plan->factors + sphere_points_order(degree, m) * FACTORS;
 
-        for (size_t m = 0; m <= call->degree; m++) {
-            simd sums[SUMS] = {{0}};
-            simd c = SIMD_SET(m > 0 ? sqrt(2.0) : 1.0) * cosine;
-            simd s = SIMD_SET(m > 0 ? sqrt(2.0) : 1.0) * sine;
-            simd next = cosine * at.cos_phi - sine * at.sin_phi;
+        for (size_t l = m; l <= degree; l++, f += FACTORS, table += stride) {
+            simd down;
+            simd up;
+            simd down_before;
+            simd up_before;
+            simd d_theta;
+            simd d_phi;
 
-            sum_order(call, work, field, m, sums);
-            value += sums[COS] * c + sums[SIN] * s;
-            d_theta += sums[COS_THETA] * c + sums[SIN_THETA] * s;
-            d_phi += sums[SIN_PHI] * c - sums[COS_PHI] * s;
-            sine = sine * at.cos_phi + cosine * at.sin_phi;
-            cosine = next;
+            SIMD_LOAD(down, m > 0 ? below + (l - m) * stride : zeros);
+            SIMD_LOAD(up, l > m ? above + (l - m - 1) * stride : zeros);
+            SIMD_LOAD(down_before, m > 0 ? below + (l - m) * stride - stride : zeros);
+            SIMD_LOAD(up_before, l > m + 1 ? above + (l - m - 2) * stride : zeros);
+            d_theta = SIMD_SET(f[DT_DOWN]) * down + SIMD_SET(f[DT_UP]) * up;
+            d_phi = SIMD_SET(f[DP_DOWN]) * down_before + SIMD_SET(f[DP_UP]) * up_before;
+            SIMD_STORE(table + POINT_THETA * SRNF_LANES, d_theta);
+            SIMD_STORE(table + POINT_PHI * SRNF_LANES, d_phi);
         }
-        store_lanes(call, first, field, &at, &value, &d_theta, &d_phi);
+    }
+}
+
+/* Sums over l of order m for `fields` (1 or 2) fields. */
+SIMD_INLINE void sum_order(const struct sphere_points *plan, const double *coefficients,
+                           size_t fields, size_t m, simd sums[2][SUMS])
+{
+    size_t count = srnf_coefficient_count(plan->degree);
+    const double *table =
+        plan->tables + sphere_points_order(plan->degree, m) * POINT_KINDS * SRNF_LANES;
+
+    for (size_t f = 0; f < fields; f++) {
+        for (size_t k = 0; k < SUMS; k++) {
+            sums[f][k] = SIMD_SET(0.0);
+        }
+    }
+    for (size_t l = m; l <= plan->degree; l++, table += POINT_KINDS * SRNF_LANES) {
+        simd value;
+        simd d_theta;
+        simd d_phi;
+
+        SIMD_LOAD(value, table);
+        SIMD_LOAD(d_theta, table + POINT_THETA * SRNF_LANES);
+        SIMD_LOAD(d_phi, table + POINT_PHI * SRNF_LANES);
+        for (size_t f = 0; f < fields; f++) {
+            const double *c = coefficients + f * count + l * l + l;
+            simd a = SIMD_SET(c[m]);
+            simd b = SIMD_SET(*(c - m));
+
+            sums[f][COS] += value * a;
+            sums[f][SIN] += value * b;
+            sums[f][COS_THETA] += d_theta * a;
+            sums[f][SIN_THETA] += d_theta * b;
+            sums[f][COS_PHI] += d_phi * a;
+            sums[f][SIN_PHI] += d_phi * b;
+        }
+    }
+}
+
+/* Value and partial derivatives of one field at four points. */
+struct jet {
+    simd value, d_theta, d_phi;
+};
+
+SIMD_INLINE void sum_fields(const struct sphere_points *plan, const struct sphere_lanes *at,
+                            const double *coefficients, size_t fields, struct jet *jets)
+{
+    simd cosine = SIMD_SET(1.0); /* cos m phi and sin m phi, by rotation */
+    simd sine = SIMD_SET(0.0);
+
+    for (size_t f = 0; f < fields; f++) {
+        jets[f].value = jets[f].d_theta = jets[f].d_phi = SIMD_SET(0.0);
+    }
+    for (size_t m = 0; m <= plan->degree; m++) {
+        simd sums[2][SUMS];
+        simd next = cosine * at->cos_phi - sine * at->sin_phi;
+
+        sum_order(plan, coefficients, fields, m, sums);
+        for (size_t f = 0; f < fields; f++) {
+            jets[f].value += sums[f][COS] * cosine + sums[f][SIN] * sine;
+            jets[f].d_theta += sums[f][COS_THETA] * cosine + sums[f][SIN_THETA] * sine;
+            jets[f].d_phi += sums[f][SIN_PHI] * cosine - sums[f][COS_PHI] * sine;
+        }
+        sine = sine * at->cos_phi + cosine * at->sin_phi;
+        cosine = next;
+    }
+}
+
+static void store_jet(const struct sphere_lanes *at, const struct jet *jet, size_t count,
+                      double *values, double *gradients)
+{
+    for (size_t k = 0; k < count; k++) {
+        if (values) {
+            values[k] = jet->value[k];
+        }
+        if (gradients) {
+            double t = jet->d_theta[k];
+            double p = jet->d_phi[k];
+
+            gradients[3 * k] = at->cos_theta[k] * at->cos_phi[k] * t - at->sin_phi[k] * p;
+            gradients[3 * k + 1] = at->cos_theta[k] * at->sin_phi[k] * t + at->cos_phi[k] * p;
+            gradients[3 * k + 2] = -at->sin_theta[k] * t;
+        }
+    }
+}
+
+SRNF_HOT void sphere_points_evaluate(const struct sphere_points *plan, size_t batch,
+                                     const double *coefficients, size_t n, const double *points,
+                                     double *values, double *gradients)
+{
+    size_t count = srnf_coefficient_count(plan->degree);
+
+    for (size_t first = 0; first < n; first += SRNF_LANES) {
+        struct sphere_lanes at;
+        size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
+
+        sphere_lanes_place(&at, points, first, n);
+        sphere_lanes_tables(plan, &at);
+        for (size_t field = 0; field < batch; field += 2) {
+            struct jet jets[2];
+            size_t fields = batch - field < 2 ? 1 : 2;
+
+            if (fields == 2) {
+                sum_fields(plan, &at, coefficients + field * count, 2, jets);
+            } else {
+                sum_fields(plan, &at, coefficients + field * count, 1, jets);
+            }
+            for (size_t f = 0; f < fields; f++) {
+                size_t at_field = (field + f) * n + first;
+
+                store_jet(&at, &jets[f], lanes, values ? values + at_field : NULL,
+                          gradients ? gradients + 3 * at_field : NULL);
+            }
+        }
     }
 }
 
 int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients, size_t n,
                              const double *points, double *values, double *gradients)
 {
-    int status = SRNF_ENOMEM;
-    struct points_call call = {degree, batch, n, coefficients, points, values, gradients};
-    struct points_work work = {NULL, NULL};
-    size_t orders;
+    struct sphere_points plan;
+    int status;
 
     if (degree > SRNF_TRANSFORM_DEGREE_MAX) {
         return SRNF_EINVAL;
     }
-    orders = (degree + 1) * (degree + 2) / 2;
-    work.legendre = srnf_alloc(orders * SRNF_LANES, sizeof(double));
-    work.factors = srnf_alloc(orders * FACTORS, sizeof(double));
-    if (!work.legendre || !work.factors) {
-        goto out;
+    status = sphere_points_create(&plan, degree);
+    if (status == SRNF_OK) {
+        sphere_points_evaluate(&plan, batch, coefficients, n, points, values, gradients);
+        sphere_points_clear(&plan);
     }
-    fill_factors(degree, work.factors);
-    for (size_t first = 0; first < n; first += SRNF_LANES) {
-        evaluate_lanes(&call, &work, first);
-    }
-    status = SRNF_OK;
-out:
-    srnf_free(work.legendre);
-    srnf_free(work.factors);
     return status;
 }

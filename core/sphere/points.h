@@ -1,0 +1,58 @@
+/*
+ * points.h - harmonics at arbitrary points: the plan that evaluation and its adjoint share.
+ *
+ * A plan holds the constants of the recurrences of one degree and scratch for four points, so it
+ * belongs to one thread at a time. Making one costs O(L^2); code that evaluates again and again
+ * keeps it.
+ */
+#ifndef SRNF_POINTS_H
+#define SRNF_POINTS_H
+
+#include "internal.h"
+#include "sphere/simd.h"
+
+/* What is tabulated per (m, l) and lane: P, dP/dtheta and m P / sin theta, sqrt 2 included for m >
+   0. */
+enum { POINT_VALUE, POINT_THETA, POINT_PHI, POINT_KINDS };
+
+struct sphere_points {
+    size_t degree;
+    double *factors; /* constants per (m, l) */
+    double *tables;  /* [(m, l)][POINT_KINDS][SRNF_LANES], order m's l = m .. L contiguous */
+};
+
+SRNF_CHECKED int sphere_points_create(struct sphere_points *plan, size_t degree);
+void sphere_points_clear(struct sphere_points *plan);
+
+/* As srnf_harmonics_at_points. */
+void sphere_points_evaluate(const struct sphere_points *plan, size_t batch,
+                            const double *coefficients, size_t n, const double *points,
+                            double *values, double *gradients);
+
+/*
+ * The transpose: coefficients[b][lm] = sum_i values[b][i] Y_lm(p_i) + <gradients[b][i], grad
+ * Y_lm(p_i)>.
+ *   values     [in]  double[batch][n], or NULL for 0
+ *   gradients  [in]  double[batch][n][3], or NULL for 0; parts along the normal do not matter
+ *   scratch    [in]  double[4 (L+1)^2]
+ * Sums run over the points in their order, lane by lane: the same on every run.
+ */
+void sphere_points_adjoint(const struct sphere_points *plan, size_t batch, size_t n,
+                           const double *points, const double *values, const double *gradients,
+                           double *coefficients, double *scratch);
+
+/* ---- For points.c and points_adjoint.c ------------------------------------------------------- */
+
+/* Where four points are. Lanes beyond the last point repeat it. */
+struct sphere_lanes {
+    simd cos_theta, sin_theta, cos_phi, sin_phi;
+};
+void sphere_lanes_place(struct sphere_lanes *lanes, const double *points, size_t first, size_t n);
+/* Fills plan->tables for these points. */
+void sphere_lanes_tables(const struct sphere_points *plan, const struct sphere_lanes *lanes);
+static inline size_t sphere_points_order(size_t degree, size_t m)
+{
+    return m * (degree + 1) - (m > 0 ? m * (m - 1) / 2 : 0);
+}
+
+#endif
