@@ -17,7 +17,8 @@
 
 #define ARM_CORE 0.35
 #define ARM_SHARPNESS_MIN 8.0 /* the higher, the thinner the arms */
-#define ARM_LIFT 0.35
+#define ARM_LIFT \
+    1.0 /* the smaller, the more of the body some point sees; all of it below 0.7 or so */
 
 const struct shapes_case shapes_cases[] = {
     {"bumpy star", shapes_bumpy, 0.0, 15, true, false},
@@ -25,9 +26,9 @@ const struct shapes_case shapes_cases[] = {
     {"sphere", shapes_ellipsoid, 1.0, 15, true, false},
     {"ellipsoid", shapes_ellipsoid, 1.7, 15, true, false},
     {"ellipsoid", shapes_ellipsoid, 1.7, 22, true, false},
-    {"bent capsule", shapes_capsule, 3.5, 15, false, false},
-    {"bent capsule", shapes_capsule, 3.5, 22, false, false},
-    {"bent capsule", shapes_capsule, 4.0, 31, false, false},
+    {"bent capsule", shapes_capsule, 4.0, 15, false, false},
+    {"bent capsule", shapes_capsule, 4.0, 22, false, false},
+    {"bent capsule", shapes_capsule, 4.5, 31, false, false},
     {"3 arms", shapes_arms, 3.0, 22, false, true},
     {"4 arms", shapes_arms, 4.0, 22, false, true},
     {"5 arms", shapes_arms, 5.0, 22, false, true},
