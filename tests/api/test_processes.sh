@@ -92,6 +92,13 @@ compare "$(json .relativeEnergy)" '<=' 1e-12 'on another grid too'
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"maxIterations\":3}"
 is "$STATUS $(json '"\(.converged) \(.stopped) \(.iterations)"')" '200 false maxIterations 3' \
     'iterations that were limited give what was reached'
+if [ -z "$SRNFD_SANITIZED" ]; then
+    execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"tolerance\":1e-30}"
+    is_problem 422 not-converged 'a method that reaches its own limit has failed'
+    like "$(json .detail)" 'relative energy is [0-9].* after [0-9]+ iterations' 'and says how far it got'
+else
+    skip 'a method that reaches its own limit has failed' 'slow under a sanitizer'
+fi
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"lmax\":8,\"initial\":\"$INVERTED\"}"
 is "$STATUS $(json '"\(.surface.lmax) \(.converged) \(.stopped) \(.surfaceError)"')" \
     '200 8 false stationary null' 'a degree that is too low ends at a minimum that is not zero'
