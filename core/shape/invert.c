@@ -184,7 +184,7 @@ static int method_auto(struct shape_run *run, const double *sphere)
 {
     int status = coarse_levenberg(run, COARSE_STEPS, COARSE_CAP);
 
-    if (status == SRNF_OK && shape_run_relative(run) > NEAR) {
+    if (status == SRNF_OK && !run_done(run) && shape_run_relative(run) > NEAR) {
         status = improve_spectrally(run, sphere, false, false);
         status = status == SRNF_ENUMERIC ? SRNF_OK : status;
     }
@@ -205,15 +205,14 @@ static int method_auto(struct shape_run *run, const double *sphere)
 static int polish(struct shape_run *run, bool certify)
 {
     double tolerance = run->tolerance;
-    bool exact = certify && shape_run_relative(run) < EXACT;
     struct shape_lm_options options = {
         .lambda = LAMBDA_FINE, .max_steps = POLISH_STEPS, .inner_cap = FINE_CAP, .decrease = 0.5};
     int status;
 
-    if (!exact && !run_done(run)) {
+    if (shape_run_relative(run) >= EXACT || (!certify && !run_done(run))) {
         return SRNF_OK;
     }
-    run->tolerance = exact ? fmin(tolerance, POLISH_TOLERANCE) : MARGIN * tolerance;
+    run->tolerance = certify ? fmin(tolerance, POLISH_TOLERANCE) : MARGIN * tolerance;
     status = shape_levenberg(run, &options);
     run->tolerance = tolerance;
     return status;
