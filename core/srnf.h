@@ -619,6 +619,167 @@ SRNF_CHECKED int srnf_geodesic(const struct srnf_sht *sht, const double *from, c
                                struct srnf_error *error);
 void srnf_geodesic_clear(struct srnf_geodesic *result);
 
+/* ---- Registration (core/shape) ---------------------------------------------------------------- */
+
+enum srnf_register_start {
+    SRNF_START_TOURNAMENT = 0, /* many rotations, narrowed down while the fields grow */
+    SRNF_START_RIGID = 1,      /* the best rotation, refined */
+    SRNF_START_IDENTITY = 2,
+};
+
+struct srnf_register_options {
+    bool rotation;           /* turn the values; default true */
+    bool reparameterization; /* warp the domain; default true. false: rotations of the domain only
+                                where start is not identity */
+    size_t degree;           /* of the fields that generate the warp, 1 .. 32; default 12 */
+    double penalty_jacobian; /* weight of integral (1 + J) (log J)^4; default 0.003 */
+    double penalty_displacement; /* weight of min integral |e - O' sqrt(J) gamma|^2; default 0.01 */
+    enum srnf_register_start start;
+    bool common_pose; /* the data share a pose: no rotation anywhere, start identity */
+    bool symmetric;   /* both ways, the lower objective, swap polish: equal for (a, b) and (b, a) */
+    bool exact;       /* no penalty, up to degree 32: for surfaces that differ by a warp alone */
+};
+struct srnf_register_options srnf_register_options_defaults(void);
+
+/* A chain of exponentials of fields that carries any point s to gamma(s): enough to replay the warp
+   on another grid. Links are applied in order after the rotation of the domain. */
+struct srnf_warp_link {
+    size_t degree;
+    double *potentials; /* [2][(degree+1)^2]: phi and psi of w = grad phi + p x grad psi */
+};
+struct srnf_warp {
+    double domain_rotation[9]; /* R, row-major: gamma starts as s -> R s */
+    size_t n_links;
+    struct srnf_warp_link *links;
+};
+void srnf_warp_clear(struct srnf_warp *warp);
+/* gamma at points [n][3], and its Jacobian [n] (or NULL). Errors: SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points,
+                                 double *warped, double *jacobian);
+
+struct srnf_registration {
+    double *coefficients; /* [3][(L+1)^2] of O f2 o gamma, analysed to the degree of the pair */
+    double *q;          /* [3][n_theta][n_phi] O sqrt(J) q2 o gamma on the template's grid, exact */
+    double rotation[9]; /* O, row-major */
+    struct srnf_warp warp;
+    double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
+    double *jacobian;                  /* [n_theta][n_phi] */
+    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma|| */
+    double distance_before;            /* ||q1 - q2|| */
+    double objective;                  /* distance^2 / ||q1||^2 + penalties */
+    double min_jacobian, max_jacobian; /* on a grid finer by half */
+    double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
+    double
+        ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */
+    double ambiguity_angle;  /* rms angle between the two maps, radians */
+    double
+        rotational_curvature; /* smallest eigenvalue of the energy over rotations of the domain */
+    double truncation_error;  /* ||q of coefficients - q|| relative to ||q|| */
+    size_t iterations;
+    bool converged;
+};
+void srnf_registration_clear(struct srnf_registration *registration);
+
+/*
+ * Registers a moving surface to a template: min over O in SO(3) and gamma in Diff+(S^2) of
+ * ||q1 - O (q2, gamma)|| with penalties (core/shape/registration.h). Every accepted step keeps
+ * orientation.
+ *   sht               [in] degree and grid of both surfaces
+ *   template_surface  [in] double[3][(L+1)^2], or NULL when template_q is given
+ *   template_q        [in] double[3][n_theta][n_phi], or NULL: from template_surface
+ *   moving            [in] double[3][(L+1)^2]
+ *   warm              [in] a registration of the same pair to start from, or NULL
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. symmetric needs template_surface.
+ */
+SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *template_surface,
+                               const double *template_q, const double *moving,
+                               const struct srnf_register_options *options,
+                               const struct srnf_registration *warm,
+                               const struct srnf_context *context,
+                               struct srnf_registration *registration, struct srnf_error *error);
+
+/* ---- Statistics (core/stats) ------------------------------------------------------------------- */
+
+/*
+ * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
+ * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
+ *   surfaces  [in] n pointers to double[3][(L+1)^2]
+ * Errors: as srnf_register.
+ */
+SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                                const struct srnf_register_options *options,
+                                const struct srnf_context *context, double *matrix,
+                                struct srnf_error *error);
+
+struct srnf_mean_options {
+    const struct srnf_register_options *registration; /* NULL: as parameterised */
+    double tolerance;      /* relative change of the mean q; default 1e-3 */
+    size_t max_iterations; /* default 20 */
+    /* Called after each iteration with all that is needed to go on from there: a caller that keeps
+       the bytes can hand them back as `resume`. Optional. */
+    void (*checkpoint)(void *user, const void *bytes, size_t size);
+    void *checkpoint_user;
+    const void *resume; /* of the same surfaces and options, or NULL */
+    size_t resume_size;
+};
+struct srnf_mean_options srnf_mean_options_defaults(void);
+
+struct srnf_mean_iteration {
+    double change;   /* ||mu_k - mu_k-1|| / ||mu_k|| */
+    double variance; /* mean squared distance to the mean q */
+    double seconds;
+};
+
+struct srnf_mean {
+    size_t n;
+    double *coefficients;   /* [3][(L+1)^2] the mean surface: mean_q inverted once */
+    double *mean_q;         /* [3][n_theta][n_phi] */
+    double *registered_q;   /* [n][3][n_theta][n_phi] the subjects, registered to the mean */
+    double *distances;      /* [n] to the mean */
+    double relative_energy; /* of the inversion of mean_q: what is lost by being a surface */
+    size_t iterations;
+    bool converged;
+    struct srnf_mean_iteration *history; /* [iterations] */
+};
+void srnf_mean_clear(struct srnf_mean *mean);
+
+/*
+ * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
+ * parameterisation centred, repeat; one inversion at the end. Starts from the medoid of the
+ * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel.
+ */
+SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
+                                   const double *const *surfaces,
+                                   const struct srnf_mean_options *options,
+                                   const struct srnf_context *context, struct srnf_mean *mean,
+                                   struct srnf_error *error);
+
+/* Principal components of registered SRNFs about their mean, with quadrature weights: eigenvectors
+   of the n x n Gram matrix. Signs are fixed: the largest entry of each score column is positive. */
+struct srnf_pca {
+    size_t n, components;
+    double *eigenvalues; /* [components] variances (divided by n - 1), decreasing, above rounding */
+    double *explained;   /* [components] shares of the total variance; */
+    double total_variance;
+    double *modes;  /* [components][3][n_theta][n_phi], orthonormal */
+    double *scores; /* [n][components] */
+};
+void srnf_pca_clear(struct srnf_pca *pca);
+/* max_components 0: all above rounding. registered_q: [n][3][n_theta][n_phi]. */
+SRNF_CHECKED int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                              const double *registered_q, size_t max_components,
+                              struct srnf_pca *pca);
+/* Scores of another q in the frozen model, and the norm of what the modes cannot represent. */
+void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                      const double *mean_q, const double *q, double *scores, double *residual);
+/* q = mean_q + sum_k scores[k] mode_k */
+void srnf_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                          const double *mean_q, const double *scores, double *q);
+/* Standard normal scores times sqrt(eigenvalue) from a seed: a counter-based generator, the same
+   numbers on every machine. scores: [count][components]. */
+void srnf_pca_sample(const struct srnf_pca *pca, uint64_t seed, size_t count, size_t components,
+                     double *scores);
+
 /* ---- Memory ---------------------------------------------------------------------------------- */
 
 /* All allocation of the library goes through these two (core/memory.c): count * size bytes, zeroed,
