@@ -389,8 +389,9 @@ struct srnf_spherical_map {
  *   mesh  [in] closed, manifold, oriented, connected, of genus 0 (a report of srnf_mesh_prepare
  *   without
  *              problems)
- * Errors: SRNF_EGENUS, SRNF_EDEGENERATE, SRNF_ENUMERIC (no valid map found), SRNF_ENOMEM,
- * SRNF_ECANCELED.
+ * Errors: SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE (the mesh is not what it has to be, or has no
+ * area), SRNF_EINVAL (an index out of range, a vertex without faces, more than 2^31 / 3 faces),
+ * SRNF_ENUMERIC (no valid map found), SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_spherical_map(const struct srnf_mesh *mesh,
                                     const struct srnf_context *context,
@@ -619,7 +620,7 @@ SRNF_CHECKED int srnf_geodesic(const struct srnf_sht *sht, const double *from, c
                                struct srnf_error *error);
 void srnf_geodesic_clear(struct srnf_geodesic *result);
 
-/* ---- Registration (core/shape) ---------------------------------------------------------------- */
+/* ---- Registration (core/shape) --------------------------------------------------------------- */
 
 enum srnf_register_start {
     SRNF_START_TOURNAMENT = 0, /* many rotations, narrowed down while the fields grow */
@@ -689,7 +690,8 @@ void srnf_registration_clear(struct srnf_registration *registration);
  *   template_q        [in] double[3][n_theta][n_phi], or NULL: from template_surface
  *   moving            [in] double[3][(L+1)^2]
  *   warm              [in] a registration of the same pair to start from, or NULL
- * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. symmetric needs template_surface.
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. symmetric needs
+ * template_surface.
  */
 SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *template_surface,
                                const double *template_q, const double *moving,
@@ -698,7 +700,7 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
                                const struct srnf_context *context,
                                struct srnf_registration *registration, struct srnf_error *error);
 
-/* ---- Statistics (core/stats) ------------------------------------------------------------------- */
+/* ---- Statistics (core/stats) ----------------------------------------------------------------- */
 
 /*
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
