@@ -45,6 +45,9 @@ struct spherical {
     const struct srnf_context *context;
 };
 
+/* spherical_accept.c: refuses what is no connected triangulation of the sphere. */
+SRNF_CHECKED int spherical_accept(const struct srnf_mesh *mesh, struct srnf_error *error);
+
 /* spherical_rings.c */
 SRNF_CHECKED int spherical_rings_build(struct spherical *s);
 void spherical_pool_clear(struct ring_pool *pool);

@@ -18,6 +18,7 @@
 #define SPOKE_SHARE 0.7
 #define WEDGE_TRIES 60 /* halvings: down to rounding */
 #define STEPS_SELF 4
+#define VALENCE_SETTLE ((uint32_t)64) /* neighbours above this wait for the next sweep */
 
 static const double *point(const struct spherical *s, uint32_t v)
 {
@@ -211,6 +212,11 @@ static int settle(struct spherical *s, uint32_t v)
         }
     }
     for (uint32_t i = 0; i < ring->count; i++) {
+        /* A hub is in the ring of every vertex around it: stepping it each time would cost the
+           square of its valence. */
+        if (s->rings[ring->at[i]].count > VALENCE_SETTLE) {
+            continue;
+        }
         if (spherical_star_load(s, ring->at[i])) {
             return SRNF_ENOMEM;
         }

@@ -320,10 +320,9 @@ int srnf_spherical_map(const struct srnf_mesh *mesh, const struct srnf_context *
     int status;
 
     *map = (struct srnf_spherical_map){0};
-    if (mesh->n_vertices < 4 || mesh->n_faces != 2 * mesh->n_vertices - 4) {
-        return srnf_fail(error, SRNF_EGENUS, -1,
-                         "%zu vertices and %zu faces are no closed surface of genus 0",
-                         mesh->n_vertices, mesh->n_faces);
+    status = spherical_accept(mesh, error);
+    if (status != SRNF_OK) {
+        return status;
     }
     status = create(&s, mesh, context);
     for (size_t k = 0; status == SRNF_OK && k < sizeof attempts / sizeof attempts[0]; k++) {
@@ -352,9 +351,10 @@ int srnf_spherical_map(const struct srnf_mesh *mesh, const struct srnf_context *
         map->points = s.points;
         s.points = NULL;
     } else {
-        (void)srnf_fail(error, status, -1,
-                        "no map to the sphere without flipped faces was found: %s",
-                        srnf_strerror(status));
+        (void)srnf_fail(error, status, -1, "%s",
+                        status == SRNF_ENUMERIC
+                            ? "no map to the sphere without flipped faces was found"
+                            : srnf_strerror(status));
     }
     destroy(&s);
     return status;
