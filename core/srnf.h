@@ -642,19 +642,24 @@ struct srnf_register_options {
 };
 struct srnf_register_options srnf_register_options_defaults(void);
 
-/* A chain of exponentials of fields that carries any point s to gamma(s): enough to replay the warp
-   on another grid. Links are applied in order after the rotation of the domain. */
+/* A warp gamma as a chain of maps, applied in order: enough to replay it on any points. */
+enum srnf_warp_kind {
+    SRNF_WARP_ROTATION = 0,    /* values: double[9], row-major */
+    SRNF_WARP_EXP = 1,         /* p -> exp_p(w(p)), w = grad phi + p x grad psi; values:
+                                  double[2][(degree+1)^2], phi and psi */
+    SRNF_WARP_EXP_INVERSE = 2, /* the inverse of that map */
+};
 struct srnf_warp_link {
+    enum srnf_warp_kind kind;
     size_t degree;
-    double *potentials; /* [2][(degree+1)^2]: phi and psi of w = grad phi + p x grad psi */
+    double *values;
 };
 struct srnf_warp {
-    double domain_rotation[9]; /* R, row-major: gamma starts as s -> R s */
-    size_t n_links;
+    size_t n_links, capacity;
     struct srnf_warp_link *links;
 };
 void srnf_warp_clear(struct srnf_warp *warp);
-/* gamma at points [n][3], and its Jacobian [n] (or NULL). Errors: SRNF_ENOMEM. */
+/* gamma at points [n][3], and its Jacobian [n] (or NULL). Errors: SRNF_ENOMEM, SRNF_ENUMERIC. */
 SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points,
                                  double *warped, double *jacobian);
 
