@@ -442,7 +442,6 @@ struct srnf_encode_options {
     double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r; default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
-
 struct srnf_encoded {
     size_t degree;
     double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free
@@ -534,7 +533,6 @@ struct srnf_invert_options {
     bool certify; /* singular value and certificate too (costly above degree 31); default true */
 };
 struct srnf_invert_options srnf_invert_options_defaults(void);
-
 struct srnf_iteration {
     double energy;     /* raw E */
     double seconds;    /* since the start, by context->seconds */
@@ -594,7 +592,6 @@ struct srnf_geodesic_options {
     size_t steps; /* surfaces, both ends included; 2 .. 101, default 7 */
 };
 struct srnf_geodesic_options srnf_geodesic_options_defaults(void);
-
 struct srnf_geodesic {
     size_t degree, steps;
     double *coefficients;       /* [steps][3][(L+1)^2] */
@@ -730,13 +727,11 @@ struct srnf_mean_options {
     size_t resume_size;
 };
 struct srnf_mean_options srnf_mean_options_defaults(void);
-
 struct srnf_mean_iteration {
     double change;   /* ||mu_k - mu_k-1|| / ||mu_k|| */
     double variance; /* mean squared distance to the mean q */
     double seconds;
 };
-
 struct srnf_mean {
     size_t n;
     double *coefficients;   /* [3][(L+1)^2] the mean surface: mean_q inverted once */
