@@ -384,8 +384,10 @@ struct srnf_spherical_map {
 
 /*
  * Low-distortion spherical parameterisation by progressive insertion with a barrier energy (method
- * and sources in core/mesh/spherical.h). The rotation of the map is canonical: pose and numbering
- * of the mesh do not matter beyond rounding. The same mesh always gives the same bits.
+ * and sources in core/mesh/spherical.h). The rotation of the map is canonical: in another pose or
+ * numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on the unit
+ * sphere), or, if it is symmetric to that, another choice of axes. The same mesh always gives the
+ * same bits.
  *   mesh  [in] closed, manifold, oriented, connected, of genus 0 (a report of srnf_mesh_prepare
  *   without
  *              problems)
