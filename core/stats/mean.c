@@ -17,7 +17,7 @@
  * from one is told as the relative energy of step 6. Where nothing is registered steps 2 and 3 are
  * void, and one iteration is exact.
  *
- * Between iterations the state is mu and, for each subject, O_i and the chain of gamma_i: that is
+ * Between iterations the state is mu, the centring, and O_i and a chain for each subject: that is
  * what a checkpoint holds (mean_checkpoint.c). A resumed run ends with the same bits as one that
  * was never stopped, and so does a run on any number of threads.
  *
@@ -59,6 +59,9 @@ static void clear_run(struct mean_run *run)
     for (size_t i = 0; run->subjects && i < run->n; i++) {
         srnf_warp_clear(&run->subjects[i].warp);
     }
+    srnf_warp_clear(&run->centring);
+    srnf_free(run->base);
+    srnf_free(run->base_jacobian);
     srnf_free(run->nodes);
     srnf_free(run->mean_q);
     srnf_free(run->previous);
@@ -94,12 +97,14 @@ static int create_run(struct mean_run *run, const struct srnf_mean_options *opti
         run->registration.symmetric = false; /* the mean is a field, not a surface */
         run->gamma = srnf_alloc(all, sizeof(double));
         run->jacobian = srnf_alloc(all / 3, sizeof(double));
-        if (!run->gamma || !run->jacobian) {
+        run->base = srnf_alloc(field, sizeof(double));
+        run->base_jacobian = srnf_alloc(run->points, sizeof(double));
+        if (!run->gamma || !run->jacobian || !run->base || !run->base_jacobian) {
             return SRNF_ENOMEM;
         }
     }
     stats_nodes(run->grid, run->nodes);
-    return SRNF_OK;
+    return run->registered ? mean_replay_base(run) : SRNF_OK;
 }
 
 /* ---- Start ----------------------------------------------------------------------------------- */
@@ -172,6 +177,11 @@ static int replay_one(void *argument, size_t i, const struct srnf_context *conte
     return mean_replay(argument, i);
 }
 
+static int replay_all(struct mean_run *run, struct srnf_error *error)
+{
+    return stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0}, error);
+}
+
 static int resume_run(struct mean_run *run, const struct srnf_mean_options *options,
                       struct srnf_error *error)
 {
@@ -183,7 +193,8 @@ static int resume_run(struct mean_run *run, const struct srnf_mean_options *opti
     if (!run->started) {
         return stats_fields(run->sht, run->n, run->surfaces, run->context, run->q, error);
     }
-    return stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0}, error);
+    status = mean_replay_base(run);
+    return status ? status : replay_all(run, error);
 }
 
 /* ---- Iterations ------------------------------------------------------------------------------ */
@@ -210,9 +221,9 @@ static int register_all(struct mean_run *run, struct srnf_error *error)
         run->started = true;
     }
     if (status == SRNF_OK && run->registration.reparameterization) {
-        status = mean_center(run, NULL, error);
+        status = mean_center(run, NULL);
     }
-    return status;
+    return status ? status : replay_all(run, error);
 }
 
 /* One iteration, and its entry in the history. */

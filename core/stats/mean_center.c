@@ -11,8 +11,9 @@
  *   v(s) = (1/n) sum_i log_s(delta_i(s)),  projected on gradients and curls up to the field degree
  *   c = the inverse of s -> exp_s(v(s))
  *
- * Taking A_i out makes v independent of the pose in which each subject was parameterised. c is put
- * in front of every chain as a link of its own. The mean of the logarithms then vanishes to second
+ * Taking A_i out makes v independent of the pose in which each subject was parameterised. c is one
+ * more link, the first one, of a chain that comes before the warps of all subjects: its points are
+ * computed once for all. The mean of the logarithms then vanishes to second
  * order in what the single warps differ by; the next iteration takes out what is left.
  *
  * The potentials of the projection: phi_lm = <v, grad Y_lm> / (l (l + 1)) and psi_lm = <v, s x grad
@@ -204,17 +205,13 @@ static int shorten(struct center *center)
     return SRNF_OK;
 }
 
-/* Puts c in front of the chain of one subject and replays it. */
-static int apply_to_one(void *argument, size_t i, const struct srnf_context *context,
-                        struct srnf_error *error)
+/* Puts c in front of the centring. */
+static int prepend(const struct center *center)
 {
-    const struct center *center = argument;
-    struct srnf_warp *warp = &center->run->subjects[i].warp;
+    struct srnf_warp *warp = &center->run->centring;
     struct srnf_warp_link *links = srnf_alloc(warp->n_links + 1, sizeof *links);
     double *values = srnf_alloc(2 * center->each, sizeof(double));
 
-    (void)context;
-    (void)error;
     if (!links || !values) {
         srnf_free(links);
         srnf_free(values);
@@ -229,10 +226,15 @@ static int apply_to_one(void *argument, size_t i, const struct srnf_context *con
     warp->links = links;
     warp->n_links++;
     warp->capacity = warp->n_links;
-    return mean_replay(center->run, i);
+    return SRNF_OK;
 }
 
-int mean_center(struct mean_run *run, double *spread, struct srnf_error *error)
+int mean_replay_base(struct mean_run *run)
+{
+    return srnf_warp_apply(&run->centring, run->points, run->nodes, run->base, run->base_jacobian);
+}
+
+int mean_center(struct mean_run *run, double *spread)
 {
     size_t limit = srnf_sht_degree(run->sht);
     size_t degree = run->registration.degree < limit ? run->registration.degree : limit;
@@ -255,10 +257,8 @@ int mean_center(struct mean_run *run, double *spread, struct srnf_error *error)
     }
     project(&center);
     status = shorten(&center);
-    if (status == SRNF_OK) {
-        status = stats_run(run->context, run->n, apply_to_one, &center, (struct stats_progress){0},
-                           error);
-    }
+    status = status ? status : prepend(&center);
+    status = status ? status : mean_replay_base(run);
     if (status == SRNF_OK && spread) {
         *spread = size;
     }

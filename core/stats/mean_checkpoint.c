@@ -1,9 +1,9 @@
 /*
  * mean_checkpoint.c - a group mean between two iterations, as bytes.
  *
- * What a run needs to go on is the mean and, for each subject, its rotation and its chain; points,
- * Jacobians and registered fields are replayed from them with the same bits. Layout, all numbers
- * little-endian, doubles as their IEEE 754 bits:
+ * What a run needs to go on is the mean, the centring, and rotation and chain of each subject;
+ * points, Jacobians and registered fields are replayed from them with the same bits. Layout, all
+ * numbers little-endian, doubles as their IEEE 754 bits:
  *
  *   8 bytes      "srnfmean"
  *   u64          version of this layout
@@ -15,9 +15,12 @@
  *   u64          1: the subjects have been registered
  *   double[k][3] history: change, variance, seconds
  *   double[3][n_theta][n_phi]  the mean
- *   n times      double[9] rotation, u64 links; per link u64 kind, u64 degree, and
- *                double[9] for a rotation, double[2][(degree + 1)^2] otherwise
+ *   chain        the centring
+ *   n times      double[9] rotation, chain
  *   u64          FNV-1a of all bytes before it
+ *
+ * A chain is the u64 number of its links and, for each, u64 kind, u64 degree, and double[9] for a
+ * rotation, double[2][(degree + 1)^2] otherwise.
  *
  * Reading trusts nothing: every count is checked against the bytes that are left before anything is
  * allocated for it.
@@ -104,17 +107,36 @@ static void put_doubles(struct mean_bytes *bytes, size_t n, const double *x)
     }
 }
 
-/* In words of eight bytes. */
+static void put_chain(struct mean_bytes *bytes, const struct srnf_warp *warp)
+{
+    put_u64(bytes, warp->n_links);
+    for (size_t k = 0; k < warp->n_links; k++) {
+        const struct srnf_warp_link *link = &warp->links[k];
+
+        put_u64(bytes, (uint64_t)link->kind);
+        put_u64(bytes, link->kind == SRNF_WARP_ROTATION ? 0 : link->degree);
+        put_doubles(bytes, link_values(link), link->values);
+    }
+}
+
+/* Both in words of eight bytes. */
+static size_t chain_words(const struct srnf_warp *warp)
+{
+    size_t words = 1;
+
+    for (size_t k = 0; k < warp->n_links; k++) {
+        words += 2 + link_values(&warp->links[k]);
+    }
+    return words;
+}
+
 static size_t words_needed(const struct mean_run *run)
 {
-    size_t words = 9 + 3 * run->iterations + 3 * run->points + 10 * run->n;
+    size_t words = HEAD_BYTES / 8 + 3 * run->iterations + 3 * run->points;
 
+    words += chain_words(&run->centring);
     for (size_t i = 0; i < run->n; i++) {
-        const struct srnf_warp *warp = &run->subjects[i].warp;
-
-        for (size_t k = 0; k < warp->n_links; k++) {
-            words += 2 + link_values(&warp->links[k]);
-        }
+        words += 9 + chain_words(&run->subjects[i].warp);
     }
     return words;
 }
@@ -141,18 +163,10 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
         put_u64(bytes, bits_of(run->history[k].seconds));
     }
     put_doubles(bytes, 3 * run->points, run->mean_q);
+    put_chain(bytes, &run->centring);
     for (size_t i = 0; i < run->n; i++) {
-        const struct mean_subject *subject = &run->subjects[i];
-
-        put_doubles(bytes, 9, subject->rotation);
-        put_u64(bytes, subject->warp.n_links);
-        for (size_t k = 0; k < subject->warp.n_links; k++) {
-            const struct srnf_warp_link *link = &subject->warp.links[k];
-
-            put_u64(bytes, (uint64_t)link->kind);
-            put_u64(bytes, link->kind == SRNF_WARP_ROTATION ? 0 : link->degree);
-            put_doubles(bytes, link_values(link), link->values);
-        }
+        put_doubles(bytes, 9, run->subjects[i].rotation);
+        put_chain(bytes, &run->subjects[i].warp);
     }
     put_u64(bytes, hash_bytes(FNV_START, bytes->data, bytes->size));
     return SRNF_OK;
@@ -222,28 +236,26 @@ static int read_link(struct reader *reader, struct srnf_warp_link *link)
     return reader->good ? SRNF_OK : SRNF_EINVAL;
 }
 
-static int read_subject(struct reader *reader, struct mean_subject *subject)
+static int read_chain(struct reader *reader, struct srnf_warp *warp)
 {
-    uint64_t links;
+    uint64_t links = get_u64(reader);
 
-    get_doubles(reader, 9, subject->rotation);
-    links = get_u64(reader);
     if (!reader->good || links > reader->words / 2) {
         return SRNF_EINVAL;
     }
     if (links == 0) {
         return SRNF_OK;
     }
-    subject->warp.links = srnf_alloc((size_t)links, sizeof *subject->warp.links);
-    if (!subject->warp.links) {
+    warp->links = srnf_alloc((size_t)links, sizeof *warp->links);
+    if (!warp->links) {
         return SRNF_ENOMEM;
     }
-    subject->warp.capacity = (size_t)links;
-    for (; subject->warp.n_links < links; subject->warp.n_links++) {
-        int status = read_link(reader, &subject->warp.links[subject->warp.n_links]);
+    warp->capacity = (size_t)links;
+    while (warp->n_links < links) {
+        /* Counted first: a link that fails may hold values. */
+        int status = read_link(reader, &warp->links[warp->n_links++]);
 
         if (status) {
-            subject->warp.n_links++; /* its values may have been allocated */
             return status;
         }
     }
@@ -280,7 +292,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     struct reader reader;
     const char *why = refuse(run, bytes, size, &reader);
     uint64_t iterations;
-    int status = SRNF_OK;
+    int status;
 
     if (why) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from %s", why);
@@ -298,8 +310,10 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
         run->history[k].seconds = get_double(&reader);
     }
     get_doubles(&reader, 3 * run->points, run->mean_q);
+    status = read_chain(&reader, &run->centring);
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
-        status = read_subject(&reader, &run->subjects[i]);
+        get_doubles(&reader, 9, run->subjects[i].rotation);
+        status = read_chain(&reader, &run->subjects[i].warp);
     }
     if (status == SRNF_OK && (!reader.good || reader.words > 0)) {
         status = SRNF_EINVAL;

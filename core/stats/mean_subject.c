@@ -1,8 +1,9 @@
 /*
  * mean_subject.c - one subject of a group mean: where its registration puts it.
  *
- * The state of a subject is its rotation O and the chain of its warp gamma. All else is replayed
- * from them: the points gamma(s) of the grid, their Jacobians J, and
+ * The state of a subject is its rotation O and the chain of its warp, which follows the centring
+ * that all subjects have in common: gamma_i = warp_i o c. All else is replayed from them: the
+ * points gamma(s) of the grid, their Jacobians J, and
  *
  *   q(s) = O sqrt(J(s)) Q(f)(gamma(s)),  Q(f) = n / |n|^(1/2),
  *
@@ -11,13 +12,20 @@
  * <p, g_x x g_y>). Nothing is resampled, so nothing is lost from one iteration to the next, and a
  * run that is resumed from its chains goes on with the same bits.
  *
- * A subject costs 72 P bytes for the time of its replay, one evaluation of f at P points, and one
- * of a field for each link of the chain.
+ * The first registration is srnf_register's. Later ones only refine it, since the mean changes
+ * little: a few steps at the highest degree, from the points at hand (search_refine), each of which
+ * adds a link to the chain. Where the domain is not warped but only rotated, each is a new one.
+ *
+ * A replay costs one evaluation of f at P points and one of a field for each link of the chain, and
+ * 72 P bytes while it lasts.
  */
 #include "stats.h"
+#include "shape/registration.h"
 
 #include <math.h>
 #include <string.h>
+
+#define REFINE_STEPS 3
 
 /* <p, a x b> */
 static double triple(const double *p, const double *a, const double *b)
@@ -63,15 +71,19 @@ int mean_replay(const struct mean_run *run, size_t i)
 {
     size_t n = run->points;
     double *gamma = run->gamma + 3 * i * n;
+    double *jacobian = run->jacobian + i * n;
     double *gradients = srnf_alloc(9 * n, sizeof(double));
     int status = SRNF_ENOMEM;
 
     if (!gradients) {
         goto out;
     }
-    status = srnf_warp_apply(&run->subjects[i].warp, n, run->nodes, gamma, run->jacobian + i * n);
+    status = srnf_warp_apply(&run->subjects[i].warp, n, run->base, gamma, jacobian);
     if (status) {
         goto out;
+    }
+    for (size_t k = 0; k < n; k++) {
+        jacobian[k] *= run->base_jacobian[k];
     }
     status = srnf_harmonics_at_points(srnf_sht_degree(run->sht), 3, run->surfaces[i], n, gamma,
                                       NULL, gradients);
@@ -84,25 +96,15 @@ out:
     return status;
 }
 
-int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
-                  struct srnf_error *error)
+/* From nothing. c is the identity, or nothing is warped and c stays it. */
+static int register_anew(const struct mean_run *run, size_t i, const struct srnf_context *context,
+                         struct srnf_error *error)
 {
     struct mean_subject *subject = &run->subjects[i];
-    size_t n = run->points;
-    struct srnf_registration warm = {0};
     struct srnf_registration found = {0};
-    int status;
+    int status = srnf_register(run->sht, NULL, run->mean_q, run->surfaces[i], &run->registration,
+                               NULL, context, &found, error);
 
-    if (run->started) {
-        /* Only what replaying sets: a resumed run has no more. */
-        warm.warp = subject->warp;
-        warm.q = run->q + 3 * i * n;
-        warm.points = run->gamma + 3 * i * n;
-        warm.jacobian = run->jacobian + i * n;
-        memcpy(warm.rotation, subject->rotation, sizeof warm.rotation);
-    }
-    status = srnf_register(run->sht, NULL, run->mean_q, run->surfaces[i], &run->registration,
-                           run->started ? &warm : NULL, context, &found, error);
     if (status < 0) {
         return status;
     }
@@ -110,8 +112,53 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     subject->warp = found.warp;
     found.warp = (struct srnf_warp){0};
     memcpy(subject->rotation, found.rotation, sizeof subject->rotation);
+    memcpy(run->gamma + 3 * i * run->points, found.points, 3 * run->points * sizeof(double));
     srnf_registration_clear(&found);
-    return mean_replay(run, i);
+    return SRNF_OK;
+}
+
+/* From gamma, J and O as they are. */
+static int refine(const struct mean_run *run, size_t i, const struct srnf_context *context)
+{
+    struct mean_subject *subject = &run->subjects[i];
+    double *gamma = run->gamma + 3 * i * run->points;
+    struct search search;
+    struct warp warp;
+    int status = search_create(&search, run->sht, run->mean_q, run->surfaces[i], &run->registration,
+                               context);
+
+    if (status) {
+        return status;
+    }
+    status = warp_create(&warp, &search.full.target);
+    if (status) {
+        goto out;
+    }
+    memcpy(warp.points, gamma, 3 * run->points * sizeof(double));
+    memcpy(warp.jacobian, run->jacobian + i * run->points, run->points * sizeof(double));
+    memcpy(warp.rotation, subject->rotation, sizeof warp.rotation);
+    srnf_warp_clear(&warp.chain);
+    warp.chain = subject->warp;
+    subject->warp = (struct srnf_warp){0};
+    status = search_refine(&search, REFINE_STEPS, &warp);
+    subject->warp = warp.chain;
+    warp.chain = (struct srnf_warp){0};
+    if (status == SRNF_OK) {
+        memcpy(gamma, warp.points, 3 * run->points * sizeof(double));
+        memcpy(subject->rotation, warp.rotation, sizeof subject->rotation);
+    }
+    warp_clear(&warp);
+out:
+    search_clear(&search);
+    return status;
+}
+
+int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
+                  struct srnf_error *error)
+{
+    bool anew = !run->started || !run->registration.reparameterization;
+
+    return anew ? register_anew(run, i, context, error) : refine(run, i, context);
 }
 
 int mean_values(const struct mean_run *run, size_t i, double *values)
