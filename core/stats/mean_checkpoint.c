@@ -292,13 +292,18 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     struct reader reader;
     const char *why = refuse(run, bytes, size, &reader);
     uint64_t iterations;
+    uint64_t started;
     int status;
 
     if (why) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from %s", why);
     }
     iterations = get_u64(&reader);
-    run->started = get_u64(&reader) == 1;
+    started = get_u64(&reader);
+    if (started != (run->registered && iterations > 0)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from contradict themselves");
+    }
+    run->started = started == 1;
     if (iterations > reader.words / 3 || iterations > run->history_capacity) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "the bytes to resume from have more iterations than are allowed");
