@@ -30,6 +30,7 @@
 #define JACOBIAN_MIN 0.5
 #define JACOBIAN_MAX 2.0
 #define HALVINGS_MAX 10
+#define BLOCK ((size_t)256) /* points whose centring is replayed together */
 
 struct center {
     struct mean_run *run;
@@ -229,9 +230,24 @@ static int prepend(const struct center *center)
     return SRNF_OK;
 }
 
+/* A block of points; blocks are the same however many threads there are. */
+static int replay_block(void *argument, size_t block, const struct srnf_context *context,
+                        struct srnf_error *error)
+{
+    const struct mean_run *run = argument;
+    size_t first = block * BLOCK;
+    size_t count = run->points - first < BLOCK ? run->points - first : BLOCK;
+
+    (void)context;
+    (void)error;
+    return srnf_warp_apply(&run->centring, count, run->nodes + 3 * first, run->base + 3 * first,
+                           run->base_jacobian + first);
+}
+
 int mean_replay_base(struct mean_run *run)
 {
-    return srnf_warp_apply(&run->centring, run->points, run->nodes, run->base, run->base_jacobian);
+    return stats_run(run->context, (run->points + BLOCK - 1) / BLOCK, replay_block, run,
+                     (struct stats_progress){0}, NULL);
 }
 
 int mean_center(struct mean_run *run, double *spread)

@@ -85,40 +85,54 @@ static inline int group_by_name(const void *a, const void *b)
     return strcmp(a, b);
 }
 
+/* The i-th of n meshes of left ventricles, taken in turn from both ends of the sorted names: both of
+   the groups that the names tell apart. False where the data are not there. */
+static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *mesh)
+{
+    static char names[GROUP_MAX][256];
+    static size_t found;
+
+    if (found == 0) {
+        DIR *folder = opendir(GROUP_VENTRICLES);
+        struct dirent *entry;
+
+        if (!folder) {
+            return false;
+        }
+        while (found < GROUP_MAX && (entry = readdir(folder))) {
+            size_t length = strlen(entry->d_name);
+
+            if (length > 4 && length < 200 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
+                (void)snprintf(names[found++], sizeof names[0], "%s/%s", GROUP_VENTRICLES,
+                               entry->d_name);
+            }
+        }
+        (void)closedir(folder);
+        qsort(names, found, sizeof names[0], group_by_name);
+    }
+    assert_true(found >= n);
+    return meshes_load(names[i % 2 ? found - 1 - i / 2 : i / 2], mesh);
+}
+
 /* Real left ventricles by the star route; false, saying so, when the data are not there. */
 static inline bool group_open_ventricles(struct group *g, size_t degree, size_t n)
 {
-    static char names[GROUP_MAX][256];
     struct srnf_encode_options options = srnf_encode_options_defaults();
-    DIR *folder = opendir(GROUP_VENTRICLES);
-    size_t found = 0;
+    struct srnf_mesh mesh;
 
-    if (!folder) {
+    if (!group_load_ventricle(0, n, &mesh)) {
         printf("# skipped: no %s\n", GROUP_VENTRICLES);
         return false;
     }
-    for (struct dirent *entry = readdir(folder); entry && found < GROUP_MAX;
-         entry = readdir(folder)) {
-        size_t length = strlen(entry->d_name);
-
-        if (length > 4 && length < 200 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
-            (void)snprintf(names[found++], sizeof names[0], "%s/%s", GROUP_VENTRICLES,
-                           entry->d_name);
-        }
-    }
-    (void)closedir(folder);
-    qsort(names, found, sizeof names[0], group_by_name);
-    assert_true(found >= n);
+    srnf_mesh_clear(&mesh);
     group_open(g, degree, n);
     options.degree = degree;
     options.parameterization = SRNF_PARAMETERIZATION_STAR;
     for (size_t i = 0; i < n; i++) {
-        struct srnf_mesh mesh;
         struct srnf_mesh_report report;
         struct srnf_encoded encoded;
 
-        /* Every other from both ends of the list: both of its halves, whatever n is. */
-        assert_true(meshes_load(names[i % 2 ? found - 1 - i / 2 : i / 2], &mesh));
+        assert_true(group_load_ventricle(i, n, &mesh));
         assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
         assert_int_equal(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
         memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));

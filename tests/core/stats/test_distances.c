@@ -1,8 +1,11 @@
 /*
- * test_distances.c - the matrix of distances between surfaces as they are parameterised: a metric,
- * the same however the pairs are spread; cancellation, progress and wrong arguments.
+ * test_distances.c - the matrix of distances between surfaces: a metric where nothing is registered,
+ * symmetric where it is; the same however the pairs are spread; cancellation, progress and wrong
+ * arguments.
  */
 #include "group.h"
+
+#include <fftw3.h>
 
 #define DEGREE 9
 #define N ((size_t)11)
@@ -135,6 +138,51 @@ static void refuses_what_it_cannot_take(void **state)
     group_close(&g);
 }
 
+/* Registered: symmetric to the bit, below the unregistered, the same when the surfaces are given in
+   another order, and on any threads. */
+static void registered_distances(void **state)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct group g;
+    double plain[9];
+    double expected[9];
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 3, 0.5);
+    options.degree = 4;
+    options.common_pose = true;
+    assert_int_equal(srnf_distances(g.sht, 3, g.surfaces, NULL, NULL, plain, NULL), SRNF_OK);
+    assert_int_equal(srnf_distances(g.sht, 3, g.surfaces, &options, NULL, expected, NULL), SRNF_OK);
+    assert_false(options.symmetric); /* set in a copy */
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t j = 0; j < 3; j++) {
+            assert_true(expected[3 * i + j] == expected[3 * j + i]);
+            assert_true(i == j ? expected[3 * i + j] == 0.0
+                               : expected[3 * i + j] < plain[3 * i + j]);
+        }
+    }
+    for (size_t s = 0; s < GROUP_SPREADS; s++) {
+        struct group_watch watch;
+        struct srnf_context context = group_context(&watch, group_threads[s]);
+        const double *turned[3] = {g.f[2], g.f[0], g.f[1]};
+        double matrix[9];
+
+        assert_int_equal(srnf_distances(g.sht, 3, turned, &options, &context, matrix, NULL),
+                         SRNF_OK);
+        for (size_t i = 0; i < 3; i++) {
+            for (size_t j = 0; j < 3; j++) {
+                double other = expected[3 * ((i + 2) % 3) + (j + 2) % 3];
+
+                assert_true(fabs(matrix[3 * i + j] - other) <= 1e-12);
+            }
+        }
+    }
+    options.degree = 1000;
+    assert_int_equal(srnf_distances(g.sht, 3, g.surfaces, &options, NULL, plain, NULL),
+                     SRNF_EINVAL);
+    group_close(&g);
+}
+
 /* ---- The loop itself: the failure of the lowest index, whatever the order -------------------- */
 
 static int fails_at_some(void *argument, size_t index, const struct srnf_context *context,
@@ -184,10 +232,12 @@ int main(void)
         cmocka_unit_test(of_one_surface),
         cmocka_unit_test(can_be_canceled),
         cmocka_unit_test(refuses_what_it_cannot_take),
+        cmocka_unit_test(registered_distances),
         cmocka_unit_test(tells_the_first_failure),
     };
 
     openblas_set_num_threads(1);
+    fftw_make_planner_thread_safe();
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
