@@ -85,8 +85,8 @@ static inline int group_by_name(const void *a, const void *b)
     return strcmp(a, b);
 }
 
-/* The i-th of n meshes of left ventricles, taken in turn from both ends of the sorted names: both of
-   the groups that the names tell apart. False where the data are not there. */
+/* The i-th of n meshes of left ventricles, taken in turn from both ends of the sorted names: both
+   of the groups that the names tell apart. False where the data are not there. */
 static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *mesh)
 {
     static char names[GROUP_MAX][256];

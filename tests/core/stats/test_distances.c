@@ -1,7 +1,7 @@
 /*
- * test_distances.c - the matrix of distances between surfaces: a metric where nothing is registered,
- * symmetric where it is; the same however the pairs are spread; cancellation, progress and wrong
- * arguments.
+ * test_distances.c - the matrix of distances between surfaces: a metric where nothing is
+ * registered, symmetric where it is; the same however the pairs are spread; cancellation, progress
+ * and wrong arguments.
  */
 #include "group.h"
 
@@ -138,8 +138,8 @@ static void refuses_what_it_cannot_take(void **state)
     group_close(&g);
 }
 
-/* Registered: symmetric to the bit, below the unregistered, the same when the surfaces are given in
-   another order, and on any threads. */
+/* Registered: symmetric to the bit, below the unregistered, and on any threads nearly the same when
+   the surfaces are given in another order. */
 static void registered_distances(void **state)
 {
     struct srnf_register_options options = srnf_register_options_defaults();
@@ -166,6 +166,7 @@ static void registered_distances(void **state)
         struct srnf_context context = group_context(&watch, group_threads[s]);
         const double *turned[3] = {g.f[2], g.f[0], g.f[1]};
         double matrix[9];
+        double worst = 0.0;
 
         assert_int_equal(srnf_distances(g.sht, 3, turned, &options, &context, matrix, NULL),
                          SRNF_OK);
@@ -173,9 +174,11 @@ static void registered_distances(void **state)
             for (size_t j = 0; j < 3; j++) {
                 double other = expected[3 * ((i + 2) % 3) + (j + 2) % 3];
 
-                assert_true(fabs(matrix[3 * i + j] - other) <= 1e-12);
+                worst = fmax(worst, fabs(matrix[3 * i + j] - other));
             }
         }
+        /* The two directions of a pair are measured on the grids of two templates. */
+        figure_below("distances given in another order", worst, 1e-3 * expected[1]);
     }
     options.degree = 1000;
     assert_int_equal(srnf_distances(g.sht, 3, g.surfaces, &options, NULL, plain, NULL),

@@ -5,8 +5,8 @@
  * srnfd-test: timeout 600
  *
  * The vertices of the meshes correspond and have rank 12. Surfaces that are interpolated between
- * them, all over the same directions, keep that rank; their SRNFs nearly do, for Q is smooth. In the
- * radial parameterisation of each mesh the correspondence is lost, and the rank with it.
+ * them, all over the same directions, keep that rank; their SRNFs nearly do, for Q is smooth. In
+ * the radial parameterisation of each mesh the correspondence is lost, and the rank with it.
  */
 #include "group.h"
 
@@ -64,7 +64,7 @@ static double analyse(const char *name, size_t n, const struct srnf_register_opt
     return total;
 }
 
-/* ---- With the correspondence of the vertices -------------------------------------------------- */
+/* ---- With the correspondence of the vertices ------------------------------------------------- */
 
 /* Weights of the corners of a face at a point of it: areas of the opposite triangles. */
 static void corner_weights(const struct srnf_mesh *mesh, uint32_t face, const double x[3],
