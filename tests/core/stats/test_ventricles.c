@@ -52,7 +52,9 @@ static double analyse(const char *name, size_t n, const struct srnf_register_opt
     for (size_t k = 0; k < pca.components; k++) {
         sum += pca.explained[k];
         *first_twelve = k < RANK ? sum : *first_twelve;
-        printf(k < 16 ? " %.4f" : "", sum);
+        if (k < 16) {
+            printf(" %.4f", sum);
+        }
     }
     printf("\n");
     assert_true(fabs(sum - 1.0) <= 1e-6);
