@@ -711,8 +711,7 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
  * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
  *   surfaces  [in] n pointers to double[3][(L+1)^2]
- *   matrix    [out] undefined on error
- * Errors: as srnf_register.
+ * Errors: as srnf_register; the matrix is then undefined.
  */
 SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                                 const struct srnf_register_options *options,
