@@ -428,20 +428,41 @@ struct srnf_fit {
     double diagonal; /* bounding-box diagonal of the mesh */
 };
 
+/* How the sphere is laid on a mesh. */
 enum srnf_parameterization {
     SRNF_PARAMETERIZATION_AUTO = 0,
-    SRNF_PARAMETERIZATION_STAR = 1, /* f = r e + c: radial from a centre of the star kernel */
+    SRNF_PARAMETERIZATION_STAR = 1,  /* f = r e + c: radial from a centre of the star kernel */
+    SRNF_PARAMETERIZATION_AREA = 2,  /* srnf_spherical_map: any mesh of genus 0 */
+    SRNF_PARAMETERIZATION_GIVEN = 3, /* by a second mesh of the same faces on a sphere */
+};
+/* "auto", "star", "area", "given". */
+const char *srnf_parameterization_name(enum srnf_parameterization parameterization);
+
+/* How far a map from a mesh to the unit sphere is from an isometry up to scale. */
+struct srnf_distortion {
+    double symmetric_dirichlet; /* energy / 4 pi: 4 for an isometry, larger otherwise */
+    double log_area_deviation;  /* standard deviation of the log of the area ratio */
+    size_t flipped;             /* faces that the map turns over: 0 in what is returned */
 };
 
 struct srnf_encode_options {
     size_t degree; /* 4 .. 127; default 31 */
     enum srnf_parameterization parameterization;
-    bool center_given; /* otherwise the centre of srnf_star_kernel */
+    bool center_given; /* otherwise the centre of srnf_star_kernel; asks for the route star */
     double center[3];
+    /* For SRNF_PARAMETERIZATION_GIVEN: prepared like the mesh, with the same faces in the same
+       order; its vertices lie on a sphere of any centre and radius. NULL otherwise. */
+    const struct srnf_mesh *sphere;
     bool unit_area;   /* scale to unit area; default true */
-    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r; default 0 */
+    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)), on r in the route
+                         star, on f in the others; default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
+
+/* The route that auto takes for a mesh of this bounding-box diagonal: star or area. Star is there
+   for the closed form; from a centre with little margin its rays graze the surface, and it fits
+   worse than area. */
+enum srnf_parameterization srnf_encode_route(const struct srnf_star *star, double diagonal);
 
 struct srnf_encoded {
     size_t degree;
@@ -449,18 +470,25 @@ struct srnf_encoded {
     */
     double scale;         /* multiplies the surface back to the units of the mesh */
     double origin[3];     /* of the stored surface in the frame of the mesh: x = scale f + origin */
-    enum srnf_parameterization route;
-    struct srnf_star star;
+    enum srnf_parameterization route; /* star, area or given */
+    char reason[240];                 /* one sentence: why this route */
+    struct srnf_star star;            /* of the mesh, whatever the route */
+    struct srnf_distortion distortion;
     struct srnf_fit fit;
     struct srnf_surface_measures measures; /* of the surface as stored */
 };
 
 /*
- * From a prepared mesh without problems to a surface of the given degree. Route star: r is sampled
- * along the rays of a grid twice as fine as the working grid, analysed to degree L - 1, and f = r
- * e, which has degree L exactly; then centred and scaled.
+ * From a prepared mesh without problems to a surface of the given degree. Each route samples the
+ * mesh on a grid twice as fine as the working grid and analyses what it finds there; the result is
+ * centred and scaled.
+ *   star   r along rays from a centre, to degree L - 1; f = r e has degree L exactly
+ *   area   the three coordinates through srnf_spherical_map, to degree L
+ *   given  the same through the map that options->sphere is
+ * Auto takes what srnf_encode_route says, and the other route where that fails.
  *   report  [in] of srnf_mesh_prepare; its first problem is returned as the error
- * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL, SRNF_ENOMEM, SRNF_ECANCELED.
+ * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL (an option, or a sphere that is none:
+ * element is then its first face or vertex at fault), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
                              const struct srnf_encode_options *options,
