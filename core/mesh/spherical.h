@@ -103,7 +103,8 @@ int spherical_orientation(const double a[3], const double b[3], const double c[3
 bool spherical_verify(const struct srnf_mesh *mesh, const double *points, size_t *flipped);
 
 /* spherical_sample.c: the mesh at every node of the grid, values double[3][n_theta][n_phi]. points
-   as of srnf_spherical_map. Errors: SRNF_ENUMERIC (the map leaves a node uncovered), SRNF_ENOMEM. */
+   as of srnf_spherical_map. Errors: SRNF_ENUMERIC (the map leaves a node uncovered),
+   SRNF_ENOMEM. */
 SRNF_CHECKED int spherical_sample(const struct srnf_mesh *mesh, const double *points,
                                   const struct srnf_grid *grid, double *values);
 

@@ -10,7 +10,9 @@
  * The rotation of the map is made canonical: it depends on the shape of the mesh, not on its pose
  * or numbering. With B = integral over the sphere of f e' and B = U S V', the axes are the columns
  * of V, in the order of the singular values, the first two with the sign that makes the third
- * moment integral |f - c|^2 <e, v> positive.
+ * moment integral |x - c|^2 <x - c, u> over the surface positive. That is a number of the surface
+ * alone; its counterpart on the sphere, with e for x - c, is so small that the last digits of the
+ * map would choose the sign.
  *
  * Cost: about 10 us a vertex.
  */
@@ -115,15 +117,13 @@ static void clear(struct spherical *s)
 /* ---- Canonical rotation ------------------------------------------------------------------------
    */
 
-/* Sums over faces by the midpoint rule: weight on the sphere times f(centre) e(centre)', and |f|^2
-   e. */
-static void moments(const struct spherical *s, double b[9], double third[3])
+/* B by the midpoint rule: sum over faces of solid angle times (f - mean f) e' at the centre. */
+static void first_moments(const struct spherical *s, double b[9])
 {
     double center[3] = {0.0, 0.0, 0.0};
     double total = 0.0;
 
     memset(b, 0, 9 * sizeof *b);
-    memset(third, 0, 3 * sizeof *third);
     for (int pass = 0; pass < 2; pass++) {
         for (size_t i = 0; i < s->mesh->n_faces; i++) {
             const uint32_t *face = s->mesh->faces + 3 * i;
@@ -156,7 +156,6 @@ static void moments(const struct spherical *s, double b[9], double third[3])
             vector_subtract(x, center, x);
             for (size_t j = 0; j < 3; j++) {
                 e[j] /= length;
-                third[j] += weight * vector_dot(x, x) * e[j];
             }
             for (size_t j = 0; j < 9; j++) {
                 b[j] += weight * x[j % 3] * e[j / 3];
@@ -164,6 +163,44 @@ static void moments(const struct spherical *s, double b[9], double third[3])
         }
         for (size_t j = 0; j < 3 && pass == 0; j++) {
             center[j] /= total;
+        }
+    }
+}
+
+/* Integral over the surface of |x - c|^2 (x - c), c its area centroid, by the midpoint rule. */
+static void third_moment(const struct spherical *s, double third[3])
+{
+    double center[3] = {0.0, 0.0, 0.0};
+    double total = 0.0;
+
+    memset(third, 0, 3 * sizeof *third);
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t i = 0; i < s->mesh->n_faces; i++) {
+            const double *p[3];
+            double x[3];
+            double first[3];
+            double second[3];
+            double normal[3];
+            double weight; /* twice the area */
+
+            for (size_t k = 0; k < 3; k++) {
+                p[k] = s->positions + 3 * (size_t)s->mesh->faces[3 * i + k];
+            }
+            vector_subtract(p[1], p[0], first);
+            vector_subtract(p[2], p[0], second);
+            vector_cross(first, second, normal);
+            weight = vector_norm(normal);
+            total += pass == 0 ? weight : 0.0;
+            for (size_t j = 0; j < 3; j++) {
+                x[j] = (p[0][j] + p[1][j] + p[2][j]) / 3.0 - center[j];
+            }
+            for (size_t j = 0; j < 3; j++) {
+                third[j] += weight * (pass == 0 ? x[j] : vector_dot(x, x) * x[j]);
+            }
+        }
+        for (size_t j = 0; j < 3 && pass == 0; j++) {
+            center[j] = third[j] / total;
+            third[j] = 0.0;
         }
     }
 }
@@ -178,8 +215,9 @@ static int make_canonical(struct spherical *s)
     double work[64];
     double axes[3][3];
 
-    moments(s, b, third);
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'N', 'A', 3, 3, b, 3, singular, u, 3, vt, 3, work,
+    first_moments(s, b);
+    third_moment(s, third);
+    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, b, 3, singular, u, 3, vt, 3, work,
                             64) != 0) {
         return SRNF_ENUMERIC;
     }
@@ -189,7 +227,7 @@ static int make_canonical(struct spherical *s)
         for (size_t j = 0; j < 3; j++) {
             axes[k][j] = vt[k + 3 * j];
         }
-        sign = vector_dot(axes[k], third) < 0.0 ? -1.0 : 1.0;
+        sign = vector_dot(u + 3 * k, third) < 0.0 ? -1.0 : 1.0;
         for (size_t j = 0; j < 3; j++) {
             axes[k][j] *= sign;
         }

@@ -256,6 +256,41 @@ static uint32_t *mates(const struct srnf_mesh *mesh)
     return mate;
 }
 
+struct srnf_mesh triangulations_subdivided(const struct srnf_mesh *mesh)
+{
+    struct srnf_mesh fine =
+        meshes_blank(mesh->n_vertices + 3 * mesh->n_faces / 2, 4 * mesh->n_faces);
+    uint32_t *mate = mates(mesh);
+    uint32_t *middle = srnf_alloc(3 * mesh->n_faces, sizeof *middle);
+    uint32_t next = (uint32_t)mesh->n_vertices;
+
+    require(middle != NULL, "no memory");
+    memcpy(fine.vertices, mesh->vertices, 3 * mesh->n_vertices * sizeof(double));
+    for (uint32_t c = 0; c < 3 * mesh->n_faces; c++) {
+        const double *a = mesh->vertices + 3 * (size_t)mesh->faces[c];
+        const double *b = mesh->vertices + 3 * (size_t)mesh->faces[next_corner(c)];
+
+        if (mate[c] < c) {
+            middle[c] = middle[mate[c]];
+            continue;
+        }
+        set_vertex(&fine, next, 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]));
+        middle[c] = next++;
+    }
+    for (size_t f = 0; f < mesh->n_faces; f++) {
+        const uint32_t *v = mesh->faces + 3 * f;
+        const uint32_t *m = middle + 3 * f;
+
+        for (size_t k = 0; k < 3; k++) {
+            set_face(&fine, 4 * f + k, v[k], m[k], m[(k + 2) % 3]);
+        }
+        set_face(&fine, 4 * f + 3, m[0], m[1], m[2]);
+    }
+    srnf_free(middle);
+    srnf_free(mate);
+    return fine;
+}
+
 /* Is there an edge from the vertex of this corner to `other`? Walks once around it. */
 static bool is_neighbor(const struct srnf_mesh *mesh, const uint32_t *mate, uint32_t corner,
                         uint32_t other)

@@ -27,6 +27,9 @@ struct srnf_mesh triangulations_stacked(size_t n, bool newest, struct test_rando
 struct srnf_mesh triangulations_tube(void (*path)(double t, double x[3]),
                                      double (*radius)(double t), size_t rings, size_t sides);
 
+/* Each face cut into four at the middles of its edges; the mesh must be closed. */
+struct srnf_mesh triangulations_subdivided(const struct srnf_mesh *mesh);
+
 /* Replaces edges drawn at random by the other diagonal of their two faces, in place, `tries` times
    where that leaves a triangulation. Positions stay. */
 void triangulations_flip_edges(struct srnf_mesh *mesh, size_t tries, struct test_random *random);

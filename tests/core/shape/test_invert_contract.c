@@ -1,0 +1,213 @@
+/*
+ * test_invert_contract.c - what inversion promises its caller beside the surface: the same bits for
+ * any spreading of its loops, progress, cancellation, limits, and answers to wrong arguments.
+ */
+#include "inversions.h"
+#include "support/parallel.h"
+
+static void same_bits_on_any_threads(void **state)
+{
+    const struct srnf_context contexts[] = {{.parallel_for = parallel_backwards},
+                                            {.parallel_for = parallel_threads}};
+    struct srnf_inversion alone;
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("5 arms"));
+    assert_int_equal(srnf_invert(s.sht, s.q, NULL, NULL, &alone, NULL), SRNF_OK);
+    for (size_t k = 0; k < 2; k++) {
+        struct srnf_inversion result;
+
+        assert_int_equal(srnf_invert(s.sht, s.q, NULL, &contexts[k], &result, NULL), SRNF_OK);
+        assert_memory_equal(result.coefficients, alone.coefficients, s.count * sizeof(double));
+        assert_true(result.energy == alone.energy);
+        assert_true(result.transforms == alone.transforms);
+        assert_true(result.smallest_singular_value == alone.smallest_singular_value);
+        assert_true(result.certificate.second_eigenvalue == alone.certificate.second_eigenvalue);
+        srnf_inversion_clear(&result);
+    }
+    srnf_inversion_clear(&alone);
+    shapes_close(&s);
+}
+
+struct watcher {
+    size_t calls, reports;
+    size_t stop_after; /* SIZE_MAX: never */
+    double last;
+};
+
+static bool watch_canceled(void *user)
+{
+    struct watcher *w = user;
+
+    return w->calls++ >= w->stop_after;
+}
+
+static void watch_progress(void *user, double fraction, const char *message)
+{
+    struct watcher *w = user;
+
+    assert_non_null(message);
+    assert_true(fraction >= 0.0 && fraction <= 1.0);
+    w->last = fraction;
+    w->reports++;
+}
+
+/* Every method stops at the first call that says so, with nothing left behind. */
+static void cancels(void **state)
+{
+    const enum srnf_inversion_method methods[] = {SRNF_INVERT_AUTO, SRNF_INVERT_GAUSS_NEWTON,
+                                                  SRNF_INVERT_GRADIENT};
+    struct watcher w = {.stop_after = SIZE_MAX};
+    struct srnf_context context = {
+        .user = &w, .progress = watch_progress, .canceled = watch_canceled};
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open(&s, 10);
+    shapes_fill(&s, shapes_arms, 4.0);
+    for (size_t m = 0; m < 3; m++) {
+        struct srnf_invert_options options = srnf_invert_options_defaults();
+        struct srnf_inversion result;
+        size_t calls;
+
+        options.method = methods[m];
+        options.initial = SRNF_INITIAL_SPHERE;
+        options.max_iterations = 50;
+        w = (struct watcher){.stop_after = SIZE_MAX};
+        assert_true(srnf_invert(s.sht, s.q, &options, &context, &result, NULL) >= 0);
+        srnf_inversion_clear(&result);
+        assert_true(w.reports > 0 && w.last >= 0.1);
+        calls = w.calls;
+        assert_true(calls > 2);
+        for (size_t stop = 0; stop < calls; stop += 1 + calls / 20) {
+            struct srnf_error error = {0};
+
+            w = (struct watcher){.stop_after = stop};
+            assert_int_equal(srnf_invert(s.sht, s.q, &options, &context, &result, &error),
+                             SRNF_ECANCELED);
+            assert_int_equal(error.status, SRNF_ECANCELED);
+            assert_null(result.coefficients);
+            assert_null(result.history);
+        }
+    }
+    shapes_close(&s);
+}
+
+static void stops_at_its_limit(void **state)
+{
+    const enum srnf_inversion_method methods[] = {SRNF_INVERT_GAUSS_NEWTON, SRNF_INVERT_GRADIENT};
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("bent capsule"));
+    for (size_t m = 0; m < 2; m++) {
+        struct srnf_invert_options options = srnf_invert_options_defaults();
+        struct srnf_inversion result;
+
+        options.method = methods[m];
+        options.initial = SRNF_INITIAL_SPHERE;
+        options.max_iterations = 3;
+        assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL),
+                         SRNF_WNOT_CONVERGED);
+        assert_true(result.iterations == 3 && !result.converged);
+        assert_true(result.stopped == SRNF_STOP_MAX_ITERATIONS);
+        assert_true(figure_finite(s.count, result.coefficients));
+        assert_false(result.certificate.computed);
+        srnf_inversion_clear(&result);
+    }
+    shapes_close(&s);
+}
+
+static void refuses_wrong_arguments(void **state)
+{
+    const double tolerances[] = {0.0, -1.0, 1e-31, 2.0, NAN};
+    const double values[] = {NAN, INFINITY, 1e200};
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct srnf_error error = {0};
+    struct shapes_surface s;
+    double kept;
+    (void)state;
+
+    shapes_open(&s, 8);
+    assert_int_equal(srnf_invert(s.sht, s.q, NULL, NULL, &result, &error), SRNF_EINVAL); /* q = 0 */
+    assert_non_null(strstr(error.message, "zero"));
+    shapes_fill(&s, shapes_bumpy, 0.0);
+    kept = s.q[11];
+    for (size_t k = 0; k < 3; k++) {
+        s.q[11] = values[k];
+        assert_int_equal(srnf_invert(s.sht, s.q, NULL, NULL, &result, &error), SRNF_EINVAL);
+        assert_null(result.coefficients);
+    }
+    s.q[11] = kept;
+    for (size_t k = 0; k < 5; k++) {
+        options.tolerance = tolerances[k];
+        assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, &error), SRNF_EINVAL);
+        assert_non_null(strstr(error.message, "tolerance"));
+    }
+    options = srnf_invert_options_defaults();
+    options.max_iterations = SIZE_MAX;
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_EINVAL);
+    options = srnf_invert_options_defaults();
+    options.initial = SRNF_INITIAL_SURFACE; /* without one */
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_EINVAL);
+    options.surface = s.f;
+    s.f[5] = NAN;
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_EINVAL);
+    shapes_close(&s);
+}
+
+/* Starts and targets with points where n = 0 are survived, whatever comes of them. */
+static void survives_degenerate_targets(void **state)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    double *point;
+    (void)state;
+
+    shapes_open(&s, 8);
+    shapes_fill(&s, shapes_bumpy, 0.0);
+    point = shapes_doubles(s.count);
+    options.initial = SRNF_INITIAL_SURFACE;
+    options.surface = point;
+    assert_true(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL) >= 0);
+    assert_true(figure_finite(s.count, result.coefficients));
+    srnf_inversion_clear(&result);
+    for (size_t i = 0; i < s.points; i++) { /* q without a second and third component */
+        s.q[s.points + i] = s.q[2 * s.points + i] = 0.0;
+    }
+    assert_true(srnf_invert(s.sht, s.q, NULL, NULL, &result, NULL) >= 0);
+    assert_true(figure_finite(s.count, result.coefficients));
+    srnf_inversion_clear(&result);
+    for (size_t i = 0; i < s.points / 2; i++) { /* q that vanishes on half of the sphere */
+        s.q[i] = 0.0;
+    }
+    assert_true(srnf_invert(s.sht, s.q, NULL, NULL, &result, NULL) >= 0);
+    assert_true(figure_finite(s.count, result.coefficients));
+    srnf_inversion_clear(&result);
+    srnf_free(point);
+    shapes_close(&s);
+}
+
+static void names_of_stops(void **state)
+{
+    (void)state;
+    assert_string_equal(srnf_stop_name(SRNF_STOP_TOLERANCE), "tolerance");
+    assert_string_equal(srnf_stop_name(SRNF_STOP_MAX_ITERATIONS), "maxIterations");
+    assert_string_equal(srnf_stop_name((enum srnf_stop)99), "unknown");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_bits_on_any_threads),    cmocka_unit_test(cancels),
+        cmocka_unit_test(stops_at_its_limit),          cmocka_unit_test(refuses_wrong_arguments),
+        cmocka_unit_test(survives_degenerate_targets), cmocka_unit_test(names_of_stops),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    openblas_set_num_threads(1);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

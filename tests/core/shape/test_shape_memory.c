@@ -1,0 +1,212 @@
+/*
+ * test_shape_memory.c - what core/shape does when memory runs out: each allocation in turn is refused.
+ *
+ * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
+ * library. They count what is alive and refuse the n-th request.
+ */
+#include "figures.h"
+#include "support/meshes.h"
+
+#include <stdlib.h>
+
+static size_t requests; /* since the last reset */
+static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
+static size_t alive;
+
+void *srnf_alloc(size_t count, size_t size)
+{
+    void *pointer;
+
+    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
+        return NULL;
+    }
+    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
+    if (pointer) {
+        memset(pointer, 0, count * size);
+        alive++;
+    }
+    return pointer;
+}
+
+void srnf_free(void *pointer)
+{
+    alive -= pointer != NULL;
+    free(pointer);
+}
+
+static void reset(size_t refuse)
+{
+    requests = 0;
+    refused = refuse;
+}
+
+/* One computation; it leaves nothing allocated, and finds its outputs empty when it fails. */
+struct subject {
+    const char *name;
+    int (*run)(const struct shapes_surface *s);
+};
+
+static int run_invert(const struct shapes_surface *s)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct srnf_error error = {0};
+    int status;
+
+    options.initial = SRNF_INITIAL_SPHERE;
+    status = srnf_invert(s->sht, s->q, &options, NULL, &result, &error);
+    if (status < 0) {
+        assert_null(result.coefficients);
+        assert_null(result.history);
+        assert_int_equal(error.status, status);
+    }
+    srnf_inversion_clear(&result);
+    return status;
+}
+
+static int run_spectral(const struct shapes_surface *s)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    int status;
+
+    options.method = SRNF_INVERT_SPECTRAL;
+    status = srnf_invert(s->sht, s->q, &options, NULL, &result, NULL);
+    srnf_inversion_clear(&result);
+    return status;
+}
+
+static int run_gradient(const struct shapes_surface *s)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    int status;
+
+    options.method = SRNF_INVERT_GRADIENT;
+    options.initial = SRNF_INITIAL_SPHERE;
+    options.max_iterations = 5;
+    options.certify = false;
+    status = srnf_invert(s->sht, s->q, &options, NULL, &result, NULL);
+    srnf_inversion_clear(&result);
+    return status;
+}
+
+static int run_geodesic(const struct shapes_surface *s)
+{
+    struct srnf_geodesic_options options = {.method = SRNF_GEODESIC_SRNF, .steps = 3};
+    struct srnf_geodesic result;
+    double *to = malloc(s->count * sizeof *to);
+    struct srnf_error error = {0};
+    int status;
+
+    assert_non_null(to);
+    for (size_t i = 0; i < s->count; i++) {
+        to[i] = (1.0 + 0.1 * (double)(i % 3)) * s->f[i];
+    }
+    status = srnf_geodesic(s->sht, s->f, to, &options, NULL, &result, &error);
+    if (status < 0) {
+        assert_null(result.coefficients);
+        assert_null(result.times);
+        assert_int_equal(error.status, status);
+    }
+    srnf_geodesic_clear(&result);
+    free(to);
+    return status;
+}
+
+static int run_encode(const struct shapes_surface *s)
+{
+    const size_t keep = refused;
+    struct srnf_mesh mesh;
+    struct srnf_mesh_report report;
+    struct srnf_encode_options options = srnf_encode_options_defaults();
+    struct srnf_encoded encoded;
+    struct srnf_error error = {0};
+    int status;
+
+    (void)s;
+    reset(SIZE_MAX);
+    mesh = meshes_star(4);
+    assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
+    reset(keep);
+    options.degree = 6;
+    status = srnf_encode(&mesh, &report, &options, NULL, &encoded, &error);
+    if (status < 0) {
+        assert_null(encoded.coefficients);
+        assert_int_equal(error.status, status);
+    }
+    srnf_free(encoded.coefficients);
+    srnf_mesh_clear(&mesh);
+    return status;
+}
+
+static int run_triangulate(const struct shapes_surface *s)
+{
+    struct srnf_mesh mesh = {0};
+    double *normals = NULL;
+    int status = srnf_surface_triangulate(s->degree, s->f, 3, &mesh, &normals);
+
+    if (status < 0) {
+        assert_null(mesh.vertices);
+        assert_null(normals);
+    }
+    srnf_free(normals);
+    srnf_mesh_clear(&mesh);
+    return status;
+}
+
+static void survives_each_refusal(void **state)
+{
+    const struct subject subjects[] = {
+        {"srnf_invert, auto, certified", run_invert},
+        {"srnf_invert, spectral", run_spectral},
+        {"srnf_invert, gradient", run_gradient},
+        {"srnf_geodesic", run_geodesic},
+        {"srnf_encode", run_encode},
+        {"srnf_surface_triangulate", run_triangulate},
+    };
+    struct shapes_surface s;
+    (void)state;
+
+    reset(SIZE_MAX);
+    shapes_open(&s, 6);
+    shapes_fill(&s, shapes_arms, 3.0);
+    for (size_t k = 0; k < sizeof subjects / sizeof subjects[0]; k++) {
+        size_t before = alive;
+        size_t total;
+        int status;
+
+        reset(SIZE_MAX);
+        status = subjects[k].run(&s);
+        total = requests;
+        assert_true(status >= 0);
+        assert_int_equal(alive, before);
+        printf("# %s: %zu allocations\n", subjects[k].name, total);
+        assert_true(total > 3 && total < 2000);
+        for (size_t n = 0; n < total; n++) {
+            reset(n);
+            status = subjects[k].run(&s);
+            if (requests <= n) {
+                fail_msg("%s makes fewer requests than before", subjects[k].name);
+            }
+            if (status != SRNF_ENOMEM) {
+                fail_msg("%s, request %zu refused: status %d", subjects[k].name, n, status);
+            }
+            assert_int_equal(alive, before);
+        }
+    }
+    reset(SIZE_MAX);
+    shapes_close(&s);
+    assert_int_equal(alive, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(survives_each_refusal),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    openblas_set_num_threads(1);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
