@@ -6,46 +6,13 @@
  */
 #include "spherical_checks.h"
 
-#include <dirent.h>
 #include <stdlib.h>
 
+#include "support/folders.h"
+
 #define SHARED "../shared/data/"
-#define PATH_MAX_LENGTH 300
-#define FILES_MAX 400
 
 /* ---- Real meshes ----------------------------------------------------------------------------- */
-
-static int by_name(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-/* Paths of the .ply files of a folder in the order of their names, to be freed one by one; 0 when
-   there is no such folder. */
-static size_t list_folder(const char *folder, char *paths[FILES_MAX])
-{
-    DIR *dir = opendir(folder);
-    const struct dirent *entry;
-    size_t n = 0;
-
-    while (dir && n < FILES_MAX && (entry = readdir(dir))) {
-        size_t length = strlen(entry->d_name);
-
-        if (length > 4 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
-            paths[n] = malloc(PATH_MAX_LENGTH);
-            assert_non_null(paths[n]);
-            (void)snprintf(paths[n], PATH_MAX_LENGTH, "%s/%s", folder, entry->d_name);
-            n++;
-        }
-    }
-    if (dir) {
-        (void)closedir(dir);
-    }
-    if (n > 0) {
-        qsort(paths, n, sizeof *paths, by_name);
-    }
-    return n;
-}
 
 static int by_value(const void *a, const void *b)
 {
@@ -66,9 +33,9 @@ struct expectation {
 /* Every mesh of a folder; under a sanitizer a few of many. */
 static void check_folder(const struct expectation *expected)
 {
-    static char *paths[FILES_MAX];
-    static double energies[FILES_MAX];
-    size_t n = list_folder(expected->folder, paths);
+    static char *paths[FOLDERS_FILES_MAX];
+    static double energies[FOLDERS_FILES_MAX];
+    size_t n = folders_list(expected->folder, paths);
     size_t stride = CHECK_SANITIZED && n > 20 ? 10 : 1;
     size_t count = 0;
     double deviation = 0.0;
@@ -85,7 +52,7 @@ static void check_folder(const struct expectation *expected)
         assert_true(meshes_load(paths[i], &mesh));
         assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
         assert_int_equal(report.n_problems, 0);
-        assert_int_equal(check_map(strrchr(paths[i], '/') + 1, &mesh, &map), SRNF_OK);
+        assert_int_equal(check_map(folders_name(paths[i]), &mesh, &map), SRNF_OK);
         assert_int_equal(map.attempts, 1);
         energies[count++] = map.symmetric_dirichlet;
         deviation = fmax(deviation, map.log_area_deviation);
@@ -335,8 +302,8 @@ static void test_pose_and_numbering(void **state)
    decide the signs of the axes, whatever the pose. */
 static void test_axes(void **state)
 {
-    static char *paths[FILES_MAX];
-    size_t n = list_folder("tests/data/aal_subcortex", paths);
+    static char *paths[FOLDERS_FILES_MAX];
+    size_t n = folders_list("tests/data/aal_subcortex", paths);
     double worst = 0.0;
     (void)state;
 
