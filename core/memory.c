@@ -1,9 +1,9 @@
 /*
  * memory.c - the one place where libsrnf allocates.
  *
- * 64-byte alignment serves the widest vector loads and keeps rows of neighbouring threads off one cache
- * line. Memory comes zeroed, so that cleaning up a half-built object is always safe. A test links its own
- * version of this file in front of the library to make the n-th allocation fail.
+ * 64-byte alignment serves the widest vector loads and keeps rows of neighbouring threads off one
+ * cache line. Memory comes zeroed, so that cleaning up a half-built object is always safe. A test
+ * links its own version of this file in front of the library to make the n-th allocation fail.
  */
 #include "srnf.h"
 

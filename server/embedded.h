@@ -1,6 +1,6 @@
 /*
- * embedded.h - files that are part of the binary: migrations/NNNN_*.sql and api/openapi.yaml, put there by
- * deploy/embed.sh at build time, in the order of their names.
+ * embedded.h - files that are part of the binary: migrations/NNNN_*.sql and api/openapi.yaml, put
+ * there by deploy/embed.sh at build time, in the order of their names.
  */
 #ifndef SRNFD_EMBEDDED_H
 #define SRNFD_EMBEDDED_H

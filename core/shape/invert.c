@@ -12,11 +12,11 @@
  * A start that the caller gives means a neighbour is known: then only Levenberg-Marquardt runs,
  * because the eigenproblem knows nothing of neighbours and q may have no exact inverse.
  *
- * A surface that has reached the tolerance is then taken two orders of magnitude further, mostly for
- * nothing, since the last steps converge quadratically: a relative energy E leaves a surface error of
- * up to sqrt(E) / sigma, and sigma is 0.04 on elongated surfaces of degree 31. When the result is to
- * be certified it is polished as far as rounding permits: the certificate must tell the error of f
- * from that of q.
+ * A surface that has reached the tolerance is then taken two orders of magnitude further, mostly
+ * at no cost, since the last steps converge quadratically: a relative energy E leaves a surface
+ * error of up to sqrt(E) / sigma, and sigma is 0.04 on elongated surfaces of degree 31. When the
+ * result is to be certified it is polished as far as rounding permits: the certificate must tell
+ * the error of f from that of q.
  *
  * The result is turned to positive volume (Q(-f) = Q(f)). The bound on the surface error is
  *   2 sqrt(E) / sigma + 8 eps ||q|| / sigma,

@@ -1,6 +1,6 @@
 /*
- * shapes.c - surfaces whose truth is known. The bodies with arms are the hardest of them: thin limbs
- * that leave their common plane, so that no point sees them whole.
+ * shapes.c - surfaces whose truth is known. The bodies with arms are the hardest of them: thin
+ * limbs that leave their common plane, so that no point sees them whole.
  */
 #include "support/shapes.h"
 #include "support/meshes.h"

@@ -21,7 +21,8 @@ struct shapes_case {
     bool unique; /* the certificate must say so; where false it must not */
 };
 
-/* Stars, ellipsoids, bent capsules, and bodies with three to twelve arms bent out of their plane. */
+/* Stars, ellipsoids, bent capsules, and bodies with three to twelve arms bent out of their
+   plane. */
 extern const struct shapes_case shapes_cases[];
 extern const size_t shapes_case_count;
 

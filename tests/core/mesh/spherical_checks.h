@@ -19,8 +19,10 @@
 #include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/timing.h"

@@ -1,7 +1,7 @@
 /*
- * test_certificate.c - what an inversion says about its own result where q is exact: the certificate
- * of uniqueness, and the bound on the surface error beside the true error. test_bound.c has the same
- * with noise.
+ * test_certificate.c - what an inversion says about its own result where q is exact: the
+ * certificate of uniqueness, and the bound on the surface error beside the true error.
+ * test_bound.c has the same with noise.
  */
 #include "inversions.h"
 
@@ -95,7 +95,7 @@ static void another_start(const struct shapes_surface *s, bool near, struct test
    solution at all. */
 static void certified_surfaces_are_reached_from_elsewhere(void **state)
 {
-    const char *const names[] = {"3 arms", "5 arms", "6 arms", "8 arms", "12 arms"};
+    const char *const names[] = {"3 arms", "5 arms", "8 arms", "12 arms"};
     struct test_random random = test_random_seed(2);
     (void)state;
 
@@ -107,7 +107,7 @@ static void certified_surfaces_are_reached_from_elsewhere(void **state)
 
         shapes_open_case(&s, shapes_find(names[k]));
         start = shapes_doubles(s.count);
-        for (size_t i = 0; i < 6; i++) {
+        for (size_t i = 0; i < 4; i++) {
             struct srnf_inversion result;
             bool near = i % 2 == 0;
 
@@ -118,10 +118,10 @@ static void certified_surfaces_are_reached_from_elsewhere(void **state)
             }
             srnf_inversion_clear(&result);
         }
-        printf("# %s: solved from %zu of 3 neighbours and %zu of 3 turned spheres, largest error "
+        printf("# %s: solved from %zu of 2 neighbours and %zu of 2 turned spheres, largest error "
                "%.1e\n",
                names[k], reached[1], reached[0], worst);
-        assert_true(reached[1] >= 2);
+        assert_int_equal(reached[1], 2);
         assert_true(worst <= 1e-5);
         srnf_free(start);
         shapes_close(&s);

@@ -7,7 +7,8 @@
 
 #define PI 3.14159265358979323846
 
-/* The largest |f - r e| over the grid, relative to the mean of r. f comes back without its centre. */
+/* The largest |f - r e| over the grid, relative to the mean of r. f comes back without its
+   centre. */
 static double radius_error(struct shapes_surface *s, const double *f, const double *radius)
 {
     double *r = shapes_doubles(4 * s->points);

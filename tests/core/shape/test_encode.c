@@ -1,6 +1,6 @@
 /*
- * test_encode.c - from meshes to surfaces by the star route: spheres anywhere, a star whose radius is
- * known, real structures, independence of pose, scale and threads, and what is refused.
+ * test_encode.c - from meshes to surfaces by the star route: spheres anywhere, a star whose
+ * radius is known, real structures, independence of pose, scale and threads, and what is refused.
  */
 #include "figures.h"
 #include "support/meshes.h"
@@ -217,8 +217,8 @@ static void pose_and_scale_do_not_matter(void **state)
 
 /* ---- Options --------------------------------------------------------------------------------- */
 
-/* The surface in the units of the mesh is r e about the centre; what the heat kernel does to r shows
-   in the roughness of f. */
+/* The surface in the units of the mesh is r e about the centre; what the heat kernel does to r
+   shows in the roughness of f. */
 static double roughness(size_t degree, const double *f)
 {
     size_t each = srnf_coefficient_count(degree);

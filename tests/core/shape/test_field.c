@@ -1,6 +1,7 @@
 /*
  * test_field.c - the SRNF of a surface, its differential, the energy and its derivative, and the
- * measures of a surface: known values, symmetries, adjointness, and derivatives against differences.
+ * measures of a surface: known values, symmetries, adjointness, and derivatives against
+ * differences.
  */
 #include "figures.h"
 

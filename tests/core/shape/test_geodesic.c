@@ -57,7 +57,8 @@ static void walk(const struct pair *p, enum srnf_geodesic_method method, size_t 
     assert_int_equal(result->degree, DEGREE);
 }
 
-/* What holds for every method: exact ends, times, energies 0 at the ends, E as srnf_energy has it. */
+/* What holds for every method: exact ends, times, energies 0 at the ends, E as srnf_energy has
+   it. */
 static void check_path(const struct pair *p, const struct srnf_geodesic *g)
 {
     const struct shapes_surface *s = &p->from;

@@ -1,7 +1,7 @@
 /*
- * test_invert.c - numerical inversion from the unit sphere, with the truth known: stars, ellipsoids,
- * capsules bent until no point sees the whole of them, and bodies with arms; each in a random
- * position.
+ * test_invert.c - numerical inversion from the unit sphere, with the truth known: stars,
+ * ellipsoids, capsules bent until no point sees the whole of them, and bodies with arms; each in
+ * a random position.
  *
  * A low energy alone proves nothing; what is asserted is the surface error, the L2 norm of the
  * coefficients at unit area without the translation.
@@ -72,8 +72,8 @@ static void reaches_random_stars(void **state)
     }
 }
 
-/* What the cases claim about themselves: no point sees the whole of a bent capsule or of a body with
-   bent arms. */
+/* What the cases claim about themselves: no point sees the whole of a bent capsule or of a body
+   with bent arms. */
 static void cases_are_star_shaped_or_not(void **state)
 {
     (void)state;

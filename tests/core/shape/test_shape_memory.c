@@ -1,5 +1,6 @@
 /*
- * test_shape_memory.c - what core/shape does when memory runs out: each allocation in turn is refused.
+ * test_shape_memory.c - what core/shape does when memory runs out: each allocation in turn is
+ * refused.
  *
  * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
  * library. They count what is alive and refuse the n-th request.

@@ -1,6 +1,6 @@
 /*
- * test_surface.c - the triangulation of a surface: its vertices lie on it, its normals are exact, its
- * topology is that of a sphere.
+ * test_surface.c - the triangulation of a surface: its vertices lie on it, its normals are exact,
+ * its topology is that of a sphere.
  */
 #include "figures.h"
 
@@ -46,7 +46,8 @@ static void ellipsoid_has_exact_normals(void **state)
     srnf_mesh_clear(&mesh);
 }
 
-/* Face normals of ever finer triangulations approach the mean of the exact ones at their corners. */
+/* Face normals of ever finer triangulations approach the mean of the exact ones at their
+   corners. */
 static void normals_are_those_of_the_faces(void **state)
 {
     const size_t frequencies[] = {16, 32, 64};

@@ -1,0 +1,425 @@
+/*
+ * register.c - elastic registration of two surfaces: options, both directions, and the report.
+ *
+ * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
+ * d(b, a) to the last bit: both directions are searched, the lower objective is kept (the objective
+ * itself is symmetric), and two swaps follow, in which the warp is inverted and optimised in the
+ * other direction. The answer is the warp or its inverse.
+ *
+ * Everything reported is measured on the template's grid from exact values; the least and the
+ * largest Jacobian on a grid finer by half. The coefficients of the registered surface are a
+ * projection to degree L: truncation_error says what it costs.
+ */
+#include "registration.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SWAPS 2
+#define DEGREE_MAX 32
+#define FINER(n) ((3 * (n) + 1) / 2)
+
+struct srnf_register_options srnf_register_options_defaults(void)
+{
+    return (struct srnf_register_options){.rotation = true,
+                                          .reparameterization = true,
+                                          .degree = 12,
+                                          .penalty_jacobian = 0.003,
+                                          .penalty_displacement = 0.01};
+}
+
+void srnf_registration_clear(struct srnf_registration *r)
+{
+    srnf_free(r->coefficients);
+    srnf_free(r->q);
+    srnf_free(r->points);
+    srnf_free(r->jacobian);
+    srnf_warp_clear(&r->warp);
+    *r = (struct srnf_registration){0};
+}
+
+/* What one call works on. */
+struct call {
+    const struct srnf_sht *sht;
+    const struct srnf_register_options *options;
+    const struct srnf_context *context;
+    size_t degree, count, n; /* count = 3 (L+1)^2, n = grid points */
+    double *q1, *q2;         /* [3][n] of the template and of the moving surface as given */
+    void *workspace;
+};
+
+static int call_create(struct call *c, const struct srnf_sht *sht, const double *template_surface,
+                       const double *template_q, const double *moving)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+
+    c->sht = sht;
+    c->degree = srnf_sht_degree(sht);
+    c->count = 3 * srnf_coefficient_count(c->degree);
+    c->n = grid->n_theta * grid->n_phi;
+    c->q1 = srnf_alloc(6 * c->n, sizeof(double));
+    c->workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
+    if (!c->q1 || !c->workspace) {
+        return SRNF_ENOMEM;
+    }
+    c->q2 = c->q1 + 3 * c->n;
+    if (template_q) {
+        memcpy(c->q1, template_q, 3 * c->n * sizeof(double));
+    } else {
+        srnf_field(sht, template_surface, c->q1, c->workspace);
+    }
+    srnf_field(sht, moving, c->q2, c->workspace);
+    return SRNF_OK;
+}
+
+static void call_clear(struct call *c)
+{
+    srnf_free(c->q1);
+    srnf_free(c->workspace);
+}
+
+static double field_distance(const struct call *c, const double *a, const double *b)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(c->sht);
+    double sum = 0.0;
+
+    for (size_t row = 0; row < grid->n_theta; row++) {
+        for (size_t k = 0; k < 3 * grid->n_phi; k++) {
+            size_t at = k / grid->n_phi * c->n + row * grid->n_phi + k % grid->n_phi;
+            double d = a[at] - b[at];
+
+            sum += grid->weight[row] * d * d;
+        }
+    }
+    return sqrt(sum);
+}
+
+/* ---- Both directions ------------------------------------------------------------------------- */
+
+/* Registration with a as the template, from nothing (chain NULL) or from a chain. */
+static int one_way(const struct call *c, const double *q_template, const double *moving,
+                   const struct srnf_warp *chain, struct search_result *result)
+{
+    struct search search;
+    int status = search_create(&search, c->sht, q_template, moving, c->options, c->context);
+
+    if (status) {
+        return status;
+    }
+    *result = (struct search_result){0};
+    status = chain ? search_continue(&search, chain, result) : search_run(&search, result);
+    search_clear(&search);
+    return status;
+}
+
+/* The same order for (a, b) and (b, a). */
+static bool in_order(size_t count, const double *a, const double *b)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (a[i] < b[i] || b[i] < a[i]) {
+            return a[i] < b[i];
+        }
+    }
+    return true;
+}
+
+struct pair {
+    const double *q[2], *surface[2];
+    struct srnf_warp best; /* as found */
+    size_t direction;      /* best has surface[direction] as its template */
+    double objective, gap;
+    struct search_result info;
+};
+
+static void keep(struct pair *pair, size_t direction, struct search_result *result)
+{
+    srnf_warp_clear(&pair->best);
+    pair->best = result->warp.chain;
+    result->warp.chain = (struct srnf_warp){0};
+    pair->direction = direction;
+    pair->objective = result->warp.objective;
+}
+
+static int search_pair(const struct call *c, struct pair *pair)
+{
+    struct search_result results[2] = {{.iterations = 0}, {.iterations = 0}};
+    int status = one_way(c, pair->q[0], pair->surface[1], NULL, &results[0]);
+    size_t best;
+
+    if (status == SRNF_OK) {
+        status = one_way(c, pair->q[1], pair->surface[0], NULL, &results[1]);
+    }
+    if (status == SRNF_OK) {
+        double a = results[0].warp.objective;
+        double b = results[1].warp.objective;
+
+        best = b < a;
+        pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
+        pair->info = results[best];
+        pair->info.warp = (struct warp){0};
+        pair->info.iterations = results[0].iterations + results[1].iterations;
+        keep(pair, best, &results[best]);
+    }
+    search_result_clear(&results[0]);
+    search_result_clear(&results[1]);
+    return status;
+}
+
+/* Inverts the best warp and optimises in the other direction; keeps what is lower. */
+static int swap_once(const struct call *c, struct pair *pair)
+{
+    struct srnf_warp inverse = {0};
+    struct search_result result = {.iterations = 0};
+    size_t other = 1 - pair->direction;
+    int status = warp_invert(&pair->best, &inverse);
+
+    if (status == SRNF_OK) {
+        status = one_way(c, pair->q[other], pair->surface[1 - other], &inverse, &result);
+    }
+    if (status == SRNF_OK) {
+        pair->info.iterations += result.iterations;
+        if (result.warp.objective < pair->objective) {
+            keep(pair, other, &result);
+        }
+    }
+    srnf_warp_clear(&inverse);
+    search_result_clear(&result);
+    /* An inverse that cannot be computed only means that there is nothing to polish. */
+    return status == SRNF_ENUMERIC ? SRNF_OK : status;
+}
+
+static int symmetric_search(const struct call *c, const double *template_surface,
+                            const double *moving, struct search_result *result, double *gap)
+{
+    bool order = in_order(c->count, template_surface, moving);
+    struct pair pair = {
+        .q = {order ? c->q1 : c->q2, order ? c->q2 : c->q1},
+        .surface = {order ? template_surface : moving, order ? moving : template_surface}};
+    size_t wanted = order ? 0 : 1; /* the template's place in the pair */
+    struct srnf_warp inverse = {0};
+    struct search search;
+    int status = search_pair(c, &pair);
+
+    for (int k = 0; k < SWAPS && status == SRNF_OK; k++) {
+        status = swap_once(c, &pair);
+    }
+    if (status == SRNF_OK && pair.direction != wanted) {
+        status = warp_invert(&pair.best, &inverse);
+        if (status == SRNF_OK) {
+            srnf_warp_clear(&pair.best);
+            pair.best = inverse;
+        }
+    }
+    if (status == SRNF_OK) {
+        status = search_create(&search, c->sht, c->q1, moving, c->options, c->context);
+    }
+    if (status == SRNF_OK) {
+        *result = pair.info;
+        *gap = pair.gap;
+        status = search_evaluate(&search, &pair.best, result);
+        result->warp.objective = pair.objective; /* measured once, for both directions */
+        search_clear(&search);
+    }
+    srnf_warp_clear(&pair.best);
+    return status;
+}
+
+/* ---- Report ---------------------------------------------------------------------------------- */
+
+/* q, points and Jacobian on the template's grid, distance, rotation. */
+static int report_field(const struct call *c, const double *moving, struct search_result *found,
+                        struct srnf_registration *r)
+{
+    struct moving m = {0};
+    struct samples samples = {0};
+    int status = moving_create(&m, c->degree, moving, c->degree);
+
+    if (status == SRNF_OK) {
+        status = samples_create(&samples, c->n);
+    }
+    r->q = srnf_alloc(3 * c->n, sizeof(double));
+    if (status == SRNF_OK && !r->q) {
+        status = SRNF_ENOMEM;
+    }
+    if (status == SRNF_OK) {
+        moving_evaluate(&m, found->warp.points, &samples);
+        for (size_t i = 0; i < c->n; i++) {
+            double root = sqrt(found->warp.jacobian[i]);
+            const double *q = samples.q + 3 * i;
+
+            for (size_t k = 0; k < 3; k++) {
+                const double *o = found->warp.rotation + 3 * k;
+
+                r->q[k * c->n + i] = root * (o[0] * q[0] + o[1] * q[1] + o[2] * q[2]);
+            }
+        }
+        r->distance = field_distance(c, c->q1, r->q);
+        memcpy(r->rotation, found->warp.rotation, sizeof r->rotation);
+    }
+    moving_clear(&m);
+    samples_clear(&samples);
+    return status;
+}
+
+/* Coefficients of O f2 o gamma and what their truncation costs. */
+static int report_surface(const struct call *c, const double *moving,
+                          const struct search_result *found, struct srnf_registration *r)
+{
+    double *values = srnf_alloc(9 * c->n, sizeof(double));
+    double *turned = values + 3 * c->n;
+    double *q = values + 6 * c->n;
+    double norm;
+    int status;
+
+    r->coefficients = srnf_alloc(c->count, sizeof(double));
+    if (!values || !r->coefficients) {
+        srnf_free(values);
+        return SRNF_ENOMEM;
+    }
+    status = srnf_harmonics_at_points(c->degree, 3, moving, c->n, found->warp.points, values, NULL);
+    if (status == SRNF_OK) {
+        for (size_t k = 0; k < 3; k++) {
+            const double *o = r->rotation + 3 * k;
+
+            for (size_t i = 0; i < c->n; i++) {
+                turned[k * c->n + i] =
+                    o[0] * values[i] + o[1] * values[c->n + i] + o[2] * values[2 * c->n + i];
+            }
+        }
+        srnf_sht_analysis(c->sht, 3, turned, r->coefficients, c->workspace);
+        srnf_field(c->sht, r->coefficients, q, c->workspace);
+        norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
+        r->truncation_error = norm > 0.0 ? field_distance(c, q, r->q) / norm : 0.0;
+    }
+    srnf_free(values);
+    return status;
+}
+
+static int report_jacobian(const struct call *c, struct srnf_registration *r)
+{
+    struct srnf_sht *fine = NULL;
+    size_t n;
+    double *points = NULL;
+    int status =
+        srnf_sht_create(&fine, 1, SRNF_GRID_GAUSS_LEGENDRE, FINER(srnf_sht_grid(c->sht)->n_theta),
+                        FINER(srnf_sht_grid(c->sht)->n_phi));
+
+    if (status) {
+        return status;
+    }
+    n = srnf_sht_grid(fine)->n_theta * srnf_sht_grid(fine)->n_phi;
+    points = srnf_alloc(4 * n, sizeof(double));
+    if (!points) {
+        srnf_sht_destroy(fine);
+        return SRNF_ENOMEM;
+    }
+    registration_nodes(srnf_sht_grid(fine), points, points + 3 * n);
+    status = srnf_warp_apply(&r->warp, n, points, points, points + 3 * n);
+    r->min_jacobian = INFINITY;
+    r->max_jacobian = 0.0;
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        r->min_jacobian = fmin(r->min_jacobian, points[3 * n + i]);
+        r->max_jacobian = fmax(r->max_jacobian, points[3 * n + i]);
+    }
+    srnf_free(points);
+    srnf_sht_destroy(fine);
+    return status;
+}
+
+static int report(const struct call *c, const double *moving, struct search_result *found,
+                  struct srnf_registration *r)
+{
+    int status = report_field(c, moving, found, r);
+
+    if (status == SRNF_OK) {
+        status = report_surface(c, moving, found, r);
+    }
+    if (status) {
+        return status;
+    }
+    r->warp = found->warp.chain;
+    found->warp.chain = (struct srnf_warp){0};
+    r->points = found->warp.points;
+    r->jacobian = found->warp.jacobian;
+    found->warp.points = NULL;
+    found->warp.jacobian = NULL;
+    r->objective = found->warp.objective;
+    r->distance_before = field_distance(c, c->q1, c->q2);
+    r->ambiguity_objective = found->ambiguity_objective;
+    r->ambiguity_angle = found->ambiguity_angle;
+    r->rotational_curvature = found->rotational_curvature;
+    r->iterations = found->iterations;
+    r->converged = true;
+    return report_jacobian(c, r);
+}
+
+/* ---- Driver ---------------------------------------------------------------------------------- */
+
+static int check(const struct srnf_sht *sht, const double *template_surface,
+                 const double *template_q, const double *moving,
+                 const struct srnf_register_options *o, struct srnf_error *error)
+{
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+
+    if (!template_surface && !template_q) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "the template is missing");
+    }
+    if (o->symmetric && !template_surface) {
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "symmetric registration needs the template's surface");
+    }
+    if (o->degree < 1 || o->degree > DEGREE_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "degree %zu is not in 1 to %d", o->degree,
+                         DEGREE_MAX);
+    }
+    if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
+        !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(moving[i]) || (template_surface && !isfinite(template_surface[i]))) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)i, "a coefficient is not finite");
+        }
+    }
+    return SRNF_OK;
+}
+
+int srnf_register(const struct srnf_sht *sht, const double *template_surface,
+                  const double *template_q, const double *moving,
+                  const struct srnf_register_options *options, const struct srnf_registration *warm,
+                  const struct srnf_context *context, struct srnf_registration *registration,
+                  struct srnf_error *error)
+{
+    struct srnf_register_options defaults = srnf_register_options_defaults();
+    struct call call = {.options = options ? options : &defaults, .context = context};
+    struct search_result found = {.iterations = 0};
+    int status;
+
+    *registration = (struct srnf_registration){0};
+    status = check(sht, template_surface, template_q, moving, call.options, error);
+    if (status) {
+        return status;
+    }
+    status = call_create(&call, sht, template_surface, template_q, moving);
+    if (status == SRNF_OK && !(srnf_inner_product(srnf_sht_grid(sht), call.q1, call.q1) > 0.0)) {
+        status = SRNF_EINVAL;
+    }
+    if (status == SRNF_OK && call.options->symmetric) {
+        status = symmetric_search(&call, template_surface, moving, &found,
+                                  &registration->inverse_consistency);
+    } else if (status == SRNF_OK) {
+        status = one_way(&call, call.q1, moving, warm ? &warm->warp : NULL, &found);
+    }
+    if (status == SRNF_OK) {
+        status = report(&call, moving, &found, registration);
+    }
+    if (status) {
+        (void)srnf_fail(error, status, -1, "%s",
+                        status == SRNF_EINVAL ? "the template's SRNF is zero"
+                                              : srnf_strerror(status));
+        srnf_registration_clear(registration);
+    }
+    search_result_clear(&found);
+    call_clear(&call);
+    return status;
+}

@@ -1,0 +1,220 @@
+/*
+ * registration.h - what the files of elastic registration share.
+ *
+ * min over O in SO(3) and gamma in Diff+(S^2) of ||q1 - O (q2, gamma)||^2, (q2, gamma) = sqrt(J) q2
+ * o gamma.
+ *
+ * Nothing is resampled while optimising. The state is the points p_i = gamma(s_i) on the template's
+ * grid and J_i; q2 and its derivative at p_i come from the harmonics of the moving surface itself.
+ * A left step gamma <- exp(w) o gamma moves the points, and multiplies J by the step's own
+ * Jacobian, both in closed form. Since the action is isometric, the Gauss-Newton matrix of left
+ * steps, H_kl = integral <D X_k, D X_l>, D X = X . grad q2 + div X q2 / 2, does not depend on
+ * gamma: it is assembled once for a moving surface and a degree of fields.
+ *
+ * Fields are X = grad phi + p x grad psi with phi and psi of degree D; their coefficients, divided
+ * by sqrt(l (l + 1)), are the unknowns: double[2][(D+1)^2], entries l = 0 unused.
+ */
+#ifndef SRNF_REGISTRATION_H
+#define SRNF_REGISTRATION_H
+
+#include "shape.h"
+#include "mesh/mesh_geometry.h"
+#include "sphere/points.h"
+
+/* ---- The moving surface (registration_moving.c) ------------------------------------------------
+   */
+
+struct moving {
+    size_t degree;
+    double *gradients; /* [3 coordinates][3 components][(L+2)^2]: grad f as vectors of R^3 */
+    struct sphere_points plan;
+};
+
+/* From coefficients of one degree, cut to `degree` if that is lower. */
+SRNF_CHECKED int moving_create(struct moving *moving, size_t from_degree,
+                               const double *coefficients, size_t degree);
+void moving_clear(struct moving *moving);
+
+/* q2 at points: q and its derivatives along the orthonormal tangents t1, t2 (t1 x t2 = p), all
+   [n][3]. */
+struct samples {
+    size_t n;
+    double *memory;
+    double *q, *q_1, *q_2, *t1, *t2;
+    double *values, *gradients; /* scratch of the evaluation */
+};
+SRNF_CHECKED int samples_create(struct samples *samples, size_t n);
+void samples_clear(struct samples *samples);
+void moving_evaluate(const struct moving *moving, const double *points, struct samples *out);
+
+/* Cartesian components of the gradient: from [fields][(D+1)^2] to [fields][3][(D+2)^2]. sht: of
+   degree D + 1 with srnf_sht_workspace_size(.., 3) workspace; scratch: 9 points of its grid and 3
+   (D+2)^2 doubles. */
+struct gradient_operator {
+    size_t degree; /* D */
+    struct srnf_sht *sht;
+    double *scratch;
+    void *workspace;
+};
+SRNF_CHECKED int gradient_operator_create(struct gradient_operator *op, size_t degree);
+void gradient_operator_clear(struct gradient_operator *op);
+void gradient_operator_apply(const struct gradient_operator *op, size_t fields,
+                             const double *coefficients, double *out);
+
+/* ---- Fields and steps (registration_step.c) -----------------------------------------------------
+   */
+
+/* Everything of one degree of fields that steps need. */
+struct fields {
+    size_t degree, count; /* count = (D+1)^2 */
+    struct gradient_operator op;
+    struct sphere_points plan;           /* degree D + 1 */
+    struct sphere_points potential_plan; /* degree D */
+    double *components;                  /* [2][3][(D+2)^2] */
+    double *scale;                       /* [count] 1 / sqrt(l (l + 1)), 0 for l = 0 */
+};
+SRNF_CHECKED int fields_create(struct fields *fields, size_t degree);
+void fields_clear(struct fields *fields);
+/* Moves points by exp(w) and multiplies J; returns the least Jacobian of the step. potentials:
+   [2][count]. In place is allowed. values and gradients: scratch, 6 n and 18 n doubles. */
+double fields_apply(const struct fields *fields, const double *potentials, size_t n,
+                    const double *points, const double *jacobian, double *new_points,
+                    double *new_jacobian, double *values, double *gradients);
+
+/* The inverse of exp(w), by Newton's method at each point; in place. scratch: 25 n doubles. Errors:
+   SRNF_ENUMERIC where it does not converge. */
+SRNF_CHECKED int fields_apply_inverse(const struct fields *fields, const double *potentials,
+                                      size_t n, double *points, double *jacobian, double *scratch);
+
+/* ---- Gauss-Newton matrix (registration_matrix.c) --------------------------------------------- */
+
+/* Unknowns: 2 ((D+1)^2 - 1) of the field, then 3 of the value rotation. */
+static inline size_t registration_unknowns(size_t degree)
+{
+    return 2 * ((degree + 1) * (degree + 1) - 1) + 3;
+}
+/* H of the data term and, times displacement, of the displacement penalty; column-major, lower
+   triangle. */
+SRNF_CHECKED int registration_matrix(const struct moving *moving, size_t degree,
+                                     double displacement, double *matrix);
+
+/* ---- The problem and its state (registration_objective.c) ------------------------------------ */
+
+struct target {
+    size_t n;
+    const double *points; /* [n][3] nodes s_i */
+    const double *weight; /* [n] */
+    const double *q;      /* [n][3] */
+    double norm2;         /* ||q||^2 */
+};
+
+struct penalty {
+    double jacobian, displacement;
+};
+
+struct warp {
+    size_t n;
+    double *points, *jacobian; /* [n][3], [n] */
+    double rotation[9];        /* O, row-major: values of the moving surface are turned by it */
+    double energy;             /* relative to ||q1||^2 */
+    double objective;
+    struct srnf_warp chain; /* what made the points of the nodes */
+};
+/* The identity on the nodes of a target. */
+SRNF_CHECKED int warp_create(struct warp *warp, const struct target *target);
+void warp_clear(struct warp *warp);
+/* Replays a chain on the nodes of a target and keeps a copy of it in place of its own. */
+SRNF_CHECKED int warp_replay(struct warp *warp, const struct target *target,
+                             const struct srnf_warp *chain);
+/* Starts anew from a rotation of the domain. */
+SRNF_CHECKED int warp_rotate(struct warp *warp, const struct target *target,
+                             const double rotation[9]);
+SRNF_CHECKED int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, size_t degree,
+                             const double *values);
+/* out <- the inverse of the chain; out must be empty. */
+SRNF_CHECKED int warp_invert(const struct srnf_warp *chain, struct srnf_warp *out);
+
+struct problem {
+    struct target target;
+    const struct moving *moving;
+    struct penalty penalty;
+    bool free_rotation; /* of the values: false in a common pose */
+};
+
+/* Sets rotation (unless fixed), energy and objective; fills samples. displacement_rotation: O' of
+   the penalty. */
+void registration_objective(const struct problem *problem, struct warp *warp,
+                            struct samples *samples, double displacement_rotation[9]);
+/* R maximising trace(R' B), B row-major: closest rotation; returns that trace. */
+double registration_closest_rotation(const double b[9], double rotation[9]);
+
+/* ---- Optimisation (registration_optimise.c) -------------------------------------------------- */
+
+/* What one degree of fields needs for one moving surface. */
+struct level {
+    struct fields fields;
+    double *matrix; /* relative to ||q1||^2, penalties included */
+};
+SRNF_CHECKED int level_create(struct level *level, const struct problem *problem, size_t degree);
+void level_clear(struct level *level);
+
+struct schedule {
+    size_t max_steps;
+    double decrease; /* stop after two steps that gain less than this part */
+};
+/* Levenberg-Marquardt with left steps. The warp must have been evaluated by registration_objective.
+   */
+SRNF_CHECKED int registration_optimise(const struct problem *problem, const struct level *level,
+                                       const struct schedule *schedule,
+                                       const struct srnf_context *context, struct warp *warp,
+                                       struct samples *samples, size_t *iterations);
+
+/* ---- Global start (registration_start.c) ----------------------------------------------------- */
+
+struct start_rotation {
+    double rotation[9]; /* of the domain, row-major */
+    double energy;      /* relative; rough after the screening, exact after refinement */
+};
+/* Best rotations of the domain by the degree-6 part of q, at least 20 degrees apart, best first.
+   Returns their number. */
+size_t registration_screen(const struct target *target, const struct moving *moving,
+                           size_t capacity, struct start_rotation *starts, int *status);
+/* Levenberg-Marquardt over both rotations; curvature: smallest eigenvalue over rotations of the
+   domain, or NULL. */
+SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_rotation *start,
+                                    double *curvature);
+
+/* ---- One way (registration_search.c) --------------------------------------------------------- */
+
+/* Both surfaces prepared for a search in one direction. */
+struct search {
+    const struct srnf_register_options *options;
+    const struct srnf_context *context;
+    struct problem full, coarse;
+    struct moving moving_full, moving_coarse;
+    double *memory; /* of both targets */
+};
+/* q1: double[3][n_theta][n_phi] on the grid of sht. */
+SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
+                               const double *moving, const struct srnf_register_options *options,
+                               const struct srnf_context *context);
+void search_clear(struct search *search);
+
+struct search_result {
+    struct warp warp;
+    double ambiguity_objective, ambiguity_angle, rotational_curvature;
+    size_t iterations;
+};
+/* From nothing: global start, then the fields by rising degree. */
+SRNF_CHECKED int search_run(const struct search *search, struct search_result *result);
+/* From a chain that is known: the fields alone. */
+SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
+                                 struct search_result *result);
+/* A chain as it is: points, Jacobian, rotation and objective. result keeps its other members. */
+SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
+                                 struct search_result *result);
+void search_result_clear(struct search_result *result);
+/* Nodes and weights of a grid: [n][3] and [n]. */
+void registration_nodes(const struct srnf_grid *grid, double *points, double *weight);
+
+#endif
