@@ -190,6 +190,12 @@ alive_still 'wrong requests'
 post "/v1/meshes?format=ply" --data-binary "@$THALAMUS"
 mesh=$(json .id)
 
+post "/v1/meshes?format=ply" --data-binary "@tests/data/aal_subcortex/L_caudate.ply"
+execute encode "{\"mesh\":\"$(json .id)\",\"parameterization\":\"star\"}"
+is "$STATUS $(json .code)" '422 not-star-shaped' 'the route star on a mesh that is not star-shaped'
+like "$(json .detail)" '[0-9.]+ %' 'with the area that is seen from behind'
+alive_still 'what is not star-shaped'
+
 invalid() { # NAME INPUTS POINTER
     execute encode "$2"
     is_problem 422 invalid-input "$1"
