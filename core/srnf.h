@@ -545,7 +545,7 @@ struct srnf_iteration {
 };
 
 struct srnf_certificate {
-    bool computed;   /* false: too large, not asked for, or q was not exact */
+    bool computed;   /* false: too large, not asked for, not converged, or q not exact */
     double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */
     double second_eigenvalue; /* the next one; 0 where it drowned in rounding */
     double threshold;         /* what it must exceed to mean anything */

@@ -279,7 +279,7 @@ static int report(struct shape_run *run, const struct srnf_invert_options *optio
                 (2.0 * sqrt(run->energy) + BOUND_ROUNDING * sqrt(system->q_norm2)) /
                 result->smallest_singular_value;
         }
-        if (status == SRNF_OK && result->relative_energy < EXACT) {
+        if (status == SRNF_OK && result->converged && result->relative_energy < EXACT) {
             status = shape_certify(run, &result->certificate);
         }
     }

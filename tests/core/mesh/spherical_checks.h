@@ -33,7 +33,7 @@
 #define CHECK_DIRECTIONS 5
 
 /* Sanitizers cost a factor of ten: tests of size take less of it then. */
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define CHECK_SANITIZED 1
 #else
 #define CHECK_SANITIZED 0

@@ -3,8 +3,8 @@
  * threads, and up to the tolerance of the relaxation when it is turned, moved, scaled or numbered
  * anew. And a call that is asked to stop does.
  *
- * A shape that is symmetric, or so nearly that the relaxation cannot tell, has no axes to go by: its
- * map may come out turned by half a turn. Those used here are not.
+ * A shape that is symmetric, or so nearly that the relaxation cannot tell, has no axes to go by:
+ * its map may come out turned by half a turn. Those used here are not.
  */
 #include "spherical_checks.h"
 
