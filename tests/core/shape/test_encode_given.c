@@ -1,6 +1,7 @@
 /*
  * test_encode_given.c - encoding by a sphere that comes with the mesh: the library's own map given
- * back, spheres of other radius, place and rotation, and every sphere that is none, refused by name.
+ * back, spheres of other radius, place and rotation, and every sphere that is none, refused by
+ * name.
  */
 #include "figures.h"
 #include "mesh/spherical.h"
