@@ -17,12 +17,12 @@
 #include <stdint.h>
 
 #include <cmocka.h>
-#include <dirent.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/timing.h"
@@ -31,8 +31,6 @@
 #define CHECK_FOUR_PI 12.566370614359172954
 #define CHECK_UNDECIDED 1e-18L
 #define CHECK_DIRECTIONS 5
-#define CHECK_PATH_MAX 300
-#define CHECK_FILES_MAX 400
 
 /* Sanitizers cost a factor of ten: tests of size take less of it then. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -221,38 +219,6 @@ static inline int check_map(const char *name, const struct srnf_mesh *mesh,
         assert_null(map->points);
     }
     return status;
-}
-
-static inline int check_by_name(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-/* Paths of the .ply files of a folder in the order of their names, to be freed one by one; 0 when
-   there is no such folder. */
-static inline size_t check_list(const char *folder, char *paths[CHECK_FILES_MAX])
-{
-    DIR *dir = opendir(folder);
-    const struct dirent *entry;
-    size_t n = 0;
-
-    while (dir && n < CHECK_FILES_MAX && (entry = readdir(dir))) {
-        size_t length = strlen(entry->d_name);
-
-        if (length > 4 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
-            paths[n] = malloc(CHECK_PATH_MAX);
-            assert_non_null(paths[n]);
-            (void)snprintf(paths[n], CHECK_PATH_MAX, "%s/%s", folder, entry->d_name);
-            n++;
-        }
-    }
-    if (dir) {
-        (void)closedir(dir);
-    }
-    if (n > 0) {
-        qsort(paths, n, sizeof *paths, check_by_name);
-    }
-    return n;
 }
 
 #endif

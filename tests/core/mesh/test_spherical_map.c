@@ -29,9 +29,9 @@ struct expectation {
 /* Every mesh of a folder; under a sanitizer a few of many. */
 static void check_folder(const struct expectation *expected)
 {
-    static char *paths[CHECK_FILES_MAX];
-    static double energies[CHECK_FILES_MAX];
-    size_t n = check_list(expected->folder, paths);
+    static char *paths[FOLDERS_FILES_MAX];
+    static double energies[FOLDERS_FILES_MAX];
+    size_t n = folders_list(expected->folder, paths);
     size_t stride = CHECK_SANITIZED && n > 20 ? 10 : 1;
     size_t count = 0;
     double deviation = 0.0;

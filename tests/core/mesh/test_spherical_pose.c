@@ -121,8 +121,8 @@ static void test_pose_and_numbering(void **state)
    decide the signs of the axes, whatever the pose. */
 static void test_axes(void **state)
 {
-    static char *paths[CHECK_FILES_MAX];
-    size_t n = check_list("tests/data/aal_subcortex", paths);
+    static char *paths[FOLDERS_FILES_MAX];
+    size_t n = folders_list("tests/data/aal_subcortex", paths);
     double worst = 0.0;
     (void)state;
 
