@@ -91,7 +91,8 @@ struct srnf_error {
 /* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
    cancellable, one thread. parallel_for must call body(argument, i) once for each i in [0, count),
    in any order, on any threads, and return when all calls have returned; results never depend on
-   how it spreads them. */
+   how it spreads them. Where bodies report or ask for cancellation, progress and canceled are
+   called from those threads. */
 struct srnf_context {
     void *user;
     void (*progress)(void *user, double fraction, const char *message);
@@ -710,7 +711,7 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
  * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
  *   surfaces  [in] n pointers to double[3][(L+1)^2]
- * Errors: as srnf_register.
+ * Errors: as srnf_register; the matrix is then undefined.
  */
 SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                                 const struct srnf_register_options *options,

@@ -208,6 +208,8 @@ static int symmetric_search(const struct call *c, const double *template_surface
         if (status == SRNF_OK) {
             srnf_warp_clear(&pair.best);
             pair.best = inverse;
+        } else {
+            srnf_warp_clear(&inverse); /* what there is of it */
         }
     }
     if (status == SRNF_OK) {

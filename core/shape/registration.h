@@ -210,6 +210,9 @@ SRNF_CHECKED int search_run(const struct search *search, struct search_result *r
 /* From a chain that is known: the fields alone. */
 SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
+/* From points, Jacobian and rotation that are known, at the highest degree alone: at most so many
+   steps, which are appended to the chain of the warp. For groups, where a target changes little. */
+SRNF_CHECKED int search_refine(const struct search *search, size_t steps, struct warp *warp);
 /* A chain as it is: points, Jacobian, rotation and objective. result keeps its other members. */
 SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);

@@ -463,3 +463,25 @@ int search_continue(const struct search *s, const struct srnf_warp *chain,
     }
     return status;
 }
+
+int search_refine(const struct search *s, size_t steps, struct warp *warp)
+{
+    size_t degree = s->options->exact && s->options->degree < 32 ? 32 : s->options->degree;
+    struct schedule schedule = {steps, ladder[RUNGS - 1].decrease};
+    struct samples samples = {0};
+    struct level level;
+    size_t iterations = 0;
+    int status = level_create(&level, &s->full, degree);
+
+    if (status) {
+        return status;
+    }
+    status = samples_create(&samples, s->full.target.n);
+    if (status == SRNF_OK) {
+        status = registration_optimise(&s->full, &level, &schedule, s->context, warp, &samples,
+                                       &iterations);
+    }
+    samples_clear(&samples);
+    level_clear(&level);
+    return status;
+}
