@@ -97,11 +97,13 @@ static double field_distance(const struct call *c, const double *a, const double
 /* ---- Both directions ------------------------------------------------------------------------- */
 
 /* Registration with a as the template, from nothing (chain NULL) or from a chain. */
-static int one_way(const struct call *c, const double *q_template, const double *moving,
-                   const struct srnf_warp *chain, struct search_result *result)
+static int one_way(const struct call *c, const double *q_template, const double *surface,
+                   const double *moving, const struct srnf_warp *chain,
+                   struct search_result *result)
 {
     struct search search;
-    int status = search_create(&search, c->sht, q_template, moving, c->options, c->context);
+    int status =
+        search_create(&search, c->sht, q_template, surface, moving, c->options, c->context);
 
     if (status) {
         return status;
@@ -143,11 +145,11 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
 static int search_pair(const struct call *c, struct pair *pair)
 {
     struct search_result results[2] = {{.iterations = 0}, {.iterations = 0}};
-    int status = one_way(c, pair->q[0], pair->surface[1], NULL, &results[0]);
+    int status = one_way(c, pair->q[0], pair->surface[0], pair->surface[1], NULL, &results[0]);
     size_t best;
 
     if (status == SRNF_OK) {
-        status = one_way(c, pair->q[1], pair->surface[0], NULL, &results[1]);
+        status = one_way(c, pair->q[1], pair->surface[1], pair->surface[0], NULL, &results[1]);
     }
     if (status == SRNF_OK) {
         double a = results[0].warp.objective;
@@ -174,7 +176,8 @@ static int swap_once(const struct call *c, struct pair *pair)
     int status = warp_invert(&pair->best, &inverse);
 
     if (status == SRNF_OK) {
-        status = one_way(c, pair->q[other], pair->surface[1 - other], &inverse, &result);
+        status = one_way(c, pair->q[other], pair->surface[other], pair->surface[1 - other],
+                         &inverse, &result);
     }
     if (status == SRNF_OK) {
         pair->info.iterations += result.iterations;
@@ -211,7 +214,8 @@ static int symmetric_search(const struct call *c, const double *template_surface
         }
     }
     if (status == SRNF_OK) {
-        status = search_create(&search, c->sht, c->q1, moving, c->options, c->context);
+        status =
+            search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
@@ -408,7 +412,8 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
         status = symmetric_search(&call, template_surface, moving, &found,
                                   &registration->inverse_consistency);
     } else if (status == SRNF_OK) {
-        status = one_way(&call, call.q1, moving, warm ? &warm->warp : NULL, &found);
+        status = one_way(&call, call.q1, template_q ? NULL : template_surface, moving,
+                         warm ? &warm->warp : NULL, &found);
     }
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);

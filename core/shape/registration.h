@@ -174,13 +174,17 @@ SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_
 struct search {
     const struct srnf_register_options *options;
     const struct srnf_context *context;
+    const struct srnf_sht *sht;
     struct problem full, coarse;
     struct moving moving_full, moving_coarse;
+    struct moving moving_template; /* in exact mode, where the template's surface is known */
+    bool has_template;
     double *memory; /* of both targets */
 };
-/* q1: double[3][n_theta][n_phi] on the grid of sht. */
+/* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
-                               const double *moving, const struct srnf_register_options *options,
+                               const double *template_surface, const double *moving,
+                               const struct srnf_register_options *options,
                                const struct srnf_context *context);
 void search_clear(struct search *search);
 

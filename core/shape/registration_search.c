@@ -9,7 +9,7 @@
  * objective goes on. Refining a basin is a matter of the degrees 4, 8, 12, ... up to the one asked
  * for.
  */
-#include "registration.h"
+#include "registration_exact.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,6 +22,7 @@
 #define RIGID_REFINED ((size_t)10)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define STEPS_MAX 40
+#define EXACT_ENERGY 1e-3 /* below it two surfaces may well be the same up to a warp */
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
 static const struct {
@@ -113,19 +114,25 @@ out:
 }
 
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
-                  const double *moving, const struct srnf_register_options *options,
-                  const struct srnf_context *context)
+                  const double *template_surface, const double *moving,
+                  const struct srnf_register_options *options, const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
 
-    *s = (struct search){.options = options, .context = context};
+    *s = (struct search){.options = options,
+                         .context = context,
+                         .sht = sht,
+                         .has_template = options->exact && template_surface};
     status = prepare_targets(s, sht, q1);
     if (status == SRNF_OK) {
         status = moving_create(&s->moving_full, degree, moving, degree);
     }
     if (status == SRNF_OK) {
         status = moving_create(&s->moving_coarse, degree, moving, COARSE_DEGREE);
+    }
+    if (status == SRNF_OK && s->has_template) {
+        status = moving_create(&s->moving_template, degree, template_surface, degree);
     }
     if (status) {
         search_clear(s);
@@ -147,6 +154,7 @@ void search_clear(struct search *s)
     srnf_free(s->memory);
     moving_clear(&s->moving_full);
     moving_clear(&s->moving_coarse);
+    moving_clear(&s->moving_template);
     s->memory = NULL;
 }
 
@@ -163,7 +171,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
 {
     struct samples samples = {0};
     int status = samples_create(&samples, s->full.target.n);
-    size_t top = s->options->exact && s->options->degree < 32 ? 32 : s->options->degree;
+    size_t top = s->options->degree;
 
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         bool last = k + 1 == RUNGS || ladder[k].degree >= top;
@@ -184,6 +192,10 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
         }
     }
     samples_clear(&samples);
+    if (status == SRNF_OK && s->options->exact && warp->energy < EXACT_ENERGY) {
+        status = registration_polish(&s->full, s->sht, s->has_template ? &s->moving_template : NULL,
+                                     s->context, warp, iterations);
+    }
     return status;
 }
 
