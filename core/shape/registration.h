@@ -152,6 +152,11 @@ SRNF_CHECKED int registration_optimise(const struct problem *problem, const stru
                                        const struct schedule *schedule,
                                        const struct srnf_context *context, struct warp *warp,
                                        struct samples *samples, size_t *iterations);
+/* Minus half the derivative of the objective in the unknowns; samples and rotation as
+   registration_objective left them. gradient: [registration_unknowns]. */
+SRNF_CHECKED int registration_gradient(const struct problem *problem, const struct level *level,
+                                       const struct warp *warp, const struct samples *samples,
+                                       const double displacement_rotation[9], double *gradient);
 
 /* ---- Global start (registration_start.c) ----------------------------------------------------- */
 

@@ -306,6 +306,23 @@ static int advance(struct optimiser *o, struct warp *warp, struct samples *sampl
     return SRNF_OK;
 }
 
+int registration_gradient(const struct problem *problem, const struct level *level,
+                          const struct warp *warp, const struct samples *samples,
+                          const double displacement_rotation[9], double *gradient)
+{
+    struct optimiser o;
+    double torque[3];
+    int status = create(&o, problem, level);
+
+    if (status == SRNF_OK) {
+        load_nodes(&o, warp, samples, displacement_rotation, torque);
+        assemble_rhs(&o, warp, torque);
+        memcpy(gradient, o.rhs, registration_unknowns(level->fields.degree) * sizeof(double));
+        srnf_free(o.memory);
+    }
+    return status;
+}
+
 int registration_optimise(const struct problem *problem, const struct level *level,
                           const struct schedule *schedule, const struct srnf_context *context,
                           struct warp *warp, struct samples *samples, size_t *iterations)
