@@ -667,12 +667,13 @@ struct srnf_registration {
     double *q;          /* [3][n_theta][n_phi] O sqrt(J) q2 o gamma on the template's grid, exact */
     double rotation[9]; /* O, row-major */
     struct srnf_warp warp;
-    double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
-    double *jacobian;                  /* [n_theta][n_phi] */
-    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma|| */
+    double *points;   /* [n_theta][n_phi][3] gamma on the template's grid */
+    double *jacobian; /* [n_theta][n_phi] */
+    double
+        distance; /* ||q1 - O sqrt(J) q2 o gamma||, on the grid of the search: finer if need be */
     double distance_before;            /* ||q1 - q2|| */
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
-    double min_jacobian, max_jacobian; /* on a grid finer by half */
+    double min_jacobian, max_jacobian; /* on a grid of half as many rows again, 72 at least */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
     double
         ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */

@@ -184,7 +184,7 @@ struct search {
     struct moving moving_full, moving_coarse;
     struct moving moving_template; /* in exact mode, where the template's surface is known */
     bool has_template;
-    double *memory; /* of both targets */
+    double *memory, *full_memory; /* of the coarse target and of the full one */
 };
 /* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
@@ -194,7 +194,8 @@ SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht
 void search_clear(struct search *search);
 
 struct search_result {
-    struct warp warp;
+    struct warp warp; /* on the nodes of the full target, which may be finer than the template's */
+    double distance;
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
     size_t iterations;
 };
