@@ -82,8 +82,7 @@ const char *srnf_strerror(int status);
 /* Where and why a call failed. Optional everywhere (NULL is accepted); untouched on success. */
 struct srnf_error {
     int status;
-    int64_t
-        element; /* index of the first offending face, vertex or byte (as message says); -1: none */
+    int64_t element;   /* the first offending face, vertex or byte, as message says; -1: none */
     char message[240]; /* one sentence in English that names the member, face or limit */
 };
 
@@ -99,16 +98,14 @@ struct srnf_context {
     bool (*canceled)(void *user);
     void (*parallel_for)(void *user, size_t count, void (*body)(void *argument, size_t index),
                          void *argument);
-    double (*seconds)(
-        void *user); /* a monotonic clock, for the histories in results; NULL: all 0 */
+    double (*seconds)(void *user); /* a monotonic clock, for histories; NULL: all 0 */
 };
 
 /* ---- Spherical harmonic transform (core/sphere) ---------------------------------------------- */
 
 enum srnf_grid_kind {
     SRNF_GRID_GAUSS_LEGENDRE = 0, /* exact quadrature for degree 2 n_theta - 1 */
-    SRNF_GRID_EQUIANGULAR =
-        1, /* poles included, Clenshaw-Curtis weights, exact for degree n_theta - 1 */
+    SRNF_GRID_EQUIANGULAR = 1,    /* poles, Clenshaw-Curtis weights, exact for degree n_theta - 1 */
 };
 
 /* A grid and its quadrature. Immutable. weight is the weight of one node of the row, so that
@@ -157,8 +154,7 @@ void srnf_sht_destroy(struct srnf_sht *sht);
 const struct srnf_grid *srnf_sht_grid(const struct srnf_sht *sht);
 size_t srnf_sht_degree(const struct srnf_sht *sht);
 
-/* Bytes of workspace that one call with this batch needs; aligned as srnf_alloc aligns (64 bytes).
-   */
+/* Bytes of workspace that one call with this batch needs; aligned as srnf_alloc aligns. */
 size_t srnf_sht_workspace_size(const struct srnf_sht *sht, size_t batch);
 
 /*
@@ -218,7 +214,6 @@ struct srnf_mesh {
     double *vertices; /* [n_vertices][3], in the units of the file */
     uint32_t *faces;  /* [n_faces][3], indices below n_vertices */
 };
-
 /* Frees what the mesh owns and clears it; the struct itself belongs to the caller. */
 void srnf_mesh_clear(struct srnf_mesh *mesh);
 
@@ -235,8 +230,7 @@ struct srnf_mesh_read_info {
     size_t polygons_triangulated; /* faces with more than three corners, cut into fans */
 };
 
-/* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. Reads at most size bytes.
-   */
+/* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */
 enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size);
 
 /* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer",
@@ -248,11 +242,10 @@ enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
  * Reads a mesh from memory.
  *   bytes, size  [in]  the file's content; any bytes at all are safe
  *   format       [in]  the format, or SRNF_MESH_UNKNOWN to sniff it
- *   limits       [in]  NULL: defaults. Counts promised by a header are checked against the limits
- *   and
+ *   limits       [in]  NULL: defaults. Counts promised by a header are checked against them and
  *                      against what the remaining bytes can hold before anything is allocated
- *   mesh         [out] owned by the caller, to be cleared; every index is in range, every
- *   coordinate finite info, error  [out] optional
+ *   mesh         [out] to be cleared; every index is in range, every coordinate finite
+ *   info, error  [out] optional
  * Errors: SRNF_EFORMAT, SRNF_EPARSE (element: the byte, face or vertex, as the message says),
  * SRNF_ELIMIT, SRNF_ENOMEM. Time and memory are bounded by the size of the input and the limits.
  */
@@ -297,10 +290,8 @@ struct srnf_mesh_repairs {
 
 /* One thing that keeps a mesh from being analysed. */
 struct srnf_mesh_problem {
-    int status; /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
-    size_t
-        count; /* boundary edges, non-manifold edges or vertices, disagreeing edges, components, ...
-        */
+    int status;    /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
+    size_t count;  /* boundary edges, non-manifold edges or vertices, components, ... */
     int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
     char detail[160];
 };
@@ -320,16 +311,14 @@ struct srnf_mesh_report {
     double centroid[3]; /* of area */
     struct srnf_mesh_repairs repairs;
     size_t n_problems;
-    struct srnf_mesh_problem
-        problems[SRNF_MESH_PROBLEMS_MAX]; /* in the order of enum srnf_status */
+    struct srnf_mesh_problem problems[SRNF_MESH_PROBLEMS_MAX]; /* ordered as enum srnf_status */
 };
 
 /*
  * Repairs what can be repaired without loss, in place, and reports on topology and size.
  *   mesh            [in/out] vertices may be renumbered; faces keep their order
  *   merge_vertices  [in]     join vertices with equal coordinates, -0 and 0 alike (for STL)
- *   report          [out]    always complete when the call succeeds; a mesh with problems is no
- *   error
+ *   report          [out]    always complete on success; a mesh with problems is no error
  * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite,
  * more than 2^31 / 3 faces), SRNF_ENOMEM.
  */
@@ -353,8 +342,8 @@ struct srnf_star {
  */
 SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star);
 
-/* The same measures at a centre that is given. Errors: SRNF_EINVAL (not finite, or beyond 1e100),
-   SRNF_EDEGENERATE, SRNF_ENOMEM. */
+/* The same at a given centre. Errors: SRNF_EINVAL (not finite, beyond 1e100), SRNF_EDEGENERATE,
+   SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
                               struct srnf_star *star);
 
@@ -369,17 +358,17 @@ void srnf_index_destroy(struct srnf_index *index);
 bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
                     const double direction[3], double *t, uint32_t *face);
 
-/* Squared distance from a point to the mesh; nearest[3] and face are optional. */
+/* Squared distance from a point to the mesh; nearest[3] and face may be NULL. */
 double srnf_index_distance2(const struct srnf_index *index, const double point[3],
                             double nearest[3], uint32_t *face);
 
 /* A bijective map of a closed mesh of genus zero to the unit sphere. */
 struct srnf_spherical_map {
     double *points;             /* [n_vertices][3], unit vectors; owned, freed with srnf_free */
-    double symmetric_dirichlet; /* energy / 4 pi: 4 for an isometry, larger otherwise */
-    double log_area_deviation;  /* standard deviation of the log of the area ratio */
-    size_t flipped;             /* faces turned over: always 0 in what is returned */
-    size_t attempts;            /* 1: the first choice of constants did it */
+    double symmetric_dirichlet; /* these three as in struct srnf_distortion */
+    double log_area_deviation;
+    size_t flipped;
+    size_t attempts; /* 1: the first choice of constants did it */
 };
 
 /*
@@ -388,29 +377,24 @@ struct srnf_spherical_map {
  * numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on the unit
  * sphere), or, if it is symmetric to that, another choice of axes. The same mesh always gives the
  * same bits.
- *   mesh  [in] closed, manifold, oriented, connected, of genus 0 (a report of srnf_mesh_prepare
- *   without
- *              problems)
+ *   mesh  [in] closed, manifold, oriented, connected, of genus 0
  * Errors: SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE (the mesh is not what it has to be, or has no
- * area), SRNF_EINVAL (an index out of range, a vertex without faces, more than 2^31 / 3 faces),
+ * area), SRNF_EINVAL (an index out of range, a vertex without faces, too many faces),
  * SRNF_ENUMERIC (no valid map found), SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_spherical_map(const struct srnf_mesh *mesh,
                                     const struct srnf_context *context,
                                     struct srnf_spherical_map *map, struct srnf_error *error);
 
-/* Geodesic sphere: the icosahedron with each edge cut into frequency parts, projected to the unit
-   sphere. 10 frequency^2 + 2 vertices, 20 frequency^2 faces. Errors: SRNF_EINVAL (0 or above 400),
-   SRNF_ENOMEM. */
+/* Geodesic sphere: the icosahedron with each edge cut in frequency parts, 20 frequency^2 faces, on
+   the unit sphere. Errors: SRNF_EINVAL (0 or above 400), SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_mesh_icosphere(size_t frequency, struct srnf_mesh *mesh);
 
 /* ---- Surfaces (core/shape) ------------------------------------------------------------------- */
 
 struct srnf_surface_measures {
-    double area, volume; /* volume is signed */
-    double centroid[3];  /* of area */
+    double area, volume, centroid[3]; /* volume is signed, the centroid that of area */
 };
-
 /* Area, volume and centroid by the quadrature of the transform's grid. workspace: at least
    srnf_surface_workspace_size bytes. coefficients: double[3][(L+1)^2]. */
 size_t srnf_surface_workspace_size(const struct srnf_sht *sht);
@@ -430,38 +414,57 @@ struct srnf_fit {
     double diagonal; /* bounding-box diagonal of the mesh */
 };
 
+/* How the sphere is laid on a mesh. */
 enum srnf_parameterization {
     SRNF_PARAMETERIZATION_AUTO = 0,
-    SRNF_PARAMETERIZATION_STAR = 1, /* f = r e + c: radial from a centre of the star kernel */
+    SRNF_PARAMETERIZATION_STAR = 1,  /* f = r e + c: radial from a centre of the star kernel */
+    SRNF_PARAMETERIZATION_AREA = 2,  /* srnf_spherical_map: any mesh of genus 0 */
+    SRNF_PARAMETERIZATION_GIVEN = 3, /* by a second mesh of the same faces on a sphere */
+};
+const char *srnf_parameterization_name(enum srnf_parameterization parameterization);
+
+/* How far a map from a mesh to the unit sphere is from an isometry up to scale. */
+struct srnf_distortion {
+    double symmetric_dirichlet; /* energy / 4 pi: 4 for an isometry, larger otherwise */
+    double log_area_deviation;  /* standard deviation of the log of the area ratio */
+    size_t flipped;             /* faces that the map turns over: 0 in what is returned */
 };
 
 struct srnf_encode_options {
     size_t degree; /* 4 .. 127; default 31 */
     enum srnf_parameterization parameterization;
-    bool center_given; /* otherwise the centre of srnf_star_kernel */
+    bool center_given; /* otherwise the centre of srnf_star_kernel; asks for the route star */
     double center[3];
-    bool unit_area;   /* scale to unit area; default true */
-    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r; default 0 */
+    const struct srnf_mesh *sphere; /* of the route given: prepared, the same faces in the same
+                                       order, vertices on a sphere of any centre and radius */
+    bool unit_area;                 /* scale to unit area; default true */
+    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r or f; default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
+/* The route that auto takes for a mesh of this bounding-box diagonal: star or area. */
+enum srnf_parameterization srnf_encode_route(const struct srnf_star *star, double diagonal);
+
 struct srnf_encoded {
     size_t degree;
-    double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, freed with srnf_free
-    */
+    double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, srnf_free */
     double scale;         /* multiplies the surface back to the units of the mesh */
     double origin[3];     /* of the stored surface in the frame of the mesh: x = scale f + origin */
-    enum srnf_parameterization route;
-    struct srnf_star star;
+    enum srnf_parameterization route; /* star, area or given */
+    char reason[240];                 /* one sentence: why this route */
+    struct srnf_star star;            /* of the mesh, whatever the route */
+    struct srnf_distortion distortion;
     struct srnf_fit fit;
     struct srnf_surface_measures measures; /* of the surface as stored */
 };
 
 /*
- * From a prepared mesh without problems to a surface of the given degree. Route star: r is sampled
- * along the rays of a grid twice as fine as the working grid, analysed to degree L - 1, and f = r
- * e, which has degree L exactly; then centred and scaled.
+ * From a prepared mesh without problems to a surface of the given degree, centred and scaled. Star
+ * samples r along rays and analyses it to degree L - 1, so that f = r e has degree L exactly; area
+ * and given analyse the coordinates as srnf_spherical_map or options->sphere lay them out. Auto
+ * takes what srnf_encode_route says, and the other route where that fails.
  *   report  [in] of srnf_mesh_prepare; its first problem is returned as the error
- * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL, SRNF_ENOMEM, SRNF_ECANCELED.
+ * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL (an option, or a sphere that is none:
+ * element is then its first face or vertex at fault), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
                              const struct srnf_encode_options *options,
@@ -542,7 +545,7 @@ struct srnf_iteration {
 };
 
 struct srnf_certificate {
-    bool computed;   /* false: too large, not asked for, or q was not exact */
+    bool computed;   /* false: too large, not asked for, not converged, or q not exact */
     double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */
     double second_eigenvalue; /* the next one; 0 where it drowned in rounding */
     double threshold;         /* what it must exceed to mean anything */
@@ -550,8 +553,7 @@ struct srnf_certificate {
 };
 
 struct srnf_inversion {
-    double *coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, freed with
-    srnf_free */
+    double *coefficients; /* [3][(L+1)^2], positive volume, l = 0 terms 0; owned, srnf_free */
     double energy, relative_energy;
     double gradient_norm; /* of E in the coefficients */
     size_t iterations;
@@ -561,10 +563,8 @@ struct srnf_inversion {
     size_t n_history;
     struct srnf_iteration *history; /* [n_history], owned */
     double transforms;
-    bool flipped; /* -f was found first and turned */
-    double
-        smallest_singular_value; /* of Q_* in the coefficients off the translations; 0: not computed
-        */
+    bool flipped;                   /* -f was found first and turned */
+    double smallest_singular_value; /* of Q_* off the translations; 0: not computed */
     double surface_error_bound; /* L2 distance to the true surface, see core/README.md; < 0: none */
     struct srnf_certificate certificate;
     double closed_form_relative_energy;

@@ -17,6 +17,10 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+/* Sizes that can be analysed: areas are squared once more on the way to an SRNF, and must stay far
+   from the ends of the range of a double. */
+#define DIAGONAL_MIN 1e-30
+#define DIAGONAL_MAX 1e30
 /* Area and volume are sums of rounded terms of at most 1 (for a diagonal of 1) each; what is below
    this part of them is taken for zero. */
 #define EMPTY_AREA 1e-14
@@ -114,6 +118,11 @@ static void add_degeneracies(struct srnf_mesh_report *report, const struct srnf_
         if (topology->degenerate_faces == 0) {
             add_problem(report, SRNF_EDEGENERATE, 1, -1, "the mesh has no faces");
         }
+    } else if (measures->diagonal > 0.0 &&
+               !(measures->diagonal >= DIAGONAL_MIN && measures->diagonal <= DIAGONAL_MAX)) {
+        add_problem(report, SRNF_EDEGENERATE, 1, -1,
+                    "the bounding-box diagonal is %g, not in %g to %g: choose other units",
+                    measures->diagonal, DIAGONAL_MIN, DIAGONAL_MAX);
     } else if (measures->relative_area <= EMPTY_AREA) {
         add_problem(report, SRNF_EDEGENERATE, 1, -1,
                     "the faces have no area: all vertices lie on a line");

@@ -67,6 +67,18 @@ struct triangle_metric {
 void spherical_metric(const struct spherical *s, const double *a, const double *b, const double *c,
                       struct triangle_metric *metric);
 
+/* spherical_distortion.c */
+/* Positions about the centre of the bounding box, in units of its diagonal, and floor_edge. Errors:
+   SRNF_EDEGENERATE (no area). */
+SRNF_CHECKED int spherical_normalise(struct spherical *s);
+/* Of a map of the normalised mesh; leaves flipped alone. */
+void spherical_measure(const struct spherical *s, const double *points,
+                       struct srnf_distortion *distortion);
+/* Of any map, flips counted exactly: points are unit vectors, [n_vertices][3]. Errors: as
+   spherical_normalise, SRNF_ENOMEM. */
+SRNF_CHECKED int spherical_distortion(const struct srnf_mesh *mesh, const double *points,
+                                      struct srnf_distortion *distortion);
+
 /* spherical_collapse.c: down to a tetrahedron; fills the record. */
 SRNF_CHECKED int spherical_collapse(struct spherical *s);
 

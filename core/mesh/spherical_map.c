@@ -24,40 +24,11 @@
 #define GROWTH 1.5
 #define SWEEPS_LEVEL 40
 #define SWEEPS_END 300
-#define FLOOR_EDGE 0.01 /* of the mean edge */
 #define PROGRESS_STEP 4096
 
 static const struct {
     double quality, sliver;
 } attempts[] = {{0.1, 0.02}, {0.01, 0.02}, {1.0, 0.02}, {0.1, 0.1}};
-
-/* Positions about the centre of the bounding box, in units of its diagonal. */
-static int normalise_positions(struct spherical *s)
-{
-    struct srnf_mesh_measures measures;
-    double sum = 0.0;
-
-    srnf_mesh_measure(s->mesh, &measures);
-    if (measures.out_of_range || !(measures.diagonal > 0.0) || !(measures.area > 0.0)) {
-        return SRNF_EDEGENERATE;
-    }
-    for (size_t i = 0; i < s->n; i++) {
-        for (size_t k = 0; k < 3; k++) {
-            s->positions[3 * i + k] =
-                (s->mesh->vertices[3 * i + k] - measures.center[k]) / measures.diagonal;
-        }
-    }
-    for (size_t i = 0; i < 3 * s->mesh->n_faces; i++) {
-        size_t next = i % 3 == 2 ? i - 2 : i + 1;
-        double d[3];
-
-        vector_subtract(s->positions + 3 * (size_t)s->mesh->faces[i],
-                        s->positions + 3 * (size_t)s->mesh->faces[next], d);
-        sum += vector_norm(d);
-    }
-    s->floor_edge = FLOOR_EDGE * sum / (double)(3 * s->mesh->n_faces);
-    return SRNF_OK;
-}
 
 /* The four vertices left go to a regular tetrahedron. */
 static int place_tetrahedron(struct spherical *s)
@@ -276,55 +247,6 @@ static int make_canonical(struct spherical *s)
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
-/* Energy / 4 pi of the piecewise linear map, with the area of the flat image triangles, and the
-   standard deviation of the log area ratio, over the faces. */
-static void measure(const struct spherical *s, struct srnf_spherical_map *map)
-{
-    double energy = 0.0;
-    double mean = 0.0;
-    double square = 0.0;
-    double area = 0.0;
-    double scale = 4.0 * SRNF_PI / s->total_area;
-
-    for (size_t f = 0; f < s->mesh->n_faces; f++) {
-        const uint32_t *face = s->mesh->faces + 3 * f;
-        const double *p[3];
-        struct triangle_metric metric;
-        double first[3];
-        double second[3];
-        double cross[3];
-        double d; /* twice the area of the flat image triangle */
-        double q = 0.0;
-        double weight;
-        double ratio;
-
-        spherical_metric(s, s->positions + 3 * (size_t)face[0], s->positions + 3 * (size_t)face[1],
-                         s->positions + 3 * (size_t)face[2], &metric);
-        for (size_t k = 0; k < 3; k++) {
-            p[k] = s->points + 3 * (size_t)face[k];
-        }
-        for (size_t k = 0; k < 3; k++) {
-            double e[3];
-
-            vector_subtract(p[(k + 1) % 3], p[(k + 2) % 3], e);
-            q += 0.5 * metric.cot[k] * vector_dot(e, e);
-        }
-        vector_subtract(p[1], p[0], first);
-        vector_subtract(p[2], p[0], second);
-        vector_cross(first, second, cross);
-        d = vector_norm(cross);
-        weight = metric.area * scale;
-        ratio = log(0.5 * d / weight);
-        energy += q * (1.0 + 4.0 * weight * weight / (d * d));
-        area += weight;
-        mean += weight * ratio;
-        square += weight * ratio * ratio;
-    }
-    map->symmetric_dirichlet = energy / (4.0 * SRNF_PI);
-    mean /= area;
-    map->log_area_deviation = sqrt(larger(0.0, square / area - mean * mean));
-}
-
 static int create(struct spherical *s, const struct srnf_mesh *mesh,
                   const struct srnf_context *context)
 {
@@ -336,7 +258,7 @@ static int create(struct spherical *s, const struct srnf_mesh *mesh,
     if (!s->positions || !s->points || !s->rings || !s->present) {
         return SRNF_ENOMEM;
     }
-    return normalise_positions(s);
+    return spherical_normalise(s);
 }
 
 static void destroy(struct spherical *s)
@@ -385,7 +307,11 @@ int srnf_spherical_map(const struct srnf_mesh *mesh, const struct srnf_context *
         status = SRNF_ENUMERIC;
     }
     if (status == SRNF_OK) {
-        measure(&s, map);
+        struct srnf_distortion distortion;
+
+        spherical_measure(&s, s.points, &distortion);
+        map->symmetric_dirichlet = distortion.symmetric_dirichlet;
+        map->log_area_deviation = distortion.log_area_deviation;
         map->points = s.points;
         s.points = NULL;
     } else {

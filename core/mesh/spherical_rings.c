@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define CHUNK_ENTRIES ((size_t)1 << 16)
+#define FIND_BLOCK ((uint32_t)32)
 
 struct ring_chunk {
     struct ring_chunk *next;
@@ -77,6 +78,18 @@ uint32_t spherical_ring_find(const struct ring *ring, uint32_t vertex)
 {
     uint32_t i = 0;
 
+    /* Hubs are searched for each of their neighbours: block by block, without branches inside. */
+    for (; i + FIND_BLOCK <= ring->count; i += FIND_BLOCK) {
+        const uint32_t *block = ring->at + i;
+        uint32_t hits = 0;
+
+        for (uint32_t k = 0; k < FIND_BLOCK; k++) {
+            hits += block[k] == vertex;
+        }
+        if (hits > 0) {
+            break;
+        }
+    }
     while (i < ring->count && ring->at[i] != vertex) {
         i++;
     }

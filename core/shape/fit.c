@@ -9,13 +9,15 @@
  * One side alone would not do: a surface that misses a limb is near the mesh everywhere, the limb
  * is not near the surface.
  *
- * Cost: one query of a spatial index per vertex, O(n log n). Sums run in the order of the vertices.
+ * Cost: one query of a spatial index per vertex, O(n log n). Queries run in parallel where the
+ * context can; sums run in the order of the vertices.
  */
 #include "shape/fit.h"
 
 #include "mesh/mesh_geometry.h"
 
 #define QUANTILE 0.95
+#define BLOCK ((size_t)512)
 
 /* A quantile is reached up to the rounding of a sum of weights. */
 #define WEIGHT_ROUNDING 1e-12
@@ -88,8 +90,37 @@ static void summarise(const double *distances, const double *weights, size_t n, 
     fit->rms = largest * sqrt(sum);
 }
 
+struct side {
+    const struct srnf_index *index;
+    const struct srnf_mesh *mesh;
+    double *distances;
+};
+
+/* A block of vertices: enough queries to be worth handing to another thread. */
+static void measure_block(void *argument, size_t block)
+{
+    const struct side *side = argument;
+    size_t begin = block * BLOCK;
+    size_t end = begin + BLOCK < side->mesh->n_vertices ? begin + BLOCK : side->mesh->n_vertices;
+
+    for (size_t i = begin; i < end; i++) {
+        side->distances[i] =
+            sqrt(srnf_index_distance2(side->index, side->mesh->vertices + 3 * i, NULL, NULL));
+    }
+}
+
+/* Distances of the vertices of a mesh to what the index is over. */
+static void measure_side(const struct srnf_context *context, const struct srnf_index *index,
+                         const struct srnf_mesh *mesh, double *distances)
+{
+    struct side side = {index, mesh, distances};
+
+    srnf_parallel_for(context, (mesh->n_vertices + BLOCK - 1) / BLOCK, measure_block, &side);
+}
+
 int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *index,
-                     const struct srnf_mesh *surface_triangulation, struct srnf_fit *fit)
+                     const struct srnf_mesh *surface_triangulation,
+                     const struct srnf_context *context, struct srnf_fit *fit)
 {
     const struct srnf_mesh *surface = surface_triangulation;
     size_t n = mesh->n_vertices + surface->n_vertices;
@@ -119,14 +150,8 @@ int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *inde
     if (status != SRNF_OK) {
         goto out;
     }
-    for (size_t i = 0; i < mesh->n_vertices; i++) {
-        distances[i] =
-            sqrt(srnf_index_distance2(surface_index, mesh->vertices + 3 * i, NULL, NULL));
-    }
-    for (size_t i = 0; i < surface->n_vertices; i++) {
-        distances[mesh->n_vertices + i] =
-            sqrt(srnf_index_distance2(index, surface->vertices + 3 * i, NULL, NULL));
-    }
+    measure_side(context, surface_index, mesh, distances);
+    measure_side(context, index, surface, distances + mesh->n_vertices);
     srnf_mesh_measure(mesh, &measures);
     summarise(distances, weights, n, order, scratch, fit);
     fit->diagonal = measures.diagonal;

@@ -44,6 +44,10 @@
 #define POLISH_TOLERANCE 1e-22 /* the surface is then known to 1e-9 or so */
 #define MARGIN 1e-2            /* of the tolerance, towards which a solution is taken in any case */
 #define EXACT 1e-9 /* relative energy up to which q counts as exact, and may be certified */
+/* Sizes of q whose energy, of the order of its square, and area are far from the ends of the range
+   of doubles. */
+#define FIELD_MIN 1e-120
+#define FIELD_MAX 1e120
 #define BOUND_ROUNDING (8 * 2.2e-16)
 
 struct srnf_invert_options srnf_invert_options_defaults(void)
@@ -279,7 +283,7 @@ static int report(struct shape_run *run, const struct srnf_invert_options *optio
                 (2.0 * sqrt(run->energy) + BOUND_ROUNDING * sqrt(system->q_norm2)) /
                 result->smallest_singular_value;
         }
-        if (status == SRNF_OK && result->relative_energy < EXACT) {
+        if (status == SRNF_OK && result->converged && result->relative_energy < EXACT) {
             status = shape_certify(run, &result->certificate);
         }
     }
@@ -302,12 +306,6 @@ static bool all_finite(size_t n, const double *x)
 static int check(const struct shape_system *system, const struct srnf_invert_options *options,
                  struct srnf_error *error)
 {
-    if (!all_finite(3 * system->points, system->q)) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "q has a value that is not finite");
-    }
-    if (!(system->q_norm2 > 0.0) || !isfinite(system->q_norm2)) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "q is zero, or too large or small to square");
-    }
     if (!(options->tolerance >= 1e-30 && options->tolerance <= 1.0)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "tolerance %g is not in [1e-30, 1]",
                          options->tolerance);
@@ -339,11 +337,10 @@ static int begin(struct shape_run *run, const struct srnf_invert_options *option
     srnf_invert_closed_form(system->sht, system->q, closed, &result->closed_form_relative_energy,
                             workspace);
     closed[0] = closed[system->count / 3] = closed[2 * (system->count / 3)] = 0.0;
-    if (options->initial == SRNF_INITIAL_SURFACE) {
-        start = options->surface;
-    } else if (options->initial == SRNF_INITIAL_STAR ||
-               options->method == SRNF_INVERT_CLOSED_FORM) {
+    if (options->method == SRNF_INVERT_CLOSED_FORM || options->initial == SRNF_INITIAL_STAR) {
         start = closed;
+    } else if (options->initial == SRNF_INITIAL_SURFACE) {
+        start = options->surface;
     } else if (options->initial == SRNF_INITIAL_AUTO) {
         run_set(run, sphere);
         start = result->closed_form_relative_energy < shape_run_relative(run) ? closed : sphere;
@@ -387,18 +384,17 @@ static int solve(struct shape_run *run, const struct srnf_invert_options *option
                                                     : method_auto(run, sphere);
 }
 
-int srnf_invert(const struct srnf_sht *sht, const double *q,
-                const struct srnf_invert_options *options, const struct srnf_context *context,
-                struct srnf_inversion *result, struct srnf_error *error)
+/* srnf_invert for a q whose norm is near 1. */
+static int invert_scaled(const struct srnf_sht *sht, const double *q,
+                         const struct srnf_invert_options *options,
+                         const struct srnf_context *context, struct srnf_inversion *result,
+                         struct srnf_error *error)
 {
-    struct srnf_invert_options defaults = srnf_invert_options_defaults();
     struct shape_system *system = NULL;
     struct shape_run run = {.context = context, .start_seconds = srnf_seconds(context)};
     double *sphere = NULL;
     int status;
 
-    options = options ? options : &defaults;
-    *result = (struct srnf_inversion){0};
     status = shape_system_create(&system, sht, q);
     if (status) {
         goto out;
@@ -445,6 +441,85 @@ out:
     srnf_free(run.f);
     srnf_free(sphere);
     shape_system_destroy(system);
+    return status;
+}
+
+/* The power of two nearest to ||q||; 0 when q is zero, not finite, or beyond what can be squared
+   twice. */
+static double field_scale(const struct srnf_sht *sht, const double *q, struct srnf_error *error)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+    size_t n = grid->n_theta * grid->n_phi;
+    double largest = 0.0;
+    double sum = 0.0;
+
+    for (size_t i = 0; i < 3 * n; i++) {
+        if (!isfinite(q[i])) {
+            (void)srnf_fail(error, SRNF_EINVAL, (int64_t)i, "q has a value that is not finite");
+            return 0.0;
+        }
+        largest = fmax(largest, fabs(q[i]));
+    }
+    if (!(largest >= FIELD_MIN && largest <= FIELD_MAX)) {
+        (void)srnf_fail(error, SRNF_EINVAL, -1,
+                        largest > 0.0 ? "the largest value of q is %g, not in %g to %g"
+                                      : "q is zero",
+                        largest, FIELD_MIN, FIELD_MAX);
+        return 0.0;
+    }
+    for (size_t i = 0; i < 3 * n; i++) {
+        double value = q[i] / largest;
+
+        sum += grid->weight[i % n / grid->n_phi] * value * value;
+    }
+    return exp2(round(log2(largest) + 0.5 * log2(sum)));
+}
+
+static void rescale(struct srnf_inversion *result, size_t count, double scale)
+{
+    shape_scale(count, scale, result->coefficients);
+    result->energy *= scale * scale;
+    result->gradient_norm *= scale;
+    for (size_t i = 0; i < result->n_history; i++) {
+        result->history[i].energy *= scale * scale;
+    }
+    if (result->surface_error_bound > 0.0) {
+        result->surface_error_bound *= scale;
+    }
+}
+
+/* Q(c f) = c Q(f): the problem is solved at a size near 1, and a power of two costs no digits. */
+int srnf_invert(const struct srnf_sht *sht, const double *q,
+                const struct srnf_invert_options *options, const struct srnf_context *context,
+                struct srnf_inversion *result, struct srnf_error *error)
+{
+    struct srnf_invert_options scaled = options ? *options : srnf_invert_options_defaults();
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    size_t values = 3 * srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
+    double scale = field_scale(sht, q, error);
+    double *memory;
+    int status;
+
+    *result = (struct srnf_inversion){0};
+    if (!(scale > 0.0)) {
+        return SRNF_EINVAL;
+    }
+    memory = srnf_alloc(values + count, sizeof(double));
+    if (!memory) {
+        return srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
+    }
+    shape_copy(values, q, memory);
+    shape_scale(values, 1.0 / scale, memory);
+    if (scaled.surface) {
+        shape_copy(count, scaled.surface, memory + values);
+        shape_scale(count, 1.0 / scale, memory + values);
+        scaled.surface = memory + values;
+    }
+    status = invert_scaled(sht, memory, &scaled, context, result, error);
+    if (status >= 0) {
+        rescale(result, count, scale);
+    }
+    srnf_free(memory);
     return status;
 }
 

@@ -100,9 +100,11 @@ void list_respond(struct api_call *call, struct list *list, const char *path, in
 
 json_t *mesh_record(const struct store_mesh *mesh);
 /* The report of a mesh record; star is NULL where it was not asked for because the topology already
-   failed. */
+   failed, or where the search for a centre broke down. */
 json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
                          const struct srnf_mesh_read_info *info);
+/* The stored report of a mesh as it reads today (new reference), or NULL. */
+json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
 /* "model/stl", ... */

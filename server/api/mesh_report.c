@@ -2,10 +2,9 @@
  * mesh_report.c - the pre-flight report of a mesh as JSON, and the first reason why a stored mesh
  * cannot be analysed.
  *
- * A mesh is analysable when the topology is that of a sphere, the faces agree about the outside,
- * and one point sees the whole surface (route "star"). The route for other surfaces of genus zero
- * does not exist yet: they carry the problem not-star-shaped with the fraction of area that the
- * best centre sees from behind.
+ * A mesh is analysable when the topology is that of a sphere and the faces agree about the outside.
+ * The route is the one that encode takes by default: star where one point sees the whole surface
+ * with some margin, area otherwise. starShaped says how far the mesh is from being star-shaped.
  */
 #include "api/handler.h"
 
@@ -49,10 +48,9 @@ static json_t *problem_entry(const char *code, size_t count, int64_t first, cons
     return entry;
 }
 
-static json_t *problems_json(const struct srnf_mesh_report *report, const struct srnf_star *star)
+static json_t *problems_json(const struct srnf_mesh_report *report)
 {
     json_t *list = json_array();
-    char detail[200];
 
     for (size_t i = 0; i < report->n_problems; i++) {
         const struct srnf_mesh_problem *problem = &report->problems[i];
@@ -60,13 +58,6 @@ static json_t *problems_json(const struct srnf_mesh_report *report, const struct
         (void)json_array_append_new(list,
                                     problem_entry(problem_code_of(problem->status), problem->count,
                                                   problem->first, problem->detail));
-    }
-    if (report->n_problems == 0 && star && !star->value) {
-        (void)snprintf(detail, sizeof detail,
-                       "no point sees the whole surface: from the best centre %.3g of the area is "
-                       "seen from behind",
-                       star->violating_area_fraction);
-        (void)json_array_append_new(list, problem_entry("not-star-shaped", 1, -1, detail));
     }
     return list;
 }
@@ -88,10 +79,22 @@ static json_t *star_json(const struct srnf_star *star)
                      "violatingAreaFraction", real_json(star->violating_area_fraction));
 }
 
+static json_t *route_json(const struct srnf_mesh_report *report, const struct srnf_star *star)
+{
+    enum srnf_parameterization route = SRNF_PARAMETERIZATION_AREA;
+
+    if (report->n_problems > 0) {
+        return json_null();
+    }
+    if (star) {
+        route = srnf_encode_route(star, report->bounding_box_diagonal);
+    }
+    return json_string(srnf_parameterization_name(route));
+}
+
 json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
                          const struct srnf_mesh_read_info *info)
 {
-    bool analysable = report->n_problems == 0 && star && star->value;
     json_t *document = json_object();
 
     (void)json_object_set_new(document, "closed", json_boolean(report->closed));
@@ -107,17 +110,39 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
     (void)json_object_set_new(document, "volume", real_json(report->volume));
     (void)json_object_set_new(document, "boundingBoxDiagonal",
                               real_json(report->bounding_box_diagonal));
-    (void)json_object_set_new(document, "analysable", json_boolean(analysable));
-    (void)json_object_set_new(document, "route", analysable ? json_string("star") : json_null());
+    (void)json_object_set_new(document, "analysable", json_boolean(report->n_problems == 0));
+    (void)json_object_set_new(document, "route", route_json(report, star));
     (void)json_object_set_new(document, "starShaped", star_json(star));
     (void)json_object_set_new(document, "repairs", repairs_json(&report->repairs, info));
-    (void)json_object_set_new(document, "problems", problems_json(report, star));
+    (void)json_object_set_new(document, "problems", problems_json(report));
     return document;
+}
+
+/* Reports of a time when star was the only route say of other meshes that they cannot be analysed;
+   this is no longer so. */
+static void renew(json_t *report)
+{
+    json_t *problems = json_object_get(report, "problems");
+    const char *code = json_string_value(json_object_get(json_array_get(problems, 0), "code"));
+
+    if (code && strcmp(code, "not-star-shaped") == 0) {
+        (void)json_object_set_new(report, "analysable", json_true());
+        (void)json_object_set_new(report, "route", json_string("area"));
+        (void)json_array_clear(problems);
+    }
+}
+
+json_t *mesh_report_load(const struct store_mesh *mesh)
+{
+    json_t *report = mesh->report ? json_loads(mesh->report, 0, NULL) : NULL;
+
+    renew(report);
+    return report;
 }
 
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320])
 {
-    json_t *report = json_loads(mesh->report ? mesh->report : "{}", 0, NULL);
+    json_t *report = mesh_report_load(mesh);
     const json_t *problem = json_array_get(json_object_get(report, "problems"), 0);
     const char *text = json_string_value(json_object_get(problem, "code"));
     const char *sentence = json_string_value(json_object_get(problem, "detail"));

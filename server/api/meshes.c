@@ -78,7 +78,7 @@ bool mesh_type_known(const char *value, size_t length)
 
 json_t *mesh_record(const struct store_mesh *mesh)
 {
-    json_t *report = json_loads(mesh->report ? mesh->report : "null", JSON_DECODE_ANY, NULL);
+    json_t *report = mesh_report_load(mesh);
     json_t *document = json_object(), *links = json_object();
     char path[128];
 
@@ -93,7 +93,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
     (void)json_object_set_new(document, "vertices", json_integer(mesh->vertices));
     (void)json_object_set_new(document, "faces", json_integer(mesh->faces));
     (void)json_object_set_new(document, "created", json_time(mesh->created_ms));
-    (void)json_object_set_new(document, "report", report);
+    (void)json_object_set_new(document, "report", report ? report : json_null());
     (void)json_object_set_new(document, "links", links);
     return document;
 }
@@ -191,11 +191,9 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
             return false;
         }
         have_star = status == 0;
-        if (!have_star) {
-            report.problems[0] = (struct srnf_mesh_problem){
-                .status = status == SRNF_EDEGENERATE ? SRNF_EDEGENERATE : SRNF_ENOT_STAR,
-                .count = 1,
-                .first = -1};
+        if (status == SRNF_EDEGENERATE) {
+            report.problems[0] =
+                (struct srnf_mesh_problem){.status = SRNF_EDEGENERATE, .count = 1, .first = -1};
             (void)snprintf(report.problems[0].detail, sizeof report.problems[0].detail,
                            "the search for a centre that sees the whole surface failed: %s",
                            srnf_strerror(status));

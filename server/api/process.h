@@ -105,6 +105,7 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
                        const char *reference);
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
+json_t *process_distortion_json(const struct srnf_distortion *distortion);
 
 /* ---- The processes --------------------------------------------------------------------------- */
 

@@ -1,10 +1,10 @@
 /*
  * process_encode.c - the process encode over HTTP: schemas, canonical inputs, result document.
  *
- * A mesh whose stored report has problems is refused at submission, without a job. In this
- * version the only route is star: auto means star, and a mesh that is not star-shaped carries
- * that as a problem of its report. A centre that is given may see less than the kernel's; the job
- * then fails with not-star-shaped.
+ * A mesh whose stored report has problems is refused at submission, without a job, as are options
+ * that do not go together. What only the computation can find out fails the job: star on a mesh
+ * that is not star-shaped, or from a centre that does not see it whole, and a sphere that is no map
+ * of the mesh.
  */
 #include <string.h>
 
@@ -12,8 +12,9 @@
 #include "api/surfaces.h"
 #include "jobs/compute_encode.h"
 
-static const char *const names[] = {"mesh",      "lmax", "parameterization", "center", "scale",
-                                    "smoothing", NULL};
+static const char *const names[] = {"mesh",   "lmax",  "parameterization", "sphere",
+                                    "center", "scale", "smoothing",        NULL};
+/* In the order of enum srnf_parameterization. */
 static const char *const parameterizations[] = {"auto", "star", "area", "given", NULL};
 static const char *const scales[] = {"unit-area", "none", NULL};
 
@@ -47,6 +48,28 @@ static void read_center(struct process_inputs *inputs)
     (void)json_object_set_new(inputs->canonical, "center", json_vector(center, 3));
 }
 
+/* The mesh, and the sphere where the parameterization is given: null in the canonical inputs
+   otherwise. References are looked up when everything else is in order. */
+static void read_meshes(struct process_inputs *inputs, const char *parameterization)
+{
+    const json_t *sphere = json_object_get(inputs->given, "sphere");
+    bool given = strcmp(parameterization, "given") == 0;
+
+    if (!given && sphere && !json_is_null(sphere)) {
+        problem_add(inputs->list, "/inputs/sphere",
+                    "is for the parameterization given, and this is %s", parameterization);
+    }
+    if (inputs->list->errors) {
+        return;
+    }
+    (void)inputs_mesh(inputs, "mesh");
+    if (given) {
+        (void)inputs_mesh(inputs, "sphere");
+    } else {
+        (void)json_object_set_new(inputs->canonical, "sphere", json_null());
+    }
+}
+
 json_t *encode_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
     struct process_inputs inputs;
@@ -57,35 +80,48 @@ json_t *encode_canonicalise(struct api_call *call, const json_t *given, struct p
     }
     (void)inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, PROCESS_DEGREE_DEFAULT);
     choice = inputs_choice(&inputs, "parameterization", parameterizations);
-    if (strcmp(choice, "area") == 0 || strcmp(choice, "given") == 0) {
-        problem_add(list, "/inputs/parameterization",
-                    "%s is not available in this version; auto and star are", choice);
-    }
     read_center(&inputs);
+    if (json_is_array(json_object_get(inputs.canonical, "center")) &&
+        (strcmp(choice, "area") == 0 || strcmp(choice, "given") == 0)) {
+        problem_add(list, "/inputs/center", "the parameterization %s has no centre", choice);
+    }
     (void)inputs_choice(&inputs, "scale", scales);
     (void)inputs_real(&inputs, "smoothing", 0.0, PROCESS_SMOOTHING_MAX, 0.0);
-    if (!list->errors) {
-        (void)inputs_mesh(&inputs, "mesh");
-    }
+    read_meshes(&inputs, choice);
     return inputs_close(&inputs);
+}
+
+static void copy_id(char id[STORE_ID_MAX], const json_t *value)
+{
+    const char *text = json_string_value(value);
+
+    if (text && strlen(text) < STORE_ID_MAX) {
+        memcpy(id, text, strlen(text) + 1);
+    }
+}
+
+static enum srnf_parameterization parameterization_of(const char *name)
+{
+    for (int i = 0; name && parameterizations[i]; i++) {
+        if (strcmp(name, parameterizations[i]) == 0) {
+            return (enum srnf_parameterization)i;
+        }
+    }
+    return SRNF_PARAMETERIZATION_AUTO;
 }
 
 /* Canonical inputs as the core's options. */
 static struct compute_encode_inputs typed_inputs(const json_t *inputs)
 {
     struct compute_encode_inputs typed = {.options = srnf_encode_options_defaults()};
-    const char *mesh = json_string_value(json_object_get(inputs, "mesh"));
-    const char *route = json_string_value(json_object_get(inputs, "parameterization"));
     const char *scale = json_string_value(json_object_get(inputs, "scale"));
     const json_t *center = json_object_get(inputs, "center");
 
-    if (mesh && strlen(mesh) < sizeof typed.mesh) {
-        memcpy(typed.mesh, mesh, strlen(mesh) + 1);
-    }
+    copy_id(typed.mesh, json_object_get(inputs, "mesh"));
+    copy_id(typed.sphere, json_object_get(inputs, "sphere"));
     typed.options.degree = (size_t)json_integer_value(json_object_get(inputs, "lmax"));
-    typed.options.parameterization = route && strcmp(route, "star") == 0
-                                         ? SRNF_PARAMETERIZATION_STAR
-                                         : SRNF_PARAMETERIZATION_AUTO;
+    typed.options.parameterization =
+        parameterization_of(json_string_value(json_object_get(inputs, "parameterization")));
     typed.options.center_given = json_is_array(center);
     for (size_t k = 0; k < 3; k++) {
         typed.options.center[k] = json_number_value(json_array_get(center, k));
@@ -105,7 +141,7 @@ static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
         .coefficients = encoded->coefficients,
         .scale = encoded->scale,
         .measures = &encoded->measures,
-        .parameterization = "star",
+        .parameterization = srnf_parameterization_name(encoded->route),
         .source = process_source(run, "encode", mesh_id, NULL),
         .fit = process_fit_json(&encoded->fit),
         .star = process_star_json(&encoded->star),
@@ -146,9 +182,11 @@ void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_r
     document = json_object();
     (void)json_object_set_new(document, "surface", surface);
     (void)json_object_set_new(document, "fit", process_fit_json(&encoded.fit));
-    (void)json_object_set_new(document, "route", json_string("star"));
+    (void)json_object_set_new(document, "route",
+                              json_string(srnf_parameterization_name(encoded.route)));
+    (void)json_object_set_new(document, "reason", json_string(encoded.reason));
     (void)json_object_set_new(document, "starShaped", process_star_json(&encoded.star));
-    (void)json_object_set_new(document, "distortion", json_null());
+    (void)json_object_set_new(document, "distortion", process_distortion_json(&encoded.distortion));
     process_finish(run, document, inputs, result);
 out:
     srnf_free(encoded.coefficients);

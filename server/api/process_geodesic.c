@@ -102,7 +102,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .coefficients = geodesic->coefficients + i * count,
             .scale = (1.0 - t) * scales[0] + t * scales[1],
             .measures = &outputs->measures[i],
-            .parameterization = mesh_of(outputs, i) ? "star" : "inherited",
+            .parameterization = mesh_of(outputs, i) ? outputs->ends[i > 0].route : "inherited",
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
         int status;

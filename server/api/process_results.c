@@ -69,3 +69,11 @@ json_t *process_star_json(const struct srnf_star *star)
                      json_vector(star->center, 3), "margin", json_finite(star->margin),
                      "violatingAreaFraction", json_finite(star->violating_area_fraction));
 }
+
+json_t *process_distortion_json(const struct srnf_distortion *distortion)
+{
+    return json_pack("{s:o, s:o, s:I}", "symmetricDirichlet",
+                     json_finite(distortion->symmetric_dirichlet), "logAreaDeviation",
+                     json_finite(distortion->log_area_deviation), "flipped",
+                     (json_int_t)distortion->flipped);
+}

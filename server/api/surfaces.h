@@ -24,7 +24,8 @@ struct surface_description {
     const double *coefficients; /* [3][(degree+1)^2] */
     double scale;
     const struct srnf_surface_measures *measures;
-    const char *parameterization; /* "star", "given", or "inherited" from what it was made of */
+    /* "star", "area", "given", or "inherited" from what it was made of. */
+    const char *parameterization;
     json_t *source, *fit, *star;
     const double *origin; /* of the stored surface in the frame of the mesh */
 };

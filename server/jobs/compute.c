@@ -91,6 +91,7 @@ static int load_mesh(struct jobs_run *run, const char *id, struct compute_surfac
         surface->degree = encoded.degree;
         surface->coefficients = encoded.coefficients;
         surface->scale = encoded.scale;
+        surface->route = srnf_parameterization_name(encoded.route);
     }
     return status;
 }

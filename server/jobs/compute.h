@@ -18,6 +18,7 @@ struct compute_surface {
     size_t degree;
     double *coefficients; /* [3][(degree+1)^2], owned: compute_surface_clear */
     double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
+    const char *route;    /* of a surface encoded here, static; NULL for a stored one */
 };
 
 /*

@@ -12,47 +12,61 @@
 
 #include "jobs/compute.h"
 
-static int encode_bytes(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                        const unsigned char *bytes, size_t size, enum srnf_mesh_format format,
-                        struct srnf_encoded *encoded, struct jobs_result *result)
+/* A stored mesh, read and prepared; to be cleared when this returns 0. */
+static int load_prepared(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
+                         struct srnf_mesh_report *report, struct jobs_result *result)
 {
-    const struct srnf_context *context = jobs_run_context(run);
-    struct srnf_mesh mesh = {0};
-    struct srnf_mesh_report report;
+    struct store *store = jobs_run_store(run);
+    struct store_mesh row = {0};
     struct srnf_error error = {0};
-    int status = srnf_mesh_read(bytes, size, format, NULL, &mesh, NULL, &error);
+    enum srnf_mesh_format format;
+    unsigned char *bytes = NULL;
+    size_t size = 0;
+    int status = store_mesh_get(store, id, &row);
 
-    if (status) {
-        return compute_fail(result, status, &error, inputs->mesh);
-    }
-    status = srnf_mesh_prepare(&mesh, format == SRNF_MESH_STL, &report);
     if (status == 0) {
-        status = srnf_encode(&mesh, &report, &inputs->options, context, encoded, &error);
+        status = store_mesh_content(store, id, &bytes, &size);
     }
-    srnf_mesh_clear(&mesh);
-    return status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
+    if (status) {
+        status = compute_fail_store(result, status, id);
+        goto out;
+    }
+    format = srnf_mesh_format_from_name(row.format);
+    status = srnf_mesh_read(bytes, size, format, NULL, mesh, NULL, &error);
+    if (status == 0) {
+        status = srnf_mesh_prepare(mesh, format == SRNF_MESH_STL, report);
+    }
+    if (status < 0) {
+        srnf_mesh_clear(mesh);
+        status = compute_fail(result, status, &error, id);
+    }
+out:
+    free(bytes);
+    store_mesh_clear(&row);
+    return status;
 }
 
 int compute_encode(struct jobs_run *run, const struct compute_encode_inputs *inputs,
                    struct srnf_encoded *encoded, struct jobs_result *result)
 {
-    struct store *store = jobs_run_store(run);
-    struct store_mesh mesh = {0};
-    unsigned char *bytes = NULL;
-    size_t size = 0;
-    int status = store_mesh_get(store, inputs->mesh, &mesh);
+    struct srnf_encode_options options = inputs->options;
+    struct srnf_mesh mesh = {0}, sphere = {0};
+    struct srnf_mesh_report report, of_sphere;
+    struct srnf_error error = {0};
+    int status = load_prepared(run, inputs->mesh, &mesh, &report, result);
 
-    if (status == 0) {
-        status = store_mesh_content(store, inputs->mesh, &bytes, &size);
-    }
     if (status) {
-        status = compute_fail_store(result, status, inputs->mesh);
-        goto out;
+        return status;
     }
-    status = encode_bytes(run, inputs, bytes, size, srnf_mesh_format_from_name(mesh.format),
-                          encoded, result);
-out:
-    free(bytes);
-    store_mesh_clear(&mesh);
+    if (inputs->sphere[0]) {
+        status = load_prepared(run, inputs->sphere, &sphere, &of_sphere, result);
+        options.sphere = &sphere;
+    }
+    if (status == 0) {
+        status = srnf_encode(&mesh, &report, &options, jobs_run_context(run), encoded, &error);
+        status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
+    }
+    srnf_mesh_clear(&sphere);
+    srnf_mesh_clear(&mesh);
     return status;
 }

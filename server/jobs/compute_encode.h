@@ -8,11 +8,12 @@
 
 struct compute_encode_inputs {
     char mesh[STORE_ID_MAX];
-    struct srnf_encode_options options;
+    char sphere[STORE_ID_MAX];          /* for the parameterization given; otherwise "" */
+    struct srnf_encode_options options; /* without its sphere, which is loaded here */
 };
 
 /*
- * Reads the mesh, prepares it as at its upload and encodes it.
+ * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
  *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure
  * Returns 0, or a negative status with the problem of the job in result (none when cancelled).
  */

@@ -26,14 +26,17 @@ execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15}"
 is "$STATUS" 200 'a pallidum is encoded'
 S=$(json .surface.id)
 SCALE=$(json .surface.scale)
-is "$(json '"\(.route) \(.starShaped.value) \(.surface.lmax) \(.surface.name) \(.distortion)"')" \
-    'star true 15 L_pallidum null' 'by the star route, under the name of its mesh'
+is "$(json '"\(.route) \(.starShaped.value) \(.surface.lmax) \(.surface.name) \(.surface.parameterization)"')" \
+    'star true 15 L_pallidum star' 'by the star route, under the name of its mesh'
+like "$(json .reason)" '[0-9] %' 'and it says why'
+is "$(json '"\(.distortion.flipped) \(.distortion.symmetricDirichlet > 4) \(.distortion.logAreaDeviation > 0)"')" \
+    '0 true true' 'with the distortion of its map'
 is "$(json .surface.source.mesh)" "$LEFT" 'its record names the mesh'
 compare "$(json '(.surface.area - 1 | fabs), (.surface.centroid | map(fabs) | max)' | sort -g | tail -n 1)" \
     '<' 1e-6 'it is centred and of unit area'
 compare "$(json .fit.relativeToDiagonal.rms)" '<' 0.01 'it fits its mesh to 1 % of the diagonal'
 is "$(json '(.fit.rms <= .fit.p95) and (.fit.p95 <= .fit.max)')" true 'rms, p95 and max are in order'
-is "$(json '.inputs | keys | join(" ")')" 'center lmax mesh parameterization scale smoothing' \
+is "$(json '.inputs | keys | join(" ")')" 'center lmax mesh parameterization scale smoothing sphere' \
     'the result holds every option'
 like "$(json .numericBuild)" 'srnf' 'and the build that made the numbers'
 RMS15=$(json .fit.rms)
@@ -48,15 +51,61 @@ execute encode "{\"smoothing\":0.0,\"lmax\":15,\"center\":\"auto\",\"mesh\":\"$L
     --header 'Prefer: respond-async'
 is "$(json '.cache // .surface.id')" hit 'the same meaning in other words is answered from the cache'
 
+get "/v1/meshes/$CAUDATE"
+is "$(json '.report | "\(.analysable) \(.route) \(.starShaped.value) \(.problems | length)"')" 'true area false 0' \
+    'a caudate is not star-shaped, and can be analysed by the route area'
 execute encode "{\"mesh\":\"$CAUDATE\"}"
-is_problem 422 not-star-shaped 'a caudate is refused at once'
+is "$STATUS" 200 'which encode takes'
+is "$(json '"\(.route) \(.surface.parameterization) \(.distortion.flipped) \(.starShaped.value)"')" 'area area 0 false' \
+    'without a flip'
+like "$(json .reason)" 'no point sees the whole surface' 'and says why'
+compare "$(json .distortion.symmetricDirichlet)" '<' 6 'with little distortion'
+compare "$(json .fit.relativeToDiagonal.rms)" '<' 0.002 'and fits to 0.2 % of the diagonal'
+AREA=$(json .surface.id)
+execute encode "{\"mesh\":\"$CAUDATE\",\"parameterization\":\"star\"}"
+is "$(json .code)" not-star-shaped 'the route star fails on it'
 like "$(json .detail)" '[0-9]' 'with the area that is seen from behind'
-get '/v1/jobs?process=encode&limit=200'
-is "$(json '[.items[] | select(.status == "failed")] | length')" 0 'without a job'
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"parameterization\":\"area\"}"
+is "$(json '"\(.route) \(.starShaped.value)"')" 'area true' 'area goes for star-shaped meshes, too'
+
+# A map of the mesh as a mesh on a sphere: here that of a convex body, projected from within.
+ball() { # RADIUS: an octahedron whose edges are cut in two, as OBJ
+    awk -v r="$1" 'BEGIN {
+        split("1 0 0 0 1 0 -1 0 0 0 -1 0 0 0 1 0 0 -1 1 1 0 -1 1 0 -1 -1 0 1 -1 0 1 0 1 0 1 1 -1 0 1 0 -1 1 1 0 -1 0 1 -1 -1 0 -1 0 -1 -1", x, " ")
+        for (i = 0; i < 18; i++) {
+            a = x[3 * i + 1]; b = x[3 * i + 2]; c = x[3 * i + 3]
+            l = r > 0 ? r / sqrt(a * a + b * b + c * c) : 1
+            # Not to scale, so that the body is no sphere.
+            printf "v %.17g %.17g %.17g\n", l * a * (r > 0 ? 1 : 2), l * b, l * c
+        }
+        n = split("1 7 11 7 2 12 11 12 5 7 12 11 2 8 12 8 3 13 12 13 5 8 13 12 3 9 13 9 4 14 13 14 5 9 14 13 4 10 14 10 1 11 14 11 5 10 11 14 2 7 16 7 1 15 16 15 6 7 15 16 3 8 17 8 2 16 17 16 6 8 16 17 4 9 18 9 3 17 18 17 6 9 17 18 1 10 15 10 4 18 15 18 6 10 18 15", f, " ")
+        for (i = 1; i <= n; i += 3)
+            printf "f %d %d %d\n", f[i], f[i + 1], f[i + 2]
+    }'
+}
+ball 0 >"$SCRATCH/body.obj"
+ball 100 >"$SCRATCH/ball.obj"
+post '/v1/meshes?format=obj&name=body' --data-binary "@$SCRATCH/body.obj"
+BODY_MESH=$(json .id)
+post '/v1/meshes?format=obj&name=ball' --data-binary "@$SCRATCH/ball.obj"
+BALL=$(json .id)
+execute encode "{\"mesh\":\"$BODY_MESH\",\"parameterization\":\"given\",\"sphere\":\"$BALL\",\"lmax\":9}"
+is "$STATUS $(json '"\(.route) \(.surface.parameterization) \(.distortion.flipped) \(.inputs.sphere)"')" \
+    "200 given given 0 $BALL" 'a sphere that comes with the mesh is its map'
+awk '/^v/ && ++n == 7 { $0 = "v -70.7106781186547524 -70.7106781186547524 0" } { print }' "$SCRATCH/ball.obj" >"$SCRATCH/folded.obj"
+post '/v1/meshes?format=obj&name=folded' --data-binary "@$SCRATCH/folded.obj"
+execute encode "{\"mesh\":\"$BODY_MESH\",\"parameterization\":\"given\",\"sphere\":\"$(json .id)\",\"lmax\":9}"
+is "$(json .code)" invalid-input 'one that folds over is refused'
+like "$(json .detail)" 'face [0-9]+ of the sphere is turned over' 'and the face is named'
+execute encode "{\"mesh\":\"$CAUDATE\",\"parameterization\":\"given\",\"sphere\":\"$BALL\"}"
+like "$(json '"\(.code) \(.detail)"')" 'invalid-input .*18 vertices' 'and so is the sphere of another mesh'
+execute encode "{\"mesh\":\"$LEFT\",\"sphere\":\"$BALL\"}"
+is_problem 422 invalid-input 'a sphere without the parameterization given'
+is "$(json '.errors[0].pointer')" /inputs/sphere 'is pointed at'
 execute encode "{\"mesh\":\"$LEFT\",\"center\":[0,0,0]}"
 is "$(json .code)" not-star-shaped 'a centre from which it is not star-shaped fails'
-execute encode "{\"mesh\":\"$LEFT\",\"parameterization\":\"area\",\"lmax\":200}"
-is_problem 422 invalid-input 'what is not available is refused'
+execute encode "{\"mesh\":\"$LEFT\",\"parameterization\":\"polar\",\"lmax\":200}"
+is_problem 422 invalid-input 'what does not exist is refused'
 is "$(json '.errors | map(.pointer) | sort | join(" ")')" '/inputs/lmax /inputs/parameterization' \
     'and every wrong input named'
 

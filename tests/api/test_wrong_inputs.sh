@@ -229,6 +229,12 @@ like "$STATUS $(json .code)" '^(404 no-such-mesh|422 invalid-input)$' 'an unknow
 like "$(json .detail)" 'mesh-00000000000000000000000000000000|/inputs/mesh' 'is named'
 get /v1/jobs
 is "$(json '.items | length')" 0 'none of them became a job'
+
+# Only the computation finds this out.
+post "/v1/meshes?format=ply" --data-binary "@tests/data/aal_subcortex/L_caudate.ply"
+execute encode "{\"mesh\":\"$(json .id)\",\"parameterization\":\"star\"}"
+is "$STATUS $(json .code)" '422 not-star-shaped' 'the route star on a mesh that is not star-shaped'
+like "$(json .detail)" '[0-9.]+ %' 'with the area that is seen from behind'
 alive_still 'wrong executions'
 
 stop_server || not_ok 'the server ends well'

@@ -1,13 +1,15 @@
 /*
  * bench_encode.c - where the time of encoding a mesh goes, on real structures at degree 31:
- * reading, repairing and reporting, star kernel, spatial index, rays, fit error, and the whole of
- * srnf_encode.
+ * reading, repairing and reporting, star kernel, spatial index; the route star's rays; the route
+ * area's map to the sphere and the sampling through it; fit error; and the whole of srnf_encode by
+ * either route.
  *
  * Processor seconds of one thread, in ms and in units of one gradient transform of three
  * coordinates at the same degree, timed in the same run. The rays are those srnf_encode casts: a
  * Gauss-Legendre grid with twice the rows of the working grid. Structures without a star centre
- * are measured up to where their way ends.
+ * go by area only.
  */
+#include "mesh/spherical.h"
 #include "shape/fit.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
@@ -33,6 +35,8 @@ struct bench {
     struct srnf_star star;
     struct srnf_index *index;
     const struct srnf_grid *rays;
+    struct srnf_spherical_map map;
+    double *values; /* [3] fields on the grid of the rays */
     struct shapes_surface unit;
     double *d_theta, *d_phi;
 };
@@ -104,16 +108,42 @@ static void measure_fit(void *argument)
     struct bench *b = argument;
     struct srnf_fit fit;
 
-    must(srnf_fit_measure(&b->mesh, b->index, &b->surface, &fit));
+    must(srnf_fit_measure(&b->mesh, b->index, &b->surface, NULL, &fit));
 }
 
-static void encode(void *argument)
+static void map_to_sphere(void *argument)
 {
     struct bench *b = argument;
+
+    srnf_free(b->map.points);
+    must(srnf_spherical_map(&b->mesh, NULL, &b->map, NULL));
+}
+
+static void sample(void *argument)
+{
+    struct bench *b = argument;
+
+    must(spherical_sample(&b->mesh, b->map.points, b->rays, b->values));
+}
+
+static void encode_by(struct bench *b, enum srnf_parameterization route)
+{
+    struct srnf_encode_options options = srnf_encode_options_defaults();
     struct srnf_encoded encoded;
 
-    must(srnf_encode(&b->mesh, &b->report, NULL, NULL, &encoded, NULL));
+    options.parameterization = route;
+    must(srnf_encode(&b->mesh, &b->report, &options, NULL, &encoded, NULL));
     srnf_free(encoded.coefficients);
+}
+
+static void encode_area(void *argument)
+{
+    encode_by(argument, SRNF_PARAMETERIZATION_AREA);
+}
+
+static void encode_star(void *argument)
+{
+    encode_by(argument, SRNF_PARAMETERIZATION_STAR);
 }
 
 static const struct {
@@ -121,9 +151,10 @@ static const struct {
     void (*body)(void *argument);
     bool star; /* needs a centre; these come last */
 } stages[] = {
-    {"U", unit, false},         {"read", read_mesh, false},    {"prepare", prepare, false},
-    {"kernel", kernel, false},  {"index", build_index, false}, {"rays", cast_rays, true},
-    {"fit", measure_fit, true}, {"encode", encode, true},
+    {"U", unit, false},        {"read", read_mesh, false},    {"prepare", prepare, false},
+    {"kernel", kernel, false}, {"index", build_index, false}, {"map", map_to_sphere, false},
+    {"sample", sample, false}, {"fit", measure_fit, false},   {"area", encode_area, false},
+    {"rays", cast_rays, true}, {"star", encode_star, true},
 };
 #define STAGES (sizeof stages / sizeof stages[0])
 
@@ -173,9 +204,8 @@ static void bench_structure(struct bench *b, const char *structure)
     while (count < STAGES && (b->star.value || !stages[count].star)) {
         count++;
     }
-    if (b->star.value) {
-        triangulate(b);
-    }
+    map_to_sphere(b);
+    triangulate(b);
     for (size_t k = 0; k < count; k++) {
         timed[k] = (struct timing_case){.body = stages[k].body, .argument = b};
         timing_calibrate(&timed[k], SAMPLE_SECONDS);
@@ -189,6 +219,8 @@ static void bench_structure(struct bench *b, const char *structure)
         printf("  %7.2f %5.0f", 1e3 * medians[k], medians[k] / medians[0]);
     }
     printf("%s\n", b->star.value ? "" : "  not star-shaped");
+    srnf_free(b->map.points);
+    b->map.points = NULL;
     srnf_index_destroy(b->index);
     b->index = NULL;
     srnf_mesh_clear(&b->surface);
@@ -215,6 +247,7 @@ int main(void)
     shapes_fill(&b.unit, shapes_bumpy, 0.0);
     b.d_theta = shapes_doubles(3 * b.unit.points);
     b.d_phi = shapes_doubles(3 * b.unit.points);
+    b.values = shapes_doubles(3 * b.rays->n_theta * b.rays->n_phi);
     printf("Encoding at degree %zu, one core, processor time, medians of %zu: ms and U\n\n", DEGREE,
            SAMPLES);
     printf("%-14s %6s", "structure", "faces");
@@ -225,8 +258,10 @@ int main(void)
     for (size_t k = 0; k < sizeof structures / sizeof structures[0]; k++) {
         bench_structure(&b, structures[k]);
     }
-    printf("\nencode is kernel, index, %zu rays, analysis, fit and normalisation together.\n",
+    printf("\narea and star are srnf_encode by that route: kernel, index, map and samples or rays, "
+           "%zu of them,\nanalysis, fit and normalisation together.\n",
            b.rays->n_theta * b.rays->n_phi);
+    srnf_free(b.values);
     srnf_free(b.d_phi);
     srnf_free(b.d_theta);
     shapes_close(&b.unit);

@@ -19,8 +19,10 @@
 #include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/timing.h"
@@ -31,7 +33,7 @@
 #define CHECK_DIRECTIONS 5
 
 /* Sanitizers cost a factor of ten: tests of size take less of it then. */
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define CHECK_SANITIZED 1
 #else
 #define CHECK_SANITIZED 0

@@ -98,7 +98,7 @@ static int run_fit(struct srnf_mesh *mesh)
     int status = srnf_index_create(&index, mesh);
 
     if (status == SRNF_OK) {
-        status = srnf_fit_measure(mesh, index, mesh, &fit);
+        status = srnf_fit_measure(mesh, index, mesh, NULL, &fit);
     }
     srnf_index_destroy(index);
     return status;

@@ -395,6 +395,36 @@ static void test_renumbering(void **state)
     }
 }
 
+/* Sizes whose squared areas would leave the range of a double are refused by name, the others are
+   not. */
+static void test_size(void **state)
+{
+    const double scales[] = {1e-120, 1e-95, 1e-31, 1e31, 1e80, 1e99};
+    const double fine[] = {1e-29, 1e29};
+    (void)state;
+
+    for (size_t i = 0; i < 6; i++) {
+        struct srnf_mesh mesh = meshes_sphere(5);
+        struct srnf_mesh_report report;
+
+        meshes_scale(&mesh, scales[i]);
+        report = prepare(&mesh, false);
+        assert_int_equal(report.n_problems, 1);
+        assert_int_equal(report.problems[0].status, SRNF_EDEGENERATE);
+        assert_non_null(strstr(report.problems[0].detail, "diagonal"));
+        srnf_mesh_clear(&mesh);
+    }
+    for (size_t i = 0; i < 2; i++) {
+        struct srnf_mesh mesh = meshes_sphere(5);
+        struct srnf_mesh_report report;
+
+        meshes_scale(&mesh, fine[i]);
+        report = prepare(&mesh, false);
+        assert_sound(&report);
+        srnf_mesh_clear(&mesh);
+    }
+}
+
 static void test_invalid(void **state)
 {
     struct srnf_mesh mesh = meshes_tetrahedron();
@@ -424,6 +454,7 @@ int main(void)
         cmocka_unit_test(test_merge),
         cmocka_unit_test(test_drop_unreferenced),
         cmocka_unit_test(test_renumbering),
+        cmocka_unit_test(test_size),
         cmocka_unit_test(test_invalid),
     };
 

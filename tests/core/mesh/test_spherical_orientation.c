@@ -1,6 +1,6 @@
 /*
  * test_spherical_orientation.c - the sign of det(a, b, c) that decides whether a spherical triangle
- * is turned over, against exact integers.
+ * is turned over, against exact integers; and the verdict on whole maps that rests on it.
  *
  * Coordinates are integers of at most 53 bits times a power of two. A minor of two rows then has
  * 107 bits and fits 128; the three products of the expansion are added in two parts, high * 2^53 +
@@ -16,7 +16,9 @@
 #include <stdio.h>
 
 #include "mesh/spherical.h"
+#include "support/meshes.h"
 #include "support/random.h"
+#include "support/triangulations.h"
 
 __extension__ typedef __int128 wide;
 
@@ -228,12 +230,70 @@ static void test_degenerate(void **state)
     }
 }
 
+/* ---- Whole maps ------------------------------------------------------------------------------ */
+
+/* One vertex on the opposite side of the sphere, on an edge, or where it was. */
+static void test_verdict_on_flips(void **state)
+{
+    struct srnf_mesh mesh = meshes_sphere(6);
+    size_t flipped = 9;
+    (void)state;
+
+    assert_true(spherical_verify(&mesh, mesh.vertices, &flipped));
+    assert_int_equal(flipped, 0);
+    for (size_t v = 0; v < mesh.n_vertices; v += 17) {
+        double *p = mesh.vertices + 3 * v;
+        double kept[3] = {p[0], p[1], p[2]};
+
+        for (size_t k = 0; k < 3; k++) {
+            p[k] = -kept[k];
+        }
+        assert_false(spherical_verify(&mesh, mesh.vertices, &flipped));
+        assert_true(flipped > 0);
+        for (size_t k = 0; k < 3; k++) {
+            p[k] = kept[k];
+        }
+    }
+    for (size_t k = 0; k < 3; k++) { /* two corners at one point: two faces without area */
+        mesh.vertices[3 * mesh.faces[0] + k] = mesh.vertices[3 * mesh.faces[1] + k];
+    }
+    assert_false(spherical_verify(&mesh, mesh.vertices, &flipped));
+    assert_true(flipped >= 2);
+    srnf_mesh_clear(&mesh);
+    mesh = meshes_inside_out_sphere(6);
+    assert_false(spherical_verify(&mesh, mesh.vertices, &flipped));
+    assert_int_equal(flipped, mesh.n_faces);
+    srnf_mesh_clear(&mesh);
+}
+
+/* A rim that runs around the equator several times: no face is turned over, and yet the map is no
+   bijection. */
+static void test_verdict_on_coverings(void **state)
+{
+    (void)state;
+    for (size_t times = 1; times <= 4; times++) {
+        struct srnf_mesh mesh = triangulations_bipyramid(12);
+        size_t flipped = 9;
+
+        for (size_t i = 0; i < 12; i++) {
+            double phi = 2.0 * SRNF_PI * (double)(times * i) / 12.0;
+
+            mesh.vertices[3 * (2 + i)] = cos(phi);
+            mesh.vertices[3 * (2 + i) + 1] = sin(phi);
+        }
+        assert_int_equal(spherical_verify(&mesh, mesh.vertices, &flipped), times == 1);
+        assert_int_equal(flipped, 0);
+        srnf_mesh_clear(&mesh);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_oracle),        cmocka_unit_test(test_general_position),
-        cmocka_unit_test(test_near_planes),   cmocka_unit_test(test_grid_planes),
-        cmocka_unit_test(test_great_circles), cmocka_unit_test(test_degenerate),
+        cmocka_unit_test(test_oracle),           cmocka_unit_test(test_general_position),
+        cmocka_unit_test(test_near_planes),      cmocka_unit_test(test_grid_planes),
+        cmocka_unit_test(test_great_circles),    cmocka_unit_test(test_degenerate),
+        cmocka_unit_test(test_verdict_on_flips), cmocka_unit_test(test_verdict_on_coverings),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

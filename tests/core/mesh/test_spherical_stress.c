@@ -7,7 +7,7 @@
  */
 #include "spherical_checks.h"
 
-#define RANDOM_MESHES (CHECK_SANITIZED ? 60 : 400)
+#define RANDOM_MESHES (CHECK_SANITIZED ? 50 : 150)
 #define RANDOM_FACES 3000
 
 /* Runs and frees; the mesh is one that the map must manage, in so many seconds. */
@@ -132,6 +132,29 @@ static void test_coincident(void **state)
 
 /* ---- Valences -------------------------------------------------------------------------------- */
 
+static void axis_path(double t, double x[3])
+{
+    x[0] = 0.0;
+    x[1] = 0.0;
+    x[2] = cos(3.14 * (0.002 + 0.996 * t));
+}
+
+static double sphere_radius(double t)
+{
+    return sin(3.14 * (0.002 + 0.996 * t));
+}
+
+/* Meridians and circles of latitude: common, and all meridians meet in two vertices. */
+static void test_globes(void **state)
+{
+    (void)state;
+    must_map("globe 32 x 64", triangulations_tube(axis_path, sphere_radius, 32, 64), 5);
+    must_map("globe 50 x 200", triangulations_tube(axis_path, sphere_radius, 50, 200), 5);
+    must_map("globe 5 x 500", triangulations_tube(axis_path, sphere_radius, 5, 500), 5);
+}
+
+/* Faces much slimmer than the metric lets them be pull the map in two directions: fans are worse
+   the larger they are, and may end in an error. */
 static void test_hubs(void **state)
 {
     size_t large = CHECK_SANITIZED ? 10000 : 100000;
@@ -140,7 +163,8 @@ static void test_hubs(void **state)
     must_map("fan of valence 2,000", triangulations_fan(2000), 5);
     must_map("two hubs of valence 2,000", triangulations_bipyramid(2000), 5);
     must_map("two hubs of large valence", triangulations_bipyramid(large), 60);
-    (void)may_map("fan of large valence", triangulations_fan(large));
+    (void)may_map("fan of valence 3,000", triangulations_fan(3000));
+    (void)may_map("fan of large valence", triangulations_fan(large / 5));
 }
 
 static void test_small(void **state)
@@ -407,6 +431,7 @@ int main(void)
         cmocka_unit_test(test_stacked),
         cmocka_unit_test(test_flips_and_jitter),
         cmocka_unit_test(test_random_meshes),
+        cmocka_unit_test(test_globes),
         cmocka_unit_test(test_hubs),
         cmocka_unit_test(test_large),
     };

@@ -142,9 +142,11 @@ static bool load(const char *structure, struct srnf_mesh *mesh)
 
 static void real_structures_fit(void **state)
 {
+    struct srnf_encode_options options = of_degree(31);
     size_t stars = 0;
     (void)state;
 
+    options.parameterization = SRNF_PARAMETERIZATION_STAR;
     for (size_t k = 0; k < sizeof structures / sizeof structures[0]; k++) {
         struct srnf_mesh mesh = {0};
         struct srnf_star star;
@@ -153,7 +155,7 @@ static void real_structures_fit(void **state)
         int status;
 
         assert_true(load(structures[k], &mesh));
-        status = encode(&mesh, NULL, NULL, &encoded, &error);
+        status = encode(&mesh, &options, NULL, &encoded, &error);
         assert_int_equal(srnf_star_kernel(&mesh, &star), SRNF_OK);
         if (star.value) {
             const struct srnf_fit *fit = &encoded.fit;
@@ -327,9 +329,11 @@ static void refuses_what_it_cannot_do(void **state)
                               meshes_two_spheres(5)};
     const int statuses[] = {SRNF_ENOT_STAR, SRNF_EGENUS, SRNF_ENOT_CLOSED, SRNF_ECOMPONENTS};
     struct srnf_encode_options options;
+    struct srnf_encode_options star = of_degree(31);
     struct srnf_encoded encoded;
     (void)state;
 
+    star.parameterization = SRNF_PARAMETERIZATION_STAR;
     for (size_t k = 0; k < 3; k++) {
         options = of_degree(degrees[k]);
         assert_int_equal(encode(&good, &options, NULL, &encoded, NULL), SRNF_EINVAL);
@@ -341,7 +345,7 @@ static void refuses_what_it_cannot_do(void **state)
     for (size_t k = 0; k < 4; k++) {
         struct srnf_error error = {0};
 
-        assert_int_equal(encode(&bad[k], NULL, NULL, &encoded, &error), statuses[k]);
+        assert_int_equal(encode(&bad[k], &star, NULL, &encoded, &error), statuses[k]);
         assert_int_equal(error.status, statuses[k]);
         assert_true(strlen(error.message) > 10);
         srnf_mesh_clear(&bad[k]);

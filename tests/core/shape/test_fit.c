@@ -18,7 +18,7 @@ static struct srnf_fit measure(const struct srnf_mesh *mesh, const struct srnf_m
     struct srnf_fit fit;
 
     assert_int_equal(srnf_index_create(&index, mesh), SRNF_OK);
-    assert_int_equal(srnf_fit_measure(mesh, index, surface, &fit), SRNF_OK);
+    assert_int_equal(srnf_fit_measure(mesh, index, surface, NULL, &fit), SRNF_OK);
     srnf_index_destroy(index);
     return fit;
 }
@@ -124,7 +124,7 @@ static void test_no_area(void **state)
 
     meshes_stretch(&flat, 1, 0, 0);
     assert_int_equal(srnf_index_create(&index, &mesh), SRNF_OK);
-    assert_int_equal(srnf_fit_measure(&mesh, index, &flat, &fit), SRNF_EDEGENERATE);
+    assert_int_equal(srnf_fit_measure(&mesh, index, &flat, NULL, &fit), SRNF_EDEGENERATE);
     srnf_index_destroy(index);
     srnf_mesh_clear(&flat);
     srnf_mesh_clear(&mesh);

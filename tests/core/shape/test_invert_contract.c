@@ -191,6 +191,62 @@ static void survives_degenerate_targets(void **state)
     shapes_close(&s);
 }
 
+/* Q(c f) = c Q(f), from sizes whose fourth powers leave the range of a double on either side. A
+   power of two must give the same digits. */
+static void does_not_care_for_the_size(void **state)
+{
+    const double exponents[] = {-330.0, -200.0, 200.0, 330.0};
+    struct srnf_inversion plain;
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open(&s, 10);
+    shapes_fill(&s, shapes_bumpy, 0.0);
+    assert_int_equal(srnf_invert(s.sht, s.q, NULL, NULL, &plain, NULL), SRNF_OK);
+    for (size_t k = 0; k < 4; k++) {
+        double scale = exp2(exponents[k]);
+        double *q = shapes_doubles(3 * s.points);
+        struct srnf_inversion result;
+
+        for (size_t i = 0; i < 3 * s.points; i++) {
+            q[i] = scale * s.q[i];
+        }
+        assert_int_equal(srnf_invert(s.sht, q, NULL, NULL, &result, NULL), SRNF_OK);
+        for (size_t i = 0; i < s.count; i++) {
+            assert_true(result.coefficients[i] == scale * plain.coefficients[i]);
+        }
+        assert_true(result.relative_energy == plain.relative_energy);
+        assert_true(result.surface_error_bound == scale * plain.surface_error_bound);
+        srnf_inversion_clear(&result);
+        srnf_free(q);
+    }
+    srnf_inversion_clear(&plain);
+    shapes_close(&s);
+}
+
+/* The closed form is a formula: a start that is given changes nothing. */
+static void closed_form_has_no_start(void **state)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    double *other;
+    (void)state;
+
+    shapes_open(&s, 10);
+    shapes_fill(&s, shapes_bumpy, 0.0);
+    other = shapes_doubles(s.count);
+    other[1] = other[s.each + 2] = other[2 * s.each + 3] = 1.0;
+    options.method = SRNF_INVERT_CLOSED_FORM;
+    options.initial = SRNF_INITIAL_SURFACE;
+    options.surface = other;
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_OK);
+    assert_true(result.relative_energy < 1e-20);
+    srnf_inversion_clear(&result);
+    srnf_free(other);
+    shapes_close(&s);
+}
+
 static void names_of_stops(void **state)
 {
     (void)state;
@@ -204,7 +260,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_bits_on_any_threads),    cmocka_unit_test(cancels),
         cmocka_unit_test(stops_at_its_limit),          cmocka_unit_test(refuses_wrong_arguments),
-        cmocka_unit_test(survives_degenerate_targets), cmocka_unit_test(names_of_stops),
+        cmocka_unit_test(survives_degenerate_targets), cmocka_unit_test(does_not_care_for_the_size),
+        cmocka_unit_test(closed_form_has_no_start),    cmocka_unit_test(names_of_stops),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

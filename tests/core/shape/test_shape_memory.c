@@ -115,30 +115,56 @@ static int run_geodesic(const struct shapes_surface *s)
     return status;
 }
 
-static int run_encode(const struct shapes_surface *s)
+/* given: by the map that area finds. */
+static int encode_by(enum srnf_parameterization route)
 {
     const size_t keep = refused;
     struct srnf_mesh mesh;
+    struct srnf_mesh sphere;
     struct srnf_mesh_report report;
+    struct srnf_spherical_map map;
     struct srnf_encode_options options = srnf_encode_options_defaults();
     struct srnf_encoded encoded;
     struct srnf_error error = {0};
     int status;
 
-    (void)s;
     reset(SIZE_MAX);
     mesh = meshes_star(4);
     assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
-    reset(keep);
+    assert_int_equal(srnf_spherical_map(&mesh, NULL, &map, NULL), SRNF_OK);
+    sphere = mesh;
+    sphere.vertices = map.points;
+    options.sphere = &sphere;
+    options.parameterization = route;
     options.degree = 6;
+    reset(keep);
     status = srnf_encode(&mesh, &report, &options, NULL, &encoded, &error);
     if (status < 0) {
         assert_null(encoded.coefficients);
         assert_int_equal(error.status, status);
     }
     srnf_free(encoded.coefficients);
+    srnf_free(map.points);
     srnf_mesh_clear(&mesh);
     return status;
+}
+
+static int run_encode(const struct shapes_surface *s)
+{
+    (void)s;
+    return encode_by(SRNF_PARAMETERIZATION_AUTO);
+}
+
+static int run_encode_area(const struct shapes_surface *s)
+{
+    (void)s;
+    return encode_by(SRNF_PARAMETERIZATION_AREA);
+}
+
+static int run_encode_given(const struct shapes_surface *s)
+{
+    (void)s;
+    return encode_by(SRNF_PARAMETERIZATION_GIVEN);
 }
 
 static int run_triangulate(const struct shapes_surface *s)
@@ -163,7 +189,9 @@ static void survives_each_refusal(void **state)
         {"srnf_invert, spectral", run_spectral},
         {"srnf_invert, gradient", run_gradient},
         {"srnf_geodesic", run_geodesic},
-        {"srnf_encode", run_encode},
+        {"srnf_encode, auto", run_encode},
+        {"srnf_encode, area", run_encode_area},
+        {"srnf_encode, given", run_encode_given},
         {"srnf_surface_triangulate", run_triangulate},
     };
     struct shapes_surface s;

@@ -21,6 +21,7 @@
 
 #define GOOD_MESH "mesh-00000000000000000000000000000001"
 #define OPEN_MESH "mesh-00000000000000000000000000000002"
+#define STARLESS_MESH "mesh-00000000000000000000000000000003" /* with a report of old */
 #define ABSENT_MESH "mesh-000000000000000000000000000000ff"
 #define ABSENT_SURFACE "surf-000000000000000000000000000000ff"
 #define SURFACE_DEGREE 9
@@ -76,6 +77,9 @@ static int fixture_open(void **state)
     put_mesh(fixture, OPEN_MESH,
              "{\"analysable\":false,\"problems\":[{\"code\":\"mesh-not-closed\",\"count\":3,"
              "\"first\":17,\"detail\":\"3 boundary edges\"}]}");
+    put_mesh(fixture, STARLESS_MESH,
+             "{\"analysable\":false,\"route\":null,\"problems\":[{\"code\":\"not-star-shaped\","
+             "\"count\":1,\"first\":null,\"detail\":\"no point sees the whole surface\"}]}");
     put_surface(fixture);
     *state = fixture;
     return 0;

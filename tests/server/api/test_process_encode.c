@@ -10,7 +10,7 @@ static void test_one_meaning_one_text(void **state)
 
     same(*state, "encode", least,
          "{\"smoothing\":0,\"scale\":\"unit-area\",\"center\":\"auto\",\"mesh\":\"" GOOD_MESH
-         "\",\"lmax\":31.0,\"parameterization\":\"auto\"}");
+         "\",\"lmax\":31.0,\"parameterization\":\"auto\",\"sphere\":null}");
     same(*state, "encode", least, "{\"mesh\":\"" GOOD_MESH "\",\"smoothing\":-0.0,\"lmax\":null}");
     same(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1,-0.0,2e0]}",
          "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1.0,0,2]}");
@@ -23,6 +23,9 @@ static void test_other_meaning_other_text(void **state)
         "",
         ",\"lmax\":30",
         ",\"parameterization\":\"star\"",
+        ",\"parameterization\":\"area\"",
+        ",\"parameterization\":\"given\",\"sphere\":\"" GOOD_MESH "\"",
+        ",\"parameterization\":\"given\",\"sphere\":\"" STARLESS_MESH "\"",
         ",\"center\":[0,0,0]",
         ",\"center\":[0,0,1e-300]",
         ",\"scale\":\"none\"",
@@ -31,7 +34,7 @@ static void test_other_meaning_other_text(void **state)
     char *texts[sizeof options / sizeof options[0]];
 
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
-        char inputs[200];
+        char inputs[240];
         struct outcome outcome;
 
         (void)snprintf(inputs, sizeof inputs, "{\"mesh\":\"%s\"%s}", GOOD_MESH, options[i]);
@@ -76,12 +79,45 @@ static void test_centers(void **state)
     }
 }
 
-static void test_not_available(void **state)
+/* Options that need one another, and options that exclude one another. */
+static void test_routes(void **state)
 {
-    refused(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"area\"}",
-            "/inputs/parameterization");
-    refused(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"given\"}",
-            "/inputs/parameterization");
+    static const struct {
+        const char *options, *pointer;
+    } wrong[] = {
+        {"\"parameterization\":\"polar\"", "/inputs/parameterization"},
+        {"\"parameterization\":\"given\"", "/inputs/sphere"},
+        {"\"parameterization\":\"given\",\"sphere\":\"mesh-7\"", "/inputs/sphere"},
+        {"\"sphere\":\"" GOOD_MESH "\"", "/inputs/sphere"},
+        {"\"parameterization\":\"area\",\"sphere\":\"" GOOD_MESH "\"", "/inputs/sphere"},
+        {"\"parameterization\":\"area\",\"center\":[0,0,0]", "/inputs/center"},
+        {"\"parameterization\":\"given\",\"center\":[0,0,0]", "/inputs/center"},
+    };
+
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char inputs[240];
+
+        (void)snprintf(inputs, sizeof inputs, "{\"mesh\":\"%s\",%s}", GOOD_MESH, wrong[i].options);
+        refused(*state, "encode", inputs, wrong[i].pointer);
+    }
+    answered(*state, "encode",
+             "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"given\",\"sphere\":\"" ABSENT_MESH
+             "\"}",
+             404, "no-such-mesh");
+    answered(*state, "encode",
+             "{\"mesh\":\"" GOOD_MESH "\",\"parameterization\":\"given\",\"sphere\":\"" OPEN_MESH
+             "\"}",
+             422, "mesh-not-closed");
+}
+
+/* Its report was stored when only star-shaped meshes could be analysed. */
+static void test_old_reports(void **state)
+{
+    struct outcome outcome =
+        canonicalise_text(*state, "encode", "{\"mesh\":\"" STARLESS_MESH "\"}");
+
+    assert_non_null(outcome.canonical);
+    outcome_clear(&outcome);
 }
 
 int main(void)
@@ -91,7 +127,8 @@ int main(void)
         cmocka_unit_test(test_other_meaning_other_text),
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_centers),
-        cmocka_unit_test(test_not_available),
+        cmocka_unit_test(test_routes),
+        cmocka_unit_test(test_old_reports),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
