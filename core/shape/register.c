@@ -6,8 +6,10 @@
  * itself is symmetric), and two swaps follow, in which the warp is inverted and optimised in the
  * other direction. The answer is the warp or its inverse.
  *
- * Fields are reported on the template's grid, from exact values; distance and objective as the search
- * measured them, on a grid that its degree cannot overfit (registration_search.c); the least and the
+ * Fields are reported on the template's grid, from exact values; distance and objective as the
+ * search
+ * measured them, on a grid that its degree cannot overfit (registration_search.c); the least and
+ * the
  * largest Jacobian on a grid finer by half. The coefficients of the registered surface are a
  * projection to degree L: truncation_error says what it costs.
  */

@@ -186,7 +186,8 @@ struct search {
     bool has_template;
     double *memory, *full_memory; /* of the coarse target and of the full one */
 };
-/* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or NULL. */
+/* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
+   NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
                                const double *template_surface, const double *moving,
                                const struct srnf_register_options *options,

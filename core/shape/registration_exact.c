@@ -1,8 +1,10 @@
 /*
  * registration_exact.c - the last digits: surfaces that differ by a warp and a rotation alone.
  *
- * A left step gamma <- exp(w) o gamma resolves 1 / D on the moving surface, so where gamma contracts
- * it is blind to what the template shows; right steps gamma <- gamma o exp(v) see it. Both alternate
+ * A left step gamma <- exp(w) o gamma resolves 1 / D on the moving surface, so where gamma
+ * contracts
+ * it is blind to what the template shows; right steps gamma <- gamma o exp(v) see it. Both
+ * alternate
  * by rising degree. For a right step, with q = O sqrt(J) q2 o gamma on the template's grid,
  *   (q, exp v) = q + D_v q + ...,  D_v q = v . grad q + div v q / 2,  D_v q ~ D_v q1 near the end,
  * and since the action is isometric <q1 - q, D_v q1> = <q1 - q, D_v q>: the gradient is exact, the

@@ -1,5 +1,6 @@
 /*
- * registration_exact.h - the linearised action of fields on an SRNF over a regular grid, matrix-free.
+ * registration_exact.h - the linearised action of fields on an SRNF over a regular grid,
+ * matrix-free.
  *
  * Unknowns of degree D: double[2][(D+1)^2] as in registration.h, entries l = 0 included and idle,
  * then the three of the value rotation.
@@ -31,12 +32,14 @@ void tangent_prepare(struct tangent *t, double norm2);
 void tangent_apply(struct tangent *t, const double *x);
 /* out = D' W image / norm2. */
 void tangent_transpose(struct tangent *t, double *out);
-/* (D' W D / norm2 + lambda damping) x = rhs to a relative tolerance, by conjugate gradients; returns
+/* (D' W D / norm2 + lambda damping) x = rhs to a relative tolerance, by conjugate gradients;
+   returns
    <rhs, x>. scratch: 4 unknowns. */
 double tangent_solve(struct tangent *t, const double *rhs, double lambda, double tolerance,
                      size_t cap, double *x, double *scratch);
 
-/* Alternates right and left steps until nothing is left to gain. template_moving: the template's own
+/* Alternates right and left steps until nothing is left to gain. template_moving: the template's
+   own
    surface, or NULL: the derivative of its q is then taken spectrally. sht: grid of the target. */
 SRNF_CHECKED int registration_polish(const struct problem *problem, const struct srnf_sht *sht,
                                      const struct moving *template_moving,

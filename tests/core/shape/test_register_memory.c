@@ -1,5 +1,6 @@
 /*
- * test_register_memory.c - registration when memory runs out: requests are refused one after another.
+ * test_register_memory.c - registration when memory runs out: requests are refused one after
+ * another.
  *
  * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
  * library. They count what is alive and refuse the n-th request.
@@ -8,7 +9,9 @@
 #include "registrations.h"
 
 #define DEGREE 4
-#define TRIED 60 /* requests refused of each kind of registration, spread over all */
+#define TRIED              \
+    (FIGURES_SANITIZED ? 8 \
+                       : 60) /* requests refused of each kind of registration, spread over all */
 
 static size_t requests; /* since the last reset */
 static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */

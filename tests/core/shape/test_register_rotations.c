@@ -1,5 +1,6 @@
 /*
- * test_register_rotations.c - real surfaces in another pose: a rotation of the domain and one of the
+ * test_register_rotations.c - real surfaces in another pose: a rotation of the domain and one of
+ * the
  * values, both random, are found again. Common pose, equal surfaces, warm start.
  */
 #include "registrations.h"

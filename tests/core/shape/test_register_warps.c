@@ -2,7 +2,8 @@
  * test_register_warps.c - surfaces warped and turned at random come back in exact mode.
  *
  * The template is the exact SRNF of the warped surface; printed beside is the floor that a warped
- * surface cut to degree L has: it cannot be matched better than its truncation. At the higher degree
+ * surface cut to degree L has: it cannot be matched better than its truncation. At the higher
+ * degree
  * the cut surface itself is registered.
  */
 /* srnfd-test: timeout 600 */
