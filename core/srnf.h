@@ -91,7 +91,8 @@ struct srnf_error {
 /* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
    cancellable, one thread. parallel_for must call body(argument, i) once for each i in [0, count),
    in any order, on any threads, and return when all calls have returned; results never depend on
-   how it spreads them. */
+   how it spreads them. Where bodies report or ask for cancellation, progress and canceled are
+   called from those threads. */
 struct srnf_context {
     void *user;
     void (*progress)(void *user, double fraction, const char *message);
@@ -667,13 +668,12 @@ struct srnf_registration {
     double *q;          /* [3][n_theta][n_phi] O sqrt(J) q2 o gamma on the template's grid, exact */
     double rotation[9]; /* O, row-major */
     struct srnf_warp warp;
-    double *points;   /* [n_theta][n_phi][3] gamma on the template's grid */
-    double *jacobian; /* [n_theta][n_phi] */
-    double
-        distance; /* ||q1 - O sqrt(J) q2 o gamma||, on the grid of the search: finer if need be */
+    double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
+    double *jacobian;                  /* [n_theta][n_phi] */
+    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
     double distance_before;            /* ||q1 - q2|| */
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
-    double min_jacobian, max_jacobian; /* on a grid of half as many rows again, 72 at least */
+    double min_jacobian, max_jacobian; /* on half as many rows again, 72 at least */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
     double
         ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */
@@ -711,7 +711,7 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
  * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
  *   surfaces  [in] n pointers to double[3][(L+1)^2]
- * Errors: as srnf_register.
+ * Errors: as srnf_register; the matrix is then undefined.
  */
 SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                                 const struct srnf_register_options *options,

@@ -108,7 +108,7 @@ static int one_way(const struct call *c, const double *q_template, const double 
 {
     struct search search;
     int status =
-        search_create(&search, c->sht, q_template, surface, moving, c->options, c->context);
+        search_create(&search, c->sht, q_template, surface, moving, c->options, false, c->context);
 
     if (status) {
         return status;
@@ -220,12 +220,16 @@ static int symmetric_search(const struct call *c, const double *template_surface
     }
     if (status == SRNF_OK && pair.direction != wanted) {
         status = warp_invert(&pair.best, &inverse);
-        srnf_warp_clear(&pair.best);
-        pair.best = inverse; /* what there is of it */
+        if (status == SRNF_OK) {
+            srnf_warp_clear(&pair.best);
+            pair.best = inverse;
+        } else {
+            srnf_warp_clear(&inverse); /* what there is of it */
+        }
     }
     if (status == SRNF_OK) {
-        status =
-            search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
+        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, false,
+                               c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;

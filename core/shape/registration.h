@@ -186,11 +186,12 @@ struct search {
     bool has_template;
     double *memory, *full_memory; /* of the coarse target and of the full one */
 };
-/* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
+/* own_grid: the nodes of the full target are those of sht, however coarse.
+   q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
    NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
                                const double *template_surface, const double *moving,
-                               const struct srnf_register_options *options,
+                               const struct srnf_register_options *options, bool own_grid,
                                const struct srnf_context *context);
 void search_clear(struct search *search);
 
@@ -205,6 +206,9 @@ SRNF_CHECKED int search_run(const struct search *search, struct search_result *r
 /* From a chain that is known: the fields alone. */
 SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
+/* From points, Jacobian and rotation that are known, at the highest degree alone: at most so many
+   steps, which are appended to the chain of the warp. For groups, where a target changes little. */
+SRNF_CHECKED int search_refine(const struct search *search, size_t steps, struct warp *warp);
 /* A chain as it is: points, Jacobian, rotation and objective. result keeps its other members. */
 SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);

@@ -126,7 +126,7 @@ static int fine_field(const struct srnf_sht *sht, const double *q1, const double
 /* The grid of the full problem. On too coarse a one fields of the given degree fit the nodes and
    fold between them; in exact mode the template's own grid is the one on which q1 is exact. */
 static int full_target(struct search *s, const struct srnf_sht *sht, const double *q1,
-                       const double *template_surface)
+                       const double *template_surface, bool own_grid)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t rows = NODES_PER_DEGREE * s->options->degree;
@@ -135,7 +135,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
     int status = SRNF_OK;
 
     rows = rows < FINE_ROWS_MIN ? FINE_ROWS_MIN : rows > FINE_ROWS_MAX ? FINE_ROWS_MAX : rows;
-    if (s->options->exact || grid->n_theta >= rows) {
+    if (own_grid || s->options->exact || grid->n_theta >= rows) {
         s->full_memory = srnf_alloc(7 * grid->n_theta * grid->n_phi, sizeof(double));
         if (!s->full_memory) {
             return SRNF_ENOMEM;
@@ -181,7 +181,8 @@ out:
 
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
                   const double *template_surface, const double *moving,
-                  const struct srnf_register_options *options, const struct srnf_context *context)
+                  const struct srnf_register_options *options, bool own_grid,
+                  const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
@@ -190,7 +191,7 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
                          .context = context,
                          .sht = sht,
                          .has_template = options->exact && template_surface};
-    status = full_target(s, sht, q1, template_surface);
+    status = full_target(s, sht, q1, template_surface, own_grid);
     if (status == SRNF_OK) {
         status = coarse_target(s, sht, q1);
     }
@@ -551,5 +552,27 @@ int search_continue(const struct search *s, const struct srnf_warp *chain,
         search_result_clear(result);
     }
     result->distance = distance(s, &result->warp);
+    return status;
+}
+
+int search_refine(const struct search *s, size_t steps, struct warp *warp)
+{
+    size_t degree = s->options->exact && s->options->degree < 32 ? 32 : s->options->degree;
+    struct schedule schedule = {steps, ladder[RUNGS - 1].decrease};
+    struct samples samples = {0};
+    struct level level;
+    size_t iterations = 0;
+    int status = level_create(&level, &s->full, degree);
+
+    if (status) {
+        return status;
+    }
+    status = samples_create(&samples, s->full.target.n);
+    if (status == SRNF_OK) {
+        status = registration_optimise(&s->full, &level, &schedule, s->context, warp, &samples,
+                                       &iterations);
+    }
+    samples_clear(&samples);
+    level_clear(&level);
     return status;
 }

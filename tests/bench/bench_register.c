@@ -2,9 +2,9 @@
  * bench_register.c - registration of real pairs at degrees 15, 23 and 31: default, symmetric, rigid
  * and common pose.
  *
- * Processor seconds of one thread, in ms and in units of one gradient transform of three coordinates
- * at the same degree, timed in the same run; squared distances at unit area before and after, the
- * objective, the steps and the range of the Jacobian.
+ * Processor seconds of one thread, in ms and in units of one gradient transform of three
+ * coordinates at the same degree, timed in the same run; squared distances at unit area before and
+ * after, the objective, the steps and the range of the Jacobian.
  */
 #include "support/meshes.h"
 #include "support/shapes.h"

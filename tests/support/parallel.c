@@ -1,5 +1,5 @@
 /*
- * parallel.c - two ways of running a parallel loop.
+ * parallel.c - ways of running a parallel loop.
  */
 #include "support/parallel.h"
 
@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #define THREADS ((size_t)4)
+#define THREADS_MAX ((size_t)64)
 
 void parallel_backwards(void *user, size_t count, void (*body)(void *argument, size_t index),
                         void *argument)
@@ -36,21 +37,30 @@ static void *work(void *argument)
     return NULL;
 }
 
+void parallel_spread(size_t threads, size_t count, void (*body)(void *argument, size_t index),
+                     void *argument)
+{
+    struct loop loop = {.count = count, .body = body, .argument = argument};
+    pthread_t workers[THREADS_MAX];
+
+    if (threads < 1 || threads > THREADS_MAX) {
+        abort();
+    }
+    for (size_t i = 0; i < threads; i++) {
+        if (pthread_create(&workers[i], NULL, work, &loop)) {
+            abort();
+        }
+    }
+    for (size_t i = 0; i < threads; i++) {
+        if (pthread_join(workers[i], NULL)) {
+            abort();
+        }
+    }
+}
+
 void parallel_threads(void *user, size_t count, void (*body)(void *argument, size_t index),
                       void *argument)
 {
-    struct loop loop = {.count = count, .body = body, .argument = argument};
-    pthread_t threads[THREADS];
-
     (void)user;
-    for (size_t i = 0; i < THREADS; i++) {
-        if (pthread_create(&threads[i], NULL, work, &loop)) {
-            abort();
-        }
-    }
-    for (size_t i = 0; i < THREADS; i++) {
-        if (pthread_join(threads[i], NULL)) {
-            abort();
-        }
-    }
+    parallel_spread(THREADS, count, body, argument);
 }

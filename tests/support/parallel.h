@@ -1,5 +1,5 @@
 /*
- * parallel.h - two ways of running a parallel loop that a test can put in a context: a result that
+ * parallel.h - ways of running a parallel loop that a test can put in a context: a result that
  * is the same under both and in order does not depend on how its work is spread.
  */
 #ifndef TESTS_PARALLEL_H
@@ -14,5 +14,9 @@ void parallel_backwards(void *user, size_t count, void (*body)(void *argument, s
 /* Four threads that take the next index when they are free. */
 void parallel_threads(void *user, size_t count, void (*body)(void *argument, size_t index),
                       void *argument);
+
+/* The same on a number of threads of choice, 1 to 64. */
+void parallel_spread(size_t threads, size_t count, void (*body)(void *argument, size_t index),
+                     void *argument);
 
 #endif

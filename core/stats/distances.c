@@ -1,0 +1,116 @@
+/*
+ * distances.c - the symmetric matrix of distances between surfaces.
+ *
+ * As parameterised: d(i, j) = ||Q(f_i) - Q(f_j)||, a metric; each SRNF is computed once.
+ * Registered: the distance of srnf_register in symmetric mode, equal for (i, j) and (j, i) by
+ * construction; the triangle inequality then holds up to the local minima of registration.
+ *
+ * Every unordered pair is one task; it writes its two entries, so that the result does not depend
+ * on who computes what. Cost: n (n - 1) / 2 registrations, or that many passes over two fields; the
+ * SRNFs of all surfaces are held at once only where nothing is registered: 24 n P bytes.
+ */
+#include "stats.h"
+
+#include <math.h>
+
+struct distances {
+    const struct srnf_sht *sht;
+    const double *const *surfaces;
+    const struct srnf_register_options *options; /* NULL: as parameterised */
+    const double *q;                             /* [n][3][P], then */
+    size_t n;
+    double *matrix;
+};
+
+/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
+static void pair_of(size_t index, size_t *i, size_t *j)
+{
+    size_t upper = (size_t)((1.0 + sqrt(1.0 + 8.0 * (double)index)) / 2.0);
+
+    while (upper * (upper - 1) / 2 > index) {
+        upper--;
+    }
+    while (upper * (upper + 1) / 2 <= index) {
+        upper++;
+    }
+    *j = upper;
+    *i = index - upper * (upper - 1) / 2;
+}
+
+static int measure(const struct distances *d, size_t i, size_t j,
+                   const struct srnf_context *context, double *distance, struct srnf_error *error)
+{
+    struct srnf_registration registration = {0};
+    size_t size = 3 * stats_points(srnf_sht_grid(d->sht));
+    int status;
+
+    if (!d->options) {
+        *distance = sqrt(stats_distance2(srnf_sht_grid(d->sht), d->q + i * size, d->q + j * size));
+        return SRNF_OK;
+    }
+    status = srnf_register(d->sht, d->surfaces[i], NULL, d->surfaces[j], d->options, NULL, context,
+                           &registration, error);
+    if (status >= 0) {
+        *distance = registration.distance;
+        srnf_registration_clear(&registration);
+    }
+    return status;
+}
+
+static int measure_pair(void *argument, size_t index, const struct srnf_context *context,
+                        struct srnf_error *error)
+{
+    struct distances *d = argument;
+    double distance = 0.0;
+    size_t i;
+    size_t j;
+    int status;
+
+    pair_of(index, &i, &j);
+    status = measure(d, i, j, context, &distance, error);
+    d->matrix[i * d->n + j] = distance;
+    d->matrix[j * d->n + i] = distance;
+    return status;
+}
+
+int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                   const struct srnf_register_options *options, const struct srnf_context *context,
+                   double *matrix, struct srnf_error *error)
+{
+    struct srnf_register_options symmetric;
+    struct distances d = {.sht = sht, .surfaces = surfaces, .n = n, .matrix = matrix};
+    size_t size = 3 * stats_points(srnf_sht_grid(sht));
+    double *q = NULL;
+    size_t pairs;
+    int status = stats_check_surfaces(sht, n, surfaces, error);
+
+    if (status == SRNF_OK && __builtin_mul_overflow(n, n, &pairs)) {
+        status = srnf_fail(error, SRNF_ELIMIT, -1, "%zu surfaces have too many pairs", n);
+    }
+    if (status) {
+        return status;
+    }
+    pairs = n % 2 == 0 ? n / 2 * (n - 1) : (n - 1) / 2 * n;
+    if (options) {
+        symmetric = *options;
+        symmetric.symmetric = true;
+        d.options = &symmetric;
+    } else {
+        size_t all;
+
+        if (__builtin_mul_overflow(n, size, &all) || !(q = srnf_alloc(all, sizeof(double)))) {
+            return srnf_fail(error, SRNF_ENOMEM, -1, "no memory for the SRNFs of %zu surfaces", n);
+        }
+        d.q = q;
+        status = stats_fields(sht, n, surfaces, context, q, error);
+    }
+    for (size_t i = 0; i < n; i++) {
+        matrix[i * n + i] = 0.0;
+    }
+    if (status == SRNF_OK) {
+        status = stats_run(context, pairs, measure_pair, &d,
+                           (struct stats_progress){0.0, 1.0, "measuring distances"}, error);
+    }
+    srnf_free(q);
+    return status;
+}

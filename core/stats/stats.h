@@ -1,0 +1,133 @@
+/*
+ * stats.h - what the files of core/stats share: parallel tasks that may fail, fields as vectors,
+ * and the state of a group mean.
+ *
+ * A field is double[3][P] with P = n_theta n_phi; norms and inner products are those of
+ * srnf_inner_product. Sums over subjects run in the order of the subjects, whatever thread made the
+ * terms: results do not depend on the number of threads.
+ */
+#ifndef SRNF_STATS_H
+#define SRNF_STATS_H
+
+#include "internal.h"
+
+/* ---- tasks.c: a parallel loop whose bodies may fail ------------------------------------------ */
+
+/*
+ * One body for each index. context: cancellation and clock of the caller, without progress and
+ * without a parallel loop of its own; handed on to what the body calls. Returns a status; fills
+ * error on failure as srnf_fail does. Warnings count as success.
+ */
+typedef int stats_body(void *argument, size_t index, const struct srnf_context *context,
+                       struct srnf_error *error);
+
+/* How the progress of a loop is told: from `from` to `to`, after each body. message NULL: not. */
+struct stats_progress {
+    double from, to;
+    const char *message;
+};
+
+/*
+ * Calls body(argument, i) for each i in [0, count) through the context. When some fail, the loop
+ * ends early and returns status and error of the lowest index that fails: always the same one.
+ * SRNF_ECANCELED when the caller asked to stop before the last body began.
+ */
+SRNF_CHECKED int stats_run(const struct srnf_context *context, size_t count, stats_body *body,
+                           void *argument, struct stats_progress progress,
+                           struct srnf_error *error);
+
+/* ---- fields.c: the surfaces of a group and their fields -------------------------------------- */
+
+/* SRNF_EINVAL where there is no surface or a coefficient is not finite. */
+SRNF_CHECKED int stats_check_surfaces(const struct srnf_sht *sht, size_t n,
+                                      const double *const *surfaces, struct srnf_error *error);
+static inline size_t stats_points(const struct srnf_grid *grid)
+{
+    return grid->n_theta * grid->n_phi;
+}
+/* q of every surface, double[n][3][P], in parallel. */
+SRNF_CHECKED int stats_fields(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                              const struct srnf_context *context, double *q,
+                              struct srnf_error *error);
+/* ||a - b||^2 */
+double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
+/* mean = sum of q_i / n, in the order of i. */
+void stats_average(const struct srnf_grid *grid, size_t n, const double *q, double *mean);
+/* Unit vectors of the nodes, double[P][3]. */
+void stats_nodes(const struct srnf_grid *grid, double *nodes);
+
+/* ---- The group mean (mean.c and its parts) --------------------------------------------------- */
+
+/* Where one subject stands: O, and its warp apart from the centring that all have in common. The
+   rest follows from these. */
+struct mean_subject {
+    double rotation[9];
+    struct srnf_warp warp;
+};
+
+struct mean_run {
+    const struct srnf_sht *sht;
+    const struct srnf_grid *grid;
+    const struct srnf_context *context;
+    struct srnf_register_options registration;
+    bool registered; /* false: the surfaces stay as they are parameterised */
+    bool started;    /* the subjects hold registrations to start from */
+    size_t n, points;
+    const double *const *surfaces;
+    double *nodes;                 /* [P][3] */
+    double *mean_q, *previous;     /* [3][P] */
+    struct srnf_warp centring;     /* c: comes before the warp of every subject */
+    double *base;                  /* [P][3] c on the grid; NULL unless registered, like the next */
+    double *base_jacobian;         /* [P] */
+    struct mean_subject *subjects; /* [n] */
+    double *q;                     /* [n][3][P] O sqrt(J) q_i(gamma_i) */
+    double *gamma;                 /* [n][P][3] the warps on the grid, centring included */
+    double *jacobian;              /* [n][P] */
+    size_t iterations;
+    struct srnf_mean_iteration *history; /* [max_iterations] */
+    size_t history_capacity;
+};
+
+/* mean_subject.c: one subject, called for many at once. Each writes only what is its own. */
+
+/* Replays the warp of subject i after base: gamma, J and q on the grid. */
+SRNF_CHECKED int mean_replay(const struct mean_run *run, size_t i);
+/* Registers subject i to the mean, from where it stands: rotation, warp and gamma. */
+SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
+                               const struct srnf_context *context, struct srnf_error *error);
+/* values = O f_i o gamma_i on the grid, double[3][P]. */
+SRNF_CHECKED int mean_values(const struct mean_run *run, size_t i, double *values);
+
+/* mean_center.c: puts one step before all warps so that they are the identity on average; they have
+   to be replayed after that. spread, if not NULL: the root of the mean square of the field that was
+   taken out. */
+SRNF_CHECKED int mean_center(struct mean_run *run, double *spread);
+/* Fills base and base_jacobian from the centring. */
+SRNF_CHECKED int mean_replay_base(struct mean_run *run);
+
+/* mean_checkpoint.c: a run between two iterations as bytes, and back. */
+struct mean_bytes {
+    unsigned char *data;
+    size_t size;
+};
+SRNF_CHECKED int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes);
+/* Fills mean_q, subjects, iterations and history of a new run. SRNF_EINVAL: foreign or damaged. */
+SRNF_CHECKED int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
+                                      struct srnf_error *error);
+
+/* The mean with a start of choice: the index of a subject, or STATS_START_DEFAULT. */
+#define STATS_START_DEFAULT SIZE_MAX
+SRNF_CHECKED int stats_mean(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                            const struct srnf_mean_options *options, size_t start,
+                            const struct srnf_context *context, struct srnf_mean *mean,
+                            struct srnf_error *error);
+
+/* ---- sample.c -------------------------------------------------------------------------------- */
+
+/* Philox 4x32 with ten rounds: 128 random bits from a counter and a key. */
+void stats_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t out[4]);
+/* Natural logarithm of x in (0, 1], by additions, multiplications and divisions only: the same bits
+   on every machine with IEEE 754 arithmetic. Relative error below 1e-15. */
+double stats_log(double x);
+
+#endif

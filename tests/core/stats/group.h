@@ -1,0 +1,227 @@
+/*
+ * group.h - groups of surfaces for the tests of core/stats, and the contexts they are run in.
+ *
+ * Everything here ends the program when memory is short.
+ */
+#ifndef TESTS_STATS_GROUP_H
+#define TESTS_STATS_GROUP_H
+
+#include "core/shape/figures.h"
+
+#include <dirent.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+#include "stats/stats.h"
+#include "support/meshes.h"
+#include "support/parallel.h"
+#include "support/timing.h"
+
+#define GROUP_VENTRICLES "../shared/data/lv_endocardium_ed"
+#define GROUP_MAX ((size_t)128)
+
+struct group {
+    struct srnf_sht *sht;
+    const struct srnf_grid *grid;
+    size_t degree, each, count, points; /* each = (L+1)^2, count = 3 each, points = P */
+    size_t n;
+    double *f[GROUP_MAX];
+    const double *surfaces[GROUP_MAX]; /* the same, as the library takes them */
+};
+
+static inline void group_open(struct group *g, size_t degree, size_t n)
+{
+    *g = (struct group){.degree = degree, .n = n};
+    assert_true(n <= GROUP_MAX);
+    assert_int_equal(srnf_sht_create(&g->sht, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0), SRNF_OK);
+    g->grid = srnf_sht_grid(g->sht);
+    g->each = srnf_coefficient_count(degree);
+    g->count = 3 * g->each;
+    g->points = g->grid->n_theta * g->grid->n_phi;
+    for (size_t i = 0; i < n; i++) {
+        g->f[i] = shapes_doubles(g->count);
+        g->surfaces[i] = g->f[i];
+    }
+}
+
+static inline void group_close(struct group *g)
+{
+    for (size_t i = 0; i < g->n; i++) {
+        srnf_free(g->f[i]);
+    }
+    srnf_sht_destroy(g->sht);
+}
+
+/* Stars about one centre: (1 - spread) of one random star and spread of another, each scaled to
+   unit area. */
+static inline void group_open_stars(struct group *g, size_t degree, size_t n, double spread)
+{
+    struct shapes_surface base;
+    struct shapes_surface own;
+
+    group_open(g, degree, n);
+    shapes_open(&base, degree);
+    shapes_open(&own, degree);
+    shapes_fill_random_star(&base, 1000, NULL);
+    for (size_t i = 0; i < n; i++) {
+        struct srnf_surface_measures measures;
+
+        shapes_fill_random_star(&own, i + 1, NULL);
+        for (size_t k = 0; k < g->count; k++) {
+            g->f[i][k] = (1.0 - spread) * base.f[k] + spread * own.f[k];
+        }
+        srnf_surface_measure(g->sht, g->f[i], &measures, own.workspace);
+        for (size_t k = 0; k < g->count; k++) {
+            g->f[i][k] /= sqrt(measures.area);
+        }
+    }
+    shapes_close(&own);
+    shapes_close(&base);
+}
+
+static inline int group_by_name(const void *a, const void *b)
+{
+    return strcmp(a, b);
+}
+
+/* The i-th of n meshes of left ventricles, taken in turn from both ends of the sorted names: both
+   of the groups that the names tell apart. False where the data are not there. */
+static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *mesh)
+{
+    static char names[GROUP_MAX][256];
+    static size_t found;
+
+    if (found == 0) {
+        DIR *folder = opendir(GROUP_VENTRICLES);
+        struct dirent *entry;
+
+        if (!folder) {
+            return false;
+        }
+        while (found < GROUP_MAX && (entry = readdir(folder))) {
+            size_t length = strlen(entry->d_name);
+
+            if (length > 4 && length < 200 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
+                (void)snprintf(names[found++], sizeof names[0], "%s/%s", GROUP_VENTRICLES,
+                               entry->d_name);
+            }
+        }
+        (void)closedir(folder);
+        qsort(names, found, sizeof names[0], group_by_name);
+    }
+    assert_true(found >= n);
+    return meshes_load(names[i % 2 ? found - 1 - i / 2 : i / 2], mesh);
+}
+
+/* Real left ventricles by the star route; false, saying so, when the data are not there. */
+static inline bool group_open_ventricles(struct group *g, size_t degree, size_t n)
+{
+    struct srnf_encode_options options = srnf_encode_options_defaults();
+    struct srnf_mesh mesh;
+
+    if (!group_load_ventricle(0, n, &mesh)) {
+        printf("# skipped: no %s\n", GROUP_VENTRICLES);
+        return false;
+    }
+    srnf_mesh_clear(&mesh);
+    group_open(g, degree, n);
+    options.degree = degree;
+    options.parameterization = SRNF_PARAMETERIZATION_STAR;
+    for (size_t i = 0; i < n; i++) {
+        struct srnf_mesh_report report;
+        struct srnf_encoded encoded;
+
+        assert_true(group_load_ventricle(i, n, &mesh));
+        assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
+        assert_int_equal(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
+        memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));
+        srnf_free(encoded.coefficients);
+        srnf_mesh_clear(&mesh);
+    }
+    return true;
+}
+
+/* ---- Contexts -------------------------------------------------------------------------------- */
+
+/* What a context's callbacks see. */
+struct group_watch {
+    size_t threads;         /* 0: from the last index to the first, on the caller's */
+    atomic_size_t reports;  /* calls of progress */
+    atomic_size_t bodies;   /* indexes of parallel loops that have been run */
+    size_t cancel_after;    /* that many bodies; SIZE_MAX: never */
+    _Atomic double highest; /* fraction reported */
+};
+
+static inline void group_progress(void *user, double fraction, const char *message)
+{
+    struct group_watch *watch = user;
+    double highest = atomic_load(&watch->highest);
+
+    assert_non_null(message);
+    assert_true(fraction >= 0.0 && fraction <= 1.0);
+    atomic_fetch_add(&watch->reports, 1);
+    while (fraction > highest &&
+           !atomic_compare_exchange_weak(&watch->highest, &highest, fraction)) {
+    }
+}
+
+static inline bool group_canceled(void *user)
+{
+    struct group_watch *watch = user;
+
+    return atomic_load(&watch->bodies) >= watch->cancel_after;
+}
+
+struct group_loop {
+    struct group_watch *watch;
+    void (*body)(void *argument, size_t index);
+    void *argument;
+};
+
+static inline void group_body(void *argument, size_t index)
+{
+    struct group_loop *loop = argument;
+
+    loop->body(loop->argument, index);
+    atomic_fetch_add(&loop->watch->bodies, 1);
+}
+
+static inline void group_parallel_for(void *user, size_t count,
+                                      void (*body)(void *argument, size_t index), void *argument)
+{
+    struct group_watch *watch = user;
+    struct group_loop loop = {watch, body, argument};
+
+    if (watch->threads == 0) {
+        parallel_backwards(NULL, count, group_body, &loop);
+    } else {
+        parallel_spread(watch->threads, count, group_body, &loop);
+    }
+}
+
+static inline double group_seconds(void *user)
+{
+    (void)user;
+    return timing_monotonic();
+}
+
+static inline struct srnf_context group_context(struct group_watch *watch, size_t threads)
+{
+    watch->threads = threads;
+    watch->cancel_after = SIZE_MAX;
+    atomic_init(&watch->reports, 0);
+    atomic_init(&watch->bodies, 0);
+    atomic_init(&watch->highest, 0.0);
+    return (struct srnf_context){.user = watch,
+                                 .progress = group_progress,
+                                 .canceled = group_canceled,
+                                 .parallel_for = group_parallel_for,
+                                 .seconds = group_seconds};
+}
+
+/* How the same work is spread in tests of independence; 0: see struct group_watch. */
+static const size_t group_threads[] = {1, 2, 8, 0};
+#define GROUP_SPREADS (sizeof group_threads / sizeof group_threads[0])
+
+#endif

@@ -1,0 +1,173 @@
+/*
+ * test_stats_allocation.c - distances, mean and principal components when memory runs out: each
+ * allocation in turn is refused; the call fails cleanly and nothing leaks.
+ *
+ * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
+ * library. They count what is alive and refuse the n-th request.
+ */
+#include "group.h"
+
+static size_t requests; /* since the last reset */
+static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
+static size_t alive;
+
+void *srnf_alloc(size_t count, size_t size)
+{
+    void *pointer;
+
+    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
+        return NULL;
+    }
+    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
+    if (pointer) {
+        memset(pointer, 0, count * size);
+        alive++;
+    }
+    return pointer;
+}
+
+void srnf_free(void *pointer)
+{
+    alive -= pointer != NULL;
+    free(pointer);
+}
+
+#define N ((size_t)3)
+#define DEGREE 5
+
+/* What the runs work on. */
+static struct group g;
+static double *fields; /* [N + 1][3][P]: the mean and N fields */
+static struct srnf_register_options registration;
+
+static int run_distances(void)
+{
+    double matrix[N * N];
+
+    return srnf_distances(g.sht, N, g.surfaces, NULL, NULL, matrix, NULL);
+}
+
+static int run_registered_distance(void)
+{
+    double matrix[4];
+
+    return srnf_distances(g.sht, 2, g.surfaces, &registration, NULL, matrix, NULL);
+}
+
+static void ignore(void *user, const void *bytes, size_t size)
+{
+    (void)user;
+    (void)bytes;
+    (void)size;
+}
+
+static int run_mean_with(const struct srnf_register_options *options, size_t iterations)
+{
+    struct srnf_mean_options mean_options = srnf_mean_options_defaults();
+    struct srnf_mean mean;
+    int status;
+
+    mean_options.registration = options;
+    mean_options.max_iterations = iterations;
+    mean_options.tolerance = 0.0;
+    mean_options.checkpoint = ignore;
+    status = srnf_karcher_mean(g.sht, 2, g.surfaces, &mean_options, NULL, &mean, NULL);
+    if (status >= 0) {
+        srnf_mean_clear(&mean);
+    }
+    assert_null(mean.mean_q);
+    return status;
+}
+
+static int run_mean(void)
+{
+    return run_mean_with(NULL, 1);
+}
+
+static int run_registered_mean(void)
+{
+    return run_mean_with(&registration, 2);
+}
+
+static int run_pca(void)
+{
+    struct srnf_pca pca;
+    int status = srnf_pca_fit(g.grid, N, fields, fields + 3 * g.points, 0, &pca);
+
+    if (status >= 0) {
+        srnf_pca_clear(&pca);
+    }
+    assert_null(pca.modes);
+    return status;
+}
+
+/* Refuses the first 200 requests, then every stride-th, until a run makes it to the end. */
+static void sweep(const char *name, int (*run)(void), size_t stride)
+{
+    size_t before = alive;
+    size_t n = 0;
+    int status = SRNF_ENOMEM;
+
+    while (status == SRNF_ENOMEM) {
+        requests = 0;
+        refused = n;
+        status = run();
+        refused = SIZE_MAX;
+        assert_int_equal(alive, before);
+        n += n < 200 ? 1 : stride;
+        assert_true(n < 100000);
+    }
+    assert_true(status >= 0);
+    assert_true(n > 1);
+    printf("# %s: %zu allocations\n", name, requests);
+}
+
+static void distances_survive(void **state)
+{
+    (void)state;
+    sweep("distances", run_distances, 1);
+    sweep("a registered distance", run_registered_distance, 11);
+}
+
+static void mean_survives(void **state)
+{
+    (void)state;
+    sweep("mean", run_mean, 1);
+    sweep("registered mean", run_registered_mean, 7);
+}
+
+static void components_survive(void **state)
+{
+    (void)state;
+    sweep("principal components", run_pca, 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(distances_survive),
+        cmocka_unit_test(mean_survives),
+        cmocka_unit_test(components_survive),
+    };
+    void *workspace;
+    int failed;
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    refused = SIZE_MAX;
+    group_open_stars(&g, DEGREE, N, 0.3);
+    fields = shapes_doubles((N + 1) * 3 * g.points);
+    workspace = shapes_doubles(srnf_surface_workspace_size(g.sht) / sizeof(double) + 1);
+    for (size_t i = 0; i < N; i++) {
+        srnf_field(g.sht, g.f[i], fields + (i + 1) * 3 * g.points, workspace);
+    }
+    stats_average(g.grid, N, fields + 3 * g.points, fields);
+    registration = srnf_register_options_defaults();
+    registration.degree = 2;
+    registration.common_pose = true;
+    failed = cmocka_run_group_tests(tests, NULL, NULL);
+    srnf_free(workspace);
+    srnf_free(fields);
+    group_close(&g);
+    return failed;
+}
