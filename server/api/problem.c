@@ -25,6 +25,7 @@ struct problem_kind {
 static const struct problem_kind kinds[] = {
     {"malformed-request", 400, "The request is malformed"},
     {"malformed-json", 400, "The body is not the JSON that is expected"},
+    {"forbidden", 403, "The request is not allowed here"},
     {"not-found", 404, "There is nothing here"},
     {"no-such-mesh", 404, "There is no such mesh"},
     {"no-such-surface", 404, "There is no such surface"},
