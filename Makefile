@@ -7,6 +7,8 @@
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
 #   make install   PREFIX=/usr/local DESTDIR=
 #
+# V=1 shows every command of a build in full.
+#
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
 # tests/**/test_*.c, tests/bench/bench_*.c and tests/fuzz/fuzz_*.c a program of its own.
 # CONFIG selects a build: release, asan, tsan, clang, fuzz, coverage. Each has its own folder under build/.
@@ -79,18 +81,24 @@ check:
 	@deploy/install-deps.sh --tests
 	@tests/check.sh
 
+# One short line for each step; V=1 shows the commands themselves.
+Q    := $(if $(V),,@)
+say   = @$(if $(V),:,printf '  %-5s %s\n' '$(1)' '$(2)')
+
 # ---- building -----------------------------------------------------------------------------------------
 
 $(O)/%.o: %.c
 	@mkdir -p $(dir $@)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+	$(call say,CC,$<)
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
 # The transforms and what is built on them may fuse multiply and add; exact predicates in core/mesh may not.
 $(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast -fno-trapping-math
 
 $(CORE_LIB): $(call obj,$(CORE_SRC))
 	@rm -f $@
-	ar rcs $@ $^
+	$(call say,AR,$@)
+	$(Q)ar rcs $@ $^
 
 # Part of the numeric build id, and so of every cache key: results of another core are computed anew.
 CORE_TEXT   := $(CORE_SRC) $(sort $(wildcard core/*.h core/*/*.h server/jobs/compute*.c))
@@ -101,25 +109,31 @@ $(O)/server/build.o: CPPFLAGS += -DSRNF_CORE_DIGEST='"$(core_digest)"'
 # The bytes of migrations and of the API description, as arrays in one C file.
 $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
 	@mkdir -p $(dir $@)
-	deploy/embed.sh $(EMBEDDED) > $@
+	$(call say,EMBED,$(EMBEDDED))
+	$(Q)deploy/embed.sh $(EMBEDDED) > $@
 
 $(O)/embedded.o: $(O)/embedded.c
-	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+	$(call say,CC,$<)
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
 $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 	@rm -f $@
-	ar rcs $@ $^
+	$(call say,AR,$@)
+	$(Q)ar rcs $@ $^
 
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
-	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
 $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	@mkdir -p $(dir $@)
-	$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
-	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
+	$(call say,LD,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
 build-tests: $(B)/srnfd $(TESTS)
 build-benches: $(BENCHES)
