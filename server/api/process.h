@@ -103,6 +103,11 @@ json_t *process_parse(const char *inputs, struct jobs_result *result);
    surface that deformation is measured from. */
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference);
+/* Whether a surface can be kept: finite numbers and an area. Otherwise sets the problem of the
+   run. */
+bool process_surface_sound(size_t degree, const double *coefficients,
+                           const struct srnf_surface_measures *measures,
+                           struct jobs_result *result);
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
 json_t *process_distortion_json(const struct srnf_distortion *distortion);
