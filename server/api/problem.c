@@ -233,8 +233,9 @@ int problem_respond_list(struct api_call *call, const char *code, struct problem
     char detail[DETAIL_MAX + 128];
     json_t *document;
 
-    (void)snprintf(detail, sizeof detail, "%s: %s", pointer ? pointer : "",
-                   sentence ? sentence : "not valid");
+    /* An empty pointer is the whole body. */
+    (void)snprintf(detail, sizeof detail, "%s%s%s", pointer ? pointer : "",
+                   pointer && pointer[0] ? ": " : "", sentence ? sentence : "not valid");
     document = problem_json(code, detail, call->request->path, call->request->id);
     if (document && list->errors) {
         (void)json_object_set_new(document, "errors", list->errors);
@@ -249,7 +250,9 @@ int problem_respond_store(struct api_call *call, int store_status, const char *n
                           const char *what)
 {
     if (store_status == STORE_NOT_FOUND && not_found_code) {
-        return problem_respond(call, not_found_code, "There is no %s.", what);
+        const char *noun = strncmp(not_found_code, "no-such-", 8) == 0 ? not_found_code + 8 : "";
+
+        return problem_respond(call, not_found_code, "There is no %s \"%.100s\".", noun, what);
     }
     for (size_t i = 0; i < sizeof store_codes / sizeof store_codes[0]; i++) {
         if (store_codes[i].status == store_status) {
