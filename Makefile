@@ -7,10 +7,9 @@
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
 #   make install   PREFIX=/usr/local DESTDIR=
 #
-# V=1 shows every command of a build in full.
-#
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
 # tests/**/test_*.c, tests/bench/bench_*.c and tests/fuzz/fuzz_*.c a program of its own.
+# Builds print one short line a file; V=1 shows the commands.
 # CONFIG selects a build: release, asan, tsan, clang, fuzz, coverage. Each has its own folder under build/.
 
 CONFIG  ?= release
@@ -52,6 +51,8 @@ BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
+Q   := $(if $(V),,@)
+say  = @$(if $(V),:,printf '  %-5s%s\n' '$(1)' '$(2)')
 obj = $(patsubst %,$(O)/%.o,$(basename $(1)))
 CORE_LIB   := $(B)/libsrnf.a
 SERVER_LIB := $(B)/libsrnfd.a
@@ -81,10 +82,6 @@ check:
 	@deploy/install-deps.sh --tests
 	@tests/check.sh
 
-# One short line for each step; V=1 shows the commands themselves.
-Q    := $(if $(V),,@)
-say   = @$(if $(V),:,printf '  %-5s %s\n' '$(1)' '$(2)')
-
 # ---- building -----------------------------------------------------------------------------------------
 
 $(O)/%.o: %.c
@@ -109,7 +106,7 @@ $(O)/server/build.o: CPPFLAGS += -DSRNF_CORE_DIGEST='"$(core_digest)"'
 # The bytes of migrations and of the API description, as arrays in one C file.
 $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
 	@mkdir -p $(dir $@)
-	$(call say,EMBED,$(EMBEDDED))
+	$(call say,GEN,$@)
 	$(Q)deploy/embed.sh $(EMBEDDED) > $@
 
 $(O)/embedded.o: $(O)/embedded.c
@@ -122,17 +119,17 @@ $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 	$(Q)ar rcs $@ $^
 
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
-	$(call say,LD,$@)
+	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
 $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	@mkdir -p $(dir $@)
-	$(call say,LD,$@)
+	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
-	$(call say,LD,$@)
+	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
 build-tests: $(B)/srnfd $(TESTS)

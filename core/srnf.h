@@ -670,10 +670,10 @@ struct srnf_registration {
     struct srnf_warp warp;
     double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
     double *jacobian;                  /* [n_theta][n_phi] */
-    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma|| */
+    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
     double distance_before;            /* ||q1 - q2|| */
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
-    double min_jacobian, max_jacobian; /* on a grid finer by half */
+    double min_jacobian, max_jacobian; /* on half as many rows again, 72 at least */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
     double
         ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */

@@ -93,7 +93,7 @@ static int start_jobs(struct service *service, const struct config *config)
 
 static int start(struct service *service, const struct config *config, char *message, size_t size)
 {
-    char reason[400] = "";
+    char reason[300] = "";
     struct api_config api = {.max_body = (size_t)config->max_body,
                              .sync_wait_seconds = config->sync_wait_seconds};
     struct http_config http = {.listen = config->listen,
@@ -105,7 +105,7 @@ static int start(struct service *service, const struct config *config, char *mes
                                .allowed_hosts = config->allowed_hosts};
 
     if (store_open(&service->store, config->data, reason, sizeof reason) != 0) {
-        (void)snprintf(message, size, "--data %s: %s", config->data, reason);
+        (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
     if (start_jobs(service, config) != 0) {

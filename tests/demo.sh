@@ -127,7 +127,7 @@ invert_all() {
 
 geodesic() {
     local ms i=0 id format
-    execute geodesic "{\"from\":\"${SURFACE[L_thalamus]}\",\"to\":\"${SURFACE[R_thalamus]}\",\"steps\":$STEPS}"
+    execute geodesic "{\"from\":\"${SURFACE[L_thalamus]}\",\"to\":\"${SURFACE[R_thalamus]}\",\"steps\":$STEPS,\"register\":false}"
     want 200 'the geodesic'
     ms=$(server_ms)
     cp "$BODY" "$SCRATCH/geodesic.json"

@@ -6,7 +6,10 @@
  * itself is symmetric), and two swaps follow, in which the warp is inverted and optimised in the
  * other direction. The answer is the warp or its inverse.
  *
- * Everything reported is measured on the template's grid from exact values; the least and the
+ * Fields are reported on the template's grid, from exact values; distance and objective as the
+ * search
+ * measured them, on a grid that its degree cannot overfit (registration_search.c); the least and
+ * the
  * largest Jacobian on a grid finer by half. The coefficients of the registered surface are a
  * projection to degree L: truncation_error says what it costs.
  */
@@ -17,7 +20,9 @@
 
 #define SWAPS 2
 #define DEGREE_MAX 32
-#define FINER(n) ((3 * (n) + 1) / 2)
+#define FINER(n) (3 * ((n) > 48 ? (n) : 48) / 2) /* rows on which J is watched */
+
+static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 struct srnf_register_options srnf_register_options_defaults(void)
 {
@@ -97,11 +102,13 @@ static double field_distance(const struct call *c, const double *a, const double
 /* ---- Both directions ------------------------------------------------------------------------- */
 
 /* Registration with a as the template, from nothing (chain NULL) or from a chain. */
-static int one_way(const struct call *c, const double *q_template, const double *moving,
-                   const struct srnf_warp *chain, struct search_result *result)
+static int one_way(const struct call *c, const double *q_template, const double *surface,
+                   const double *moving, const struct srnf_warp *chain,
+                   struct search_result *result)
 {
     struct search search;
-    int status = search_create(&search, c->sht, q_template, moving, c->options, c->context);
+    int status =
+        search_create(&search, c->sht, q_template, surface, moving, c->options, false, c->context);
 
     if (status) {
         return status;
@@ -127,7 +134,7 @@ struct pair {
     const double *q[2], *surface[2];
     struct srnf_warp best; /* as found */
     size_t direction;      /* best has surface[direction] as its template */
-    double objective, gap;
+    double objective, distance, gap;
     struct search_result info;
 };
 
@@ -138,16 +145,17 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     result->warp.chain = (struct srnf_warp){0};
     pair->direction = direction;
     pair->objective = result->warp.objective;
+    pair->distance = result->distance;
 }
 
 static int search_pair(const struct call *c, struct pair *pair)
 {
     struct search_result results[2] = {{.iterations = 0}, {.iterations = 0}};
-    int status = one_way(c, pair->q[0], pair->surface[1], NULL, &results[0]);
+    int status = one_way(c, pair->q[0], pair->surface[0], pair->surface[1], NULL, &results[0]);
     size_t best;
 
     if (status == SRNF_OK) {
-        status = one_way(c, pair->q[1], pair->surface[0], NULL, &results[1]);
+        status = one_way(c, pair->q[1], pair->surface[1], pair->surface[0], NULL, &results[1]);
     }
     if (status == SRNF_OK) {
         double a = results[0].warp.objective;
@@ -174,7 +182,8 @@ static int swap_once(const struct call *c, struct pair *pair)
     int status = warp_invert(&pair->best, &inverse);
 
     if (status == SRNF_OK) {
-        status = one_way(c, pair->q[other], pair->surface[1 - other], &inverse, &result);
+        status = one_way(c, pair->q[other], pair->surface[other], pair->surface[1 - other],
+                         &inverse, &result);
     }
     if (status == SRNF_OK) {
         pair->info.iterations += result.iterations;
@@ -198,9 +207,15 @@ static int symmetric_search(const struct call *c, const double *template_surface
     size_t wanted = order ? 0 : 1; /* the template's place in the pair */
     struct srnf_warp inverse = {0};
     struct search search;
-    int status = search_pair(c, &pair);
+    bool same = order && in_order(c->count, moving, template_surface);
+    int status;
 
-    for (int k = 0; k < SWAPS && status == SRNF_OK; k++) {
+    if (same) { /* no search finds the identity better than this */
+        status = warp_append(&pair.best, SRNF_WARP_ROTATION, 0, identity);
+    } else {
+        status = search_pair(c, &pair);
+    }
+    for (int k = 0; k < SWAPS && status == SRNF_OK && !same; k++) {
         status = swap_once(c, &pair);
     }
     if (status == SRNF_OK && pair.direction != wanted) {
@@ -213,13 +228,20 @@ static int symmetric_search(const struct call *c, const double *template_surface
         }
     }
     if (status == SRNF_OK) {
-        status = search_create(&search, c->sht, c->q1, moving, c->options, c->context);
+        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, false,
+                               c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
         *gap = pair.gap;
         status = search_evaluate(&search, &pair.best, result);
-        result->warp.objective = pair.objective; /* measured once, for both directions */
+        if (same) {
+            pair.objective = result->warp.objective;
+            pair.distance = result->distance;
+        }
+        /* Measured once, for both directions. */
+        result->warp.objective = pair.objective;
+        result->distance = pair.distance;
         search_clear(&search);
     }
     srnf_warp_clear(&pair.best);
@@ -228,7 +250,20 @@ static int symmetric_search(const struct call *c, const double *template_surface
 
 /* ---- Report ---------------------------------------------------------------------------------- */
 
-/* q, points and Jacobian on the template's grid, distance, rotation. */
+/* gamma on the template's grid: the search may have worked on a finer one. */
+static int report_points(const struct call *c, const struct search_result *found,
+                         struct srnf_registration *r)
+{
+    r->points = srnf_alloc(3 * c->n, sizeof(double));
+    r->jacobian = srnf_alloc(c->n, sizeof(double));
+    if (!r->points || !r->jacobian) {
+        return SRNF_ENOMEM;
+    }
+    registration_nodes(srnf_sht_grid(c->sht), r->points, r->jacobian);
+    return srnf_warp_apply(&found->warp.chain, c->n, r->points, r->points, r->jacobian);
+}
+
+/* q on the template's grid, distance, rotation. */
 static int report_field(const struct call *c, const double *moving, struct search_result *found,
                         struct srnf_registration *r)
 {
@@ -244,9 +279,9 @@ static int report_field(const struct call *c, const double *moving, struct searc
         status = SRNF_ENOMEM;
     }
     if (status == SRNF_OK) {
-        moving_evaluate(&m, found->warp.points, &samples);
+        moving_evaluate(&m, r->points, &samples);
         for (size_t i = 0; i < c->n; i++) {
-            double root = sqrt(found->warp.jacobian[i]);
+            double root = sqrt(r->jacobian[i]);
             const double *q = samples.q + 3 * i;
 
             for (size_t k = 0; k < 3; k++) {
@@ -255,7 +290,7 @@ static int report_field(const struct call *c, const double *moving, struct searc
                 r->q[k * c->n + i] = root * (o[0] * q[0] + o[1] * q[1] + o[2] * q[2]);
             }
         }
-        r->distance = field_distance(c, c->q1, r->q);
+        r->distance = found->distance;
         memcpy(r->rotation, found->warp.rotation, sizeof r->rotation);
     }
     moving_clear(&m);
@@ -264,8 +299,7 @@ static int report_field(const struct call *c, const double *moving, struct searc
 }
 
 /* Coefficients of O f2 o gamma and what their truncation costs. */
-static int report_surface(const struct call *c, const double *moving,
-                          const struct search_result *found, struct srnf_registration *r)
+static int report_surface(const struct call *c, const double *moving, struct srnf_registration *r)
 {
     double *values = srnf_alloc(9 * c->n, sizeof(double));
     double *turned = values + 3 * c->n;
@@ -278,7 +312,7 @@ static int report_surface(const struct call *c, const double *moving,
         srnf_free(values);
         return SRNF_ENOMEM;
     }
-    status = srnf_harmonics_at_points(c->degree, 3, moving, c->n, found->warp.points, values, NULL);
+    status = srnf_harmonics_at_points(c->degree, 3, moving, c->n, r->points, values, NULL);
     if (status == SRNF_OK) {
         for (size_t k = 0; k < 3; k++) {
             const double *o = r->rotation + 3 * k;
@@ -304,7 +338,7 @@ static int report_jacobian(const struct call *c, struct srnf_registration *r)
     double *points = NULL;
     int status =
         srnf_sht_create(&fine, 1, SRNF_GRID_GAUSS_LEGENDRE, FINER(srnf_sht_grid(c->sht)->n_theta),
-                        FINER(srnf_sht_grid(c->sht)->n_phi));
+                        2 * FINER(srnf_sht_grid(c->sht)->n_theta));
 
     if (status) {
         return status;
@@ -331,20 +365,19 @@ static int report_jacobian(const struct call *c, struct srnf_registration *r)
 static int report(const struct call *c, const double *moving, struct search_result *found,
                   struct srnf_registration *r)
 {
-    int status = report_field(c, moving, found, r);
+    int status = report_points(c, found, r);
 
     if (status == SRNF_OK) {
-        status = report_surface(c, moving, found, r);
+        status = report_field(c, moving, found, r);
+    }
+    if (status == SRNF_OK) {
+        status = report_surface(c, moving, r);
     }
     if (status) {
         return status;
     }
     r->warp = found->warp.chain;
     found->warp.chain = (struct srnf_warp){0};
-    r->points = found->warp.points;
-    r->jacobian = found->warp.jacobian;
-    found->warp.points = NULL;
-    found->warp.jacobian = NULL;
     r->objective = found->warp.objective;
     r->distance_before = field_distance(c, c->q1, c->q2);
     r->ambiguity_objective = found->ambiguity_objective;
@@ -386,6 +419,16 @@ static int check(const struct srnf_sht *sht, const double *template_surface,
     return SRNF_OK;
 }
 
+/* Neither q may be zero; the template's may have come from outside. */
+static int check_fields(const struct call *c)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(c->sht);
+    double norm1 = srnf_inner_product(grid, c->q1, c->q1);
+    double norm2 = srnf_inner_product(grid, c->q2, c->q2);
+
+    return norm1 > 0.0 && isfinite(norm1) && norm2 > 0.0 && isfinite(norm2) ? SRNF_OK : SRNF_EINVAL;
+}
+
 int srnf_register(const struct srnf_sht *sht, const double *template_surface,
                   const double *template_q, const double *moving,
                   const struct srnf_register_options *options, const struct srnf_registration *warm,
@@ -403,21 +446,22 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
         return status;
     }
     status = call_create(&call, sht, template_surface, template_q, moving);
-    if (status == SRNF_OK && !(srnf_inner_product(srnf_sht_grid(sht), call.q1, call.q1) > 0.0)) {
-        status = SRNF_EINVAL;
+    if (status == SRNF_OK) {
+        status = check_fields(&call);
     }
     if (status == SRNF_OK && call.options->symmetric) {
         status = symmetric_search(&call, template_surface, moving, &found,
                                   &registration->inverse_consistency);
     } else if (status == SRNF_OK) {
-        status = one_way(&call, call.q1, moving, warm ? &warm->warp : NULL, &found);
+        status = one_way(&call, call.q1, template_q ? NULL : template_surface, moving,
+                         warm ? &warm->warp : NULL, &found);
     }
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
     if (status) {
         (void)srnf_fail(error, status, -1, "%s",
-                        status == SRNF_EINVAL ? "the template's SRNF is zero"
+                        status == SRNF_EINVAL ? "an SRNF is zero or not finite"
                                               : srnf_strerror(status));
         srnf_registration_clear(registration);
     }

@@ -26,8 +26,8 @@
 
 struct moving {
     size_t degree;
-    double *gradients; /* [3 coordinates][3 components][(L+2)^2]: grad f as vectors of R^3 */
-    struct sphere_points plan;
+    double *coefficients; /* [3][(L+1)^2] */
+    struct sphere_jets plan;
 };
 
 /* From coefficients of one degree, cut to `degree` if that is lower. */
@@ -41,25 +41,11 @@ struct samples {
     size_t n;
     double *memory;
     double *q, *q_1, *q_2, *t1, *t2;
-    double *values, *gradients; /* scratch of the evaluation */
+    double *jets; /* scratch of the evaluation */
 };
 SRNF_CHECKED int samples_create(struct samples *samples, size_t n);
 void samples_clear(struct samples *samples);
 void moving_evaluate(const struct moving *moving, const double *points, struct samples *out);
-
-/* Cartesian components of the gradient: from [fields][(D+1)^2] to [fields][3][(D+2)^2]. sht: of
-   degree D + 1 with srnf_sht_workspace_size(.., 3) workspace; scratch: 9 points of its grid and 3
-   (D+2)^2 doubles. */
-struct gradient_operator {
-    size_t degree; /* D */
-    struct srnf_sht *sht;
-    double *scratch;
-    void *workspace;
-};
-SRNF_CHECKED int gradient_operator_create(struct gradient_operator *op, size_t degree);
-void gradient_operator_clear(struct gradient_operator *op);
-void gradient_operator_apply(const struct gradient_operator *op, size_t fields,
-                             const double *coefficients, double *out);
 
 /* ---- Fields and steps (registration_step.c) -----------------------------------------------------
    */
@@ -67,22 +53,20 @@ void gradient_operator_apply(const struct gradient_operator *op, size_t fields,
 /* Everything of one degree of fields that steps need. */
 struct fields {
     size_t degree, count; /* count = (D+1)^2 */
-    struct gradient_operator op;
-    struct sphere_points plan;           /* degree D + 1 */
-    struct sphere_points potential_plan; /* degree D */
-    double *components;                  /* [2][3][(D+2)^2] */
-    double *scale;                       /* [count] 1 / sqrt(l (l + 1)), 0 for l = 0 */
+    struct sphere_jets plan;
+    double *scale; /* [count] 1 / sqrt(l (l + 1)), 0 for l = 0 */
 };
 SRNF_CHECKED int fields_create(struct fields *fields, size_t degree);
 void fields_clear(struct fields *fields);
 /* Moves points by exp(w) and multiplies J; returns the least Jacobian of the step. potentials:
-   [2][count]. In place is allowed. values and gradients: scratch, 6 n and 18 n doubles. */
+   [2][count]. In place is allowed. scratch: FIELDS_SCRATCH n doubles. */
+#define FIELDS_SCRATCH ((size_t)2 * JET_KINDS + 6)
 double fields_apply(const struct fields *fields, const double *potentials, size_t n,
                     const double *points, const double *jacobian, double *new_points,
-                    double *new_jacobian, double *values, double *gradients);
+                    double *new_jacobian, double *scratch);
 
-/* The inverse of exp(w), by Newton's method at each point; in place. scratch: 25 n doubles. Errors:
-   SRNF_ENUMERIC where it does not converge. */
+/* The inverse of exp(w), by Newton's method at each point; in place. scratch:
+   (FIELDS_SCRATCH + 4) n doubles. Errors: SRNF_ENUMERIC where it does not converge. */
 SRNF_CHECKED int fields_apply_inverse(const struct fields *fields, const double *potentials,
                                       size_t n, double *points, double *jacobian, double *scratch);
 
@@ -168,6 +152,11 @@ SRNF_CHECKED int registration_optimise(const struct problem *problem, const stru
                                        const struct schedule *schedule,
                                        const struct srnf_context *context, struct warp *warp,
                                        struct samples *samples, size_t *iterations);
+/* Minus half the derivative of the objective in the unknowns; samples and rotation as
+   registration_objective left them. gradient: [registration_unknowns]. */
+SRNF_CHECKED int registration_gradient(const struct problem *problem, const struct level *level,
+                                       const struct warp *warp, const struct samples *samples,
+                                       const double displacement_rotation[9], double *gradient);
 
 /* ---- Global start (registration_start.c) ----------------------------------------------------- */
 
@@ -190,18 +179,25 @@ SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_
 struct search {
     const struct srnf_register_options *options;
     const struct srnf_context *context;
+    const struct srnf_sht *sht;
     struct problem full, coarse;
     struct moving moving_full, moving_coarse;
-    double *memory; /* of both targets */
+    struct moving moving_template; /* in exact mode, where the template's surface is known */
+    bool has_template;
+    double *memory, *full_memory; /* of the coarse target and of the full one */
 };
-/* q1: double[3][n_theta][n_phi] on the grid of sht. */
+/* own_grid: the nodes of the full target are those of sht, however coarse.
+   q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
+   NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
-                               const double *moving, const struct srnf_register_options *options,
+                               const double *template_surface, const double *moving,
+                               const struct srnf_register_options *options, bool own_grid,
                                const struct srnf_context *context);
 void search_clear(struct search *search);
 
 struct search_result {
-    struct warp warp;
+    struct warp warp; /* on the nodes of the full target, which may be finer than the template's */
+    double distance;
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
     size_t iterations;
 };

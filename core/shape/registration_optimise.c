@@ -64,7 +64,7 @@ struct optimiser {
     double *memory;
     double *factor, *rhs, *step, *damping, *potentials;
     double *functional_values, *functional_gradients, *moments, *scratch;
-    double *new_points, *new_jacobian, *values, *gradients;
+    double *new_points, *new_jacobian, *fields_scratch;
     double curvature; /* of the Jacobian penalty */
 };
 
@@ -77,7 +77,7 @@ static int create(struct optimiser *o, const struct problem *problem, const stru
 
     *o = (struct optimiser){.problem = problem, .level = level, .fields = count - 1};
     o->unknowns = problem->free_rotation ? k : k - 3;
-    o->memory = srnf_alloc(k * k + 3 * k + 5 * count + 4 * count + 40 * n, sizeof(double));
+    o->memory = srnf_alloc(k * k + 3 * k + 17 * count + (16 + FIELDS_SCRATCH) * n, sizeof(double));
     if (!o->memory) {
         return SRNF_ENOMEM;
     }
@@ -89,12 +89,11 @@ static int create(struct optimiser *o, const struct problem *problem, const stru
     o->potentials = next += k;
     o->moments = next += 2 * count;
     o->scratch = next += 3 * count;
-    o->functional_values = next += 4 * count;
+    o->functional_values = next += 12 * count;
     o->functional_gradients = next += 3 * n;
     o->new_points = next += 9 * n;
     o->new_jacobian = next += 3 * n;
-    o->values = next += n;
-    o->gradients = next + 6 * n;
+    o->fields_scratch = next + n;
     return SRNF_OK;
 }
 
@@ -173,7 +172,7 @@ static void assemble_rhs(struct optimiser *o, const struct warp *warp, const dou
     size_t degree = f->degree;
     size_t count = f->count;
 
-    sphere_points_adjoint(&f->potential_plan, 3, o->problem->target.n, warp->points,
+    sphere_points_adjoint(&f->plan.points, 3, o->problem->target.n, warp->points,
                           o->functional_values, o->functional_gradients, o->moments, o->scratch);
     for (size_t l = 1; l <= degree; l++) {
         double eigen = (double)(l * (l + 1));
@@ -253,15 +252,14 @@ static void step_potentials(struct optimiser *o)
 
 static void swap_points(struct optimiser *o, struct warp *warp)
 {
-    double *points = warp->points;
-    double *jacobian = warp->jacobian;
+    size_t n = warp->n;
 
-    memcpy(o->gradients, points, 3 * warp->n * sizeof(double));
-    memcpy(o->values, jacobian, warp->n * sizeof(double));
-    memcpy(points, o->new_points, 3 * warp->n * sizeof(double));
-    memcpy(jacobian, o->new_jacobian, warp->n * sizeof(double));
-    memcpy(o->new_points, o->gradients, 3 * warp->n * sizeof(double));
-    memcpy(o->new_jacobian, o->values, warp->n * sizeof(double));
+    memcpy(o->fields_scratch, warp->points, 3 * n * sizeof(double));
+    memcpy(o->fields_scratch + 3 * n, warp->jacobian, n * sizeof(double));
+    memcpy(warp->points, o->new_points, 3 * n * sizeof(double));
+    memcpy(warp->jacobian, o->new_jacobian, n * sizeof(double));
+    memcpy(o->new_points, o->fields_scratch, 3 * n * sizeof(double));
+    memcpy(o->new_jacobian, o->fields_scratch + 3 * n, n * sizeof(double));
 }
 
 /* One accepted step, or none: *gain is what it lowered the objective by. */
@@ -284,8 +282,7 @@ static int advance(struct optimiser *o, struct warp *warp, struct samples *sampl
         if (solved) {
             step_potentials(o);
             least = fields_apply(&o->level->fields, o->potentials, warp->n, warp->points,
-                                 warp->jacobian, o->new_points, o->new_jacobian, o->values,
-                                 o->gradients);
+                                 warp->jacobian, o->new_points, o->new_jacobian, o->fields_scratch);
         }
         if (least >= STEP_JACOBIAN_MIN) {
             swap_points(o, warp);
@@ -307,6 +304,23 @@ static int advance(struct optimiser *o, struct warp *warp, struct samples *sampl
     memcpy(warp->rotation, kept, sizeof warp->rotation);
     registration_objective(o->problem, warp, samples, rotation);
     return SRNF_OK;
+}
+
+int registration_gradient(const struct problem *problem, const struct level *level,
+                          const struct warp *warp, const struct samples *samples,
+                          const double displacement_rotation[9], double *gradient)
+{
+    struct optimiser o;
+    double torque[3];
+    int status = create(&o, problem, level);
+
+    if (status == SRNF_OK) {
+        load_nodes(&o, warp, samples, displacement_rotation, torque);
+        assemble_rhs(&o, warp, torque);
+        memcpy(gradient, o.rhs, registration_unknowns(level->fields.degree) * sizeof(double));
+        srnf_free(o.memory);
+    }
+    return status;
 }
 
 int registration_optimise(const struct problem *problem, const struct level *level,

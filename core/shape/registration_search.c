@@ -9,7 +9,7 @@
  * objective goes on. Refining a basin is a matter of the degrees 4, 8, 12, ... up to the one asked
  * for.
  */
-#include "registration.h"
+#include "registration_exact.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,6 +22,10 @@
 #define RIGID_REFINED ((size_t)10)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define STEPS_MAX 40
+#define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
+#define FINE_ROWS_MIN ((size_t)36)
+#define FINE_ROWS_MAX ((size_t)96)
+#define EXACT_ENERGY 1e-3 /* below it two surfaces may well be the same up to a warp */
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
 static const struct {
@@ -85,26 +89,89 @@ static int coarse_field(const struct srnf_sht *sht, const double *q1, size_t deg
     return c && workspace ? SRNF_OK : SRNF_ENOMEM;
 }
 
-static int prepare_targets(struct search *s, const struct srnf_sht *sht, const double *q1)
+/* q1 on a finer grid of the same kind: from the surface itself, or by the harmonics of q1 that its
+   grid resolves. */
+static int fine_field(const struct srnf_sht *sht, const double *q1, const double *template_surface,
+                      size_t rows, struct srnf_sht **fine, double *out)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
+    size_t degree = template_surface ? srnf_sht_degree(sht) : grid->n_theta - 1;
+    struct srnf_sht *own = NULL;
+    double *c = srnf_alloc(3 * srnf_coefficient_count(degree), sizeof(double));
+    void *workspace = NULL;
+    int status = srnf_sht_create(fine, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
+
+    if (status == SRNF_OK) {
+        status = srnf_sht_create(&own, degree, grid->kind, grid->n_theta, grid->n_phi);
+    }
+    if (status == SRNF_OK) {
+        workspace =
+            srnf_alloc(1, srnf_surface_workspace_size(*fine) + srnf_sht_workspace_size(own, 3) +
+                              srnf_sht_workspace_size(*fine, 3));
+    }
+    if (!c || !workspace) {
+        status = status ? status : SRNF_ENOMEM;
+    } else if (template_surface) {
+        srnf_field(*fine, template_surface, out, workspace);
+    } else {
+        srnf_sht_analysis(own, 3, q1, c, workspace);
+        srnf_sht_synthesis(*fine, 3, c, out, workspace);
+    }
+    srnf_free(workspace);
+    srnf_free(c);
+    srnf_sht_destroy(own);
+    return status;
+}
+
+/* The grid of the full problem. On too coarse a one fields of the given degree fit the nodes and
+   fold between them; in exact mode the template's own grid is the one on which q1 is exact. */
+static int full_target(struct search *s, const struct srnf_sht *sht, const double *q1,
+                       const double *template_surface, bool own_grid)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+    size_t rows = NODES_PER_DEGREE * s->options->degree;
+    struct srnf_sht *fine = NULL;
+    double *field = NULL;
+    int status = SRNF_OK;
+
+    rows = rows < FINE_ROWS_MIN ? FINE_ROWS_MIN : rows > FINE_ROWS_MAX ? FINE_ROWS_MAX : rows;
+    if (own_grid || s->options->exact || grid->n_theta >= rows) {
+        s->full_memory = srnf_alloc(7 * grid->n_theta * grid->n_phi, sizeof(double));
+        if (!s->full_memory) {
+            return SRNF_ENOMEM;
+        }
+        target_place(&s->full.target, grid, q1, s->full_memory);
+        return SRNF_OK;
+    }
+    field = srnf_alloc(6 * rows * rows, sizeof(double));
+    s->full_memory = srnf_alloc(14 * rows * rows, sizeof(double));
+    status = field && s->full_memory ? fine_field(sht, q1, template_surface, rows, &fine, field)
+                                     : SRNF_ENOMEM;
+    if (status == SRNF_OK) {
+        target_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
+    }
+    srnf_free(field);
+    srnf_sht_destroy(fine);
+    return status;
+}
+
+static int coarse_target(struct search *s, const struct srnf_sht *sht, const double *q1)
+{
     size_t degree = srnf_sht_degree(sht) < COARSE_DEGREE ? srnf_sht_degree(sht) : COARSE_DEGREE;
-    size_t n = grid->n_theta * grid->n_phi;
     size_t m = 2 * COARSE_ROWS * COARSE_ROWS;
     struct srnf_sht *coarse = NULL;
     double *field = srnf_alloc(3 * m, sizeof(double));
     int status =
         srnf_sht_create(&coarse, degree, SRNF_GRID_GAUSS_LEGENDRE, COARSE_ROWS, 2 * COARSE_ROWS);
 
-    s->memory = srnf_alloc(7 * (n + m), sizeof(double));
+    s->memory = srnf_alloc(7 * m, sizeof(double));
     if (status || !field || !s->memory) {
         status = SRNF_ENOMEM;
         goto out;
     }
-    target_place(&s->full.target, grid, q1, s->memory);
     status = coarse_field(sht, q1, degree, coarse, field);
     if (status == SRNF_OK) {
-        target_place(&s->coarse.target, srnf_sht_grid(coarse), field, s->memory + 7 * n);
+        target_place(&s->coarse.target, srnf_sht_grid(coarse), field, s->memory);
     }
 out:
     srnf_free(field);
@@ -113,19 +180,29 @@ out:
 }
 
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
-                  const double *moving, const struct srnf_register_options *options,
+                  const double *template_surface, const double *moving,
+                  const struct srnf_register_options *options, bool own_grid,
                   const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
 
-    *s = (struct search){.options = options, .context = context};
-    status = prepare_targets(s, sht, q1);
+    *s = (struct search){.options = options,
+                         .context = context,
+                         .sht = sht,
+                         .has_template = options->exact && template_surface};
+    status = full_target(s, sht, q1, template_surface, own_grid);
+    if (status == SRNF_OK) {
+        status = coarse_target(s, sht, q1);
+    }
     if (status == SRNF_OK) {
         status = moving_create(&s->moving_full, degree, moving, degree);
     }
     if (status == SRNF_OK) {
         status = moving_create(&s->moving_coarse, degree, moving, COARSE_DEGREE);
+    }
+    if (status == SRNF_OK && s->has_template) {
+        status = moving_create(&s->moving_template, degree, template_surface, degree);
     }
     if (status) {
         search_clear(s);
@@ -145,9 +222,11 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
 void search_clear(struct search *s)
 {
     srnf_free(s->memory);
+    srnf_free(s->full_memory);
     moving_clear(&s->moving_full);
     moving_clear(&s->moving_coarse);
-    s->memory = NULL;
+    moving_clear(&s->moving_template);
+    s->memory = s->full_memory = NULL;
 }
 
 void search_result_clear(struct search_result *result)
@@ -163,7 +242,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
 {
     struct samples samples = {0};
     int status = samples_create(&samples, s->full.target.n);
-    size_t top = s->options->exact && s->options->degree < 32 ? 32 : s->options->degree;
+    size_t top = s->options->degree;
 
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         bool last = k + 1 == RUNGS || ladder[k].degree >= top;
@@ -184,7 +263,16 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
         }
     }
     samples_clear(&samples);
+    if (status == SRNF_OK && s->options->exact && warp->energy < EXACT_ENERGY) {
+        status = registration_polish(&s->full, s->sht, s->has_template ? &s->moving_template : NULL,
+                                     s->context, warp, iterations);
+    }
     return status;
+}
+
+static double distance(const struct search *s, const struct warp *warp)
+{
+    return sqrt(warp->energy * s->full.target.norm2);
 }
 
 static int evaluate(const struct problem *problem, struct warp *warp)
@@ -432,6 +520,7 @@ int search_run(const struct search *s, struct search_result *result)
     if (status) {
         search_result_clear(result);
     }
+    result->distance = distance(s, &result->warp);
     return status;
 }
 
@@ -446,6 +535,7 @@ int search_evaluate(const struct search *s, const struct srnf_warp *chain,
     if (status == SRNF_OK) {
         status = evaluate(&s->full, &result->warp);
     }
+    result->distance = distance(s, &result->warp);
     return status;
 }
 
@@ -461,6 +551,7 @@ int search_continue(const struct search *s, const struct srnf_warp *chain,
     if (status) {
         search_result_clear(result);
     }
+    result->distance = distance(s, &result->warp);
     return status;
 }
 

@@ -69,7 +69,7 @@ static int low_coefficients(struct screen *s, size_t n, const double *nodes, con
                             const double *values, double *coefficients)
 {
     double *fields = srnf_alloc(3 * n, sizeof(double));
-    double scratch[4 * (SCREEN_DEGREE + 1) * (SCREEN_DEGREE + 1)];
+    double scratch[12 * (SCREEN_DEGREE + 1) * (SCREEN_DEGREE + 1)];
 
     if (!fields) {
         return SRNF_ENOMEM;

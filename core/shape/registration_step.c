@@ -7,8 +7,8 @@
  *   J_step = (1 + A11) (cos t + sinc t A22) - sinc t A12 A21.
  * The inverse map solves exp_x(w(x)) = y from x = exp_y(-w(y)) on, by Newton's method with the
  * derivative of exp in the same frames; its Jacobian is 1 / J_step(x).
- * grad w = Hess phi + R Hess psi, R the quarter turn v -> p x v. Hessians come from the gradients
- * of the Cartesian components of grad phi and grad psi, which are series of one degree more.
+ * grad w = Hess phi + R Hess psi, R the quarter turn v -> p x v; both from jets of the potentials
+ * (sphere/points_jets.c).
  */
 #include "registration.h"
 
@@ -23,16 +23,9 @@ int fields_create(struct fields *fields, size_t degree)
     int status;
 
     *fields = (struct fields){.degree = degree, .count = srnf_coefficient_count(degree)};
-    fields->components = srnf_alloc(6 * srnf_coefficient_count(degree + 1), sizeof(double));
     fields->scale = srnf_alloc(fields->count, sizeof(double));
-    status = gradient_operator_create(&fields->op, degree);
-    if (status == SRNF_OK) {
-        status = sphere_points_create(&fields->plan, degree + 1);
-    }
-    if (status == SRNF_OK) {
-        status = sphere_points_create(&fields->potential_plan, degree);
-    }
-    if (status || !fields->components || !fields->scale) {
+    status = sphere_jets_create(&fields->plan, degree);
+    if (status || !fields->scale) {
         fields_clear(fields);
         return SRNF_ENOMEM;
     }
@@ -46,98 +39,80 @@ int fields_create(struct fields *fields, size_t degree)
 
 void fields_clear(struct fields *fields)
 {
-    srnf_free(fields->components);
     srnf_free(fields->scale);
-    gradient_operator_clear(&fields->op);
-    sphere_points_clear(&fields->plan);
-    sphere_points_clear(&fields->potential_plan);
+    sphere_jets_clear(&fields->plan);
     *fields = (struct fields){0};
 }
 
-/* w and the rows of its derivative matrix at one point from the six components and their gradients.
-   */
-struct field_jet {
-    double phi[3], psi[3];           /* grad phi, grad psi */
-    double d_phi[3][3], d_psi[3][3]; /* [component][direction] */
+/* Jets of both potentials and the frames of n points. */
+struct evaluation {
+    size_t n;
+    double *phi, *psi; /* [JET_KINDS][n] */
+    double *t1, *t2;   /* [n][3] */
 };
 
-static void load_jet(size_t n, size_t i, const double *values, const double *gradients,
-                     struct field_jet *jet)
+static struct evaluation evaluate(const struct fields *fields, const double *potentials, size_t n,
+                                  const double *points, double *scratch)
 {
-    for (size_t k = 0; k < 3; k++) {
-        jet->phi[k] = values[k * n + i];
-        jet->psi[k] = values[(3 + k) * n + i];
-        for (size_t j = 0; j < 3; j++) {
-            jet->d_phi[k][j] = gradients[3 * (k * n + i) + j];
-            jet->d_psi[k][j] = gradients[3 * ((3 + k) * n + i) + j];
-        }
-    }
+    struct evaluation e = {n, scratch, scratch + JET_KINDS * n, scratch + 2 * JET_KINDS * n,
+                           scratch + (2 * JET_KINDS + 3) * n};
+
+    sphere_jets_evaluate(&fields->plan, 2, potentials, n, points, scratch, e.t1, e.t2);
+    return e;
 }
 
-/* <a, D b> */
-static double bilinear(double d[3][3], const double *a, const double *b)
+/* w at point i as a vector of R^3. */
+static void field_vector(const struct evaluation *e, size_t i, double w[3])
 {
-    return a[0] * vector_dot(d[0], b) + a[1] * vector_dot(d[1], b) + a[2] * vector_dot(d[2], b);
-}
-
-/* Unit vector along w, or any tangent where the field vanishes; returns |w|. */
-static double direction(const double *p, const double *w, double *u)
-{
-    double t = sqrt(vector_dot(w, w));
-    double length = t;
+    double along = e->phi[JET_THETA * e->n + i] - e->psi[JET_PHI * e->n + i];
+    double across = e->phi[JET_PHI * e->n + i] + e->psi[JET_THETA * e->n + i];
 
     for (size_t k = 0; k < 3; k++) {
-        u[k] = w[k];
+        w[k] = along * e->t1[3 * i + k] + across * e->t2[3 * i + k];
     }
-    if (!(t > 1e-300)) {
-        double axis[3] = {fabs(p[0]) < 0.6, fabs(p[0]) >= 0.6, 0.0};
-
-        vector_cross(p, axis, u);
-        length = sqrt(vector_dot(u, u));
-        t = 0.0;
-    }
-    for (size_t k = 0; k < 3; k++) {
-        u[k] /= length;
-    }
-    return t;
 }
 
 /* exp(w) at one point with its derivative: column j of d is the image of u (j = 0) or v = p x u (j
-   = 1), in the frame (radial, p x u) at the image. */
+   = 1), in the frame (radial, v) at the image. */
 struct step {
     double u[3], v[3], radial[3], image[3];
     double d[2][2];
 };
 
-static void step_point(struct field_jet *jet, const double *p, struct step *step)
+static void step_point(const struct evaluation *e, size_t i, const double *p, struct step *step)
 {
-    double w[3];
-    double t;
-    double sinc;
-    double norm;
+    const double *phi = e->phi + i;
+    const double *psi = e->psi + i;
+    size_t n = e->n;
+    double along = phi[JET_THETA * n] - psi[JET_PHI * n];
+    double across = phi[JET_PHI * n] + psi[JET_THETA * n];
+    double t = sqrt(along * along + across * across);
+    double c = t > 0.0 ? along / t : 1.0; /* u = c e_theta + s e_phi; any where w vanishes */
+    double s = t > 0.0 ? across / t : 0.0;
+    double sinc = t > 1e-4 ? sin(t) / t : 1.0 - t * t / 6.0;
+    double cosine = cos(t);
+    double sine = t * sinc;
+    /* The derivative of w in the frame: Hess phi + R Hess psi. */
+    double a11 = phi[JET_THETA_THETA * n] - psi[JET_THETA_PHI * n];
+    double a12 = phi[JET_THETA_PHI * n] - psi[JET_PHI_PHI * n];
+    double a21 = phi[JET_THETA_PHI * n] + psi[JET_THETA_THETA * n];
+    double a22 = phi[JET_PHI_PHI * n] + psi[JET_THETA_PHI * n];
+    double norm = 0.0;
 
-    vector_cross(p, jet->psi, w);
+    step->d[0][0] = 1.0 + c * c * a11 + c * s * (a12 + a21) + s * s * a22;
+    step->d[0][1] = c * c * a12 + c * s * (a22 - a11) - s * s * a21;
+    step->d[1][0] = sinc * (c * c * a21 + c * s * (a22 - a11) - s * s * a12);
+    step->d[1][1] = cosine + sinc * (c * c * a22 - c * s * (a12 + a21) + s * s * a11);
     for (size_t k = 0; k < 3; k++) {
-        w[k] += jet->phi[k];
+        step->u[k] = c * e->t1[3 * i + k] + s * e->t2[3 * i + k];
+        step->v[k] = c * e->t2[3 * i + k] - s * e->t1[3 * i + k];
+        step->image[k] = cosine * p[k] + sine * step->u[k];
+        step->radial[k] = cosine * step->u[k] - sine * p[k];
+        norm += step->image[k] * step->image[k];
     }
-    t = direction(p, w, step->u);
-    vector_cross(p, step->u, step->v);
-    sinc = t > 1e-4 ? sin(t) / t : 1.0 - t * t / 6.0;
-    /* R' u = -v and R' v = u: <u, R H x> = -<v, H x>, <v, R H x> = <u, H x>. */
-    step->d[0][0] =
-        1.0 + bilinear(jet->d_phi, step->u, step->u) - bilinear(jet->d_psi, step->v, step->u);
-    step->d[0][1] = bilinear(jet->d_phi, step->u, step->v) - bilinear(jet->d_psi, step->v, step->v);
-    step->d[1][0] =
-        sinc * (bilinear(jet->d_phi, step->v, step->u) + bilinear(jet->d_psi, step->u, step->u));
-    step->d[1][1] = cos(t) + sinc * (bilinear(jet->d_phi, step->v, step->v) +
-                                     bilinear(jet->d_psi, step->u, step->v));
+    norm = 1.0 / sqrt(norm);
     for (size_t k = 0; k < 3; k++) {
-        step->image[k] = cos(t) * p[k] + sin(t) * step->u[k];
-        step->radial[k] = cos(t) * step->u[k] - sin(t) * p[k];
-    }
-    norm = sqrt(vector_dot(step->image, step->image));
-    for (size_t k = 0; k < 3; k++) {
-        step->image[k] /= norm;
+        step->image[k] *= norm;
     }
 }
 
@@ -148,19 +123,16 @@ static double step_jacobian(const struct step *step)
 
 double fields_apply(const struct fields *fields, const double *potentials, size_t n,
                     const double *points, const double *jacobian, double *new_points,
-                    double *new_jacobian, double *values, double *gradients)
+                    double *new_jacobian, double *scratch)
 {
+    struct evaluation e = evaluate(fields, potentials, n, points, scratch);
     double least = INFINITY;
 
-    gradient_operator_apply(&fields->op, 2, potentials, fields->components);
-    sphere_points_evaluate(&fields->plan, 6, fields->components, n, points, values, gradients);
     for (size_t i = 0; i < n; i++) {
-        struct field_jet jet;
         struct step step;
         double j;
 
-        load_jet(n, i, values, gradients, &jet);
-        step_point(&jet, points + 3 * i, &step);
+        step_point(&e, i, points + 3 * i, &step);
         j = step_jacobian(&step);
         for (size_t k = 0; k < 3; k++) {
             new_points[3 * i + k] = step.image[k];
@@ -188,7 +160,8 @@ static void walk(double *x, const double *s)
 }
 
 /* One Newton step of x toward exp_x(w(x)) = y; returns the distance that was left. */
-static double newton_point(struct field_jet *jet, const double *y, double *x, double *jacobian)
+static double newton_point(const struct evaluation *e, size_t i, const double *y, double *x,
+                           double *jacobian)
 {
     struct step step;
     double error[3];
@@ -197,7 +170,7 @@ static double newton_point(struct field_jet *jet, const double *y, double *x, do
     double move[3];
     double along;
 
-    step_point(jet, x, &step);
+    step_point(e, i, x, &step);
     *jacobian = step_jacobian(&step);
     along = vector_dot(y, step.image);
     for (size_t k = 0; k < 3; k++) {
@@ -220,41 +193,33 @@ int fields_apply_inverse(const struct fields *fields, const double *potentials, 
                          double *points, double *jacobian, double *scratch)
 {
     double *x = scratch;
-    double *values = scratch + 3 * n;
-    double *gradients = scratch + 9 * n;
+    double *steps = scratch + 3 * n; /* Jacobians of the step */
+    double *rest = scratch + 4 * n;
     double left = INFINITY;
+    struct evaluation e = evaluate(fields, potentials, n, points, rest);
 
-    gradient_operator_apply(&fields->op, 2, potentials, fields->components);
-    sphere_points_evaluate(&fields->plan, 6, fields->components, n, points, values, gradients);
     for (size_t i = 0; i < n; i++) {
-        struct field_jet jet;
         double back[3];
 
-        load_jet(n, i, values, gradients, &jet);
-        vector_cross(points + 3 * i, jet.psi, back);
+        field_vector(&e, i, back);
         for (size_t k = 0; k < 3; k++) {
-            back[k] = -(back[k] + jet.phi[k]);
+            back[k] = -back[k];
             x[3 * i + k] = points[3 * i + k];
         }
         walk(x + 3 * i, back);
     }
     for (int step = 0; step < INVERSE_STEPS && left > INVERSE_TOLERANCE; step++) {
         left = 0.0;
-        sphere_points_evaluate(&fields->plan, 6, fields->components, n, x, values, gradients);
+        e = evaluate(fields, potentials, n, x, rest);
         for (size_t i = 0; i < n; i++) {
-            struct field_jet jet;
-            double j;
-
-            load_jet(n, i, values, gradients, &jet);
-            left = fmax(left, newton_point(&jet, points + 3 * i, x + 3 * i, &j));
-            values[i] = j; /* read already: component 0 of this point */
+            left = fmax(left, newton_point(&e, i, points + 3 * i, x + 3 * i, &steps[i]));
         }
     }
     if (!(left <= INVERSE_TOLERANCE)) {
         return SRNF_ENUMERIC;
     }
     for (size_t i = 0; i < n; i++) {
-        jacobian[i] /= values[i];
+        jacobian[i] /= steps[i];
         for (size_t k = 0; k < 3; k++) {
             points[3 * i + k] = x[3 * i + k];
         }

@@ -44,8 +44,7 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
         return fields_apply_inverse(fields, link->values, n, points, jacobian, scratch);
     }
     if (status == SRNF_OK) {
-        (void)fields_apply(fields, link->values, n, points, jacobian, points, jacobian, scratch,
-                           scratch + 6 * n);
+        (void)fields_apply(fields, link->values, n, points, jacobian, points, jacobian, scratch);
     }
     return status;
 }
@@ -53,7 +52,7 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
 int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points, double *warped,
                     double *jacobian)
 {
-    double *scratch = srnf_alloc(28 * n, sizeof(double));
+    double *scratch = srnf_alloc((FIELDS_SCRATCH + 5) * n, sizeof(double));
     struct fields fields = {0};
     int status = SRNF_OK;
 

@@ -15,8 +15,6 @@
 
 #include <math.h>
 
-/* Constants per (m, l): a_lm, 1 / a_l-1,m, and the pairs of the derivatives. */
-enum { RECUR, BEFORE, DT_DOWN, DT_UP, DP_DOWN, DP_UP, FACTORS };
 /* Sums of one field. */
 enum { COS, SIN, COS_THETA, SIN_THETA, COS_PHI, SIN_PHI, SUMS };
 
@@ -36,13 +34,14 @@ static void fill_factors(size_t degree, double *factors)
             double before = (dl - 1.0) * (dl - 1.0);
             double scale = l > 0 ? 0.5 * sqrt((2.0 * dl + 1.0) / (2.0 * dl - 1.0)) : 0.0;
 
-            f[RECUR] = l > m ? sqrt((4.0 * dl * dl - 1.0) / (dl * dl - dm * dm)) : 0.0;
-            f[BEFORE] = l > m + 1 ? sqrt((before - dm * dm) / (4.0 * before - 1.0)) : 0.0;
-            f[DT_DOWN] = m > 0 ? down * 0.5 * sqrt((dl + dm) * (dl - dm + 1.0)) : 0.0;
-            f[DT_UP] =
+            f[FACTOR_RECUR] = l > m ? sqrt((4.0 * dl * dl - 1.0) / (dl * dl - dm * dm)) : 0.0;
+            f[FACTOR_BEFORE] = l > m + 1 ? sqrt((before - dm * dm) / (4.0 * before - 1.0)) : 0.0;
+            f[FACTOR_THETA_DOWN] = m > 0 ? down * 0.5 * sqrt((dl + dm) * (dl - dm + 1.0)) : 0.0;
+            f[FACTOR_THETA_UP] =
                 m > 0 ? -up * 0.5 * sqrt((dl - dm) * (dl + dm + 1.0)) : -up * sqrt(dl * (dl + 1.0));
-            f[DP_DOWN] = m > 0 ? down * scale * sqrt((dl + dm) * (dl + dm - 1.0)) : 0.0;
-            f[DP_UP] = m > 0 && l > m + 1 ? up * scale * sqrt((dl - dm) * (dl - dm - 1.0)) : 0.0;
+            f[FACTOR_PHI_DOWN] = m > 0 ? down * scale * sqrt((dl + dm) * (dl + dm - 1.0)) : 0.0;
+            f[FACTOR_PHI_UP] =
+                m > 0 && l > m + 1 ? up * scale * sqrt((dl - dm) * (dl - dm - 1.0)) : 0.0;
         }
     }
 }
@@ -115,7 +114,8 @@ SIMD_INLINE void tabulate_values(const struct sphere_points *plan, const struct 
 
             f += FACTORS;
             table += POINT_KINDS * SRNF_LANES;
-            next = SIMD_SET(f[RECUR]) * (at->cos_theta * current - before * SIMD_SET(f[BEFORE]));
+            next = SIMD_SET(f[FACTOR_RECUR]) *
+                   (at->cos_theta * current - before * SIMD_SET(f[FACTOR_BEFORE]));
             before = current;
             current = next;
             SIMD_STORE(table, current);
@@ -151,8 +151,9 @@ SRNF_HOT void sphere_lanes_tables(const struct sphere_points *plan, const struct
             SIMD_LOAD(up, l > m ? above + (l - m - 1) * stride : zeros);
             SIMD_LOAD(down_before, m > 0 ? below + (l - m) * stride - stride : zeros);
             SIMD_LOAD(up_before, l > m + 1 ? above + (l - m - 2) * stride : zeros);
-            d_theta = SIMD_SET(f[DT_DOWN]) * down + SIMD_SET(f[DT_UP]) * up;
-            d_phi = SIMD_SET(f[DP_DOWN]) * down_before + SIMD_SET(f[DP_UP]) * up_before;
+            d_theta = SIMD_SET(f[FACTOR_THETA_DOWN]) * down + SIMD_SET(f[FACTOR_THETA_UP]) * up;
+            d_phi =
+                SIMD_SET(f[FACTOR_PHI_DOWN]) * down_before + SIMD_SET(f[FACTOR_PHI_UP]) * up_before;
             SIMD_STORE(table + POINT_THETA * SRNF_LANES, d_theta);
             SIMD_STORE(table + POINT_PHI * SRNF_LANES, d_phi);
         }

@@ -34,14 +34,49 @@ void sphere_points_evaluate(const struct sphere_points *plan, size_t batch,
  * Y_lm(p_i)>.
  *   values     [in]  double[batch][n], or NULL for 0
  *   gradients  [in]  double[batch][n][3], or NULL for 0; parts along the normal do not matter
- *   scratch    [in]  double[4 (L+1)^2]
+ *   scratch    [in]  double[4 batch (L+1)^2]
  * Sums run over the points in their order, lane by lane: the same on every run.
  */
 void sphere_points_adjoint(const struct sphere_points *plan, size_t batch, size_t n,
                            const double *points, const double *values, const double *gradients,
                            double *coefficients, double *scratch);
 
-/* ---- For points.c and points_adjoint.c ------------------------------------------------------- */
+/* ---- First and second derivatives (points_jets.c) -------------------------------------------- */
+
+/* What a jet holds of one field at one point: partial derivatives in the frame e_theta, e_phi, and
+   the covariant second derivatives in it. At a pole the frame is that of phi = 0. */
+enum { JET_THETA, JET_PHI, JET_THETA_THETA, JET_THETA_PHI, JET_PHI_PHI, JET_KINDS };
+
+struct sphere_jets {
+    struct sphere_points points;
+    double *tables; /* [(m, l)][3][SRNF_LANES]: theta theta, theta phi, phi phi */
+};
+
+SRNF_CHECKED int sphere_jets_create(struct sphere_jets *plan, size_t degree);
+void sphere_jets_clear(struct sphere_jets *plan);
+
+/*
+ *   coefficients  [in]  double[batch][(L+1)^2]
+ *   points        [in]  double[n][3], unit vectors
+ *   jets          [out] double[batch][JET_KINDS][n]
+ *   t1, t2        [out] double[n][3], e_theta and e_phi at the points: t1 x t2 = p
+ * Cost: 10 multiply-adds per point, (l, m) and field, and some 30 per point and (l, m) for tables.
+ */
+void sphere_jets_evaluate(const struct sphere_jets *plan, size_t batch, const double *coefficients,
+                          size_t n, const double *points, double *jets, double *t1, double *t2);
+
+/* ---- For points.c, points_jets.c and points_adjoint.c ---------------------------------------- */
+
+/* Constants per (m, l): a_lm, 1 / a_l-1,m, and the pairs of the derivatives. */
+enum {
+    FACTOR_RECUR,
+    FACTOR_BEFORE,
+    FACTOR_THETA_DOWN,
+    FACTOR_THETA_UP,
+    FACTOR_PHI_DOWN,
+    FACTOR_PHI_UP,
+    FACTORS
+};
 
 /* Where four points are. Lanes beyond the last point repeat it. */
 struct sphere_lanes {

@@ -79,24 +79,25 @@ void sphere_points_adjoint(const struct sphere_points *plan, size_t batch, size_
 {
     size_t count = srnf_coefficient_count(plan->degree);
 
-    for (size_t field = 0; field < batch; field++) {
-        memset(scratch, 0, count * SRNF_LANES * sizeof *scratch);
-        for (size_t first = 0; first < n; first += SRNF_LANES) {
-            size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
+    memset(scratch, 0, batch * count * SRNF_LANES * sizeof *scratch);
+    for (size_t first = 0; first < n; first += SRNF_LANES) {
+        size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
+        struct sphere_lanes at;
+
+        sphere_lanes_place(&at, points, first, n);
+        sphere_lanes_tables(plan, &at);
+        for (size_t field = 0; field < batch; field++) {
             size_t at_field = field * n + first;
-            struct sphere_lanes at;
             struct load load;
 
-            sphere_lanes_place(&at, points, first, n);
-            sphere_lanes_tables(plan, &at);
             gather(&at, values ? values + at_field : NULL,
                    gradients ? gradients + 3 * at_field : NULL, lanes, &load);
-            spread(plan, &at, &load, scratch);
+            spread(plan, &at, &load, scratch + field * count * SRNF_LANES);
         }
-        for (size_t i = 0; i < count; i++) {
-            const double *s = scratch + i * SRNF_LANES;
+    }
+    for (size_t i = 0; i < batch * count; i++) {
+        const double *s = scratch + i * SRNF_LANES;
 
-            coefficients[field * count + i] = (s[0] + s[1]) + (s[2] + s[3]);
-        }
+        coefficients[i] = (s[0] + s[1]) + (s[2] + s[3]);
     }
 }

@@ -124,8 +124,8 @@ static int refine(const struct mean_run *run, size_t i, const struct srnf_contex
     double *gamma = run->gamma + 3 * i * run->points;
     struct search search;
     struct warp warp;
-    int status = search_create(&search, run->sht, run->mean_q, run->surfaces[i], &run->registration,
-                               context);
+    int status = search_create(&search, run->sht, run->mean_q, NULL, run->surfaces[i],
+                               &run->registration, true, context);
 
     if (status) {
         return status;

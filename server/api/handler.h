@@ -78,15 +78,16 @@ bool respond_not_modified(struct api_call *call, const char *tag);
 /* Reads ?limit= and ?cursor= (a cursor is good only for the kind that gave it) and collects a page:
    pass &list->page to the store's list function with list as user, call list_add from its visitor
    and return what it returns, then list_respond with the path of the collection. */
+#define LIST_ID_MAX STORE_COHORT_NAME_MAX /* the longest id or name in a list */
 struct list {
     struct store_page page; /* limit is one more than asked for, to know whether there is a next
     page */
-    const char *kind;       /* "meshes", "surfaces", "jobs" */
+    const char *kind;       /* "meshes", "surfaces", "cohorts", "models", "jobs" */
     size_t limit;
     json_t *items;
     bool more;
     int64_t last_ms;
-    char after_id[STORE_ID_MAX], last_id[STORE_ID_MAX];
+    char after_id[LIST_ID_MAX], last_id[LIST_ID_MAX];
 };
 /* False when a problem was answered. */
 bool list_open(struct api_call *call, const char *kind, struct list *list);

@@ -2,7 +2,8 @@
  * jobs_routes.c - the job resource: list, status, results, cancel, delete.
  *
  * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
- * process wrote and are handed on unparsed. Asking for the results of a job that has not ended is
+ * process wrote and are handed on unparsed, but for a matrix of distances, which is served as CSV
+ * and .npy too (process_distances.c). Asking for the results of a job that has not ended is
  * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
  * dismissed 410.
  */
@@ -10,6 +11,7 @@
 #include "api/routes.h"
 
 #include "api/job_answers.h"
+#include "api/tables.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -141,16 +143,40 @@ void jobs_get_one(struct api_call *call)
     }
 }
 
+/* The results of a successful job in the form asked for. */
+static void respond_form(struct api_call *call, const struct store_job *job, enum table_form form)
+{
+    char tag[STORE_ID_MAX + 8];
+
+    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)snprintf(tag, sizeof tag, "%s.%s", job->id, table_form_name(form));
+    if (respond_not_modified(call, tag)) {
+        return;
+    }
+    if (form == TABLE_JSON) {
+        respond_successful(call, job);
+    } else {
+        distances_respond(call, job, form);
+    }
+}
+
 void jobs_results(struct api_call *call)
 {
     struct store_job job = {0};
+    enum table_form form;
 
-    if (find_job(call, &job)) {
-        if (job.status != STORE_JOB_SUCCESSFUL || !respond_not_modified(call, job.id)) {
-            job_respond_results(call, &job);
-        }
-        store_job_clear(&job);
+    if (!table_choose(call, &form) || !find_job(call, &job)) {
+        return;
     }
+    if (job.status != STORE_JOB_SUCCESSFUL) {
+        job_respond_results(call, &job);
+    } else if (form != TABLE_JSON && strcmp(job.process, "distances") != 0) {
+        (void)problem_respond(call, "not-acceptable",
+                              "The results of %s are served as application/json.", job.process);
+    } else {
+        respond_form(call, &job, form);
+    }
+    store_job_clear(&job);
 }
 
 void jobs_cancel_one(struct api_call *call)

@@ -33,9 +33,27 @@
 #define PROCESS_ROWS_MAX 384 /* of a grid that is given: twice the working grid of degree 127 */
 #define PROCESS_COLUMNS_MAX 768
 
+#define PROCESS_WARP_DEGREE_DEFAULT 12
+#define PROCESS_WARP_DEGREE_MAX 32
+#define PROCESS_PENALTY_MAX 1000
+#define PROCESS_GROUP_MIN 2 /* surfaces of a group */
+#define PROCESS_GROUP_MAX 500
+#define PROCESS_MEMORY_MAX 2147483648.0 /* bytes of the fields of a group */
+#define PROCESS_MEAN_TOLERANCE_DEFAULT 1e-3
+#define PROCESS_MEAN_TOLERANCE_MIN 1e-8
+#define PROCESS_MEAN_TOLERANCE_MAX 1
+#define PROCESS_MEAN_ITERATIONS_DEFAULT 20
+#define PROCESS_MEAN_ITERATIONS_MAX 100
+#define PROCESS_COMPONENTS_MAX 499
+#define PROCESS_COEFFICIENTS_MAX 41 /* points along a mode */
+#define PROCESS_DEVIATIONS_MAX 10   /* how far out they may be */
+#define PROCESS_SAMPLES_MAX 200
+#define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
+
 /* Patterns of ids in schemas. */
 #define PROCESS_MESH_PATTERN "^mesh-[0-9a-f]{32}$"
 #define PROCESS_SURFACE_PATTERN "^(surf|mesh)-[0-9a-f]{32}$"
+#define PROCESS_MODEL_PATTERN "^model-[0-9a-f]{32}$"
 
 /* One reading of inputs. */
 struct process_inputs {
@@ -108,6 +126,12 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
 bool process_surface_sound(size_t degree, const double *coefficients,
                            const struct srnf_surface_measures *measures,
                            struct jobs_result *result);
+/* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
+   of its record; 1 where there is none. */
+double process_scale(struct jobs_run *run, const char *id, double known);
+/* What a registration came to: distance, distanceBefore, objective, minJacobian, maxJacobian,
+   truncationError, iterations, converged (process_register.c). */
+json_t *registration_figures(const struct srnf_registration *registration);
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
 json_t *process_distortion_json(const struct srnf_distortion *distortion);
@@ -117,13 +141,37 @@ json_t *process_distortion_json(const struct srnf_distortion *distortion);
 extern const char encode_inputs_schema[], encode_outputs_schema[];
 extern const char invert_inputs_schema[], invert_outputs_schema[];
 extern const char geodesic_inputs_schema[], geodesic_outputs_schema[];
+extern const char register_inputs_schema[], register_outputs_schema[];
+extern const char distances_inputs_schema[], distances_outputs_schema[];
+extern const char mean_inputs_schema[], mean_outputs_schema[];
+extern const char pca_inputs_schema[], pca_outputs_schema[];
+extern const char modes_inputs_schema[], modes_outputs_schema[];
+extern const char sample_inputs_schema[], sample_outputs_schema[];
+extern const char project_inputs_schema[], project_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *geodesic_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
+json_t *register_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
+json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
+                               struct problem_list *list);
+json_t *mean_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *pca_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *modes_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *sample_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *project_canonicalise(struct api_call *call, const json_t *inputs,
+                             struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void register_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void modes_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

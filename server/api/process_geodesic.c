@@ -1,9 +1,9 @@
 /*
  * process_geodesic.c - the process geodesic over HTTP: schemas, canonical inputs, result document.
  *
- * The ends are joined as they are parameterised: registration is not available in this version, and
- * asking for it is an error, so that no one mistakes one for the other. Ends of different degree
- * are joined at the larger one.
+ * The second end is registered to the first, with the default options, unless register is false;
+ * then the ends are joined as they are parameterised. Ends of different degree are joined at the
+ * larger one.
  *
  * Every surface of the path is stored. Its scale goes on the straight line between the scales of
  * the ends, and its source names the first surface as the reference, from which the deformation
@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_geodesic.h"
 
@@ -31,11 +32,7 @@ json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct
     }
     (void)inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
                          PROCESS_STEPS_DEFAULT);
-    if (inputs_boolean(&inputs, "register", false)) {
-        problem_add(list, "/inputs/register",
-                    "registration is not available in this version: surfaces are joined as they "
-                    "are parameterised; send false or leave it out");
-    }
+    (void)inputs_boolean(&inputs, "register", true);
     if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0) {
         problem_add(list, "/inputs/method",
                     "pullback is not available in this version; srnf, closed-form and linear are");
@@ -59,22 +56,6 @@ static enum srnf_geodesic_method method_of(const json_t *inputs)
     return SRNF_GEODESIC_SRNF;
 }
 
-/* Scale of an end: known when it was encoded here, otherwise in its record. */
-static double scale_of(struct jobs_run *run, const struct compute_surface *end)
-{
-    struct store_surface surface = {0};
-    double scale = end->scale;
-
-    if (scale > 0.0) {
-        return scale;
-    }
-    if (store_surface_get(jobs_run_store(run), end->id, false, &surface) == 0) {
-        scale = surface_record_number(&surface, "scale", 1.0);
-    }
-    store_surface_clear(&surface);
-    return scale > 0.0 ? scale : 1.0;
-}
-
 /* The mesh that a surface of the path is the encoding of: only the ends have one. */
 static const char *mesh_of(const struct compute_geodesic_outputs *outputs, size_t i)
 {
@@ -84,13 +65,37 @@ static const char *mesh_of(const struct compute_geodesic_outputs *outputs, size_
     return is_end && strncmp(end->id, "mesh-", 5) == 0 ? end->id : NULL;
 }
 
+/* A mesh at an end was laid on the sphere by the route of its encoding, until it is registered. */
+static const char *parameterization_of(const struct compute_geodesic_outputs *outputs, size_t i)
+{
+    if (i > 0 && i + 1 == outputs->geodesic.steps && outputs->registration.coefficients) {
+        return "registered";
+    }
+    return mesh_of(outputs, i) ? outputs->ends[i > 0].route : "inherited";
+}
+
+/* What registration came to; null where there was none. */
+static json_t *registration_document(const struct compute_geodesic_inputs *typed,
+                                     const struct compute_geodesic_outputs *outputs)
+{
+    json_t *document;
+
+    if (!typed->registration) {
+        return json_null();
+    }
+    document = registration_figures(&outputs->registration);
+    (void)json_object_set_new(document, "options", registration_json(typed->registration));
+    return document;
+}
+
 /* Stores the surfaces of the path; their records, or NULL with the problem set. */
 static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
                              struct jobs_result *result)
 {
     const struct srnf_geodesic *geodesic = &outputs->geodesic;
     size_t count = 3 * srnf_coefficient_count(geodesic->degree);
-    double scales[2] = {scale_of(run, &outputs->ends[0]), scale_of(run, &outputs->ends[1])};
+    double scales[2] = {process_scale(run, outputs->ends[0].id, outputs->ends[0].scale),
+                        process_scale(run, outputs->ends[1].id, outputs->ends[1].scale)};
     char name[64], reference[STORE_ID_MAX] = "";
     json_t *records = json_array(), *record;
 
@@ -102,7 +107,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .coefficients = geodesic->coefficients + i * count,
             .scale = (1.0 - t) * scales[0] + t * scales[1],
             .measures = &outputs->measures[i],
-            .parameterization = mesh_of(outputs, i) ? outputs->ends[i > 0].route : "inherited",
+            .parameterization = parameterization_of(outputs, i),
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
         int status;
@@ -154,6 +159,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     struct compute_geodesic_inputs typed = {.options = srnf_geodesic_options_defaults()};
     struct compute_geodesic_outputs outputs = {0};
     const struct srnf_geodesic *geodesic = &outputs.geodesic;
+    struct srnf_register_options registration = registration_defaults(false);
 
     (void)api;
     if (!inputs) {
@@ -163,6 +169,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.to = json_string_value(json_object_get(inputs, "to"));
     typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
     typed.options.method = method_of(inputs);
+    typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
     if (compute_geodesic(run, &typed, &outputs, result)) {
         goto out;
     }
@@ -178,6 +185,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
     (void)json_object_set_new(document, "relativeEnergies", curves(geodesic, outputs.squared_norm));
     (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
+    (void)json_object_set_new(document, "registration", registration_document(&typed, &outputs));
     process_finish(run, document, inputs, result);
 out:
     compute_geodesic_clear(&outputs);

@@ -3,6 +3,7 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "api/process.h"
+#include "api/surfaces.h"
 
 #include <float.h>
 #include <math.h>
@@ -76,6 +77,21 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
         (void)json_object_set_new(source, "reference", json_string(reference));
     }
     return source;
+}
+
+double process_scale(struct jobs_run *run, const char *id, double known)
+{
+    struct store_surface surface = {0};
+    double scale = known;
+
+    if (scale > 0.0) {
+        return scale;
+    }
+    if (store_surface_get(jobs_run_store(run), id, false, &surface) == 0) {
+        scale = surface_record_number(&surface, "scale", 1.0);
+    }
+    store_surface_clear(&surface);
+    return scale > 0.0 ? scale : 1.0;
 }
 
 json_t *process_fit_json(const struct srnf_fit *fit)

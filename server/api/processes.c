@@ -20,10 +20,37 @@ const struct api_process api_processes[] = {
      "right and how far off it can be.",
      invert_inputs_schema, invert_outputs_schema, invert_canonicalise, invert_run},
     {"geodesic", "Geodesic between two surfaces",
-     "The path between two surfaces as they are parameterised: each point of the straight line "
-     "between "
-     "their SRNFs, inverted.",
+     "The path between two surfaces, the second registered to the first unless that is not wanted: "
+     "each point of the straight line between their SRNFs, inverted.",
      geodesic_inputs_schema, geodesic_outputs_schema, geodesic_canonicalise, geodesic_run},
+    {"register", "Register a surface to another",
+     "The rotation and the warp of the sphere that lay one surface on another, "
+     "elastically, by their SRNFs; the surface so laid, and how far it then is.",
+     register_inputs_schema, register_outputs_schema, register_canonicalise, register_run},
+    {"distances", "Distances between surfaces",
+     "The symmetric matrix of distances between the surfaces of a list or a cohort, "
+     "registered pair by pair or as they are parameterised.",
+     distances_inputs_schema, distances_outputs_schema, distances_canonicalise, distances_run},
+    {"mean", "Mean of a group",
+     "The Karcher mean: all surfaces registered to the mean SRNF, averaged, and so on "
+     "until it rests; then inverted once.",
+     mean_inputs_schema, mean_outputs_schema, mean_canonicalise, mean_run},
+    {"pca", "Principal components of a group",
+     "The mean and the principal components of the registered SRNFs about it, as a model "
+     "that is kept.",
+     pca_inputs_schema, pca_outputs_schema, pca_canonicalise, pca_run},
+    {"modes", "Modes of variation",
+     "The surfaces along one principal component of a model, with how far each point is "
+     "from being a surface at all.",
+     modes_inputs_schema, modes_outputs_schema, modes_canonicalise, modes_run},
+    {"sample", "Samples of a model",
+     "Random surfaces from the normal distribution of a model, the same ones from the "
+     "same seed.",
+     sample_inputs_schema, sample_outputs_schema, sample_canonicalise, sample_run},
+    {"project", "Project a surface into a model",
+     "The scores of a surface in a model that is not fitted again, and what its "
+     "components cannot represent.",
+     project_inputs_schema, project_outputs_schema, project_canonicalise, project_run},
     {NULL, NULL, NULL, NULL, NULL, NULL, NULL},
 };
 

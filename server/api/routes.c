@@ -11,6 +11,7 @@
 
 #define JSON "application/json"
 #define NPY "application/x-npy"
+#define CSV "text/csv"
 
 const struct api_route api_routes[] = {
     {"GET", "/", system_landing, false, ROUTE_NO_BODY, "", {JSON}},
@@ -50,13 +51,29 @@ const struct api_route api_routes[] = {
      {JSON, NPY}},
     {"GET", "/v1/surfaces/{id}/mesh", surfaces_mesh, true, ROUTE_NO_BODY, "format,resolution", {0}},
 
+    {"POST", "/v1/cohorts", cohorts_create, true, ROUTE_JSON, "", {JSON}},
+    {"GET", "/v1/cohorts", cohorts_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/cohorts/{name}", cohorts_get, true, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/cohorts/{name}", cohorts_delete, true, ROUTE_NO_BODY, "", {0}},
+
+    {"GET", "/v1/models", models_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/models/{id}", models_get, true, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/models/{id}/modes", models_modes, true, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
+    {"GET",
+     "/v1/models/{id}/scores",
+     models_scores,
+     true,
+     ROUTE_NO_BODY,
+     "format",
+     {JSON, CSV, NPY}},
+
     {"GET", "/v1/processes", processes_list, false, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/processes/{id}", processes_get, false, ROUTE_NO_BODY, "", {JSON}},
     {"POST", "/v1/processes/{id}/execution", executions_create, true, ROUTE_JSON, "", {JSON}},
 
     {"GET", "/v1/jobs", jobs_list, true, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
     {"GET", "/v1/jobs/{id}", jobs_get_one, true, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/jobs/{id}/results", jobs_results, true, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/jobs/{id}/results", jobs_results, true, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
     {"POST", "/v1/jobs/{id}/cancel", jobs_cancel_one, true, ROUTE_NO_BODY, "", {JSON}},
     {"DELETE", "/v1/jobs/{id}", jobs_delete, true, ROUTE_NO_BODY, "", {0}},
     {NULL, NULL, NULL, false, ROUTE_NO_BODY, NULL, {0}},

@@ -58,11 +58,11 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
 
 int compute_fail_store(struct jobs_result *result, int status, const char *id)
 {
-    bool mesh = strncmp(id, "mesh-", 5) == 0;
+    bool mesh = strncmp(id, "mesh-", 5) == 0, model = strncmp(id, "model-", 6) == 0;
 
     result->problem_code = "internal-error";
     if (status == STORE_NOT_FOUND) {
-        result->problem_code = mesh ? "no-such-mesh" : "no-such-surface";
+        result->problem_code = mesh ? "no-such-mesh" : model ? "no-such-model" : "no-such-surface";
     } else if (status == STORE_FULL) {
         result->problem_code = "storage-full";
     }

@@ -1,8 +1,9 @@
 /*
  * compute_geodesic.c - loads both ends, brings them to the larger degree and follows the path.
  *
- * The ends are taken as they are parameterised. ||q_t||^2 along the straight line q_t = (1 - t)
- * q_0 + t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 +
+ * The second end is registered to the first where that is asked for; its registered surface, cut to
+ * the degree of the pair, is then the end of the path. ||q_t||^2 along the straight line q_t = (1 -
+ * t) q_0 + t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 +
  * a_1 - d^2) / 2 it is (1 - t)^2 a_0 + t^2 a_1 + 2 t (1 - t) <q_0, q_1>.
  *
  * An SRNF does not know translations. The surfaces between the ends are placed so that their area
@@ -16,6 +17,7 @@ void compute_geodesic_clear(struct compute_geodesic_outputs *outputs)
 {
     compute_surface_clear(&outputs->ends[0]);
     compute_surface_clear(&outputs->ends[1]);
+    srnf_registration_clear(&outputs->registration);
     srnf_geodesic_clear(&outputs->geodesic);
     srnf_free(outputs->measures);
     srnf_free(outputs->squared_norm);
@@ -51,6 +53,22 @@ static void place(struct compute_geodesic_outputs *outputs)
     }
 }
 
+/* Replaces the second of the padded ends by itself registered to the first. */
+static int register_end(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
+                        const struct srnf_sht *sht, double *padded, size_t count,
+                        struct compute_geodesic_outputs *outputs, struct jobs_result *result)
+{
+    struct srnf_error error = {0};
+    int status = srnf_register(sht, padded, NULL, padded + count, inputs->registration, NULL,
+                               jobs_run_context(run), &outputs->registration, &error);
+
+    if (status < 0) {
+        return compute_fail(result, status, &error, "registering the ends");
+    }
+    memcpy(padded + count, outputs->registration.coefficients, count * sizeof(double));
+    return 0;
+}
+
 /* The path itself, between ends already loaded. */
 static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
                   struct compute_geodesic_outputs *outputs, struct jobs_result *result)
@@ -74,6 +92,12 @@ static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *in
     if (status) {
         (void)compute_fail(result, status, NULL, "preparing the harmonic transform");
         goto out;
+    }
+    if (inputs->registration) {
+        status = register_end(run, inputs, sht, padded, count, outputs, result);
+        if (status) {
+            goto out;
+        }
     }
     status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
                            &outputs->geodesic, &error);

@@ -1,6 +1,6 @@
 /*
- * compute_geodesic.h - the process geodesic: the path between two surfaces as they are
- * parameterised.
+ * compute_geodesic.h - the process geodesic: the path between two surfaces, the second registered
+ * to the first or as it is parameterised.
  */
 #ifndef SRNFD_COMPUTE_GEODESIC_H
 #define SRNFD_COMPUTE_GEODESIC_H
@@ -8,12 +8,14 @@
 #include "jobs/compute.h"
 
 struct compute_geodesic_inputs {
-    const char *from, *to; /* ids of surfaces or meshes */
+    const char *from, *to;                            /* ids of surfaces or meshes */
+    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
     struct srnf_geodesic_options options;
 };
 
 struct compute_geodesic_outputs {
     struct compute_surface ends[2];         /* as loaded */
+    struct srnf_registration registration;  /* of the second end to the first, if asked for */
     struct srnf_geodesic geodesic;          /* at the larger degree of the two */
     struct srnf_surface_measures *measures; /* [steps], owned */
     double *squared_norm; /* [steps], owned: ||q_t||^2 of the straight line in Q */

@@ -84,6 +84,13 @@ const char *jobs_run_job_id(const struct jobs_run *run);
 /* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,
    for the core. */
 const struct srnf_context *jobs_run_context(struct jobs_run *run);
+/* Where a run can go on from, should the daemon end before the job does. save replaces what was
+   saved before, durably; the engine drops it when the job ends. load finds what an earlier attempt
+   of this job has saved with the same numeric build (bytes: malloc), otherwise STORE_NOT_FOUND. A
+   run that cannot save goes on: only a crash would cost more. Both are told in the log
+   (job-checkpoint, job-resumed). */
+int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size);
+int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size);
 /* Transforms are dear to make: one per (degree, kind, n_theta, n_phi), shared by all, kept until
    jobs_close (least recently used beyond 16 leave when nobody holds them). */
 int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind,

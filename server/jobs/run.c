@@ -97,6 +97,43 @@ struct jobs *jobs_run_jobs(struct jobs_run *run)
     return run->jobs;
 }
 
+int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size)
+{
+    const struct store_job *job = run->job;
+    char detail[80];
+    int status = store_checkpoint_put(run->jobs->config.store, job->id, job->attempt, bytes, size);
+
+    if (status == STORE_OK) {
+        (void)snprintf(detail, sizeof detail, "%zu bytes", size);
+    } else {
+        (void)snprintf(detail, sizeof detail, "%s", store_strerror(status));
+    }
+    jobs_log(run->jobs, status == STORE_OK ? "job-checkpoint" : "job-checkpoint-failed", job->id,
+             detail);
+    return status;
+}
+
+int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size)
+{
+    const struct store_job *job = run->job;
+    const char *build = run->jobs->config.numeric_build ? run->jobs->config.numeric_build : "";
+    char detail[80];
+    int status = STORE_NOT_FOUND;
+
+    *bytes = NULL;
+    *size = 0;
+    /* Another build may lay its checkpoints out differently, and would mix its numbers in. */
+    if (job->attempt > 0 && job->numeric_build && strcmp(job->numeric_build, build) == 0) {
+        status = store_checkpoint_get(run->jobs->config.store, job->id, bytes, size);
+    }
+    if (status == STORE_OK) {
+        (void)snprintf(detail, sizeof detail, "%zu bytes, attempt %lld", *size,
+                       (long long)job->attempt);
+        jobs_log(run->jobs, "job-resumed", job->id, detail);
+    }
+    return status;
+}
+
 /* How the run is to be written down. */
 struct ending {
     enum store_job_status to;

@@ -148,7 +148,23 @@ int store_blob_release(sqlite3 *db, const char *hash, bool *dropped);
 /* On the writer thread, after the commit: removes the file unless a row has come back. */
 void store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
 
+/* ---- Numbers (numbers.c) --------------------------------------------------------------------- */
+
+/* Integers and doubles as the store writes them: eight bytes each, least significant first,
+   whatever the machine; -0 as 0. */
+void store_put_integer(unsigned char bytes[8], int64_t value);
+void store_put_doubles(unsigned char *bytes, const double *values, size_t count);
+/* Reads a blob of exactly count doubles: malloc. */
+int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
+                       double **values);
+
 /* ---- Jobs ------------------------------------------------------------------------------------ */
+
+/* On the writer thread: the job has ended, and so its checkpoint goes, if it has one. The blob
+   becomes what write drops. */
+int store_checkpoint_drop(sqlite3 *db, const char *job, struct store_write *write);
+/* Drops the checkpoints of all jobs that have ended, one by one. */
+int store_checkpoint_sweep(struct store *store);
 
 #define STORE_JOB_COLUMNS                                                                 \
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \

@@ -115,6 +115,9 @@ static int run_transition(struct store *store, sqlite3 *db, struct store_write *
             t->problem_detail, progress, now, back, t->id, t->attempt, transitions[t->to].from[0],
             transitions[t->to].from[1]);
     }
+    if (status == STORE_OK && changed > 0 && !back) {
+        status = store_checkpoint_drop(db, t->id, write);
+    }
     return status == STORE_OK && changed == 0 ? explain(db, t->id) : status;
 }
 
@@ -167,7 +170,13 @@ static int run_cancel(struct store *store, sqlite3 *db, struct store_write *writ
 
     (void)store;
     store_job_clear(cancel->job);
-    return status == STORE_OK ? store_job_row(db, cancel->id, cancel->job) : status;
+    if (status == STORE_OK) {
+        status = store_job_row(db, cancel->id, cancel->job);
+    }
+    if (status == STORE_OK && cancel->job->status == STORE_JOB_DISMISSED) {
+        status = store_checkpoint_drop(db, cancel->id, write);
+    }
+    return status;
 }
 
 int store_job_request_cancel(struct store *store, const char *id, struct store_job *job)
@@ -227,5 +236,5 @@ int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeue
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;
-    return status;
+    return status == STORE_OK ? store_checkpoint_sweep(store) : status;
 }

@@ -98,6 +98,59 @@ int store_surface_get(struct store *store, const char *id, bool with_coefficient
                       struct store_surface *surface);
 void store_surface_clear(struct store_surface *surface);
 
+/* ---- Cohorts --------------------------------------------------------------------------------- */
+
+#define STORE_COHORT_NAME_MAX 101 /* bytes of the longest name with its zero */
+
+struct store_cohort {
+    char name[STORE_COHORT_NAME_MAX];
+    char *record;    /* JSON text, opaque here; the same content is the same text */
+    char digest[65]; /* SHA-256 of the record: set by put and get */
+    int64_t created_ms;
+    size_t n_members;
+    char (*members)[STORE_ID_MAX]; /* [n_members] mesh-... or surf-..., malloc; NULL in lists */
+};
+void store_cohort_clear(struct store_cohort *cohort);
+
+/* Stores the cohort; *created is false where it is there with this very record. What it names
+   stays as long as the cohort does. STORE_CONFLICT: the name is taken by another record.
+   STORE_NOT_FOUND: member number *missing does not exist. */
+int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *created,
+                     size_t *missing);
+int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
+int store_cohort_delete(struct store *store, const char *name);
+
+/* ---- Models ---------------------------------------------------------------------------------- */
+
+/* The arrays of a model, by index. */
+enum store_model_array {
+    STORE_MODEL_MEAN_Q,      /* [3][n_theta][n_phi] */
+    STORE_MODEL_MODES,       /* [components][3][n_theta][n_phi] */
+    STORE_MODEL_EIGENVALUES, /* [components] */
+    STORE_MODEL_SCORES,      /* [subjects][components] */
+};
+#define STORE_MODEL_ARRAYS 4
+
+struct store_model {
+    char id[STORE_ID_MAX];   /* model-..., set by put */
+    char mean[STORE_ID_MAX]; /* the mean surface, which stays as long as the model */
+    char *record;            /* JSON text of everything else in the record, opaque here */
+    int64_t lmax, n_theta, n_phi, subjects, components, created_ms;
+    double *arrays[STORE_MODEL_ARRAYS]; /* malloc; NULL where not asked for */
+};
+void store_model_clear(struct store_model *model);
+/* Numbers in one of the arrays. */
+size_t store_model_count(const struct store_model *model, enum store_model_array array);
+
+/* Stores the model, with all its arrays, unless it is there. Its id is made of the canonical
+   content: the sizes in the order above, the id of the mean and the doubles of the arrays (-0 as
+   0), little-endian. On return id, record and created_ms are what the store holds.
+   STORE_NOT_FOUND: there is no such mean. */
+int store_model_put(struct store *store, struct store_model *model, bool *created);
+/* arrays: a bit 1 << enum store_model_array for each that is wanted. */
+int store_model_get(struct store *store, const char *id, unsigned arrays,
+                    struct store_model *model);
+
 /* ---- Lists ----------------------------------------------------------------------------------- */
 
 /* Newest first. A cursor is (created_ms, id) of the last item seen; after_id NULL or "" starts at
@@ -113,6 +166,11 @@ int store_mesh_list(struct store *store, const struct store_page *page,
                     bool (*visit)(void *user, const struct store_mesh *mesh), void *user);
 int store_surface_list(struct store *store, const struct store_page *page,
                        bool (*visit)(void *user, const struct store_surface *surface), void *user);
+/* after_id is a name here. */
+int store_cohort_list(struct store *store, const struct store_page *page,
+                      bool (*visit)(void *user, const struct store_cohort *cohort), void *user);
+int store_model_list(struct store *store, const struct store_page *page,
+                     bool (*visit)(void *user, const struct store_model *model), void *user);
 
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 
@@ -178,6 +236,13 @@ int store_idempotency_find(struct store *store, const char *key, char job_id[STO
 /* Remembers a key for a job that exists; STORE_CONFLICT when the key is taken. */
 int store_idempotency_put(struct store *store, const char *key, const char *job_id,
                           const char *body_digest);
+
+/* What a running job needs to go on from where it is, should the daemon end: replaced as a whole,
+   and dropped when the job ends. STORE_CONFLICT: this attempt of the job does not run. */
+int store_checkpoint_put(struct store *store, const char *job, int64_t attempt, const void *bytes,
+                         size_t size);
+/* bytes is allocated with malloc; STORE_NOT_FOUND when there is none. */
+int store_checkpoint_get(struct store *store, const char *job, unsigned char **bytes, size_t *size);
 
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);

@@ -14,32 +14,6 @@
 
 #define COLUMNS "id, name, record, lmax, created_ms"
 
-/* Eight bytes, least significant first. */
-static void put_le64(unsigned char bytes[8], uint64_t value)
-{
-    for (size_t i = 0; i < 8; i++) {
-        bytes[i] = (unsigned char)(value >> (8 * i));
-    }
-}
-
-static uint64_t get_le64(const unsigned char bytes[8])
-{
-    uint64_t value = 0;
-
-    for (size_t i = 0; i < 8; i++) {
-        value |= (uint64_t)bytes[i] << (8 * i);
-    }
-    return value;
-}
-
-static uint64_t bits_of(double value)
-{
-    uint64_t bits;
-
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
 static size_t count_of(int64_t lmax)
 {
     return 3 * (size_t)(lmax + 1) * (size_t)(lmax + 1);
@@ -52,14 +26,13 @@ void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coeffic
     char hex[sizeof hash * 2 + 1];
 
     crypto_hash_sha256_init(&state);
-    put_le64(bytes, (uint64_t)lmax);
+    store_put_integer(bytes, lmax);
     crypto_hash_sha256_update(&state, bytes, sizeof bytes);
     for (size_t i = 0; i < count_of(lmax); i++) {
-        /* Adding 0 turns -0 into 0 and changes nothing else. */
-        put_le64(bytes, bits_of(coefficients[i] + 0.0));
+        store_put_doubles(bytes, &coefficients[i], 1);
         crypto_hash_sha256_update(&state, bytes, sizeof bytes);
     }
-    put_le64(bytes, bits_of(scale + 0.0));
+    store_put_doubles(bytes, &scale, 1);
     crypto_hash_sha256_update(&state, bytes, sizeof bytes);
     crypto_hash_sha256_final(&state, hash);
     sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
@@ -93,24 +66,10 @@ static int from_row(sqlite3_stmt *row, struct store_surface *surface)
 static int read_coefficients(struct store *store, sqlite3 *db, const char *hash,
                              struct store_surface *surface)
 {
-    unsigned char *bytes = NULL;
-    size_t size = 0, count = count_of(surface->lmax);
-    int status = store_blob_read(store, db, hash, &bytes, &size);
+    size_t count = count_of(surface->lmax);
+    int status = store_read_doubles(store, db, hash, count, &surface->coefficients);
 
-    if (status == STORE_OK && size != count * 8) {
-        status = STORE_CORRUPT;
-    }
-    if (status == STORE_OK) {
-        surface->coefficients = malloc(count * sizeof *surface->coefficients);
-        status = surface->coefficients ? STORE_OK : STORE_NOMEM;
-    }
-    for (size_t i = 0; status == STORE_OK && i < count; i++) {
-        uint64_t bits = get_le64(bytes + 8 * i);
-
-        memcpy(&surface->coefficients[i], &bits, sizeof bits);
-    }
     surface->coefficient_count = status == STORE_OK ? count : 0;
-    free(bytes);
     return status;
 }
 
@@ -205,9 +164,7 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     if (!bytes) {
         return STORE_NOMEM;
     }
-    for (size_t i = 0; i < count; i++) {
-        put_le64(bytes + 8 * i, bits_of(surface->coefficients[i] + 0.0));
-    }
+    store_put_doubles(bytes, surface->coefficients, count);
     status = store_blob_stage(store, bytes, count * 8, &staged);
     if (status == STORE_OK) {
         status = store_write(store, run_put, &put);

@@ -16,7 +16,8 @@ if (cd "$SCRATCH/clone" && URL=$URL bash -eu -o pipefail -x "$SCRATCH/blocks.sh"
 else
     not_ok 'all of them succeed' "$(tail -n 5 "$SCRATCH/trace")"
 fi
-for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy grid.npy thalamus.glb geodesic.json; do
+for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy grid.npy thalamus.glb geodesic.json registered.json \
+    distances.csv scores.csv modes.npy; do
     check "$file was written" test -s "$SCRATCH/clone/$file"
 done
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply

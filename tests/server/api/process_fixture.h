@@ -1,6 +1,7 @@
 /*
- * process_fixture.h - a store with one good mesh, one with a hole and one surface, and a call that
- * canonicalises inputs against it. For the tests of the processes; no job engine runs.
+ * process_fixture.h - a store with one good mesh, one with a hole, one surface, a model and a
+ * cohort, and a call that canonicalises inputs against it. For the tests of the processes; no job
+ * engine runs.
  */
 #ifndef TEST_PROCESS_FIXTURE_H
 #define TEST_PROCESS_FIXTURE_H
@@ -29,7 +30,7 @@
 struct fixture {
     char directory[64];
     struct store *store;
-    char surface[STORE_ID_MAX];
+    char surface[STORE_ID_MAX], model[STORE_ID_MAX];
     struct api api;
 };
 
@@ -63,6 +64,50 @@ static void put_surface(struct fixture *fixture)
     store_surface_clear(&surface);
 }
 
+/* A model of MODEL_COMPONENTS components about the surface, and a cohort "group" of the surface and
+   the good mesh. */
+#define MODEL_COMPONENTS 3
+static void put_model(struct fixture *fixture)
+{
+    struct store_model model = {.lmax = SURFACE_DEGREE,
+                                .n_theta = 15,
+                                .n_phi = 30,
+                                .subjects = MODEL_COMPONENTS + 1,
+                                .components = MODEL_COMPONENTS};
+    bool created;
+
+    memcpy(model.mean, fixture->surface, sizeof model.mean);
+    model.record = strdup("{}");
+    for (size_t a = 0; a < STORE_MODEL_ARRAYS; a++) {
+        model.arrays[a] =
+            calloc(store_model_count(&model, (enum store_model_array)a), sizeof(double));
+        assert_non_null(model.arrays[a]);
+    }
+    assert_int_equal(store_model_put(fixture->store, &model, &created), 0);
+    memcpy(fixture->model, model.id, sizeof model.id);
+    store_model_clear(&model);
+}
+
+static void put_cohort(struct fixture *fixture)
+{
+    struct store_cohort cohort = {.name = "group", .n_members = 2};
+    char record[512];
+    bool created;
+    size_t missing;
+
+    (void)snprintf(record, sizeof record,
+                   "[{\"covariates\":{},\"id\":\"%s\",\"label\":\"a\",\"subject\":null},"
+                   "{\"covariates\":{},\"id\":\"%s\",\"label\":null,\"subject\":\"s\"}]",
+                   fixture->surface, GOOD_MESH);
+    cohort.record = strdup(record);
+    cohort.members = calloc(2, sizeof *cohort.members);
+    assert_non_null(cohort.members);
+    memcpy(cohort.members[0], fixture->surface, STORE_ID_MAX);
+    memcpy(cohort.members[1], GOOD_MESH, sizeof GOOD_MESH);
+    assert_int_equal(store_cohort_put(fixture->store, &cohort, &created, &missing), 0);
+    store_cohort_clear(&cohort);
+}
+
 static int fixture_open(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
@@ -81,6 +126,8 @@ static int fixture_open(void **state)
              "{\"analysable\":false,\"route\":null,\"problems\":[{\"code\":\"not-star-shaped\","
              "\"count\":1,\"first\":null,\"detail\":\"no point sees the whole surface\"}]}");
     put_surface(fixture);
+    put_model(fixture);
+    put_cohort(fixture);
     *state = fixture;
     return 0;
 }
@@ -136,19 +183,26 @@ static struct outcome canonicalise(struct fixture *fixture, const char *process,
     return outcome;
 }
 
-/* The same from text, in which @ stands for the id of the surface. */
+/* Text in which @ stands for the id of the surface and % for that of the model. */
+static void expand(const struct fixture *fixture, const char *text, char *out, size_t size)
+{
+    size_t n = 0;
+
+    for (; *text && n < size - STORE_ID_MAX; text++) {
+        const char *id = *text == '@' ? fixture->surface : *text == '%' ? fixture->model : NULL;
+        n += (size_t)snprintf(out + n, size - n, id ? "%s" : "%.1s", id ? id : text);
+    }
+}
+
+/* The same from such a text. */
 static struct outcome canonicalise_text(struct fixture *fixture, const char *process,
                                         const char *text)
 {
     char whole[2048];
-    size_t n = 0;
     json_t *inputs;
     struct outcome outcome;
 
-    for (; *text && n < sizeof whole - STORE_ID_MAX; text++) {
-        n += (size_t)snprintf(whole + n, sizeof whole - n, *text == '@' ? "%s" : "%.1s",
-                              *text == '@' ? fixture->surface : text);
-    }
+    expand(fixture, text, whole, sizeof whole);
     inputs = json_loads(whole, 0, NULL);
     assert_non_null(inputs);
     outcome = canonicalise(fixture, process, inputs);

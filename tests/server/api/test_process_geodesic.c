@@ -1,6 +1,6 @@
 /*
  * test_process_geodesic.c - canonical inputs of geodesic: ends may be surfaces or meshes, and
- * registration, which is not there yet, is refused rather than left out in silence.
+ * what is not there yet is refused rather than left out in silence.
  */
 #include "server/api/process_fixture.h"
 
@@ -8,7 +8,7 @@ static void test_ends(void **state)
 {
     same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"" GOOD_MESH "\"}",
          "{\"to\":\"" GOOD_MESH
-         "\",\"method\":\"srnf\",\"register\":false,\"steps\":7,\"from\":\"@\"}");
+         "\",\"method\":\"srnf\",\"register\":true,\"steps\":7,\"from\":\"@\"}");
     answered(*state, "geodesic", "{\"from\":\"@\",\"to\":\"" ABSENT_SURFACE "\"}", 404,
              "no-such-surface");
     answered(*state, "geodesic", "{\"from\":\"" ABSENT_MESH "\",\"to\":\"@\"}", 404,
@@ -21,8 +21,6 @@ static void test_ends(void **state)
 
 static void test_not_available(void **state)
 {
-    refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"register\":true}",
-            "/inputs/register");
     refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"register\":\"no\"}",
             "/inputs/register");
     refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"method\":\"pullback\"}",

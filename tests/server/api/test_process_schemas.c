@@ -6,16 +6,34 @@
  */
 #include "server/api/process_fixture.h"
 
-/* Inputs that each process takes, with nothing optional. */
+/* Inputs that each process takes, with nothing optional: @ is a surface, % the model. */
+static const struct {
+    const char *process, *text;
+} least[] = {
+    {"encode", "{\"mesh\":\"" GOOD_MESH "\"}"},
+    {"invert", "{\"srnf\":{\"surface\":\"@\"}}"},
+    {"geodesic", "{\"from\":\"@\",\"to\":\"@\"}"},
+    {"register", "{\"template\":\"@\",\"moving\":\"@\"}"},
+    {"distances", "{\"surfaces\":[\"@\",\"@\"]}"},
+    {"mean", "{\"surfaces\":[\"@\",\"@\"]}"},
+    {"pca", "{\"surfaces\":[\"@\",\"@\"]}"},
+    {"modes", "{\"model\":\"%\"}"},
+    {"sample", "{\"model\":\"%\"}"},
+    {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+};
+
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
 {
-    if (strcmp(process, "encode") == 0) {
-        return json_pack("{s:s}", "mesh", GOOD_MESH);
+    char text[512];
+
+    for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
+        if (strcmp(least[i].process, process) == 0) {
+            expand(fixture, least[i].text, text, sizeof text);
+            return json_loads(text, 0, NULL);
+        }
     }
-    if (strcmp(process, "invert") == 0) {
-        return json_pack("{s:{s:s}}", "srnf", "surface", fixture->surface);
-    }
-    return json_pack("{s:s, s:s}", "from", fixture->surface, "to", fixture->surface);
+    fail_msg("%s has no least inputs here", process);
+    return NULL;
 }
 
 /* The least inputs with one more; value is taken over. */

@@ -1,0 +1,24 @@
+/*
+ * cohorts.h - cohorts in the api layer: names, limits, and what the processes read of a cohort.
+ */
+#ifndef SRNFD_API_COHORTS_H
+#define SRNFD_API_COHORTS_H
+
+#include "api/handler.h"
+
+#define COHORT_MEMBERS_MAX 1000
+#define COHORT_COVARIATES_MAX 64
+#define COHORT_TEXT_MAX 200 /* characters of labels, subjects, and texts among the covariates */
+#define COHORT_NAME_PATTERN "^[A-Za-z0-9._-]{1,100}$"
+
+/* [A-Za-z0-9._-]{1,100}, and neither "." nor "..", which have a meaning of their own in paths. */
+bool cohort_name_valid(const char *name);
+
+/* The members of a stored cohort as a JSON array of {id, label, subject, covariates}; NULL without
+   memory. */
+json_t *cohort_members(const struct store_cohort *cohort);
+
+/* mesh- or surf-, and 32 lower-case hex digits? */
+bool cohort_member_id(const char *id);
+
+#endif

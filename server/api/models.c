@@ -1,0 +1,358 @@
+/*
+ * models.c - the model resource: principal components about a mean surface, as a record, and its
+ * modes and scores as JSON, CSV or .npy.
+ *
+ * A model never changes, so its id (and the representation) is the entity tag. The text that the
+ * store keeps beside the numbers holds what cannot be told from them: totalVariance and madeFrom.
+ *
+ *   scores, CSV   label, then one column for each component
+ *   modes, CSV    component, theta, phi, x, y, z: one line for each node of the grid
+ */
+#include "api/models.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/npy.h"
+#include "api/process.h"
+#include "api/routes.h"
+#include "api/surfaces.h"
+#include "api/tables.h"
+
+#define EIGENVALUES (1u << STORE_MODEL_EIGENVALUES)
+#define SCORES (1u << STORE_MODEL_SCORES)
+#define MODES (1u << STORE_MODEL_MODES)
+
+/* ---- Records --------------------------------------------------------------------------------- */
+
+static json_t *model_links(const char *id, const char *mean)
+{
+    json_t *links = json_object();
+    char path[STORE_ID_MAX + 40];
+
+    (void)snprintf(path, sizeof path, "/v1/models/%s", id);
+    (void)json_object_set_new(links, "self", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/models/%s/modes", id);
+    (void)json_object_set_new(links, "modes", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/models/%s/scores", id);
+    (void)json_object_set_new(links, "scores", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/surfaces/%s", mean);
+    (void)json_object_set_new(links, "mean", json_string(path));
+    return links;
+}
+
+/* What the store keeps as a text, with the sizes. */
+static json_t *model_head(const struct store_model *model)
+{
+    json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    const struct {
+        const char *name;
+        int64_t value;
+    } sizes[] = {
+        {"lmax", model->lmax},         {"nTheta", model->n_theta},        {"nPhi", model->n_phi},
+        {"subjects", model->subjects}, {"components", model->components},
+    };
+
+    if (!json_is_object(record)) {
+        json_decref(record);
+        return NULL;
+    }
+    (void)json_object_set_new(record, "id", json_string(model->id));
+    (void)json_object_set_new(record, "created", json_time(model->created_ms));
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        (void)json_object_set_new(record, sizes[i].name, json_integer(sizes[i].value));
+    }
+    (void)json_object_set_new(record, "links", model_links(model->id, model->mean));
+    return record;
+}
+
+static json_t *labels_of(const struct store_model *model)
+{
+    json_t *made = model_made_from(model);
+    json_t *labels = json_incref(json_object_get(made, "labels"));
+
+    json_decref(made);
+    return labels ? labels : json_array();
+}
+
+json_t *model_made_from(const struct store_model *model)
+{
+    json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    json_t *made = json_incref(json_object_get(record, "madeFrom"));
+
+    json_decref(record);
+    return made ? made : json_object();
+}
+
+static void set_spectrum(json_t *record, const struct store_model *model)
+{
+    const double *eigenvalues = model->arrays[STORE_MODEL_EIGENVALUES];
+    double total = json_number_value(json_object_get(record, "totalVariance")), sum = 0.0;
+    json_t *explained = json_array(), *cumulative = json_array();
+
+    for (size_t i = 0; i < (size_t)model->components; i++) {
+        sum += eigenvalues[i];
+        (void)json_array_append_new(explained, json_finite(eigenvalues[i] / total));
+        (void)json_array_append_new(cumulative, json_finite(sum / total));
+    }
+    (void)json_object_set_new(record, "eigenvalues",
+                              json_vector(eigenvalues, (size_t)model->components));
+    (void)json_object_set_new(record, "explained", explained);
+    (void)json_object_set_new(record, "cumulative", cumulative);
+}
+
+json_t *model_record(const struct store_model *model, json_t *mean)
+{
+    const size_t shape[2] = {(size_t)model->subjects, (size_t)model->components};
+    json_t *record = model_head(model);
+
+    if (!record) {
+        json_decref(mean);
+        return NULL;
+    }
+    (void)json_object_set_new(record, "mean", mean);
+    set_spectrum(record, model);
+    (void)json_object_set_new(record, "labels", labels_of(model));
+    (void)json_object_set_new(record, "scores",
+                              json_nested(model->arrays[STORE_MODEL_SCORES], 2, shape));
+    return record;
+}
+
+/* ---- Handlers -------------------------------------------------------------------------------- */
+
+static bool find_model(struct api_call *call, unsigned arrays, struct store_model *model)
+{
+    int status = store_model_get(call->api->config.store, call->parameters[0], arrays, model);
+
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-model", call->parameters[0]);
+    }
+    return status == 0;
+}
+
+void models_get(struct api_call *call)
+{
+    struct store_model model;
+    struct store_surface mean = {0};
+    int status;
+
+    if (!find_model(call, EIGENVALUES | SCORES, &model)) {
+        return;
+    }
+    if (respond_not_modified(call, model.id)) {
+        goto out;
+    }
+    status = store_surface_get(call->api->config.store, model.mean, false, &mean);
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-surface", model.mean);
+        goto out;
+    }
+    respond_json(call, 200, model_record(&model, surface_record(&mean)));
+out:
+    store_surface_clear(&mean);
+    store_model_clear(&model);
+}
+
+static bool add_model(void *user, const struct store_model *model)
+{
+    return list_add(user, model_head(model), model->created_ms, model->id);
+}
+
+void models_list(struct api_call *call)
+{
+    struct list list;
+
+    if (list_open(call, "models", &list)) {
+        list_respond(call, &list, "/v1/models",
+                     store_model_list(call->api->config.store, &list.page, add_model, &list));
+    }
+}
+
+/* Sets the entity tag; true when 304 was answered. */
+static bool unchanged(struct api_call *call, const char *id, const char *what, enum table_form form)
+{
+    char tag[STORE_ID_MAX + 40];
+
+    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)snprintf(tag, sizeof tag, "%s.%s.%s", id, what, table_form_name(form));
+    return respond_not_modified(call, tag);
+}
+
+static void scores_csv(struct api_call *call, const struct store_model *model, const char *name)
+{
+    const double *scores = model->arrays[STORE_MODEL_SCORES];
+    size_t k = (size_t)model->components;
+    json_t *labels = labels_of(model);
+    struct table_text text;
+    char column[32];
+
+    if (table_open(call, &text)) {
+        csv_text(text.out, true, "label");
+        for (size_t j = 0; j < k; j++) {
+            (void)snprintf(column, sizeof column, "component %zu", j + 1);
+            csv_text(text.out, false, column);
+        }
+        csv_end_line(text.out);
+        for (size_t i = 0; i < (size_t)model->subjects; i++) {
+            const char *label = json_string_value(json_array_get(labels, i));
+
+            csv_text(text.out, true, label ? label : "");
+            for (size_t j = 0; j < k; j++) {
+                csv_number(text.out, false, scores[i * k + j]);
+            }
+            csv_end_line(text.out);
+        }
+        table_respond_csv(call, &text, name);
+    }
+    json_decref(labels);
+}
+
+void models_scores(struct api_call *call)
+{
+    struct store_model model;
+    enum table_form form;
+    char name[STORE_ID_MAX + 16];
+    size_t shape[2];
+
+    if (!table_choose(call, &form) || !find_model(call, SCORES, &model)) {
+        return;
+    }
+    shape[0] = (size_t)model.subjects;
+    shape[1] = (size_t)model.components;
+    (void)snprintf(name, sizeof name, "%s-scores", model.id);
+    if (unchanged(call, model.id, "scores", form)) {
+        goto out;
+    }
+    if (form == TABLE_NPY) {
+        table_respond_npy(call, model.arrays[STORE_MODEL_SCORES], 2, shape, name);
+    } else if (form == TABLE_CSV) {
+        scores_csv(call, &model, name);
+    } else {
+        respond_json(call, 200,
+                     json_pack("{s:I, s:I, s:o, s:o}", "subjects", (json_int_t)model.subjects,
+                               "components", (json_int_t)model.components, "labels",
+                               labels_of(&model), "scores",
+                               json_nested(model.arrays[STORE_MODEL_SCORES], 2, shape)));
+    }
+out:
+    store_model_clear(&model);
+}
+
+/* ---- Modes ----------------------------------------------------------------------------------- */
+
+static const double two_pi = 6.28318530717958647692;
+
+static void modes_csv(struct api_call *call, const struct store_model *model,
+                      const struct srnf_grid *grid, const double *values, const char *name)
+{
+    static const char *const columns[] = {"component", "theta", "phi", "x", "y", "z"};
+    size_t nodes = grid->n_theta * grid->n_phi;
+    struct table_text text;
+
+    if (!table_open(call, &text)) {
+        return;
+    }
+    for (size_t i = 0; i < 6; i++) {
+        csv_text(text.out, i == 0, columns[i]);
+    }
+    csv_end_line(text.out);
+    for (size_t i = 0; i < (size_t)model->components * nodes; i++) {
+        size_t node = i % nodes;
+
+        csv_number(text.out, true, (double)(i / nodes + 1));
+        csv_number(text.out, false, grid->theta[node / grid->n_phi]);
+        csv_number(text.out, false, two_pi * (double)(node % grid->n_phi) / (double)grid->n_phi);
+        for (size_t k = 0; k < 3; k++) {
+            csv_number(text.out, false, values[3 * i + k]);
+        }
+        csv_end_line(text.out);
+    }
+    table_respond_csv(call, &text, name);
+}
+
+static json_t *modes_json(const struct store_model *model, const struct srnf_grid *grid,
+                          const double *values)
+{
+    const size_t shape[3] = {grid->n_theta, grid->n_phi, 3};
+    json_t *phi = json_array(), *modes = json_array();
+
+    for (size_t j = 0; j < grid->n_phi; j++) {
+        (void)json_array_append_new(phi, json_real(two_pi * (double)j / (double)grid->n_phi));
+    }
+    for (size_t k = 0; k < (size_t)model->components; k++) {
+        (void)json_array_append_new(modes,
+                                    json_nested(values + k * shape[0] * shape[1] * 3, 3, shape));
+    }
+    return json_pack("{s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "components",
+                     (json_int_t)model->components, "nTheta", (json_int_t)grid->n_theta, "nPhi",
+                     (json_int_t)grid->n_phi, "theta", json_vector(grid->theta, grid->n_theta),
+                     "phi", phi, "weights", json_vector(grid->weight, grid->n_theta), "modes",
+                     modes);
+}
+
+static void respond_modes(struct api_call *call, const struct store_model *model,
+                          enum table_form form)
+{
+    size_t nodes = (size_t)model->n_theta * (size_t)model->n_phi, k = (size_t)model->components;
+    const size_t shape[4] = {k, (size_t)model->n_theta, (size_t)model->n_phi, 3};
+    struct jobs *jobs = call->api->config.jobs;
+    const struct srnf_sht *sht = NULL;
+    double *values = srnf_alloc(k * nodes, 3 * sizeof(double));
+    char name[STORE_ID_MAX + 16];
+    int status = SRNF_ENOMEM;
+
+    if (values) {
+        status = jobs_transform_acquire(jobs, (size_t)model->lmax, SRNF_GRID_GAUSS_LEGENDRE,
+                                        shape[1], shape[2], &sht);
+    }
+    if (status) {
+        (void)problem_respond(call, problem_code_of(status), "The modes: %s.",
+                              srnf_strerror(status));
+        goto out;
+    }
+    for (size_t i = 0; i < k; i++) {
+        field_interleave(nodes, model->arrays[STORE_MODEL_MODES] + 3 * i * nodes,
+                         values + 3 * i * nodes);
+    }
+    (void)snprintf(name, sizeof name, "%s-modes", model->id);
+    if (form == TABLE_NPY) {
+        table_respond_npy(call, values, 4, shape, name);
+    } else if (form == TABLE_CSV) {
+        modes_csv(call, model, srnf_sht_grid(sht), values, name);
+    } else {
+        respond_json(call, 200, modes_json(model, srnf_sht_grid(sht), values));
+    }
+out:
+    if (sht) {
+        jobs_transform_release(jobs, sht);
+    }
+    srnf_free(values);
+}
+
+void models_modes(struct api_call *call)
+{
+    struct problem_list list = {NULL};
+    struct store_model model;
+    enum table_form form;
+    size_t count;
+
+    if (!table_choose(call, &form) || !find_model(call, 0, &model)) {
+        return;
+    }
+    count = store_model_count(&model, STORE_MODEL_MODES);
+    store_model_clear(&model);
+    if (form != TABLE_NPY && count > SURFACE_JSON_NUMBERS_MAX) {
+        problem_add(&list, "/format",
+                    "the modes have %zu numbers and a text answer at most %zu; ask for format=npy",
+                    count, SURFACE_JSON_NUMBERS_MAX);
+        (void)problem_respond_list(call, "invalid-input", &list);
+        return;
+    }
+    if (find_model(call, MODES, &model)) {
+        if (!unchanged(call, model.id, "modes", form)) {
+            respond_modes(call, &model, form);
+        }
+        store_model_clear(&model);
+    }
+}

@@ -1,0 +1,153 @@
+/*
+ * process_distances.c - the process distances over HTTP: canonical inputs, result document, and the
+ * matrix of a finished job as CSV and .npy.
+ *
+ * Registered distances are symmetric by construction: both ways of registering a pair are tried
+ * and the better one counts. Degree and penalty stand in the result, since a distance means
+ * nothing without them.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/process_group.h"
+#include "api/registration_options.h"
+#include "api/tables.h"
+#include "jobs/compute_mean.h"
+
+static const char *const names[] = {"surfaces", "cohort", "register", "metric", NULL};
+static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
+
+json_t *distances_canonicalise(struct api_call *call, const json_t *given,
+                               struct problem_list *list)
+{
+    struct process_inputs inputs;
+    const char *metric;
+    long degree;
+    size_t n;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_boolean(&inputs, "register", true);
+    metric = inputs_choice(&inputs, "metric", metrics);
+    if (strcmp(metric, "srnf") != 0) {
+        problem_add(list, "/inputs/metric", "%s is not available in this version; srnf is", metric);
+    }
+    if (!list->errors) {
+        n = inputs_group(&inputs, &degree);
+        if (n) {
+            inputs_check_memory(&inputs, n, degree, 1);
+        }
+    }
+    return inputs_close(&inputs);
+}
+
+void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document;
+    struct srnf_register_options options = registration_defaults(false);
+    const struct srnf_register_options *registration;
+    const char **ids = NULL;
+    double *matrix = NULL;
+    size_t shape[2], degree = 0;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    options.symmetric = true;
+    registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
+    ids = group_ids(inputs, &shape[0]);
+    if (!ids) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+        goto out;
+    }
+    if (compute_distances(run, shape[0], ids, registration, &matrix, &degree, result)) {
+        goto out;
+    }
+    shape[1] = shape[0];
+    document = json_object();
+    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
+    (void)json_object_set_new(document, "matrix", json_nested(matrix, 2, shape));
+    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)degree));
+    (void)json_object_set_new(document, "registration", registration_json(registration));
+    process_finish(run, document, inputs, result);
+out:
+    srnf_free(matrix);
+    srnf_free(ids);
+    json_decref(inputs);
+}
+
+/* ---- The matrix of a finished job ------------------------------------------------------------ */
+
+/* double[n][n], malloc; NULL where the document is not what distances_run writes. */
+static double *read_matrix(const json_t *document, size_t *n)
+{
+    const json_t *rows = json_object_get(document, "matrix");
+    double *values;
+
+    *n = json_array_size(rows);
+    values = calloc(*n ? *n * *n : 1, sizeof *values);
+    for (size_t i = 0; values && i < *n; i++) {
+        for (size_t j = 0; j < *n; j++) {
+            values[i * *n + j] = json_number_value(json_array_get(json_array_get(rows, i), j));
+        }
+    }
+    return values;
+}
+
+static void respond_csv(struct api_call *call, const json_t *document, const double *values,
+                        size_t n, const char *name)
+{
+    const json_t *labels = json_object_get(document, "labels");
+    struct table_text text;
+
+    if (!table_open(call, &text)) {
+        return;
+    }
+    csv_text(text.out, true, "label");
+    for (size_t j = 0; j < n; j++) {
+        csv_text(text.out, false, json_string_value(json_array_get(labels, j)));
+    }
+    csv_end_line(text.out);
+    for (size_t i = 0; i < n; i++) {
+        csv_text(text.out, true, json_string_value(json_array_get(labels, i)));
+        for (size_t j = 0; j < n; j++) {
+            csv_number(text.out, false, values[i * n + j]);
+        }
+        csv_end_line(text.out);
+    }
+    table_respond_csv(call, &text, name);
+}
+
+void distances_respond(struct api_call *call, const struct store_job *job, enum table_form form)
+{
+    json_t *document = NULL;
+    double *values = NULL;
+    char *text = NULL, name[STORE_ID_MAX + 16];
+    size_t size = 0, n = 0;
+    int status = store_job_results(call->api->config.store, job->id, &text, &size);
+
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-job", job->id);
+        goto out;
+    }
+    document = json_loadb(text, size, 0, NULL);
+    values = document ? read_matrix(document, &n) : NULL;
+    if (!values || json_array_size(json_object_get(document, "labels")) != n) {
+        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
+        goto out;
+    }
+    (void)snprintf(name, sizeof name, "%s-distances", job->id);
+    if (form == TABLE_NPY) {
+        const size_t shape[2] = {n, n};
+        table_respond_npy(call, values, 2, shape, name);
+    } else {
+        respond_csv(call, document, values, n, name);
+    }
+out:
+    free(values);
+    json_decref(document);
+    free(text);
+}

@@ -1,0 +1,26 @@
+/*
+ * process_group.h - what processes on several surfaces share: the inputs "surfaces" or "cohort".
+ */
+#ifndef SRNFD_API_PROCESS_GROUP_H
+#define SRNFD_API_PROCESS_GROUP_H
+
+#include "api/process.h"
+
+/*
+ * Reads "surfaces" [id, ..] or "cohort" (a name), exactly one of them. The canonical surfaces are
+ * the ids, in order, in both cases; the canonical cohort is null, or its name with the labels and
+ * subjects of its members as they are now: a cohort may be deleted, and its name given to another.
+ * Returns their number, or 0 with a problem noted or answered. degree gets the largest of theirs.
+ */
+size_t inputs_group(struct process_inputs *inputs, long *degree);
+/* Notes a problem where n fields of that degree, `copies` of them for each surface, are beyond the
+   limit on memory. */
+void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies);
+
+/* The ids of canonical inputs, borrowed from them; srnf_free. */
+const char **group_ids(const json_t *inputs, size_t *n);
+/* A name for each surface: the label of the member, or else its subject, or else the name that the
+   mesh or surface has, or else its id. */
+json_t *group_labels(struct jobs_run *run, const json_t *inputs);
+
+#endif

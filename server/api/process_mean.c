@@ -1,0 +1,312 @@
+/*
+ * process_mean.c - the processes mean and pca over HTTP: canonical inputs and result documents.
+ *
+ * A mean that has not converged within maxIterations is a result, with converged false. Its scale
+ * is the mean of its members' scales.
+ *
+ * pca makes a model: mean SRNF, modes, eigenvalues and scores, stored under the hash of their
+ * content. Its record keeps what it was made from and how its members were registered, which is
+ * how project registers others.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/models.h"
+#include "api/process_group.h"
+#include "api/registration_options.h"
+#include "api/surfaces.h"
+#include "jobs/compute_mean.h"
+
+static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
+                                         "commonPose", "tolerance",     "method",
+                                         "lmax",       "maxIterations", NULL};
+static const char *const pca_names[] = {"surfaces",   "cohort", "register", "commonPose",
+                                        "tolerance",  "method", "lmax",     "maxIterations",
+                                        "components", NULL};
+static const char *const methods[] = {"srnf", "pullback", NULL};
+
+/* Fields that are held for each surface: q and the warp on the grid; with modes and their copy. */
+#define COPIES_MEAN 4
+#define COPIES_PCA 6
+
+/* ---- Canonical inputs ------------------------------------------------------------------------ */
+
+/* All but components. */
+static void read_inputs(struct process_inputs *inputs, size_t copies)
+{
+    struct problem_list *list = inputs->list;
+    long degree = PROCESS_DEGREE_DEFAULT;
+    size_t n = 0;
+
+    (void)inputs_boolean(inputs, "register", true);
+    (void)inputs_boolean(inputs, "commonPose", false);
+    (void)inputs_real(inputs, "tolerance", PROCESS_MEAN_TOLERANCE_MIN, PROCESS_MEAN_TOLERANCE_MAX,
+                      PROCESS_MEAN_TOLERANCE_DEFAULT);
+    (void)inputs_integer(inputs, "maxIterations", 1, PROCESS_MEAN_ITERATIONS_MAX,
+                         PROCESS_MEAN_ITERATIONS_DEFAULT);
+    if (strcmp(inputs_choice(inputs, "method", methods), "pullback") == 0) {
+        problem_add(list, "/inputs/method", "pullback is not available in this version; srnf is");
+    }
+    if (!list->errors) {
+        n = inputs_group(inputs, &degree);
+    }
+    degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
+    if (n) {
+        inputs_check_memory(inputs, n, degree, copies);
+    }
+}
+
+json_t *mean_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+
+    if (!inputs_open(&inputs, call, given, list, mean_names)) {
+        return NULL;
+    }
+    read_inputs(&inputs, COPIES_MEAN);
+    return inputs_close(&inputs);
+}
+
+json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+
+    if (!inputs_open(&inputs, call, given, list, pca_names)) {
+        return NULL;
+    }
+    (void)inputs_integer_or_null(&inputs, "components", 1, PROCESS_COMPONENTS_MAX);
+    read_inputs(&inputs, COPIES_PCA);
+    return inputs_close(&inputs);
+}
+
+/* Fills typed, which borrows options and ids (to be freed with srnf_free). False with the problem
+   set. */
+static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
+                         struct srnf_register_options *options, const char ***ids,
+                         struct jobs_result *result)
+{
+    size_t n = 0;
+
+    *ids = group_ids(inputs, &n);
+    *options = registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
+    *typed = (struct compute_mean_inputs){
+        .n = n,
+        .ids = *ids,
+        .degree = (size_t)json_integer_value(json_object_get(inputs, "lmax")),
+        .tolerance = json_number_value(json_object_get(inputs, "tolerance")),
+        .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
+        .components = (size_t)json_integer_value(json_object_get(inputs, "components")),
+    };
+    if (json_is_true(json_object_get(inputs, "register"))) {
+        typed->registration = options;
+    }
+    if (!*ids) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+    }
+    return *ids != NULL;
+}
+
+/* ---- The mean -------------------------------------------------------------------------------- */
+
+/* Stores the mean surface; its record, or NULL with the problem set. */
+static json_t *keep_mean(struct jobs_run *run, const char *process,
+                         const struct compute_mean_inputs *typed,
+                         const struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    struct surface_description description = {
+        .name = "mean",
+        .degree = outputs->group.degree,
+        .coefficients = outputs->mean.coefficients,
+        .measures = &outputs->measures,
+        .parameterization = "inherited",
+        .source = process_source(run, process, NULL, NULL),
+    };
+    json_t *record = NULL;
+    int status;
+
+    for (size_t i = 0; i < typed->n; i++) {
+        description.scale +=
+            process_scale(run, typed->ids[i], outputs->group.scales[i]) / (double)typed->n;
+    }
+    status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    if (status) {
+        (void)compute_fail_store(result, status, "the mean");
+    }
+    return record;
+}
+
+static json_t *history_json(const struct srnf_mean *mean)
+{
+    json_t *history = json_array();
+
+    for (size_t i = 0; i < mean->iterations; i++) {
+        const struct srnf_mean_iteration *step = &mean->history[i];
+        (void)json_array_append_new(
+            history, json_pack("{s:I, s:o, s:o, s:o}", "iteration", (json_int_t)i + 1, "change",
+                               json_finite(step->change), "variance", json_finite(step->variance),
+                               "seconds", json_finite(step->seconds)));
+    }
+    return history;
+}
+
+/* What both results tell of the mean. */
+static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
+                        const struct compute_mean_inputs *typed,
+                        const struct compute_mean_outputs *outputs)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+
+    (void)json_object_set_new(document, "iterations", json_integer((json_int_t)mean->iterations));
+    (void)json_object_set_new(document, "converged", json_boolean(mean->converged));
+    (void)json_object_set_new(document, "history", history_json(mean));
+    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
+    (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
+    (void)json_object_set_new(document, "relativeEnergy", json_finite(mean->relative_energy));
+    (void)json_object_set_new(document, "seconds", json_finite(outputs->seconds));
+    (void)json_object_set_new(document, "registration", registration_json(typed->registration));
+}
+
+void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document, *surface;
+    struct compute_mean_inputs typed = {0};
+    struct compute_mean_outputs outputs = {0};
+    struct srnf_register_options options;
+    const char **ids = NULL;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
+        compute_mean(run, &typed, &outputs, result)) {
+        goto out;
+    }
+    surface = keep_mean(run, "mean", &typed, &outputs, result);
+    if (surface) {
+        document = json_object();
+        (void)json_object_set_new(document, "surface", surface);
+        set_members(run, document, inputs, &typed, &outputs);
+        process_finish(run, document, inputs, result);
+    }
+out:
+    compute_mean_clear(&outputs);
+    srnf_free(ids);
+    json_decref(inputs);
+}
+
+/* ---- Principal components -------------------------------------------------------------------- */
+
+/* What the record of the model holds beside its numbers. */
+static char *record_text(struct jobs_run *run, const json_t *inputs,
+                         const struct compute_mean_inputs *typed,
+                         const struct compute_mean_outputs *outputs)
+{
+    const json_t *cohort = json_object_get(json_object_get(inputs, "cohort"), "name");
+    json_t *record =
+        json_pack("{s:o, s:{s:s, s:s, s:O, s:O?, s:o, s:o}}", "totalVariance",
+                  json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
+                  jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort",
+                  cohort, "labels", group_labels(run, inputs), "registration",
+                  registration_json(typed->registration));
+    char *text =
+        record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
+
+    json_decref(record);
+    return text;
+}
+
+/* A copy that the store can own; false without memory. */
+static bool copy_array(struct store_model *model, enum store_model_array array, const double *from)
+{
+    size_t count = store_model_count(model, array);
+
+    model->arrays[array] = malloc(count ? count * sizeof(double) : 1);
+    if (model->arrays[array]) {
+        memcpy(model->arrays[array], from, count * sizeof(double));
+    }
+    return model->arrays[array] != NULL;
+}
+
+/* Stores the model; its record with the mean's (taken over) in it, or NULL with the problem set. */
+static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
+                          const struct compute_mean_inputs *typed,
+                          const struct compute_mean_outputs *outputs, json_t *mean,
+                          struct jobs_result *result)
+{
+    struct store_model model = {.lmax = (int64_t)outputs->group.degree,
+                                .n_theta = (int64_t)outputs->n_theta,
+                                .n_phi = (int64_t)outputs->n_phi,
+                                .subjects = (int64_t)outputs->pca.n,
+                                .components = (int64_t)outputs->pca.components};
+    const char *mean_id = json_string_value(json_object_get(mean, "id"));
+    json_t *record = NULL;
+    bool created;
+    int status = STORE_NOMEM;
+
+    model.record = record_text(run, inputs, typed, outputs);
+    if (mean_id && strlen(mean_id) < sizeof model.mean) {
+        memcpy(model.mean, mean_id, strlen(mean_id) + 1);
+    }
+    if (model.record && copy_array(&model, STORE_MODEL_MEAN_Q, outputs->mean.mean_q) &&
+        copy_array(&model, STORE_MODEL_MODES, outputs->pca.modes) &&
+        copy_array(&model, STORE_MODEL_EIGENVALUES, outputs->pca.eigenvalues) &&
+        copy_array(&model, STORE_MODEL_SCORES, outputs->pca.scores)) {
+        status = store_model_put(jobs_run_store(run), &model, &created);
+    }
+    if (status) {
+        (void)compute_fail_store(result, status, "the model");
+        json_decref(mean);
+    } else {
+        record = model_record(&model, mean);
+    }
+    store_model_clear(&model);
+    return record;
+}
+
+/* Variance of the first components together, as Davies has it. */
+static json_t *compactness_json(const struct srnf_pca *pca)
+{
+    json_t *array = json_array();
+    double sum = 0.0;
+
+    for (size_t i = 0; i < pca->components; i++) {
+        sum += pca->eigenvalues[i];
+        (void)json_array_append_new(array, json_pack("{s:I, s:o}", "components", (json_int_t)i + 1,
+                                                     "value", json_finite(sum)));
+    }
+    return array;
+}
+
+void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document, *record;
+    struct compute_mean_inputs typed = {0};
+    struct compute_mean_outputs outputs = {0};
+    struct srnf_register_options options;
+    const char **ids = NULL;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
+        compute_pca(run, &typed, &outputs, result)) {
+        goto out;
+    }
+    record = keep_mean(run, "pca", &typed, &outputs, result);
+    if (record) {
+        record = keep_model(run, inputs, &typed, &outputs, record, result);
+    }
+    if (record) {
+        document = json_object();
+        (void)json_object_set_new(document, "model", record);
+        (void)json_object_set_new(document, "compactness", compactness_json(&outputs.pca));
+        set_members(run, document, inputs, &typed, &outputs);
+        process_finish(run, document, inputs, result);
+    }
+out:
+    compute_mean_clear(&outputs);
+    srnf_free(ids);
+    json_decref(inputs);
+}

@@ -1,0 +1,134 @@
+/*
+ * tables.c - choosing between JSON, CSV and .npy, and writing CSV.
+ *
+ * CSV follows RFC 4180: lines end with CR LF, a field that holds a quote, a comma or an end of
+ * line stands in quotes with its quotes doubled. Numbers have 17 digits, so that they read back as
+ * the same doubles. The daemon never sets a locale, so that the decimal sign is a point.
+ */
+#include "api/tables.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/npy.h"
+
+static const char *const types[] = {"application/json", CSV_CONTENT_TYPE, NPY_CONTENT_TYPE, NULL};
+static const char *const names[] = {"json", "csv", "npy"};
+
+const char *table_form_name(enum table_form form)
+{
+    return names[form];
+}
+
+bool table_choose(struct api_call *call, enum table_form *form)
+{
+    struct problem_list problems = {NULL};
+    bool refused = false;
+    char text[16];
+    int best;
+
+    *form = TABLE_JSON;
+    if (query_get(call, "format", text, sizeof text, &refused)) {
+        for (int i = TABLE_JSON; i <= TABLE_NPY; i++) {
+            if (strcmp(text, names[i]) == 0) {
+                *form = (enum table_form)i;
+                return true;
+            }
+        }
+        problem_add(&problems, "/format", "format must be json, csv or npy");
+        (void)problem_respond_list(call, "invalid-input", &problems);
+        return false;
+    }
+    if (refused) {
+        return false;
+    }
+    best = accept_best(call->request, types);
+    if (best < 0) {
+        (void)problem_respond(call, "not-acceptable", "This is served as %s, %s and %s.", types[0],
+                              types[1], types[2]);
+        return false;
+    }
+    *form = (enum table_form)best;
+    return true;
+}
+
+void csv_text(FILE *out, bool first, const char *text)
+{
+    if (!first) {
+        (void)fputc(',', out);
+    }
+    if (!text[strcspn(text, "\",\r\n")]) {
+        (void)fputs(text, out);
+        return;
+    }
+    (void)fputc('"', out);
+    for (; *text; text++) {
+        if (*text == '"') {
+            (void)fputc('"', out);
+        }
+        (void)fputc(*text, out);
+    }
+    (void)fputc('"', out);
+}
+
+void csv_number(FILE *out, bool first, double value)
+{
+    if (!first) {
+        (void)fputc(',', out);
+    }
+    /* What is not finite is an empty field, as it is null in JSON. */
+    if (isfinite(value)) {
+        (void)fprintf(out, "%.17g", value);
+    }
+}
+
+void csv_end_line(FILE *out)
+{
+    (void)fputs("\r\n", out);
+}
+
+bool table_open(struct api_call *call, struct table_text *text)
+{
+    *text = (struct table_text){NULL, NULL, 0};
+    text->out = open_memstream(&text->bytes, &text->size);
+    if (!text->out) {
+        (void)problem_respond(call, "out-of-memory", "The table does not fit into memory now.");
+    }
+    return text->out != NULL;
+}
+
+static void name_file(struct api_call *call, const char *name, const char *extension)
+{
+    (void)api_response_header(call->response, "Content-Disposition",
+                              "attachment; filename=\"%s.%s\"", name, extension);
+}
+
+void table_respond_csv(struct api_call *call, struct table_text *text, const char *name)
+{
+    bool failed = ferror(text->out) != 0;
+
+    failed = fclose(text->out) != 0 || failed || !text->bytes;
+    if (failed) {
+        free(text->bytes);
+        (void)problem_respond(call, "out-of-memory", "The table does not fit into memory now.");
+        return;
+    }
+    name_file(call, name, "csv");
+    respond_bytes(call, 200, CSV_CONTENT_TYPE "; charset=utf-8; header=present",
+                  (unsigned char *)text->bytes, text->size);
+}
+
+void table_respond_npy(struct api_call *call, const double *values, size_t n_dimensions,
+                       const size_t *shape, const char *name)
+{
+    unsigned char *bytes;
+    size_t size;
+
+    if (npy_write(values, n_dimensions, shape, &bytes, &size)) {
+        (void)problem_respond(call, "out-of-memory", "The array does not fit into memory now.");
+        return;
+    }
+    name_file(call, name, "npy");
+    respond_bytes(call, 200, NPY_CONTENT_TYPE, bytes, size);
+}

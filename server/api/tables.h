@@ -1,0 +1,42 @@
+/*
+ * tables.h - tables of numbers as JSON, CSV (RFC 4180) or .npy: which of them a request wants, and
+ * how the last two are written.
+ */
+#ifndef SRNFD_API_TABLES_H
+#define SRNFD_API_TABLES_H
+
+#include <stdio.h>
+
+#include "api/handler.h"
+
+#define CSV_CONTENT_TYPE "text/csv"
+
+enum table_form { TABLE_JSON, TABLE_CSV, TABLE_NPY };
+
+/* ?format=json|csv|npy, otherwise what Accept likes best. False when a problem was answered. */
+bool table_choose(struct api_call *call, enum table_form *form);
+const char *table_form_name(enum table_form form);
+
+/* One field of a line, quoted where it has to be; a separator before it unless it is the first. */
+void csv_text(FILE *out, bool first, const char *text);
+void csv_number(FILE *out, bool first, double value);
+void csv_end_line(FILE *out);
+
+/* A text under construction: table_open, lines written to ->out, table_respond_csv, which answers
+   (or answers that memory is short) and frees. */
+struct table_text {
+    FILE *out; /* NULL: no memory */
+    char *bytes;
+    size_t size;
+};
+bool table_open(struct api_call *call, struct table_text *text);
+/* name is that of the file, without its extension. */
+void table_respond_csv(struct api_call *call, struct table_text *text, const char *name);
+void table_respond_npy(struct api_call *call, const double *values, size_t n_dimensions,
+                       const size_t *shape, const char *name);
+
+/* The matrix in the results of a successful job of the process distances, as CSV or .npy
+   (process_distances.c). */
+void distances_respond(struct api_call *call, const struct store_job *job, enum table_form form);
+
+#endif

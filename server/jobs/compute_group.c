@@ -1,0 +1,103 @@
+/*
+ * compute_group.c - loading a group: each member by itself, in the run's parallel loop, and then
+ * all of them into one array at one degree.
+ *
+ * Each body writes its own slot only, problem included; the problem told is that of the lowest
+ * index, whoever finished first.
+ */
+#include "jobs/compute_group.h"
+
+#include <stdlib.h>
+
+struct slot {
+    struct compute_surface surface;
+    struct jobs_result result;
+    int status;
+};
+
+struct loading {
+    struct jobs_run *run;
+    const char *const *ids;
+    struct slot *slots;
+};
+
+static void load_one(void *argument, size_t index)
+{
+    struct loading *loading = argument;
+    struct slot *slot = &loading->slots[index];
+    const struct srnf_context *context = jobs_run_context(loading->run);
+
+    if (context->canceled(context->user)) {
+        slot->status = SRNF_ECANCELED;
+        return;
+    }
+    slot->status =
+        compute_surface_load(loading->run, loading->ids[index], &slot->surface, &slot->result);
+}
+
+void compute_group_clear(struct compute_group *group)
+{
+    srnf_free(group->coefficients);
+    srnf_free(group->surfaces);
+    srnf_free(group->scales);
+    *group = (struct compute_group){0};
+}
+
+/* Puts what was loaded side by side. */
+static int gather(const struct slot *slots, size_t n, size_t degree, struct compute_group *group)
+{
+    size_t count;
+
+    for (size_t i = 0; degree == 0 && i < n; i++) {
+        size_t own = slots[i].surface.degree;
+        group->degree = own > group->degree ? own : group->degree;
+    }
+    group->n = n;
+    group->degree = degree ? degree : group->degree;
+    count = 3 * srnf_coefficient_count(group->degree);
+    group->coefficients = srnf_alloc(n, count * sizeof(double));
+    group->surfaces = srnf_alloc(n, sizeof *group->surfaces);
+    group->scales = srnf_alloc(n, sizeof(double));
+    if (!group->coefficients || !group->surfaces || !group->scales) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < n; i++) {
+        compute_change_degree(slots[i].surface.degree, slots[i].surface.coefficients, group->degree,
+                              group->coefficients + i * count);
+        group->surfaces[i] = group->coefficients + i * count;
+        group->scales[i] = slots[i].surface.scale;
+    }
+    return 0;
+}
+
+int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,
+                       struct compute_group *group, struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    struct loading loading = {.run = run, .ids = ids, .slots = srnf_alloc(n, sizeof(struct slot))};
+    int status = 0;
+
+    *group = (struct compute_group){0};
+    if (!loading.slots) {
+        return compute_fail(result, SRNF_ENOMEM, NULL, "loading the surfaces");
+    }
+    context->parallel_for(context->user, n, load_one, &loading);
+    for (size_t i = 0; status == 0 && i < n; i++) {
+        status = loading.slots[i].status;
+        if (status) {
+            *result = loading.slots[i].result;
+        }
+    }
+    if (status == 0) {
+        status = gather(loading.slots, n, degree, group);
+        if (status) {
+            compute_group_clear(group);
+            (void)compute_fail(result, status, NULL, "loading the surfaces");
+        }
+    }
+    for (size_t i = 0; i < n; i++) {
+        compute_surface_clear(&loading.slots[i].surface);
+    }
+    srnf_free(loading.slots);
+    return status;
+}

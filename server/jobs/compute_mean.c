@@ -1,0 +1,169 @@
+/*
+ * compute_mean.c - means, principal components and distances of a group.
+ *
+ * The mean tells after each iteration all that it needs to go on; the engine keeps that as the
+ * job's checkpoint. A checkpoint that the core refuses (damaged, or of other surfaces) costs only
+ * the work that it stood for: the mean then begins anew.
+ *
+ * An SRNF does not know translations: the mean surface is moved to its area centroid.
+ */
+#include "jobs/compute_mean.h"
+
+#include <stdlib.h>
+
+void compute_mean_clear(struct compute_mean_outputs *outputs)
+{
+    compute_group_clear(&outputs->group);
+    srnf_mean_clear(&outputs->mean);
+    srnf_pca_clear(&outputs->pca);
+}
+
+/* A checkpoint that cannot be kept is told in the log; the mean goes on. */
+static void keep_checkpoint(void *user, const void *bytes, size_t size)
+{
+    (void)jobs_run_checkpoint_save(user, bytes, size);
+}
+
+/* The mean itself, from the checkpoint of an earlier attempt if there is one. */
+static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
+                   const struct compute_mean_inputs *inputs, struct compute_mean_outputs *outputs,
+                   struct srnf_error *error)
+{
+    const struct compute_group *group = &outputs->group;
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    unsigned char *bytes = NULL;
+    size_t size = 0;
+    int status;
+
+    options.registration = inputs->registration;
+    options.tolerance = inputs->tolerance;
+    options.max_iterations = inputs->max_iterations;
+    options.checkpoint = keep_checkpoint;
+    options.checkpoint_user = run;
+    if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
+        options.resume = bytes;
+        options.resume_size = size;
+    }
+    status = srnf_karcher_mean(sht, group->n, group->surfaces, &options, jobs_run_context(run),
+                               &outputs->mean, error);
+    if (status == SRNF_EINVAL && options.resume) {
+        options.resume = NULL;
+        options.resume_size = 0;
+        status = srnf_karcher_mean(sht, group->n, group->surfaces, &options, jobs_run_context(run),
+                                   &outputs->mean, error);
+    }
+    free(bytes);
+    return status;
+}
+
+static int fit_components(const struct srnf_sht *sht, const struct compute_mean_inputs *inputs,
+                          struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+    int status = srnf_pca_fit(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
+                              inputs->components, &outputs->pca);
+
+    if (status == 0 && outputs->pca.components == 0) {
+        return compute_fail(result, SRNF_EDEGENERATE, NULL,
+                            "principal components of surfaces that do not differ");
+    }
+    return status < 0 ? compute_fail(result, status, NULL, "fitting the principal components") : 0;
+}
+
+/* Mean, and components where they are asked for, of the group that was loaded. */
+static int analyse(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
+                   struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const double origin[3] = {0.0, 0.0, 0.0};
+    struct srnf_mean *mean = &outputs->mean;
+    struct jobs *jobs = jobs_run_jobs(run);
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status =
+        jobs_transform_acquire(jobs, outputs->group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
+
+    if (status) {
+        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+    }
+    outputs->n_theta = srnf_sht_grid(sht)->n_theta;
+    outputs->n_phi = srnf_sht_grid(sht)->n_phi;
+    status = iterate(run, sht, inputs, outputs, &error);
+    if (status < 0) {
+        (void)compute_fail(result, status, &error, "computing the mean");
+        goto out;
+    }
+    status = components ? fit_components(sht, inputs, outputs, result) : 0;
+    if (status == 0) {
+        status = compute_measure(run, outputs->group.degree, 1, mean->coefficients,
+                                 &outputs->measures, result);
+    }
+    if (status == 0) {
+        compute_move(outputs->group.degree, mean->coefficients, &outputs->measures, origin);
+        outputs->seconds = mean->iterations ? mean->history[mean->iterations - 1].seconds : 0.0;
+    }
+out:
+    jobs_transform_release(jobs, sht);
+    return status;
+}
+
+static int compute(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
+                   struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    int status;
+
+    *outputs = (struct compute_mean_outputs){0};
+    status =
+        compute_group_load(run, inputs->n, inputs->ids, inputs->degree, &outputs->group, result);
+    if (status == 0) {
+        status = analyse(run, inputs, components, outputs, result);
+    }
+    if (status) {
+        compute_mean_clear(outputs);
+    }
+    return status;
+}
+
+int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                 struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    return compute(run, inputs, false, outputs, result);
+}
+
+int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    return compute(run, inputs, true, outputs, result);
+}
+
+int compute_distances(struct jobs_run *run, size_t n, const char *const *ids,
+                      const struct srnf_register_options *registration, double **matrix,
+                      size_t *degree, struct jobs_result *result)
+{
+    struct jobs *jobs = jobs_run_jobs(run);
+    struct compute_group group;
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status = compute_group_load(run, n, ids, 0, &group, result);
+
+    *matrix = NULL;
+    if (status) {
+        return status;
+    }
+    *degree = group.degree;
+    *matrix = srnf_alloc(n, n * sizeof(double));
+    status = *matrix
+                 ? jobs_transform_acquire(jobs, group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
+                 : SRNF_ENOMEM;
+    if (status == 0) {
+        status = srnf_distances(sht, n, group.surfaces, registration, jobs_run_context(run),
+                                *matrix, &error);
+        jobs_transform_release(jobs, sht);
+    }
+    if (status < 0) {
+        (void)compute_fail(result, status, &error, "computing the distances");
+        srnf_free(*matrix);
+        *matrix = NULL;
+    }
+    compute_group_clear(&group);
+    return status < 0 ? status : 0;
+}

@@ -1,0 +1,47 @@
+/*
+ * compute_mean.h - the processes mean and pca, and distances: what is computed of a whole group.
+ */
+#ifndef SRNFD_COMPUTE_MEAN_H
+#define SRNFD_COMPUTE_MEAN_H
+
+#include "jobs/compute_group.h"
+
+struct compute_mean_inputs {
+    size_t n;
+    const char *const *ids; /* [n] surfaces or meshes */
+    size_t degree;          /* of the mean; 0: the largest of the members */
+    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
+    double tolerance;
+    size_t max_iterations;
+    size_t components; /* of principal components; 0: all above rounding */
+};
+
+struct compute_mean_outputs {
+    struct compute_group group;
+    struct srnf_mean mean;
+    struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
+    struct srnf_pca pca;                   /* of compute_pca only */
+    size_t n_theta, n_phi;
+    double seconds; /* of the iterations, over all attempts of the job */
+};
+
+/*
+ * The Karcher mean. After each iteration a checkpoint is saved, and a job that was cut short goes
+ * on from its last one. A mean that has not converged within the iterations allowed is a result.
+ * Returns 0, or a negative status with the problem in result; outputs are cleared with
+ * compute_mean_clear.
+ */
+int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                 struct compute_mean_outputs *outputs, struct jobs_result *result);
+/* The same, and the principal components about it. */
+int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                struct compute_mean_outputs *outputs, struct jobs_result *result);
+void compute_mean_clear(struct compute_mean_outputs *outputs);
+
+/* Matrix of distances, double[n][n], at the largest degree of the members. matrix is owned by the
+   caller (srnf_free). registration NULL: as parameterised. */
+int compute_distances(struct jobs_run *run, size_t n, const char *const *ids,
+                      const struct srnf_register_options *registration, double **matrix,
+                      size_t *degree, struct jobs_result *result);
+
+#endif

@@ -1,0 +1,52 @@
+/*
+ * compute_model.h - the processes modes, sample and project: what is computed with a model that
+ * was made before.
+ */
+#ifndef SRNFD_COMPUTE_MODEL_H
+#define SRNFD_COMPUTE_MODEL_H
+
+#include "jobs/compute.h"
+
+/* A model in memory, with its mean surface. */
+struct compute_model {
+    struct store_model stored;   /* all arrays */
+    struct compute_surface mean; /* at the degree of the model */
+    struct srnf_pca pca;         /* a view of the arrays: nothing in it is owned */
+};
+int compute_model_load(struct jobs_run *run, const char *id, struct compute_model *model,
+                       struct jobs_result *result);
+void compute_model_clear(struct compute_model *model);
+
+/* Surfaces of a model, by their scores. */
+struct compute_reconstruction {
+    size_t n;
+    double *coefficients;    /* [n][3][(L+1)^2], centred at their area centroids */
+    double *relative_energy; /* [n] what is left of q: 0 where such a surface exists */
+    struct srnf_surface_measures *measures; /* [n] */
+};
+
+/*
+ * Inverts mean_q + sum_k scores[i][k] mode_k for each i.
+ *   scores  [in] double[n][components]
+ *   before  [in] size_t[n]: the surface that each starts from, an index below n, or n for the mean;
+ *           no cycles
+ * Several at a time where they do not wait for each other. Returns 0, or a negative status with
+ * the problem in result.
+ */
+int compute_reconstruct(struct jobs_run *run, const struct compute_model *model, size_t n,
+                        const double *scores, const size_t *before,
+                        struct compute_reconstruction *out, struct jobs_result *result);
+void compute_reconstruction_clear(struct compute_reconstruction *out);
+
+struct compute_projection {
+    double *scores; /* [components], owned: srnf_free */
+    double residual, distance, distance_before;
+};
+
+/* Scores of a surface in the frozen model, registered to its mean SRNF unless registration is
+   NULL. */
+int compute_project(struct jobs_run *run, const struct compute_model *model, const char *surface,
+                    const struct srnf_register_options *registration,
+                    struct compute_projection *out, struct jobs_result *result);
+
+#endif

@@ -1,0 +1,28 @@
+/*
+ * compute_register.h - the process register: a moving surface laid on a template.
+ */
+#ifndef SRNFD_COMPUTE_REGISTER_H
+#define SRNFD_COMPUTE_REGISTER_H
+
+#include "jobs/compute.h"
+
+struct compute_register_inputs {
+    const char *template_id, *moving; /* ids of surfaces or meshes */
+    struct srnf_register_options options;
+};
+
+struct compute_register_outputs {
+    struct compute_surface ends[2]; /* template and moving, as loaded */
+    size_t degree;                  /* the larger of the two */
+    size_t n_theta, n_phi;          /* of the grid that the registration's points are on */
+    struct srnf_registration registration;
+    struct srnf_surface_measures measures; /* of the registered surface */
+};
+
+/* Returns 0, or a negative status with the problem in result. A registration that has not converged
+   is a result. */
+int compute_register(struct jobs_run *run, const struct compute_register_inputs *inputs,
+                     struct compute_register_outputs *outputs, struct jobs_result *result);
+void compute_register_clear(struct compute_register_outputs *outputs);
+
+#endif

@@ -1,0 +1,230 @@
+/*
+ * cohort.c - the rows of cohorts: a name that a user has chosen, for an ordered list of meshes and
+ * surfaces.
+ *
+ * What is told of the members (labels, subjects, covariates) is part of the record, a text that
+ * the layer above writes; the rows of cohort_member only hold in place what the cohort names. A
+ * cohort never changes: the same name with another record is a conflict.
+ */
+#include "store/internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COLUMNS "name, record, digest, members, created_ms"
+
+void store_cohort_clear(struct store_cohort *cohort)
+{
+    free(cohort->record);
+    free(cohort->members);
+    *cohort = (struct store_cohort){0};
+}
+
+static int from_row(sqlite3_stmt *row, struct store_cohort *cohort)
+{
+    int status = STORE_OK;
+
+    *cohort = (struct store_cohort){0};
+    store_column_id(row, 0, cohort->name, sizeof cohort->name);
+    cohort->record = store_column_text(row, 1, &status);
+    store_column_id(row, 2, cohort->digest, sizeof cohort->digest);
+    cohort->n_members = (size_t)sqlite3_column_int64(row, 3);
+    cohort->created_ms = sqlite3_column_int64(row, 4);
+    if (status != STORE_OK) {
+        store_cohort_clear(cohort);
+    }
+    return status;
+}
+
+static int read_members(sqlite3 *db, struct store_cohort *cohort)
+{
+    sqlite3_stmt *rows = NULL;
+    size_t n = 0;
+    int status = store_prepare(db, &rows,
+                               "SELECT coalesce(mesh, surface) FROM cohort_member "
+                               "WHERE cohort = ? ORDER BY position",
+                               "t", cohort->name);
+
+    cohort->members = calloc(cohort->n_members + 1, sizeof *cohort->members);
+    if (status == STORE_OK && !cohort->members) {
+        status = STORE_NOMEM;
+    }
+    while (status == STORE_OK && (status = store_step(db, rows)) == STORE_OK) {
+        if (n == cohort->n_members) {
+            status = STORE_CORRUPT;
+            break;
+        }
+        store_column_id(rows, 0, cohort->members[n++], STORE_ID_MAX);
+    }
+    sqlite3_finalize(rows);
+    if (status == STORE_NOT_FOUND) {
+        status = n == cohort->n_members ? STORE_OK : STORE_CORRUPT;
+    }
+    return status;
+}
+
+/* The cohort without its members. */
+static int read_row(sqlite3 *db, const char *name, struct store_cohort *cohort)
+{
+    sqlite3_stmt *row = NULL;
+    int status =
+        store_prepare(db, &row, "SELECT " COLUMNS " FROM cohort WHERE name = ?", "t", name);
+
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        status = from_row(row, cohort);
+    }
+    sqlite3_finalize(row);
+    return status;
+}
+
+int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort)
+{
+    struct store_reader *reader = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *cohort = (struct store_cohort){0};
+    if (status != STORE_OK) {
+        return status;
+    }
+    /* One snapshot for the row and its members: the cohort may be deleted in between. */
+    status = store_execute(reader->db, NULL, "BEGIN", "");
+    if (status == STORE_OK) {
+        status = read_row(reader->db, name, cohort);
+        if (status == STORE_OK) {
+            status = read_members(reader->db, cohort);
+        }
+        (void)store_execute(reader->db, NULL, "COMMIT", "");
+    }
+    if (status != STORE_OK) {
+        store_cohort_clear(cohort);
+    }
+    store_reader_return(store, reader);
+    return status;
+}
+
+struct put {
+    const struct store_cohort *cohort;
+    int64_t now;
+    bool created;
+    size_t missing;
+    int64_t created_ms;
+};
+
+/* Adds the member's row where the mesh or surface exists. */
+static int add_member(sqlite3 *db, const char *cohort, size_t position, const char *id)
+{
+    bool mesh = strncmp(id, "mesh-", 5) == 0;
+    size_t changed = 0;
+    int status = store_execute(
+        db, &changed,
+        mesh ? "INSERT INTO cohort_member (cohort, position, mesh) SELECT ?, ?, id FROM mesh "
+               "WHERE id = ?"
+             : "INSERT INTO cohort_member (cohort, position, surface) SELECT ?, ?, id FROM surface "
+               "WHERE id = ?",
+        "tit", cohort, (int64_t)position, id);
+
+    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
+}
+
+static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct put *put = write->argument;
+    const struct store_cohort *cohort = put->cohort;
+    struct store_cohort held;
+    int status = read_row(db, cohort->name, &held);
+
+    (void)store;
+    put->created = false;
+    if (status == STORE_OK) {
+        status = strcmp(held.digest, cohort->digest) == 0 ? STORE_OK : STORE_CONFLICT;
+        put->created_ms = held.created_ms;
+        store_cohort_clear(&held);
+        return status;
+    }
+    if (status == STORE_NOT_FOUND) {
+        status = store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?)",
+                               "tttii", cohort->name, cohort->record, cohort->digest,
+                               (int64_t)cohort->n_members, put->now);
+    }
+    for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
+        status = add_member(db, cohort->name, i, cohort->members[i]);
+        put->missing = i;
+    }
+    put->created = status == STORE_OK;
+    put->created_ms = put->now;
+    return status;
+}
+
+int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *created,
+                     size_t *missing)
+{
+    struct put put = {.cohort = cohort, .now = store_now_ms()};
+    int status;
+
+    store_sha256_hex(cohort->digest, cohort->record, strlen(cohort->record));
+    status = store_write(store, run_put, &put);
+    *created = status == STORE_OK && put.created;
+    *missing = put.missing;
+    cohort->created_ms = put.created_ms;
+    return status;
+}
+
+static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct store_cohort *cohort = write->argument;
+    size_t changed = 0;
+    int status =
+        store_execute(db, &changed, "DELETE FROM cohort WHERE name = ?", "t", cohort->name);
+
+    (void)store;
+    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
+}
+
+int store_cohort_delete(struct store *store, const char *name)
+{
+    struct store_cohort cohort = {.record = NULL};
+    size_t length = strlen(name);
+
+    if (length >= sizeof cohort.name) {
+        return STORE_NOT_FOUND;
+    }
+    memcpy(cohort.name, name, length + 1);
+    return store_write(store, run_delete, &cohort);
+}
+
+int store_cohort_list(struct store *store, const struct store_page *page,
+                      bool (*visit)(void *user, const struct store_cohort *cohort), void *user)
+{
+    const char *after = page->after_id ? page->after_id : "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT " COLUMNS " FROM cohort "
+                           "WHERE ?1 = '' OR (created_ms, name) < (?2, ?1) "
+                           "ORDER BY created_ms DESC, name DESC LIMIT ?3",
+                           "tii", after, page->after_ms, (int64_t)page->limit);
+    for (bool more = true; status == STORE_OK && more;) {
+        struct store_cohort cohort;
+
+        status = store_step(reader->db, rows);
+        if (status == STORE_OK) {
+            status = from_row(rows, &cohort);
+        }
+        if (status == STORE_OK) {
+            more = visit(user, &cohort);
+            store_cohort_clear(&cohort);
+        }
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}

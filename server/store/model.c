@@ -1,0 +1,283 @@
+/*
+ * model.c - the rows of models: principal components about a mean surface, frozen when they are
+ * made. Like a surface, a model never changes.
+ *
+ * Its four arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is
+ * made of the sizes, the id of the mean and the bytes of the arrays; the record, which also tells
+ * what the model was made from and by which job, is not part of it: a model that is made again
+ * keeps the record of the first time.
+ */
+#include "store/internal.h"
+
+#include <sodium.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COLUMNS "id, record, mean, lmax, n_theta, n_phi, subjects, components, created_ms"
+
+static const char *const array_names[STORE_MODEL_ARRAYS] = {
+    [STORE_MODEL_MEAN_Q] = "mean_q",
+    [STORE_MODEL_MODES] = "modes",
+    [STORE_MODEL_EIGENVALUES] = "eigenvalues",
+    [STORE_MODEL_SCORES] = "scores",
+};
+
+void store_model_clear(struct store_model *model)
+{
+    free(model->record);
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        free(model->arrays[i]);
+    }
+    *model = (struct store_model){0};
+}
+
+size_t store_model_count(const struct store_model *model, enum store_model_array array)
+{
+    size_t field = 3 * (size_t)model->n_theta * (size_t)model->n_phi;
+    const size_t counts[STORE_MODEL_ARRAYS] = {
+        [STORE_MODEL_MEAN_Q] = field,
+        [STORE_MODEL_MODES] = (size_t)model->components * field,
+        [STORE_MODEL_EIGENVALUES] = (size_t)model->components,
+        [STORE_MODEL_SCORES] = (size_t)model->subjects * (size_t)model->components,
+    };
+
+    return counts[array];
+}
+
+/* ---- Reading --------------------------------------------------------------------------------- */
+
+static int from_row(sqlite3_stmt *row, struct store_model *model)
+{
+    int status = STORE_OK;
+
+    *model = (struct store_model){0};
+    store_column_id(row, 0, model->id, sizeof model->id);
+    model->record = store_column_text(row, 1, &status);
+    store_column_id(row, 2, model->mean, sizeof model->mean);
+    model->lmax = sqlite3_column_int64(row, 3);
+    model->n_theta = sqlite3_column_int64(row, 4);
+    model->n_phi = sqlite3_column_int64(row, 5);
+    model->subjects = sqlite3_column_int64(row, 6);
+    model->components = sqlite3_column_int64(row, 7);
+    model->created_ms = sqlite3_column_int64(row, 8);
+    if (status != STORE_OK) {
+        store_model_clear(model);
+    }
+    return status;
+}
+
+static int read_array(struct store *store, sqlite3 *db, struct store_model *model,
+                      enum store_model_array array)
+{
+    sqlite3_stmt *row = NULL;
+    char hash[65] = "";
+    int status =
+        store_prepare(db, &row, "SELECT content FROM model_array WHERE model = ? AND name = ?",
+                      "tt", model->id, array_names[array]);
+
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, hash, sizeof hash);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_OK) {
+        status = store_read_doubles(store, db, hash, store_model_count(model, array),
+                                    &model->arrays[array]);
+    }
+    return status == STORE_NOT_FOUND ? STORE_CORRUPT : status;
+}
+
+int store_model_get(struct store *store, const char *id, unsigned arrays, struct store_model *model)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *model = (struct store_model){0};
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row, "SELECT " COLUMNS " FROM model WHERE id = ?", "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        status = from_row(row, model);
+    }
+    sqlite3_finalize(row);
+    for (size_t i = 0; status == STORE_OK && i < STORE_MODEL_ARRAYS; i++) {
+        if (arrays & (1u << i)) {
+            status = read_array(store, reader->db, model, (enum store_model_array)i);
+        }
+    }
+    if (status != STORE_OK) {
+        store_model_clear(model);
+    }
+    store_reader_return(store, reader);
+    return status;
+}
+
+int store_model_list(struct store *store, const struct store_page *page,
+                     bool (*visit)(void *user, const struct store_model *model), void *user)
+{
+    const char *after = page->after_id ? page->after_id : "";
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT " COLUMNS " FROM model "
+                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
+                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
+                           "tii", after, page->after_ms, (int64_t)page->limit);
+    for (bool more = true; status == STORE_OK && more;) {
+        struct store_model model;
+
+        status = store_step(reader->db, rows);
+        if (status == STORE_OK) {
+            status = from_row(rows, &model);
+        }
+        if (status == STORE_OK) {
+            more = visit(user, &model);
+            store_model_clear(&model);
+        }
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
+/* ---- Writing --------------------------------------------------------------------------------- */
+
+struct put {
+    const struct store_model *model;
+    struct store_content contents[STORE_MODEL_ARRAYS];
+    unsigned char *bytes[STORE_MODEL_ARRAYS];
+    int64_t now;
+    bool created;
+};
+
+static int insert_row(sqlite3 *db, const struct put *put, size_t *changed)
+{
+    const struct store_model *model = put->model;
+
+    return store_execute(db, changed,
+                         "INSERT INTO model (" COLUMNS ") "
+                         "SELECT ?1, ?2, id, ?4, ?5, ?6, ?7, ?8, ?9 FROM surface WHERE id = ?3",
+                         "tttiiiiii", model->id, model->record ? model->record : "", model->mean,
+                         model->lmax, model->n_theta, model->n_phi, model->subjects,
+                         model->components, put->now);
+}
+
+static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct put *put = write->argument;
+    sqlite3_stmt *row = NULL;
+    size_t changed = 0;
+    int status = store_prepare(db, &row, "SELECT 1 FROM model WHERE id = ?", "t", put->model->id);
+
+    put->created = false;
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    sqlite3_finalize(row);
+    if (status != STORE_NOT_FOUND) {
+        return status;
+    }
+    status = insert_row(db, put, &changed);
+    if (status == STORE_OK && changed == 0) {
+        return STORE_NOT_FOUND;
+    }
+    for (size_t i = 0; status == STORE_OK && i < STORE_MODEL_ARRAYS; i++) {
+        status = store_blob_keep(store, db, &put->contents[i]);
+        if (status == STORE_OK) {
+            status = store_execute(db, NULL,
+                                   "INSERT INTO model_array (model, name, content) "
+                                   "VALUES (?, ?, ?)",
+                                   "ttt", put->model->id, array_names[i], put->contents[i].hash);
+        }
+    }
+    put->created = status == STORE_OK;
+    return status;
+}
+
+/* The bytes of the arrays; the id is a hash over them. */
+static int make_bytes(struct store_model *model, struct put *put)
+{
+    const int64_t sizes[] = {model->lmax, model->n_theta, model->n_phi, model->subjects,
+                             model->components};
+    crypto_hash_sha256_state state;
+    unsigned char eight[8], hash[crypto_hash_sha256_BYTES];
+    char hex[sizeof hash * 2 + 1];
+
+    crypto_hash_sha256_init(&state);
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        store_put_integer(eight, sizes[i]);
+        crypto_hash_sha256_update(&state, eight, sizeof eight);
+    }
+    crypto_hash_sha256_update(&state, (const unsigned char *)model->mean, strlen(model->mean));
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        size_t count = store_model_count(model, (enum store_model_array)i);
+
+        put->bytes[i] = malloc(count ? count * 8 : 1);
+        if (!put->bytes[i]) {
+            return STORE_NOMEM;
+        }
+        store_put_doubles(put->bytes[i], model->arrays[i], count);
+        crypto_hash_sha256_update(&state, put->bytes[i], count * 8);
+    }
+    crypto_hash_sha256_final(&state, hash);
+    sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
+    snprintf(model->id, sizeof model->id, "model-%.32s", hex);
+    return STORE_OK;
+}
+
+/* Takes record and time of what the store holds. */
+static int adopt(struct store *store, struct store_model *model)
+{
+    struct store_model held;
+    int status = store_model_get(store, model->id, 0, &held);
+
+    if (status == STORE_OK) {
+        free(model->record);
+        model->record = held.record;
+        model->created_ms = held.created_ms;
+        held.record = NULL;
+        store_model_clear(&held);
+    }
+    return status;
+}
+
+int store_model_put(struct store *store, struct store_model *model, bool *created)
+{
+    struct put put = {.model = model, .now = store_now_ms()};
+    size_t staged = 0;
+    int status = make_bytes(model, &put);
+
+    *created = false;
+    for (; status == STORE_OK && staged < STORE_MODEL_ARRAYS; staged++) {
+        size_t count = store_model_count(model, (enum store_model_array)staged);
+
+        status = store_blob_stage(store, put.bytes[staged], count * 8, &put.contents[staged]);
+    }
+    if (status == STORE_OK) {
+        status = store_write(store, run_put, &put);
+    }
+    for (size_t i = 0; i < staged; i++) {
+        store_blob_unstage(store, &put.contents[i]);
+    }
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        free(put.bytes[i]);
+    }
+    if (status == STORE_OK) {
+        *created = put.created;
+        status = adopt(store, model);
+    }
+    return status;
+}

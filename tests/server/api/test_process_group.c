@@ -1,0 +1,120 @@
+/*
+ * test_process_group.c - canonical inputs of registration and of the processes on groups and
+ * models: one spelling for each meaning, cohorts resolved to what they name, and limits that are
+ * named.
+ */
+#include "server/api/process_fixture.h"
+
+#define TWO "{\"surfaces\":[\"@\",\"" GOOD_MESH "\"]"
+
+static void test_register(void **state)
+{
+    same(*state, "register", "{\"template\":\"@\",\"moving\":\"" GOOD_MESH "\"}",
+         "{\"moving\":\"" GOOD_MESH
+         "\",\"template\":\"@\",\"penalty\":{\"jacobian\":0.003},\"degree\":12.0,"
+         "\"start\":\"tournament\",\"symmetric\":null}");
+    same(*state, "register", "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":\"none\"}",
+         "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":{\"jacobian\":-0.0,"
+         "\"displacement\":0}}");
+    refused(*state, "register", "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":\"some\"}",
+            "/inputs/penalty");
+    refused(*state, "register", "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":{\"more\":1}}",
+            "/inputs/penalty");
+    refused(*state, "register",
+            "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":{\"jacobian\":-1}}",
+            "/inputs/penalty/jacobian");
+    answered(*state, "register", "{\"template\":\"@\",\"moving\":\"" OPEN_MESH "\"}", 422,
+             "mesh-not-closed");
+}
+
+/* A cohort is what it names: other inputs than its surfaces, as its labels are told too. */
+static void test_cohort(void **state)
+{
+    struct outcome outcome = canonicalise_text(*state, "distances", "{\"cohort\":\"group\"}");
+    const json_t *surfaces = json_object_get(outcome.canonical, "surfaces");
+    const json_t *cohort = json_object_get(outcome.canonical, "cohort");
+
+    assert_int_equal(json_array_size(surfaces), 2);
+    assert_string_equal(json_string_value(json_array_get(surfaces, 1)), GOOD_MESH);
+    assert_string_equal(json_string_value(json_object_get(cohort, "name")), "group");
+    assert_string_equal(json_string_value(json_array_get(json_object_get(cohort, "labels"), 0)),
+                        "a");
+    outcome_clear(&outcome);
+    answered(*state, "distances", "{\"cohort\":\"another\"}", 404, "no-such-cohort");
+    refused(*state, "distances", "{\"cohort\":\"a/b\"}", "/inputs/cohort");
+    refused(*state, "distances", "{\"cohort\":7}", "/inputs/cohort");
+    refused(*state, "distances", "{}", "/inputs/surfaces");
+    refused(*state, "distances", TWO ",\"cohort\":\"group\"}", "/inputs/cohort");
+}
+
+static void test_surfaces(void **state)
+{
+    same(*state, "distances", TWO "}", TWO ",\"cohort\":null,\"register\":true}");
+    refused(*state, "mean", "{\"surfaces\":[\"@\"]}", "/inputs/surfaces");
+    refused(*state, "mean", "{\"surfaces\":\"@\"}", "/inputs/surfaces");
+    refused(*state, "mean", "{\"surfaces\":[\"@\",7]}", "/inputs/surfaces/1");
+    answered(*state, "mean", "{\"surfaces\":[\"@\",\"" ABSENT_SURFACE "\"]}", 404,
+             "no-such-surface");
+    answered(*state, "mean", "{\"surfaces\":[\"@\",\"" OPEN_MESH "\"]}", 422, "mesh-not-closed");
+    refused(*state, "distances", TWO ",\"metric\":\"icp\"}", "/inputs/metric");
+}
+
+/* lmax defaults to the largest degree of the members; a mesh has the default one. */
+static void test_degree(void **state)
+{
+    same(*state, "mean", TWO "}", TWO ",\"lmax\":31}");
+    same(*state, "mean", "{\"surfaces\":[\"@\",\"@\"]}", "{\"surfaces\":[\"@\",\"@\"],\"lmax\":9}");
+    refused(*state, "pca", TWO ",\"method\":\"pullback\"}", "/inputs/method");
+}
+
+/* So many surfaces of so high a degree are refused with both limits, before anything runs. */
+static void test_memory(void **state)
+{
+    struct outcome outcome;
+    json_t *inputs = json_pack("{s:[], s:i}", "surfaces", "lmax", 127);
+    const struct fixture *fixture = *state;
+    const char *detail;
+
+    for (int i = 0; i < PROCESS_GROUP_MAX; i++) {
+        (void)json_array_append_new(json_object_get(inputs, "surfaces"),
+                                    json_string(fixture->surface));
+    }
+    outcome = canonicalise(*state, "pca", inputs);
+    assert_true(has_error(&outcome, "/inputs"));
+    detail = json_string_value(json_object_get(json_array_get(outcome.errors, 0), "detail"));
+    assert_non_null(strstr(detail, "500 surfaces of degree 127"));
+    assert_non_null(strstr(detail, "the limit is 2048 MiB"));
+    outcome_clear(&outcome);
+    json_decref(inputs);
+}
+
+static void test_model(void **state)
+{
+    same(*state, "modes", "{\"model\":\"%\"}",
+         "{\"model\":\"%\",\"mode\":1,\"coefficients\":[-2,-1,-0.0,1,2.0]}");
+    same(*state, "sample", "{\"model\":\"%\"}",
+         "{\"model\":\"%\",\"components\":3,\"seed\":0,\"count\":1}");
+    refused(*state, "modes", "{\"model\":\"%\",\"mode\":4}", "/inputs/mode");
+    refused(*state, "modes", "{\"model\":\"%\",\"mode\":0}", "/inputs/mode");
+    refused(*state, "modes", "{\"model\":\"%\",\"coefficients\":[]}", "/inputs/coefficients");
+    refused(*state, "modes", "{\"model\":\"%\",\"coefficients\":[0,11]}", "/inputs/coefficients");
+    refused(*state, "modes", "{\"model\":\"%\",\"coefficients\":[0,\"1\"]}",
+            "/inputs/coefficients");
+    refused(*state, "sample", "{\"model\":\"%\",\"components\":4}", "/inputs/components");
+    refused(*state, "sample", "{\"model\":\"@\"}", "/inputs/model");
+    answered(*state, "project",
+             "{\"model\":\"model-00000000000000000000000000000000\",\"surface\":\"@\"}", 404,
+             "no-such-model");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_register), cmocka_unit_test(test_cohort),
+        cmocka_unit_test(test_surfaces), cmocka_unit_test(test_degree),
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_model),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, fixture_open, fixture_close);
+}
