@@ -31,6 +31,7 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, max_queued), 1, 10000000, true},
     {KIND_NUMBER, offsetof(struct config, sync_wait_seconds), 0.001, 300, false},
     {KIND_NUMBER, offsetof(struct config, grace_seconds), 0, 3600, false},
+    {KIND_TEXT, offsetof(struct config, allowed_hosts), 0, 0, false},
     {KIND_FLAG, offsetof(struct config, insecure), 0, 0, false},
 };
 #define N_SETTINGS (sizeof settings / sizeof settings[0])
@@ -54,6 +55,8 @@ static const struct config_help names[N_SETTINGS] = {
      "how long an execution without Prefer waits, 30"},
     {"graceSeconds", "SRNFD_GRACE_SECONDS", "--grace-seconds",
      "what SIGTERM gives requests and jobs to end, 20"},
+    {"allowedHosts", "SRNFD_ALLOWED_HOSTS", "--allowed-hosts",
+     "what Host may name beside loopback, separated by commas; none"},
     {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
 };
 
@@ -69,6 +72,7 @@ static const struct config defaults = {
     .max_queued = 10000,
     .sync_wait_seconds = 30,
     .grace_seconds = 20,
+    .allowed_hosts = "",
     .insecure = false,
 };
 

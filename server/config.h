@@ -21,8 +21,9 @@ struct config {
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */
     double sync_wait_seconds;
-    double grace_seconds; /* that SIGTERM gives requests and jobs */
-    bool insecure;        /* listen beyond loopback without tokens */
+    double grace_seconds;                /* that SIGTERM gives requests and jobs */
+    char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
+    bool insecure;                       /* listen beyond loopback without tokens */
 };
 
 /* One line of the table of settings, for help and for the tests. */

@@ -93,15 +93,19 @@ static int start_jobs(struct service *service, const struct config *config)
 
 static int start(struct service *service, const struct config *config, char *message, size_t size)
 {
+    char reason[300] = "";
     struct api_config api = {.max_body = (size_t)config->max_body,
                              .sync_wait_seconds = config->sync_wait_seconds};
     struct http_config http = {.listen = config->listen,
                                .threads = (size_t)config->http_threads,
                                .request_threads = (size_t)config->request_threads,
                                .max_connections = (size_t)config->max_connections,
-                               .max_buffered = (size_t)config->max_buffered};
+                               .max_buffered = (size_t)config->max_buffered,
+                               .local_only = http_is_loopback(config->listen),
+                               .allowed_hosts = config->allowed_hosts};
 
-    if (store_open(&service->store, config->data, message, size) != 0) {
+    if (store_open(&service->store, config->data, reason, sizeof reason) != 0) {
+        (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
     if (start_jobs(service, config) != 0) {
@@ -159,6 +163,11 @@ static int serve(int n_arguments, char **arguments)
     int received = 0;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
+        LOG("refused", log_text("message", message));
+        return 2;
+    }
+    if (!http_is_address(config.listen)) {
+        (void)snprintf(message, sizeof message, "listen: " HTTP_NO_ADDRESS, config.listen);
         LOG("refused", log_text("message", message));
         return 2;
     }

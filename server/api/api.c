@@ -79,8 +79,9 @@ static bool type_in(const char *value, const char *const *types)
     return false;
 }
 
-/* 415 where the body's type is not one of the route's. Without Content-Type the route's first type
-   is meant. */
+/* 415 where the body's type is not one of the route's. Where JSON is taken alone the type must be
+   said: a page in a browser can send a body without it to any address, but not with it. Elsewhere a
+   body tells what it is. */
 static bool refuse_body_type(struct api_call *call, const struct api_route *route)
 {
     const char *type = api_request_header(call->request, "Content-Type");
@@ -94,6 +95,11 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         (void)problem_respond(call, "unsupported-media-type",
                               "Content-Encoding %s is not supported: send the bytes as they are.",
                               encoding);
+        return true;
+    }
+    if (!type && route->body == ROUTE_JSON) {
+        (void)problem_respond(call, "unsupported-media-type",
+                              "Content-Type: application/json is required here.");
         return true;
     }
     if (type && route->body == ROUTE_JSON) {

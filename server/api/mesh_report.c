@@ -152,13 +152,10 @@ bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detai
     if (found) {
         (void)snprintf(code, 48, "%s", text ? text : "mesh-degenerate");
         if (json_is_integer(first)) {
-            (void)snprintf(detail, 320, "%s: %s (%lld in all, first at %lld)", mesh->id,
-                           sentence ? sentence : "cannot be analysed",
-                           (long long)json_integer_value(json_object_get(problem, "count")),
+            (void)snprintf(detail, 320, "%s (the first at %lld)", sentence ? sentence : code,
                            (long long)json_integer_value(first));
         } else {
-            (void)snprintf(detail, 320, "%s: %s", mesh->id,
-                           sentence ? sentence : "cannot be analysed");
+            (void)snprintf(detail, 320, "%s", sentence ? sentence : "its report gives no reason");
         }
     }
     json_decref(report);

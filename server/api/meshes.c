@@ -15,8 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NAME_MAX_BYTES 256
-
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {
     const char *format, *media_type, *accepted;
@@ -140,24 +138,25 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
     return true;
 }
 
-static bool choose_name(struct api_call *call, char name[NAME_MAX_BYTES])
+static bool choose_name(struct api_call *call, char name[NAME_SIZE])
 {
     struct problem_list problems = {NULL};
+    const char *problem;
     json_t *string;
     bool refused;
 
     name[0] = '\0';
-    if (!query_get(call, "name", name, NAME_MAX_BYTES, &refused)) {
+    if (!query_get(call, "name", name, NAME_SIZE, &refused)) {
         return !refused;
     }
     string = json_string(name);
-    if (!string) {
-        problem_add(&problems, "/name", "name must be UTF-8.");
-        (void)problem_respond_list(call, "invalid-input", &problems);
-        return false;
-    }
+    problem = string ? name_problem(name) : "must be UTF-8";
     json_decref(string);
-    return true;
+    if (problem) {
+        problem_add(&problems, "/name", "%s", problem);
+        (void)problem_respond_list(call, "invalid-input", &problems);
+    }
+    return !problem;
 }
 
 /* Bytes under another format are another mesh: the address is that of the format and the digest of
@@ -223,7 +222,7 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
 
         if (error.element >= 0) {
-            (void)problem_respond(call, code, "%s (as %s, element %lld).",
+            (void)problem_respond(call, code, "%s (as %s, at byte, line or element %lld).",
                                   error.message[0] ? error.message : srnf_strerror(status),
                                   row->format, (long long)error.element);
         } else {
@@ -253,7 +252,7 @@ void meshes_create(struct api_call *call)
     struct store *store = call->api->config.store;
     struct store_mesh row = {0};
     enum srnf_mesh_format format;
-    char name[NAME_MAX_BYTES], id[STORE_ID_MAX];
+    char name[NAME_SIZE], id[STORE_ID_MAX];
     bool created = false;
     int status;
 

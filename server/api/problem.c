@@ -25,6 +25,7 @@ struct problem_kind {
 static const struct problem_kind kinds[] = {
     {"malformed-request", 400, "The request is malformed"},
     {"malformed-json", 400, "The body is not the JSON that is expected"},
+    {"forbidden", 403, "The request is not allowed here"},
     {"not-found", 404, "There is nothing here"},
     {"no-such-mesh", 404, "There is no such mesh"},
     {"no-such-surface", 404, "There is no such surface"},
@@ -235,8 +236,9 @@ int problem_respond_list(struct api_call *call, const char *code, struct problem
     char detail[DETAIL_MAX + 128];
     json_t *document;
 
-    (void)snprintf(detail, sizeof detail, "%s: %s", pointer ? pointer : "",
-                   sentence ? sentence : "not valid");
+    /* An empty pointer is the whole body. */
+    (void)snprintf(detail, sizeof detail, "%s%s%s", pointer ? pointer : "",
+                   pointer && pointer[0] ? ": " : "", sentence ? sentence : "not valid");
     document = problem_json(code, detail, call->request->path, call->request->id);
     if (document && list->errors) {
         (void)json_object_set_new(document, "errors", list->errors);
@@ -251,7 +253,9 @@ int problem_respond_store(struct api_call *call, int store_status, const char *n
                           const char *what)
 {
     if (store_status == STORE_NOT_FOUND && not_found_code) {
-        return problem_respond(call, not_found_code, "There is no %s.", what);
+        const char *noun = strncmp(not_found_code, "no-such-", 8) == 0 ? not_found_code + 8 : "";
+
+        return problem_respond(call, not_found_code, "There is no %s \"%.100s\".", noun, what);
     }
     for (size_t i = 0; i < sizeof store_codes / sizeof store_codes[0]; i++) {
         if (store_codes[i].status == store_status) {

@@ -121,6 +121,11 @@ json_t *process_parse(const char *inputs, struct jobs_result *result);
    surface that deformation is measured from. */
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference);
+/* Whether a surface can be kept: finite numbers and an area. Otherwise sets the problem of the
+   run. */
+bool process_surface_sound(size_t degree, const double *coefficients,
+                           const struct srnf_surface_measures *measures,
+                           struct jobs_result *result);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);

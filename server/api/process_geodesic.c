@@ -112,6 +112,12 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
         };
         int status;
 
+        if (!process_surface_sound(geodesic->degree, description.coefficients,
+                                   &outputs->measures[i], result)) {
+            json_decref(description.source);
+            json_decref(records);
+            return NULL;
+        }
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);
         status = surface_save(jobs_run_store(run), &description, &record, NULL);
         if (status) {

@@ -12,6 +12,7 @@
  * A q that is given is part of the canonical inputs, flat, so that a job can be run again from
  * its row; the result document names it by its digest instead.
  */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,6 +138,20 @@ static void read_initial(struct process_inputs *inputs)
     }
 }
 
+/* The methods that do not search have no place to start from. */
+static void check_initial(struct process_inputs *inputs)
+{
+    const char *method = json_string_value(json_object_get(inputs->canonical, "method"));
+    const char *initial = json_string_value(json_object_get(inputs->canonical, "initial"));
+    bool direct = method && (strcmp(method, "closed-form") == 0 || strcmp(method, "spectral") == 0);
+
+    if (direct && initial && strcmp(initial, "auto") != 0) {
+        problem_add(inputs->list, "/inputs/initial",
+                    "does not apply to the method %s, which starts from nothing; leave it out",
+                    method);
+    }
+}
+
 /* A q on a grid must resolve the degree asked for. */
 static void check_grid(struct process_inputs *inputs, long lmax)
 {
@@ -168,6 +183,7 @@ json_t *invert_canonicalise(struct api_call *call, const json_t *given, struct p
     degree = inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
     check_grid(&inputs, degree);
     read_initial(&inputs);
+    check_initial(&inputs);
     return inputs_close(&inputs);
 }
 
@@ -279,7 +295,7 @@ static bool ran_out(const struct compute_invert_inputs *typed,
                     const struct srnf_inversion *inversion, struct jobs_result *result)
 {
     if (inversion->converged || inversion->stopped != SRNF_STOP_MAX_ITERATIONS ||
-        typed->options.max_iterations > 0) {
+        typed->options.max_iterations > 0 || !isfinite(inversion->relative_energy)) {
         return false;
     }
     result->problem_code = "not-converged";
@@ -320,7 +336,14 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
         .source = process_source(run, "invert", NULL, NULL),
     };
     json_t *record = NULL;
-    int status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    int status;
+
+    if (!process_surface_sound(typed->degree, description.coefficients, &outputs->measures,
+                               result)) {
+        json_decref(description.source);
+        return NULL;
+    }
+    status = surface_save(jobs_run_store(run), &description, &record, NULL);
 
     if (status) {
         (void)compute_fail_store(result, status, "the surface");

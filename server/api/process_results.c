@@ -5,6 +5,8 @@
 #include "api/process.h"
 #include "api/surfaces.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 
 json_t *process_parse(const char *inputs, struct jobs_result *result)
@@ -38,6 +40,29 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                        "The results could not be written.");
     }
     json_decref(document);
+}
+
+bool process_surface_sound(size_t degree, const double *coefficients,
+                           const struct srnf_surface_measures *measures, struct jobs_result *result)
+{
+    size_t count = 3 * srnf_coefficient_count(degree);
+    bool finite = isfinite(measures->area) && isfinite(measures->volume);
+
+    for (size_t i = 0; i < count && finite; i++) {
+        finite = isfinite(coefficients[i]);
+    }
+    if (!finite) {
+        result->problem_code = "numerical-failure";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The surface that was reached has numbers beyond the range of double "
+                       "precision.");
+    } else if (!(measures->area > DBL_MIN)) {
+        finite = false;
+        result->problem_code = "not-converged";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The surface that was reached has shrunk to a point.");
+    }
+    return finite;
 }
 
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,

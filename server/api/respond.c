@@ -258,6 +258,32 @@ bool query_get(struct api_call *call, const char *name, char *buffer, size_t siz
     return false;
 }
 
+bool query_whole(const char *text, long *number)
+{
+    size_t digits = strspn(text, "0123456789");
+
+    if (digits == 0 || digits > 9 || text[digits]) {
+        return false;
+    }
+    *number = strtol(text, NULL, 10);
+    return true;
+}
+
+const char *name_problem(const char *name)
+{
+    size_t characters = 0;
+
+    for (const unsigned char *at = (const unsigned char *)name; *at; at++) {
+        bool control = *at < 0x20 || *at == 0x7f || (*at == 0xc2 && at[1] >= 0x80 && at[1] < 0xa0);
+
+        if (control) {
+            return "must not have control characters";
+        }
+        characters += (*at & 0xc0) != 0x80;
+    }
+    return characters > NAME_CHARACTERS_MAX ? "has more than 255 characters" : NULL;
+}
+
 json_t *body_json(struct api_call *call)
 {
     const struct api_request *request = call->request;
@@ -273,7 +299,10 @@ json_t *body_json(struct api_call *call)
         json_loadb((const char *)request->body, request->body_size, JSON_REJECT_DUPLICATES, &error);
     if (!document) {
         (void)problem_respond(call, "malformed-json", "At line %d, column %d: %s.", error.line,
-                              error.column, error.text);
+                              error.column,
+                              json_error_code(&error) == json_error_null_character
+                                  ? "a string must not have a zero character"
+                                  : error.text);
         return NULL;
     }
     if (!json_is_object(document)) {

@@ -24,6 +24,14 @@ struct query_pair {
 };
 bool query_next(const char **cursor, struct query_pair *pair);
 
+/* A whole number of the query: one to nine digits and nothing else. */
+bool query_whole(const char *text, long *number);
+
+/* What is wrong with a name in UTF-8, or NULL; and the bytes that a good one has at most. */
+#define NAME_CHARACTERS_MAX 255
+#define NAME_SIZE (4 * NAME_CHARACTERS_MAX + 1)
+const char *name_problem(const char *name);
+
 /* Whether the comma-separated list has the token, without regard to case. */
 bool list_has(const char *list, const char *token);
 

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "api/npy.h"
+#include "api/respond.h"
 #include "api/surfaces_grid.h"
 
 static bool find_surface(struct api_call *call, bool with_coefficients,
@@ -144,7 +145,7 @@ out:
 static bool query_count(struct api_call *call, const char *name, size_t lowest, size_t highest,
                         size_t *value)
 {
-    char text[32], pointer[40], detail[120], *end = NULL;
+    char text[32], pointer[40], detail[120];
     bool refused = false;
     long number;
 
@@ -152,8 +153,7 @@ static bool query_count(struct api_call *call, const char *name, size_t lowest, 
     if (!query_get(call, name, text, sizeof text, &refused)) {
         return !refused;
     }
-    number = strtol(text, &end, 10);
-    if (end == text || *end || number < (long)lowest || number > (long)highest) {
+    if (!query_whole(text, &number) || number < (long)lowest || number > (long)highest) {
         (void)snprintf(pointer, sizeof pointer, "/%s", name);
         (void)snprintf(detail, sizeof detail, "%s must be a whole number from %zu to %zu here",
                        name, lowest, highest);

@@ -13,9 +13,8 @@
 #include <string.h>
 
 #include "api/npy.h"
+#include "api/respond.h"
 #include "api/surfaces_grid.h"
-
-#define NAME_SIZE 257
 
 /* What one request gives, once it is read. */
 struct given {
@@ -163,8 +162,10 @@ static bool read_grid(struct api_call *call, const json_t *value, struct given *
 
 static void read_name(const char *text, struct given *given, struct problem_list *list)
 {
-    if (strlen(text) >= NAME_SIZE) {
-        problem_add(list, "/name", "is longer than %d bytes", NAME_SIZE - 1);
+    const char *problem = name_problem(text);
+
+    if (problem) {
+        problem_add(list, "/name", "%s", problem);
         return;
     }
     memcpy(given->name, text, strlen(text) + 1);
@@ -240,9 +241,8 @@ static bool read_query(struct api_call *call, struct surface_grid *grid, struct 
         problem_add(list, "/kind", "must be gauss-legendre or equiangular");
     }
     if (!refused && query_get(call, "lmax", text, sizeof text, &refused)) {
-        char *end = NULL;
-        long number = strtol(text, &end, 10);
-        if (end == text || *end || number < SRNF_DEGREE_MIN || number > SRNF_DEGREE_MAX) {
+        long number;
+        if (!query_whole(text, &number) || number < SRNF_DEGREE_MIN || number > SRNF_DEGREE_MAX) {
             problem_add(list, "/lmax", "must be a whole number from %d to %d", SRNF_DEGREE_MIN,
                         SRNF_DEGREE_MAX);
         } else {

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/respond.h"
 #include "api/surfaces_grid.h"
 
 static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
@@ -48,7 +49,7 @@ static size_t choose_resolution(struct api_call *call, size_t degree)
 {
     double harmonics = (double)srnf_coefficient_count(degree), limit;
     bool refused = false;
-    char text[32], detail[200], *end = NULL;
+    char text[32], detail[200];
     long number = SURFACE_RESOLUTION_DEFAULT;
 
     /* 10 r^2 vertices times the harmonics is the work. */
@@ -57,8 +58,7 @@ static size_t choose_resolution(struct api_call *call, size_t degree)
         limit = SURFACE_RESOLUTION_MAX;
     }
     if (query_get(call, "resolution", text, sizeof text, &refused)) {
-        number = strtol(text, &end, 10);
-        if (end == text || *end || number < 1 || (double)number > limit) {
+        if (!query_whole(text, &number) || number < 1 || (double)number > limit) {
             (void)snprintf(
                 detail, sizeof detail,
                 "resolution must be a whole number from 1 to %.0f for a surface of degree "

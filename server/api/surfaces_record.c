@@ -4,7 +4,8 @@
  *
  * The store keeps the record as a text beside the coefficients. A surface is named by its content
  * (degree, coefficients, scale), so one that is made again keeps the record of the first time:
- * its source names the job that made it first.
+ * its source names the job that made it first. The results of a job still tell of that job: its
+ * own name and source, whoever made the surface before.
  */
 #include "api/surfaces.h"
 
@@ -35,17 +36,29 @@ static json_t *links_json(const char *id)
 
 json_t *surface_record(const struct store_surface *surface)
 {
-    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+    static const char *const kept[] = {"area",  "volume",           "centroid",
+                                       "scale", "parameterization", "source",
+                                       "fit",   "starShaped",       "origin"};
+    json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
-    if (!json_is_object(record)) {
-        json_decref(record);
+    if (!json_is_object(stored)) {
+        json_decref(stored);
         return NULL;
     }
+    record = json_object();
     (void)json_object_set_new(record, "id", json_string(surface->id));
     (void)json_object_set_new(record, "name", json_string(surface->name ? surface->name : ""));
     (void)json_object_set_new(record, "lmax", json_integer(surface->lmax));
+    /* The members of the contract in its order, then whatever else was kept. */
+    for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++) {
+        if (json_object_get(stored, kept[i])) {
+            (void)json_object_set(record, kept[i], json_object_get(stored, kept[i]));
+        }
+    }
+    (void)json_object_update_missing(record, stored);
     (void)json_object_set_new(record, "created", json_time(surface->created_ms));
     (void)json_object_set_new(record, "links", links_json(surface->id));
+    json_decref(stored);
     return record;
 }
 
@@ -91,7 +104,8 @@ int surface_save(struct store *store, struct surface_description *description, j
 {
     struct store_surface surface = {0};
     size_t count = 3 * srnf_coefficient_count(description->degree);
-    bool is_new = false;
+    bool is_new = false, of_job = description->source != NULL;
+    json_t *own = NULL;
     int status = STORE_NOMEM;
 
     *record = NULL;
@@ -107,15 +121,21 @@ int surface_save(struct store *store, struct surface_description *description, j
     }
     memcpy(surface.coefficients, description->coefficients, count * sizeof(double));
     surface.created_ms = store_now_ms();
+    own = of_job ? surface_record(&surface) : NULL;
     status = store_surface_put(store, &surface, &is_new);
     if (status == 0) {
         *record = surface_record(&surface);
+        if (*record && own) {
+            (void)json_object_set(own, "created", json_object_get(*record, "created"));
+            (void)json_object_update_existing(*record, own);
+        }
         status = *record ? 0 : STORE_NOMEM;
     }
     if (created) {
         *created = is_new;
     }
 out:
+    json_decref(own);
     store_surface_clear(&surface);
     return status;
 }

@@ -6,17 +6,29 @@
  * piece of the body, the response taken); the timer shuts the socket of one that has not,
  * libmicrohttpd sees its end and closes it. The shutdown happens under the mutex that the
  * notification of the closing takes, so that a descriptor is never another connection's by then.
+ *
+ * A client that ends in the middle of a request is not noticed either where its end came together
+ * with its last bytes: libmicrohttpd waits for an edge that has passed. So the timer asks the
+ * sockets of those that still owe bytes. One whose peer has finished sending, with nothing left to read
+ * and no piece taken for GONE_SECONDS, never gets the rest, and is shut like one that is late. A
+ * client that has sent everything and closed its half is not among them: it owes nothing.
+ *
  * The timer also wakes exchanges whose wait for a job is over.
  */
 #include "http/internal.h"
 
 #include <math.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <time.h>
 
-#define TIMER_PERIOD 1.0 /* seconds between two looks at the connections */
+#define TIMER_PERIOD 0.25 /* seconds between two looks at the connections */
+#define GONE_SECONDS \
+    0.5 /* from the end of what a client sends to its being cut off: what was read
+                             before is handled by then */
 
 double http_now(void)
 {
@@ -46,6 +58,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     }
     connection->fd = info->connect_fd;
     connection->deadline = http_now() + http->config.header_seconds;
+    connection->reads = true;
     (void)pthread_mutex_lock(&http->mutex);
     connection->next = http->connections;
     connection->place = &http->connections;
@@ -91,20 +104,45 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
     if (connection) {
         free(connection->target);
         connection->target = strdup(uri);
-        connection_deadline(http, connection, http_now() + http->config.header_seconds);
+        connection_deadline(http, connection, http_now() + http->config.header_seconds, true);
     }
     return NULL;
 }
 
-void connection_deadline(struct http *http, struct connection *connection, double deadline)
+void connection_deadline(struct http *http, struct connection *connection, double deadline,
+                         bool reads)
 {
     (void)pthread_mutex_lock(&http->mutex);
     connection->deadline = deadline;
+    connection->reads = reads;
+    connection->gone = 0;
     (void)pthread_mutex_unlock(&http->mutex);
 }
 
 /* ---- The timer
    ----------------------------------------------------------------------------------------- */
+
+/* Whether the peer has finished sending and everything it sent was read. */
+static bool finished_sending(int fd)
+{
+    struct pollfd look_at = {.fd = fd, .events = POLLRDHUP};
+    int unread = 0;
+
+    return poll(&look_at, 1, 0) > 0 && ioctl(fd, FIONREAD, &unread) == 0 && unread == 0;
+}
+
+/* Whether the rest of the request never comes. The mutex is held. */
+static bool is_abandoned(struct connection *connection, double now)
+{
+    if (!connection->reads || !finished_sending(connection->fd)) {
+        connection->gone = 0;
+        return false;
+    }
+    if (connection->gone == 0) {
+        connection->gone = now;
+    }
+    return now - connection->gone >= GONE_SECONDS;
+}
 
 /* Ends what is over; returns when to look again. The mutex is held. */
 static double look(struct http *http, double now)
@@ -113,9 +151,10 @@ static double look(struct http *http, double now)
 
     for (struct connection *connection = http->connections; connection;
          connection = connection->next) {
-        if (connection->deadline <= now) {
+        if (connection->deadline <= now || is_abandoned(connection, now)) {
             (void)shutdown(connection->fd, SHUT_RDWR);
             connection->deadline = HUGE_VAL;
+            connection->reads = false;
         }
     }
     for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {

@@ -53,9 +53,9 @@ static enum MHD_Result send_response(struct exchange *exchange)
     for (size_t i = 0; i < response->n_headers; i++) {
         (void)MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value);
     }
-    connection_deadline(exchange->http, exchange->connection,
-                        http_now() + http->config.transfer_seconds +
-                            (double)exchange->sent / RATE_MIN);
+    connection_deadline(
+        exchange->http, exchange->connection,
+        http_now() + http->config.transfer_seconds + (double)exchange->sent / RATE_MIN, false);
     result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
     MHD_destroy_response(mhd);
     return result;
@@ -128,9 +128,9 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
     struct api_request *request = &exchange->request;
     double received = (double)(request->body_size + exchange->drained + size);
 
-    connection_deadline(exchange->http, exchange->connection,
-                        exchange->started + exchange->http->config.transfer_seconds +
-                            received / RATE_MIN);
+    connection_deadline(
+        exchange->http, exchange->connection,
+        exchange->started + exchange->http->config.transfer_seconds + received / RATE_MIN, true);
     if (exchange->phase == PHASE_BODY && size > exchange->max_body - request->body_size) {
         refuse_body(exchange, 413, "body-too-large", "The body is larger than the limit here.");
         exchange->drained = (size_t)received - size;
@@ -222,7 +222,7 @@ static enum MHD_Result first_step(struct exchange *exchange, const char *version
         return send_response(exchange);
     }
     connection_deadline(http, exchange->connection,
-                        exchange->started + http->config.transfer_seconds);
+                        exchange->started + http->config.transfer_seconds, true);
     if (refuse_load(exchange)) {
         exchange->verdict = API_REFUSED;
     } else {
@@ -246,7 +246,7 @@ static enum MHD_Result handle(struct exchange *exchange)
 {
     struct http *http = exchange->http;
 
-    connection_deadline(http, exchange->connection, HUGE_VAL);
+    connection_deadline(http, exchange->connection, HUGE_VAL, false);
     if (exchange->verdict == API_QUICK) {
         api_handle(http->config.api, &exchange->request, &exchange->response);
         exchange->phase = PHASE_READY;
@@ -306,7 +306,8 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
         log_number("out", (double)exchange->sent),
         log_text("end", code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "ok" : "cut"));
     if (exchange->connection) {
-        connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds);
+        connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds,
+                            true);
     }
     drop_body(exchange);
     api_response_clear(&exchange->response);

@@ -166,6 +166,22 @@ static void choose_id(struct exchange *exchange)
     (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
 }
 
+/* Pages of foreign sites in a browser beside the service are kept out (origin.c). */
+static const char *check_origin(struct exchange *exchange, const char *host)
+{
+    const struct http *http = exchange->http;
+    const char *origin = NULL;
+
+    if (!http->config.local_only) {
+        return NULL;
+    }
+    if (count_headers(exchange, "Origin", &origin) > 1) {
+        return "A request has at most one Origin field.";
+    }
+    return origin_check(http->address, http->config.allowed_hosts, exchange->request.method, host,
+                        origin);
+}
+
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
                         const char **code)
 {
@@ -198,6 +214,12 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     hosts = count_headers(exchange, "Host", &host);
     if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
         return "A request has exactly one Host field.";
+    }
+    detail = check_origin(exchange, host);
+    if (detail) {
+        *status = 403;
+        *code = "forbidden";
+        return detail;
     }
     detail = check_target(exchange);
     exchange->close = detail != NULL;

@@ -55,6 +55,8 @@ __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const c
     LOG("http-library", log_text("message", text));
 }
 
+/* Not MHD_OPTION_STRICT_FOR_CLIENT: all that it adds is a refusal without Host, and the library
+   sends the head of such a page twice. guard.c refuses that, and more. */
 static int start_daemon(struct http *http)
 {
     unsigned connections =
@@ -66,9 +68,9 @@ static int start_daemon(struct http *http)
         exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
         MHD_OPTION_LISTEN_SOCKET, http->listen_fd, MHD_OPTION_THREAD_POOL_SIZE, threads,
         MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        CONNECTION_MEMORY, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_NOTIFY_CONNECTION,
-        connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
-        MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_END);
+        CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION, connection_notify, http,
+        MHD_OPTION_URI_LOG_CALLBACK, connection_target, http, MHD_OPTION_NOTIFY_COMPLETED,
+        exchange_completed, http, MHD_OPTION_END);
     return http->daemon ? 0 : -1;
 }
 

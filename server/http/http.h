@@ -15,12 +15,14 @@ struct http;
 
 struct http_config {
     struct api *api;
-    const char *listen;      /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
-    size_t threads;          /* of libmicrohttpd; 0: 2 */
-    size_t request_threads;  /* for slow routes; 0: 4 */
-    size_t max_connections;  /* beyond them requests are answered 503; 0: 512 */
-    size_t max_buffered;     /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
-    double header_seconds;   /* from connecting to the end of the headers; 0: 15 */
+    const char *listen;     /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
+    size_t threads;         /* of libmicrohttpd; 0: 2 */
+    size_t request_threads; /* for slow routes; 0: 4 */
+    size_t max_connections; /* beyond them requests are answered 503; 0: 512 */
+    size_t max_buffered;    /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
+    bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
+    const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
+    double header_seconds;     /* from connecting to the end of the headers; 0: 15 */
     double transfer_seconds; /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
     double idle_seconds;     /* between requests of one connection; 0: 60 */
 };
@@ -37,6 +39,14 @@ void http_job_changed(struct http *http, const char *job_id);
 /* Stops listening, answers what waits for jobs, gives requests in progress grace_seconds to end,
    then closes all connections and frees everything. */
 void http_stop(struct http *http, double grace_seconds);
+
+/* What to say of a text, its one argument, that is no address to listen on. */
+#define HTTP_NO_ADDRESS                                                                 \
+    "\"%.60s\" is no address: use a numeric address and a port from 0 to 65535, as in " \
+    "127.0.0.1:8080 or [::1]:8080"
+
+/* Whether the text is "host:port" or "[host]:port" with a numeric address. */
+bool http_is_address(const char *listen);
 
 /* Whether "host:port" names a loopback address; false also for what does not parse. */
 bool http_is_loopback(const char *listen);

@@ -35,6 +35,8 @@ struct connection {
     struct connection *next, **place; /* [m] */
     int fd;
     double deadline; /* [m] monotonic seconds; HUGE_VAL while it is ours to wait */
+    bool reads;      /* [m] waits for bytes of a request: its head, or the rest of its body */
+    double gone;     /* [m] since when the peer has said that no more bytes come; 0: it has not */
     char *target;    /* raw request target of the current request; owned by its MHD thread */
 };
 
@@ -113,6 +115,13 @@ int listen_open(const char *text, char *address, size_t address_size, char *mess
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
                         const char **code);
 
+/* ---- origin.c -------------------------------------------------------------------------------- */
+
+/* Whether a request with this Host (NULL: none) and this Origin (NULL: none) may be answered at
+   the address; otherwise the detail of the problem. extra: further hosts, separated by commas. */
+const char *origin_check(const char *address, const char *extra, const char *method,
+                         const char *host, const char *origin);
+
 /* ---- exchange.c ------------------------------------------------------------------------------ */
 
 enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char *url,
@@ -139,8 +148,10 @@ void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
                        enum MHD_ConnectionNotificationCode code);
 void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd);
 struct connection *connection_of(struct MHD_Connection *mhd);
-/* Sets the time by which the connection must have moved on; HUGE_VAL for none. */
-void connection_deadline(struct http *http, struct connection *connection, double deadline);
+/* Sets the time by which the connection must have moved on; HUGE_VAL for none. reads: whether it
+   waits for bytes of a request. */
+void connection_deadline(struct http *http, struct connection *connection, double deadline,
+                         bool reads);
 int timer_start(struct http *http);
 void timer_stop(struct http *http);
 

@@ -54,6 +54,14 @@ static bool parse(const char *text, union address *address, socklen_t *length)
     return inet_pton(AF_INET, host, &address->v4.sin_addr) == 1;
 }
 
+bool http_is_address(const char *listen_text)
+{
+    union address address;
+    socklen_t length;
+
+    return parse(listen_text, &address, &length);
+}
+
 bool http_is_loopback(const char *listen_text)
 {
     union address address;
@@ -88,8 +96,7 @@ int listen_open(const char *text, char *address, size_t address_size, char *mess
     int fd, on = 1;
 
     if (!parse(text, &wanted, &length)) {
-        (void)snprintf(message, size, "\"%s\" is no address: use 127.0.0.1:8080 or [::1]:8080",
-                       text);
+        (void)snprintf(message, size, HTTP_NO_ADDRESS, text);
         return -1;
     }
     fd = socket(wanted.any.sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

@@ -25,9 +25,10 @@ refuses 'an unknown option' 2 'fast' --fast 1
 refuses 'an option without its value' 2 'data' --data
 refuses 'a number out of range' 2 'workers.*256' --workers 1000
 refuses 'a number that is none' 2 'workers' --workers many
-refuses 'an address that is none' 2 'loopback' --listen localhost:80 --data "$data"
+refuses 'an address that is none' 2 'no address' --listen localhost:80 --data "$data"
+refuses 'a word for an address' 2 'no address' --listen foo --data "$data"
 refuses 'every address without tokens' 2 'insecure' --listen 0.0.0.0:0 --data "$data"
-refuses 'a port that is none' 1 'no address' --listen 127.0.0.1:99999 --data "$data" --insecure
+refuses 'a port that is none' 2 'port' --listen 127.0.0.1:99999 --data "$data" --insecure
 printf '{"workers":1,"wrokers":2}' >"$SCRATCH/unknown.json"
 refuses 'an unknown member of the file' 2 'wrokers' --config "$SCRATCH/unknown.json"
 printf '{"workers":"1"}' >"$SCRATCH/type.json"
@@ -35,7 +36,7 @@ refuses 'a member of the wrong type' 2 'workers' --config "$SCRATCH/type.json"
 printf '{"workers":1' >"$SCRATCH/broken.json"
 refuses 'a file that is no JSON' 2 'broken.json' --config "$SCRATCH/broken.json"
 refuses 'a file that is not there' 2 'absent.json' --config "$SCRATCH/absent.json"
-refuses 'a data directory that cannot be' 1 '.' --listen 127.0.0.1:0 --data /proc/none
+refuses 'a data directory that cannot be' 1 '--data /proc/none' --listen 127.0.0.1:0 --data /proc/none
 
 # The file is overridden by the environment, and that by the command line.
 printf '{"workers":3,"maxBody":5000,"syncWaitSeconds":2}' >"$SCRATCH/good.json"
@@ -68,6 +69,16 @@ for bytes in 'GET /nothing\0x HTTP/1.1\r\nHost: x\r\n\r\n' '\0\0\0\0\r\n\r\n' 'G
     get /healthz
     is "$STATUS" 200 'and the service goes on'
 done
+
+# Pages of other sites in a browser on this machine are kept out.
+get /v1/version --header 'Host: rebound.example'
+is_problem 403 forbidden 'a foreign Host'
+get /v1/version --header "Host: localhost:${host#*:}"
+is "$STATUS" 200 'localhost with the port is no foreign Host'
+post /v1/meshes --header 'Origin: http://evil.example' --data-binary 'x'
+is_problem 403 forbidden 'a foreign Origin that would change something'
+post /v1/processes/encode/execution --header 'Content-Type:' --data-binary '{"inputs":{}}'
+is_problem 415 unsupported-media-type 'an execution without Content-Type'
 
 kill -INT "$SERVER_PID"
 wait_server "$SERVER_PID"

@@ -119,6 +119,47 @@ static void test_initial(void **state)
              404, "no-such-surface");
 }
 
+/* Methods that do not search refuse a place to start from, and take auto. */
+static void test_initial_of_direct_methods(void **state)
+{
+    static const char *const direct[] = {"closed-form", "spectral"};
+    static const char *const starts[] = {"sphere", "star", "@", "auto"};
+
+    for (size_t i = 0; i < 2; i++) {
+        for (size_t k = 0; k < 4; k++) {
+            struct outcome outcome;
+            char text[200];
+
+            (void)snprintf(text, sizeof text,
+                           "{\"srnf\":{\"surface\":\"@\"},\"method\":\"%s\",\"initial\":\"%s\"}",
+                           direct[i], starts[k]);
+            outcome = canonicalise_text(*state, "invert", text);
+            assert_int_equal(has_error(&outcome, "/inputs/initial"), k < 3);
+            outcome_clear(&outcome);
+        }
+    }
+}
+
+static void test_unsound_surfaces(void **state)
+{
+    double coefficients[3 * 25] = {0};
+    struct srnf_surface_measures measures = {.area = 1.0};
+    struct jobs_result result = {0};
+
+    (void)state;
+    assert_true(process_surface_sound(4, coefficients, &measures, &result));
+    coefficients[74] = NAN;
+    assert_false(process_surface_sound(4, coefficients, &measures, &result));
+    assert_string_equal(result.problem_code, "numerical-failure");
+    coefficients[74] = 0.0;
+    measures.volume = INFINITY;
+    assert_false(process_surface_sound(4, coefficients, &measures, &result));
+    measures = (struct srnf_surface_measures){.area = 0.0};
+    assert_false(process_surface_sound(4, coefficients, &measures, &result));
+    assert_string_equal(result.problem_code, "not-converged");
+    assert_null(strstr(result.problem_detail, "nan"));
+}
+
 static void test_numbers(void **state)
 {
     const double values[4] = {1.0, NAN, INFINITY, -INFINITY};
@@ -142,7 +183,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_q_nested_or_flat), cmocka_unit_test(test_q_wrong),
         cmocka_unit_test(test_grid_and_degree),  cmocka_unit_test(test_srnf),
-        cmocka_unit_test(test_initial),          cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_initial),          cmocka_unit_test(test_initial_of_direct_methods),
+        cmocka_unit_test(test_unsound_surfaces), cmocka_unit_test(test_numbers),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

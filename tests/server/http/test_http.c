@@ -527,6 +527,144 @@ static void test_dawdlers_are_cut_off(void **state)
     http_stop(http, 5);
 }
 
+/* The peer finished sending in mid-request: noticed long before the deadlines, so that neither the
+   slots nor the end of the service wait for it. */
+static void test_abandoned_requests_are_let_go(void **state)
+{
+    static const char *const beginnings[] = {
+        "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n",
+        "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\nhello",
+        "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 200000\r\n\r\nrefused, and read",
+        "POST /x HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhel",
+        "POST /x HTTP/1.1\r\nHost: ",
+    };
+    struct http *http = serve((struct http_config){.max_connections = 2});
+    double start = now();
+
+    (void)state;
+    for (size_t i = 0; i < sizeof beginnings / sizeof beginnings[0]; i++) {
+        int fd = dial(http);
+
+        say(fd, beginnings[i]);
+        (void)close(fd);
+    }
+    while (ask(http, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n") != 200 && now() - start < 20) {
+        nap(50);
+    }
+    assert_true(now() - start < 8);
+    for (size_t i = 0; i < 2; i++) {
+        int fd = dial(http);
+
+        say(fd, beginnings[i]);
+        (void)close(fd);
+    }
+    nap(100);
+    start = now();
+    http_stop(http, 20);
+    assert_true(now() - start < 8);
+}
+
+/* A client that has sent everything and closed its half still gets its answer, late as it is. */
+static void test_half_closed_clients_are_answered(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http), waits = dial(http), status;
+
+    (void)state;
+    say(fd, "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhello");
+    (void)shutdown(fd, SHUT_WR);
+    say(waits, "GET /wait HTTP/1.1\r\nHost: x\r\n\r\n");
+    (void)shutdown(waits, SHUT_WR);
+    assert_int_equal(hear(fd, text, false, NULL), 200);
+    nap(1500);
+    atomic_store(&fake.job_ended, true);
+    http_job_changed(http, "job-1");
+    status = hear(waits, text, false, NULL);
+    assert_int_equal(status, 200);
+    (void)close(fd);
+    (void)close(waits);
+    http_stop(http, 5);
+}
+
+/* One head, and it is ours. */
+static void test_refusals_have_one_head(void **state)
+{
+    static const char *const requests[] = {
+        "GET /quick HTTP/1.1\r\n\r\n",
+        "GET /quick HTTP/1.1\r\nX-A: b\r\n\r\n",
+    };
+    struct http *http = serve((struct http_config){0});
+
+    (void)state;
+    for (size_t i = 0; i < sizeof requests / sizeof requests[0]; i++) {
+        assert_int_equal(ask(http, requests[i]), 400);
+        assert_null(strstr(text + 1, "HTTP/1.1"));
+        assert_non_null(strstr(text, "malformed-request: "));
+    }
+    http_stop(http, 5);
+}
+
+static int ask_as(const struct http *http, const char *method, const char *fields)
+{
+    char request[300];
+
+    (void)snprintf(request, sizeof request, "%s /quick HTTP/1.1\r\n%s\r\n\r\n", method, fields);
+    return ask(http, request);
+}
+
+static void test_foreign_sites_are_kept_out(void **state)
+{
+    static const struct {
+        const char *method, *fields; /* PORT: that of the service */
+        int status;
+    } cases[] = {
+        {"GET", "Host: localhost:PORT", 200},
+        {"GET", "Host: LocalHost:PORT", 200},
+        {"GET", "Host: 127.0.0.1:PORT", 200},
+        {"GET", "Host: [::1]:PORT", 200},
+        {"GET", "Host: shapes.example", 200},
+        {"GET", "Host: shapes.example:PORT", 200},
+        {"GET", "Host: rebound.example:PORT", 403},
+        {"GET", "Host: localhost", 403},
+        {"GET", "Host: localhost:1", 403},
+        {"GET", "Host: localhost.evil.example:PORT", 403},
+        {"GET", "Host: shapes.example.evil", 403},
+        {"GET", "Host: ", 403},
+        {"GET", "Host: localhost:PORT\r\nOrigin: http://evil.example", 200},
+        {"POST", "Host: localhost:PORT\r\nContent-Length: 0", 200},
+        {"POST", "Host: localhost:PORT\r\nContent-Length: 0\r\nOrigin: http://localhost:PORT", 200},
+        {"POST", "Host: localhost:PORT\r\nContent-Length: 0\r\nOrigin: http://evil.example", 403},
+        {"POST", "Host: localhost:PORT\r\nContent-Length: 0\r\nOrigin: null", 403},
+        {"DELETE", "Host: localhost:PORT\r\nOrigin: http://localhost:1", 403},
+    };
+    struct http *http = serve(
+        (struct http_config){.local_only = true, .allowed_hosts = "a.example, shapes.example"});
+    const char *port = strrchr(http_address(http), ':') + 1;
+
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char fields[200];
+        size_t used = 0;
+        int status;
+
+        for (const char *at = cases[i].fields; *at && used < sizeof fields - 8;) {
+            if (strncmp(at, "PORT", 4) == 0) {
+                used += (size_t)snprintf(fields + used, sizeof fields - used, "%s", port);
+                at += 4;
+            } else {
+                fields[used++] = *at++;
+            }
+        }
+        fields[used] = '\0';
+        status = ask_as(http, cases[i].method, fields);
+        if (status != cases[i].status) {
+            print_message("%s %s answered %d\n", cases[i].method, cases[i].fields, status);
+        }
+        assert_int_equal(status, cases[i].status);
+    }
+    http_stop(http, 5);
+}
+
 static void test_too_many_connections_are_told(void **state)
 {
     struct http *http = serve((struct http_config){.max_connections = 2});
@@ -575,6 +713,10 @@ int main(void)
         cmocka_unit_test(test_a_job_that_ends_before_the_wait_is_noticed),
         cmocka_unit_test(test_stopping_answers_what_waits),
         cmocka_unit_test(test_dawdlers_are_cut_off),
+        cmocka_unit_test(test_abandoned_requests_are_let_go),
+        cmocka_unit_test(test_half_closed_clients_are_answered),
+        cmocka_unit_test(test_refusals_have_one_head),
+        cmocka_unit_test(test_foreign_sites_are_kept_out),
         cmocka_unit_test(test_too_many_connections_are_told),
         cmocka_unit_test(test_loopback_is_told_from_the_rest),
     };
