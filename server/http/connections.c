@@ -7,11 +7,12 @@
  * libmicrohttpd sees its end and closes it. The shutdown happens under the mutex that the
  * notification of the closing takes, so that a descriptor is never another connection's by then.
  *
- * A client that ends in the middle of a request is not noticed either where its end came together
- * with its last bytes: libmicrohttpd waits for an edge that has passed. So the timer asks the
- * sockets of those that still owe bytes. One whose peer has finished sending, with nothing left to read
- * and no piece taken for GONE_SECONDS, never gets the rest, and is shut like one that is late. A
- * client that has sent everything and closed its half is not among them: it owes nothing.
+ * A client that ends in the middle of a request is not noticed either where its end came
+ * together with its last bytes: libmicrohttpd waits for an edge that has passed. So the timer
+ * asks the sockets of those that still owe bytes. One whose peer has finished sending, with
+ * nothing left to read and no piece taken for GONE_SECONDS, never gets the rest, and is shut
+ * like one that is late. A client that has sent everything and closed its half is not among
+ * them: it owes nothing.
  *
  * The timer also wakes exchanges whose wait for a job is over.
  */
