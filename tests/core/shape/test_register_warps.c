@@ -95,7 +95,9 @@ static void comes_back_from_warps(void **state)
         }
         assert_true(n > 0);
         qsort(found, n, sizeof found[0], ascending);
-        figure_below("median", found[n / 2], strengths[k].median);
+        if (n > 2) { /* of two the median says nothing */
+            figure_below("median", found[n / 2], strengths[k].median);
+        }
         figure_below("worst", found[n - 1], strengths[k].worst);
     }
 }

@@ -89,7 +89,7 @@ static inline int group_by_name(const void *a, const void *b)
    of the groups that the names tell apart. False where the data are not there. */
 static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *mesh)
 {
-    static char names[GROUP_MAX][256];
+    static char names[GROUP_MAX][512];
     static size_t found;
 
     if (found == 0) {
