@@ -167,6 +167,7 @@ fuzzers: $(FUZZERS)
 install: all
 	install -D -m 755 $(B)/srnfd $(DESTDIR)$(PREFIX)/bin/srnfd
 	install -D -m 644 core/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/srnf core/srnf/*.h
 	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
 	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
 

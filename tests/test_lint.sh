@@ -46,7 +46,7 @@ finds columns 'bad.c:2: more than 100' 'a line of 101 columns is too long'
 echo "/* $(printf '%93s' x)ä */" | file core/sphere/bad.c
 clean columns
 rm "$COPY/core/sphere/bad.c"
-cp core/memory.c core/srnf.h core/internal.h "$COPY/core"
+cp -r core/memory.c core/srnf.h core/srnf core/internal.h "$COPY/core"
 
 file core/sphere/grid.h <<'END'
 int grid(int x);

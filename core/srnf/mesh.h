@@ -1,0 +1,205 @@
+/*
+ * mesh.h - triangle meshes: files, reports, star-shapedness, maps to the sphere (core/mesh).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ */
+#ifndef SRNF_PUBLIC_MESH_H
+#define SRNF_PUBLIC_MESH_H
+
+#include "srnf.h"
+
+enum srnf_mesh_format {
+    SRNF_MESH_UNKNOWN = 0,
+    SRNF_MESH_PLY, /* ascii, binary_little_endian, binary_big_endian */
+    SRNF_MESH_OBJ,
+    SRNF_MESH_OFF,
+    SRNF_MESH_STL,        /* ascii and binary */
+    SRNF_MESH_VTK,        /* legacy polydata, ASCII and BINARY */
+    SRNF_MESH_GIFTI,      /* ASCII, Base64Binary, GZipBase64Binary; both byte orders */
+    SRNF_MESH_FREESURFER, /* binary triangle surface, big-endian, magic ff ff fe */
+    SRNF_MESH_GLB,        /* written only */
+};
+
+/* A triangle mesh. Faces are counter-clockwise seen from outside. */
+struct srnf_mesh {
+    size_t n_vertices, n_faces;
+    double *vertices; /* [n_vertices][3], in the units of the file */
+    uint32_t *faces;  /* [n_faces][3], indices below n_vertices */
+};
+/* Frees what the mesh owns and clears it; the struct itself belongs to the caller. */
+void srnf_mesh_clear(struct srnf_mesh *mesh);
+
+struct srnf_mesh_limits {
+    size_t max_vertices; /* default 4,000,000 */
+    size_t max_faces;    /* default 8,000,000 */
+    size_t max_memory;   /* bytes that one read may hold at once, beside the input; default 1 GiB */
+};
+struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
+
+/* What a reader found out beside the mesh. */
+struct srnf_mesh_read_info {
+    enum srnf_mesh_format format;
+    size_t polygons_triangulated; /* faces with more than three corners, cut into fans */
+};
+
+/* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */
+enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size);
+
+/* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer",
+   "glb"), and back. */
+const char *srnf_mesh_format_name(enum srnf_mesh_format format);
+enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
+
+/*
+ * Reads a mesh from memory.
+ *   bytes, size  [in]  the file's content; any bytes at all are safe
+ *   format       [in]  the format, or SRNF_MESH_UNKNOWN to sniff it
+ *   limits       [in]  NULL: defaults. Counts promised by a header are checked against them and
+ *                      against what the remaining bytes can hold before anything is allocated
+ *   mesh         [out] to be cleared; every index is in range, every coordinate finite
+ *   info, error  [out] optional
+ * Errors: SRNF_EFORMAT, SRNF_EPARSE (element: the byte, face or vertex, as the message says),
+ * SRNF_ELIMIT, SRNF_ENOMEM. Time and memory are bounded by the size of the input and the limits.
+ */
+SRNF_CHECKED int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
+                                const struct srnf_mesh_limits *limits, struct srnf_mesh *mesh,
+                                struct srnf_mesh_read_info *info, struct srnf_error *error);
+
+/* A growing byte buffer with a ceiling. Zero-initialise; free with srnf_buffer_clear. */
+struct srnf_buffer {
+    unsigned char *data;
+    size_t size, capacity;
+    size_t max; /* 0: SRNF_BUFFER_MAX */
+};
+#define SRNF_BUFFER_MAX ((size_t)1 << 30)
+SRNF_CHECKED int srnf_buffer_append(struct srnf_buffer *buffer, const void *bytes, size_t size);
+void srnf_buffer_clear(struct srnf_buffer *buffer);
+
+/* A scalar per vertex that travels with a written mesh. */
+struct srnf_mesh_field {
+    const char *name;     /* [A-Za-z0-9_]+ */
+    const double *values; /* [n_vertices] */
+};
+
+/*
+ * Writes a mesh: PLY (binary little-endian), OBJ, STL (binary), VTK (legacy polydata, binary) or
+ * GLB (glTF 2.0). Fields ride along in PLY (vertex properties), VTK (point data) and GLB (custom
+ * attributes _NAME, and the first one as vertex colours); OBJ and STL cannot carry them.
+ *   normals  [in] double[n_vertices][3] or NULL (then GLB computes area-weighted ones)
+ * Coordinates are single precision in STL and GLB, double elsewhere.
+ * Errors: SRNF_EINVAL (a format that is only read), SRNF_ENOMEM, SRNF_ELIMIT.
+ */
+SRNF_CHECKED int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_format format,
+                                 const double *normals, const struct srnf_mesh_field *fields,
+                                 size_t n_fields, struct srnf_buffer *out);
+
+/* Lossless repairs that srnf_mesh_prepare has made. */
+struct srnf_mesh_repairs {
+    size_t duplicate_vertices_merged; /* only where the format has no shared vertices (STL) */
+    size_t unreferenced_vertices_dropped;
+    size_t faces_flipped; /* all of them, when the whole mesh was inside out; otherwise 0 */
+};
+
+/* One thing that keeps a mesh from being analysed. */
+struct srnf_mesh_problem {
+    int status;    /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
+    size_t count;  /* boundary edges, non-manifold edges or vertices, components, ... */
+    int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
+    char detail[160];
+};
+#define SRNF_MESH_PROBLEMS_MAX 8
+
+struct srnf_mesh_report {
+    bool closed;          /* every edge has two faces or more */
+    bool edge_manifold;   /* no edge has more than two */
+    bool vertex_manifold; /* the faces around each vertex form one fan */
+    bool oriented;        /* the two faces of an edge traverse it in opposite directions */
+    size_t components;
+    int64_t euler_characteristic;
+    int64_t genus; /* of a closed, manifold, oriented, connected mesh; -1 otherwise */
+    double area;   /* in squared units */
+    double volume; /* signed, of the mesh after the repairs, in cubed units */
+    double bounding_box_diagonal;
+    double centroid[3]; /* of area */
+    struct srnf_mesh_repairs repairs;
+    size_t n_problems;
+    struct srnf_mesh_problem problems[SRNF_MESH_PROBLEMS_MAX]; /* ordered as enum srnf_status */
+};
+
+/*
+ * Repairs what can be repaired without loss, in place, and reports on topology and size.
+ *   mesh            [in/out] vertices may be renumbered; faces keep their order
+ *   merge_vertices  [in]     join vertices with equal coordinates, -0 and 0 alike (for STL)
+ *   report          [out]    always complete on success; a mesh with problems is no error
+ * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite,
+ * more than 2^31 / 3 faces), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
+                                   struct srnf_mesh_report *report);
+
+/* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
+   for every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole
+   surface. */
+struct srnf_star {
+    bool value; /* margin > 0 beyond rounding */
+    double center[3];
+    double margin;                  /* in units of length; negative: no point sees everything */
+    double violating_area_fraction; /* of the faces that the centre sees from behind */
+};
+
+/*
+ * Best centre by linear programming (the dual simplex problem in four rows, GLPK), for a closed and
+ * oriented mesh. Faces of zero area are left out.
+ * Errors: SRNF_EDEGENERATE (no face with an area), SRNF_ENUMERIC, SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star);
+
+/* The same at a given centre. Errors: SRNF_EINVAL (not finite, beyond 1e100), SRNF_EDEGENERATE,
+   SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
+                              struct srnf_star *star);
+
+/* Spatial index over the triangles of a mesh (bounding-volume hierarchy). Immutable; keeps a
+   pointer to the mesh, which must outlive it. */
+struct srnf_index;
+SRNF_CHECKED int srnf_index_create(struct srnf_index **out, const struct srnf_mesh *mesh);
+void srnf_index_destroy(struct srnf_index *index);
+
+/* Largest t >= 0 at which origin + t direction meets the mesh; watertight across shared edges of a
+   closed mesh. Returns false, and leaves t alone, where the ray meets nothing. face is optional. */
+bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
+                    const double direction[3], double *t, uint32_t *face);
+
+/* Squared distance from a point to the mesh; nearest[3] and face may be NULL. */
+double srnf_index_distance2(const struct srnf_index *index, const double point[3],
+                            double nearest[3], uint32_t *face);
+
+/* A bijective map of a closed mesh of genus zero to the unit sphere. */
+struct srnf_spherical_map {
+    double *points;             /* [n_vertices][3], unit vectors; owned, freed with srnf_free */
+    double symmetric_dirichlet; /* these three as in struct srnf_distortion */
+    double log_area_deviation;
+    size_t flipped;
+    size_t attempts; /* 1: the first choice of constants did it */
+};
+
+/*
+ * Low-distortion spherical parameterisation by progressive insertion with a barrier energy (method
+ * and sources in core/mesh/spherical.h). The rotation of the map is canonical: in another pose or
+ * numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on the unit
+ * sphere), or, if it is symmetric to that, another choice of axes. The same mesh always gives the
+ * same bits.
+ *   mesh  [in] closed, manifold, oriented, connected, of genus 0
+ * Errors: SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE (the mesh is not what it has to be, or has no
+ * area), SRNF_EINVAL (an index out of range, a vertex without faces, too many faces),
+ * SRNF_ENUMERIC (no valid map found), SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_spherical_map(const struct srnf_mesh *mesh,
+                                    const struct srnf_context *context,
+                                    struct srnf_spherical_map *map, struct srnf_error *error);
+
+/* Geodesic sphere: the icosahedron with each edge cut in frequency parts, 20 frequency^2 faces, on
+   the unit sphere. Errors: SRNF_EINVAL (0 or above 400), SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_mesh_icosphere(size_t frequency, struct srnf_mesh *mesh);
+
+#endif

@@ -1,0 +1,94 @@
+/*
+ * register.h - elastic registration of two surfaces (core/shape).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ */
+#ifndef SRNF_PUBLIC_REGISTER_H
+#define SRNF_PUBLIC_REGISTER_H
+
+#include "srnf.h"
+
+enum srnf_register_start {
+    SRNF_START_TOURNAMENT = 0, /* many rotations, narrowed down while the fields grow */
+    SRNF_START_RIGID = 1,      /* the best rotation, refined */
+    SRNF_START_IDENTITY = 2,
+};
+
+struct srnf_register_options {
+    bool rotation;           /* turn the values; default true */
+    bool reparameterization; /* warp the domain; default true. false: rotations of the domain only
+                                where start is not identity */
+    size_t degree;           /* of the fields that generate the warp, 1 .. 32; default 12 */
+    double penalty_jacobian; /* weight of integral (1 + J) (log J)^4; default 0.003 */
+    double penalty_displacement; /* weight of min integral |e - O' sqrt(J) gamma|^2; default 0.01 */
+    enum srnf_register_start start;
+    bool common_pose; /* the data share a pose: no rotation anywhere, start identity */
+    bool symmetric;   /* both ways, the lower objective, swap polish: equal for (a, b) and (b, a) */
+    bool exact;       /* no penalty, up to degree 32: for surfaces that differ by a warp alone */
+};
+struct srnf_register_options srnf_register_options_defaults(void);
+
+/* A warp gamma as a chain of maps, applied in order: enough to replay it on any points. */
+enum srnf_warp_kind {
+    SRNF_WARP_ROTATION = 0,    /* values: double[9], row-major */
+    SRNF_WARP_EXP = 1,         /* p -> exp_p(w(p)), w = grad phi + p x grad psi; values:
+                                  double[2][(degree+1)^2], phi and psi */
+    SRNF_WARP_EXP_INVERSE = 2, /* the inverse of that map */
+};
+struct srnf_warp_link {
+    enum srnf_warp_kind kind;
+    size_t degree;
+    double *values;
+};
+struct srnf_warp {
+    size_t n_links, capacity;
+    struct srnf_warp_link *links;
+};
+void srnf_warp_clear(struct srnf_warp *warp);
+/* gamma at points [n][3], and its Jacobian [n] (or NULL). Errors: SRNF_ENOMEM, SRNF_ENUMERIC. */
+SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points,
+                                 double *warped, double *jacobian);
+
+struct srnf_registration {
+    double *coefficients; /* [3][(L+1)^2] of O f2 o gamma, analysed to the degree of the pair */
+    double *q;          /* [3][n_theta][n_phi] O sqrt(J) q2 o gamma on the template's grid, exact */
+    double rotation[9]; /* O, row-major */
+    struct srnf_warp warp;
+    double *points;                    /* [n_theta][n_phi][3] gamma on the template's grid */
+    double *jacobian;                  /* [n_theta][n_phi] */
+    double distance;                   /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
+    double distance_before;            /* ||q1 - q2|| */
+    double objective;                  /* distance^2 / ||q1||^2 + penalties */
+    double min_jacobian, max_jacobian; /* on half as many rows again, 72 at least */
+    double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
+    double
+        ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */
+    double ambiguity_angle;  /* rms angle between the two maps, radians */
+    double
+        rotational_curvature; /* smallest eigenvalue of the energy over rotations of the domain */
+    double truncation_error;  /* ||q of coefficients - q|| relative to ||q|| */
+    size_t iterations;
+    bool converged;
+};
+void srnf_registration_clear(struct srnf_registration *registration);
+
+/*
+ * Registers a moving surface to a template: min over O in SO(3) and gamma in Diff+(S^2) of
+ * ||q1 - O (q2, gamma)|| with penalties (core/shape/registration.h). Every accepted step keeps
+ * orientation.
+ *   sht               [in] degree and grid of both surfaces
+ *   template_surface  [in] double[3][(L+1)^2], or NULL when template_q is given
+ *   template_q        [in] double[3][n_theta][n_phi], or NULL: from template_surface
+ *   moving            [in] double[3][(L+1)^2]
+ *   warm              [in] a registration of the same pair to start from, or NULL
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. symmetric needs
+ * template_surface.
+ */
+SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *template_surface,
+                               const double *template_q, const double *moving,
+                               const struct srnf_register_options *options,
+                               const struct srnf_registration *warm,
+                               const struct srnf_context *context,
+                               struct srnf_registration *registration, struct srnf_error *error);
+
+#endif

@@ -1,0 +1,89 @@
+/*
+ * stats.h - distances, mean, principal components, samples (core/stats).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ */
+#ifndef SRNF_PUBLIC_STATS_H
+#define SRNF_PUBLIC_STATS_H
+
+#include "srnf.h"
+
+/*
+ * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
+ * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
+ *   surfaces  [in] n pointers to double[3][(L+1)^2]
+ * Errors: as srnf_register; the matrix is then undefined.
+ */
+SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                                const struct srnf_register_options *options,
+                                const struct srnf_context *context, double *matrix,
+                                struct srnf_error *error);
+
+struct srnf_mean_options {
+    const struct srnf_register_options *registration; /* NULL: as parameterised */
+    double tolerance;      /* relative change of the mean q; default 1e-3 */
+    size_t max_iterations; /* default 20 */
+    /* Called after each iteration with all that is needed to go on from there: a caller that keeps
+       the bytes can hand them back as `resume`. Optional. */
+    void (*checkpoint)(void *user, const void *bytes, size_t size);
+    void *checkpoint_user;
+    const void *resume; /* of the same surfaces and options, or NULL */
+    size_t resume_size;
+};
+struct srnf_mean_options srnf_mean_options_defaults(void);
+struct srnf_mean_iteration {
+    double change;   /* ||mu_k - mu_k-1|| / ||mu_k|| */
+    double variance; /* mean squared distance to the mean q */
+    double seconds;
+};
+struct srnf_mean {
+    size_t n;
+    double *coefficients;   /* [3][(L+1)^2] the mean surface: mean_q inverted once */
+    double *mean_q;         /* [3][n_theta][n_phi] */
+    double *registered_q;   /* [n][3][n_theta][n_phi] the subjects, registered to the mean */
+    double *distances;      /* [n] to the mean */
+    double relative_energy; /* of the inversion of mean_q: what is lost by being a surface */
+    size_t iterations;
+    bool converged;
+    struct srnf_mean_iteration *history; /* [iterations] */
+};
+void srnf_mean_clear(struct srnf_mean *mean);
+
+/*
+ * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
+ * parameterisation centred, repeat; one inversion at the end. Starts from the medoid of the
+ * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel.
+ */
+SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
+                                   const double *const *surfaces,
+                                   const struct srnf_mean_options *options,
+                                   const struct srnf_context *context, struct srnf_mean *mean,
+                                   struct srnf_error *error);
+
+/* Principal components of registered SRNFs about their mean, with quadrature weights: eigenvectors
+   of the n x n Gram matrix. Signs are fixed: the largest entry of each score column is positive. */
+struct srnf_pca {
+    size_t n, components;
+    double *eigenvalues; /* [components] variances (divided by n - 1), decreasing, above rounding */
+    double *explained;   /* [components] shares of the total variance; */
+    double total_variance;
+    double *modes;  /* [components][3][n_theta][n_phi], orthonormal */
+    double *scores; /* [n][components] */
+};
+void srnf_pca_clear(struct srnf_pca *pca);
+/* max_components 0: all above rounding. registered_q: [n][3][n_theta][n_phi]. */
+SRNF_CHECKED int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                              const double *registered_q, size_t max_components,
+                              struct srnf_pca *pca);
+/* Scores of another q in the frozen model, and the norm of what the modes cannot represent. */
+void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                      const double *mean_q, const double *q, double *scores, double *residual);
+/* q = mean_q + sum_k scores[k] mode_k */
+void srnf_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                          const double *mean_q, const double *scores, double *q);
+/* Standard normal scores times sqrt(eigenvalue) from a seed: a counter-based generator, the same
+   numbers on every machine. scores: [count][components]. */
+void srnf_pca_sample(const struct srnf_pca *pca, uint64_t seed, size_t count, size_t components,
+                     double *scores);
+
+#endif

@@ -1,0 +1,90 @@
+/*
+ * surface.h - surfaces of a degree, and encoding a mesh as one (core/shape).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ */
+#ifndef SRNF_PUBLIC_SURFACE_H
+#define SRNF_PUBLIC_SURFACE_H
+
+#include "srnf.h"
+
+struct srnf_surface_measures {
+    double area, volume, centroid[3]; /* volume is signed, the centroid that of area */
+};
+/* Area, volume and centroid by the quadrature of the transform's grid. workspace: at least
+   srnf_surface_workspace_size bytes. coefficients: double[3][(L+1)^2]. */
+size_t srnf_surface_workspace_size(const struct srnf_sht *sht);
+void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients,
+                          struct srnf_surface_measures *measures, void *workspace);
+
+/* The surface as a triangle mesh over srnf_mesh_icosphere(frequency), with its exact unit normals
+   (double[n_vertices][3], freed with srnf_free) when normals is not NULL. */
+SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficients,
+                                          size_t frequency, struct srnf_mesh *mesh,
+                                          double **normals);
+
+/* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the
+   vertices of the mesh and over a triangulation of the surface. In the units of the mesh. */
+struct srnf_fit {
+    double rms, p95, max;
+    double diagonal; /* bounding-box diagonal of the mesh */
+};
+
+/* How the sphere is laid on a mesh. */
+enum srnf_parameterization {
+    SRNF_PARAMETERIZATION_AUTO = 0,
+    SRNF_PARAMETERIZATION_STAR = 1,  /* f = r e + c: radial from a centre of the star kernel */
+    SRNF_PARAMETERIZATION_AREA = 2,  /* srnf_spherical_map: any mesh of genus 0 */
+    SRNF_PARAMETERIZATION_GIVEN = 3, /* by a second mesh of the same faces on a sphere */
+};
+const char *srnf_parameterization_name(enum srnf_parameterization parameterization);
+
+/* How far a map from a mesh to the unit sphere is from an isometry up to scale. */
+struct srnf_distortion {
+    double symmetric_dirichlet; /* energy / 4 pi: 4 for an isometry, larger otherwise */
+    double log_area_deviation;  /* standard deviation of the log of the area ratio */
+    size_t flipped;             /* faces that the map turns over: 0 in what is returned */
+};
+
+struct srnf_encode_options {
+    size_t degree; /* 4 .. 127; default 31 */
+    enum srnf_parameterization parameterization;
+    bool center_given; /* otherwise the centre of srnf_star_kernel; asks for the route star */
+    double center[3];
+    const struct srnf_mesh *sphere; /* of the route given: prepared, the same faces in the same
+                                       order, vertices on a sphere of any centre and radius */
+    bool unit_area;                 /* scale to unit area; default true */
+    double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r or f; default 0 */
+};
+struct srnf_encode_options srnf_encode_options_defaults(void);
+/* The route that auto takes for a mesh of this bounding-box diagonal: star or area. */
+enum srnf_parameterization srnf_encode_route(const struct srnf_star *star, double diagonal);
+
+struct srnf_encoded {
+    size_t degree;
+    double *coefficients; /* [3][(L+1)^2], centred at its area centroid; owned, srnf_free */
+    double scale;         /* multiplies the surface back to the units of the mesh */
+    double origin[3];     /* of the stored surface in the frame of the mesh: x = scale f + origin */
+    enum srnf_parameterization route; /* star, area or given */
+    char reason[240];                 /* one sentence: why this route */
+    struct srnf_star star;            /* of the mesh, whatever the route */
+    struct srnf_distortion distortion;
+    struct srnf_fit fit;
+    struct srnf_surface_measures measures; /* of the surface as stored */
+};
+
+/*
+ * From a prepared mesh without problems to a surface of the given degree, centred and scaled. Star
+ * samples r along rays and analyses it to degree L - 1, so that f = r e has degree L exactly; area
+ * and given analyse the coordinates as srnf_spherical_map or options->sphere lay them out. Auto
+ * takes what srnf_encode_route says, and the other route where that fails.
+ *   report  [in] of srnf_mesh_prepare; its first problem is returned as the error
+ * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL (an option, or a sphere that is none:
+ * element is then its first face or vertex at fault), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
+                             const struct srnf_encode_options *options,
+                             const struct srnf_context *context, struct srnf_encoded *encoded,
+                             struct srnf_error *error);
+
+#endif
