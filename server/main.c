@@ -12,6 +12,7 @@
 #include "api/handler.h"
 #include "api/routes.h"
 #include "build.h"
+#include "commands.h"
 #include "config.h"
 #include "http/http.h"
 #include "log.h"
@@ -229,6 +230,8 @@ static const struct command {
     const char *text; /* NULL: not in the help */
 } commands[] = {
     {"serve", serve, "serve the API until SIGTERM"},
+    {"backup", command_backup, "copy the data to a directory, also while the daemon runs"},
+    {"check", command_check, "verify the data; --repair removes files that nothing needs"},
     {"version", print_version, "print the versions of this build and its libraries"},
     {"help", print_help, "print this"},
     {"routes", print_routes, NULL},
@@ -263,6 +266,6 @@ int main(int argc, char **argv)
             return commands[i].run(argc - 2, argv + 2);
         }
     }
-    (void)fprintf(stderr, "usage: srnfd serve|version|help\n");
+    (void)fprintf(stderr, "usage: srnfd serve|backup|check|version|help\n");
     return 2;
 }

@@ -84,7 +84,9 @@ void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t s
 
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
-/* Checks whose database it is, and brings it to the newest version. */
+/* Checks whose database it is, and that its version is known; message gets a sentence if not. */
+int store_identify(sqlite3 *db, int64_t *version, char *message, size_t message_size);
+/* Checks that, and brings it to the newest version. */
 int store_migrate(sqlite3 *db, char *message, size_t message_size);
 
 /* ---- Writing (writer.c) ---------------------------------------------------------------------- */
@@ -145,8 +147,29 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
 /* On the writer thread, in a transaction: drops the row unless something refers to it; true if it
    did. */
 int store_blob_release(sqlite3 *db, const char *hash, bool *dropped);
-/* On the writer thread, after the commit: removes the file unless a row has come back. */
-void store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* On the writer thread, after the commit: removes the file unless a row has come back or a backup
+   is being made; true if it did. */
+bool store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* Whether a row names the blob; true also where that cannot be told. */
+bool store_blob_has_row(sqlite3 *db, const char *hash);
+/* Whether its row has the content, rather than a file. */
+bool store_blob_is_inline(sqlite3 *db, const char *hash);
+
+#define STORE_BLOB_PATH 80
+/* Path of a blob's file below blobs/. */
+void store_blob_path(char path[STORE_BLOB_PATH], const char *hash);
+/* Opens the folder, making it if it is not there; -1 with errno. */
+int store_open_folder(int at, const char *name);
+/* Writes all bytes and syncs them. */
+int store_write_all(int fd, const unsigned char *bytes, size_t size);
+
+/* ---- From outside the daemon (offline.c) ----------------------------------------------------- */
+
+/* Fills the paths and descriptors of a store without threads, and opens a read-only connection that
+   makes no checkpoint. message gets a sentence on failure; close_offline is due in any case. */
+int store_open_offline(struct store *store, sqlite3 **db, const char *directory, char *message,
+                       size_t message_size);
+void store_close_offline(struct store *store, sqlite3 *db);
 
 /* ---- Numbers (numbers.c) --------------------------------------------------------------------- */
 
