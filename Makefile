@@ -5,7 +5,7 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
-#   make crash     kill -9 under load, CYCLES=50 times
+#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write fails, in turn
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -63,7 +63,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench crash fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench crash faults fuzz install deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -166,6 +166,9 @@ bench: $(BENCHES) $(B)/srnfd
 
 crash: build-tests
 	CYCLES=$${CYCLES:-50} $(B)/tests/crash/test_crash
+
+faults: build-tests
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

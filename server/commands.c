@@ -74,8 +74,8 @@ int command_backup(int n_arguments, char **arguments)
     if (config_load(&config, n_arguments - 1, arguments + 1, message, sizeof message) != 0) {
         return fail("backup", message);
     }
-    status = store_backup(config.data, arguments[0], link, &listener, &report, message,
-                          sizeof message);
+    status =
+        store_backup(config.data, arguments[0], link, &listener, &report, message, sizeof message);
     if (status == STORE_CORRUPT && report.damaged > 0) {
         (void)snprintf(message, sizeof message,
                        "%zu blobs are damaged; the copy is complete but for them", report.damaged);
@@ -98,14 +98,14 @@ int command_check(int n_arguments, char **arguments)
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
         return fail("check", message);
     }
-    status =
-        store_verify(config.data, repair, &listener, &report, message, sizeof message);
+    status = store_verify(config.data, repair, &listener, &report, message, sizeof message);
     if (status == 0 || (status == STORE_CORRUPT && !message[0])) {
         (void)printf("version: %lld\ndatabase errors: %zu\nblobs: %zu of %zu bytes\n"
                      "damaged: %zu\nmissing: %zu\norphans: %zu, removed: %zu\n%s",
                      (long long)report.version, report.database_errors, report.blobs, report.bytes,
                      report.damaged, report.missing, report.orphans, report.removed,
-                     report.in_use ? "a daemon is running: what it just writes was left out\n" : "");
+                     report.in_use ? "a daemon is running: what it just writes was left out\n"
+                                   : "");
     }
     return conclude("check", status, message);
 }

@@ -186,7 +186,10 @@ static void write_ending(struct jobs_run *run, struct ending ending)
         if (ending.to == STORE_JOB_SUCCESSFUL) {
             ending.to = STORE_JOB_FAILED;
             ending.results = NULL;
-            ending.code = status == STORE_FULL ? "storage-full" : "internal-error";
+            ending.code = status == STORE_FULL    ? "storage-full"
+                          : status == STORE_IO    ? "storage-unavailable"
+                          : status == STORE_NOMEM ? "out-of-memory"
+                                                  : "internal-error";
             ending.detail = "The results could not be stored.";
         } else if (!may_retry(jobs)) {
             break;

@@ -30,8 +30,8 @@
 #define NEW_DATABASE STORE_DATABASE_NAME ".new"
 
 struct backup {
-    struct store store; /* the source */
-    sqlite3 *db;        /* of the source; then of the snapshot */
+    struct store store;     /* the source */
+    sqlite3 *db;            /* of the source; then of the snapshot */
     int destination, blobs; /* folders of the copy */
     bool link;
     const struct store_listener *listener;

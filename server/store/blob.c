@@ -110,6 +110,9 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     if (size <= STORE_INLINE_MAX) {
         return STORE_OK;
     }
+    if (store_room(store) != STORE_OK) {
+        return store_room(store);
+    }
     randombytes_buf(random, sizeof random);
     sodium_bin2hex(name, sizeof name, random, sizeof random);
     snprintf(content->temporary, sizeof content->temporary, TEMPORARY "/%s", name);

@@ -14,11 +14,13 @@
 
 #include <pthread.h>
 #include <sqlite3.h>
+#include <stdatomic.h>
 
 #include "store/store.h"
 
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
+#define STORE_RESERVE_NAME "reserve"
 
 struct store_write;
 
@@ -53,6 +55,8 @@ struct store {
     char *directory;
     char *database; /* path of the database file */
     int lock_fd, blobs_fd;
+    atomic_int reserve;       /* STORE_OK where the reserve is there; otherwise why it is not */
+    int64_t reserve_tried_ms; /* of the writer thread */
     struct store_writer writer;
     struct store_readers readers;
 };
@@ -100,6 +104,7 @@ int store_migrate(sqlite3 *db, char *message, size_t message_size);
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
     void *argument;
+    bool frees; /* may be done with the reserve where the disk is full */
     char dropped[65];
     int status;
     bool done;
@@ -112,6 +117,19 @@ void store_writer_stop(struct store *store);
 /* Queues the write and waits until it is committed or refused. */
 int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
                 void *argument);
+/* The same for a write that makes room, or leaves things as large as they are. */
+int store_write_freeing(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *),
+                        void *argument);
+
+/* ---- Room for that (reserve.c) --------------------------------------------------------------- */
+
+/* Takes the reserve unless it is there or it was tried just now; store->reserve tells. */
+void store_reserve_take(struct store *store);
+/* Leaves what room there is for the next start, when the writer has ended. */
+void store_reserve_leave(const struct store *store);
+/* Lets go of it; false where there is none. */
+bool store_reserve_release(struct store *store);
 
 /* ---- Reading (readers.c) --------------------------------------------------------------------- */
 

@@ -16,13 +16,13 @@ struct store_listener {
 };
 
 struct store_report {
-    int64_t version;           /* of the schema */
-    size_t blobs, bytes;       /* rows of blobs, and the size of their content */
-    size_t damaged, missing;   /* blobs whose content is not what it was; without content */
-    size_t orphans;            /* files that no row names, among them what crashes have left */
-    size_t removed;            /* of the orphans */
-    size_t database_errors;    /* lines of integrity_check and foreign_key_check */
-    bool in_use;               /* a daemon runs: what is just being written was passed over */
+    int64_t version;         /* of the schema */
+    size_t blobs, bytes;     /* rows of blobs, and the size of their content */
+    size_t damaged, missing; /* blobs whose content is not what it was; without content */
+    size_t orphans;          /* files that no row names, among them what crashes have left */
+    size_t removed;          /* of the orphans */
+    size_t database_errors;  /* lines of integrity_check and foreign_key_check */
+    bool in_use;             /* a daemon runs: what is just being written was passed over */
 };
 
 /*

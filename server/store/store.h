@@ -244,6 +244,9 @@ int store_checkpoint_put(struct store *store, const char *job, int64_t attempt, 
 /* bytes is allocated with malloc; STORE_NOT_FOUND when there is none. */
 int store_checkpoint_get(struct store *store, const char *job, unsigned char **bytes, size_t *size);
 
+/* STORE_OK, or why nothing that needs room is taken at present: STORE_FULL, STORE_IO. What frees room
+   (deletions, cancellations) is done all the same. */
+int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
 

@@ -55,9 +55,8 @@ static int classify(const char *path)
         const char *start;
         int file;
     } names[] = {
-        {"srnfd.db-wal", FAULT_LOG},   {"srnfd.db-shm", FAULT_INDEX},
-        {"srnfd.db", FAULT_DATABASE},  {"blobs/tmp/", FAULT_STAGED},
-        {"blobs/", FAULT_BLOB},        {"", FAULT_OTHER},
+        {"srnfd.db-wal", FAULT_LOG},  {"srnfd.db-shm", FAULT_INDEX}, {"srnfd.db", FAULT_DATABASE},
+        {"blobs/tmp/", FAULT_STAGED}, {"blobs/", FAULT_BLOB},        {"", FAULT_OTHER},
     };
     size_t length = strlen(folder);
 
@@ -129,22 +128,22 @@ static int fate(int kind, int file)
 }
 
 /* Runs the call unless its fate is an error. The file is found out while errno is kept. */
-#define GUARDED(type, kind, file, call)        \
-    do {                                       \
-        int kept = errno;                      \
-        int what = fate(kind, file);           \
-        type answer;                           \
-                                               \
-        errno = kept;                          \
-        if (what > 0) {                        \
-            errno = what;                      \
-            return -1;                         \
-        }                                      \
-        answer = (call);                       \
-        if (what == FAULT_KILL_AFTER) {        \
-            die();                             \
-        }                                      \
-        return answer;                         \
+#define GUARDED(type, kind, file, call) \
+    do {                                \
+        int kept = errno;               \
+        int what = fate(kind, file);    \
+        type answer;                    \
+                                        \
+        errno = kept;                   \
+        if (what > 0) {                 \
+            errno = what;               \
+            return -1;                  \
+        }                               \
+        answer = (call);                \
+        if (what == FAULT_KILL_AFTER) { \
+            die();                      \
+        }                               \
+        return answer;                  \
     } while (0)
 
 /* ---- The calls ------------------------------------------------------------------------------- */
@@ -154,15 +153,15 @@ static bool writes(int flags)
     return (flags & O_ACCMODE) != O_RDONLY || (flags & O_CREAT);
 }
 
-#define OPEN(name, at, arguments, pass)                                            \
-    int name arguments                                                             \
-    {                                                                              \
-        va_list list;                                                              \
-        mode_t mode;                                                               \
-                                                                                   \
-        va_start(list, flags);                                                     \
-        mode = flags & (O_CREAT | O_TMPFILE) ? va_arg(list, mode_t) : 0;           \
-        va_end(list);                                                              \
+#define OPEN(name, at, arguments, pass)                                                   \
+    int name arguments                                                                    \
+    {                                                                                     \
+        va_list list;                                                                     \
+        mode_t mode;                                                                      \
+                                                                                          \
+        va_start(list, flags);                                                            \
+        mode = flags & (O_CREAT | O_TMPFILE) ? va_arg(list, mode_t) : 0;                  \
+        va_end(list);                                                                     \
         GUARDED(int, FAULT_OPEN, writes(flags) ? file_at(at, path) : 0, REAL(name) pass); \
     }
 OPEN(open, AT_FDCWD, (const char *path, int flags, ...), (path, flags, mode))
@@ -173,32 +172,32 @@ OPEN(openat64, at, (int at, const char *path, int flags, ...), (at, path, flags,
 /* Half of a write, for a process that dies within it. */
 #define HALF(what, size) ((what) == FAULT_KILL_HALF ? (size) / 2 : (size))
 
-#define WRITE(name, arguments, pass)                                    \
-    ssize_t name arguments                                              \
-    {                                                                   \
-        int kept = errno, what = fate(FAULT_WRITE, file_of_fd(fd));     \
-        ssize_t answer;                                                 \
-                                                                        \
-        errno = kept;                                                   \
-        if (what > 0) {                                                 \
-            errno = what;                                               \
-            return -1;                                                  \
-        }                                                               \
-        answer = REAL(name) pass;                                       \
-        if (what < 0) {                                                 \
-            die();                                                      \
-        }                                                               \
-        return answer;                                                  \
+#define WRITE(name, arguments, pass)                                \
+    ssize_t name arguments                                          \
+    {                                                               \
+        int kept = errno, what = fate(FAULT_WRITE, file_of_fd(fd)); \
+        ssize_t answer;                                             \
+                                                                    \
+        errno = kept;                                               \
+        if (what > 0) {                                             \
+            errno = what;                                           \
+            return -1;                                              \
+        }                                                           \
+        answer = REAL(name) pass;                                   \
+        if (what < 0) {                                             \
+            die();                                                  \
+        }                                                           \
+        return answer;                                              \
     }
 WRITE(write, (int fd, const void *bytes, size_t size), (fd, bytes, HALF(what, size)))
 WRITE(pwrite, (int fd, const void *bytes, size_t size, off_t at), (fd, bytes, HALF(what, size), at))
 WRITE(pwrite64, (int fd, const void *bytes, size_t size, off64_t at),
       (fd, bytes, HALF(what, size), at))
 
-#define SIMPLE(name, kind, file, arguments, pass)                \
-    int name arguments                                           \
-    {                                                            \
-        GUARDED(int, kind, file, REAL(name) pass);               \
+#define SIMPLE(name, kind, file, arguments, pass)  \
+    int name arguments                             \
+    {                                              \
+        GUARDED(int, kind, file, REAL(name) pass); \
     }
 SIMPLE(fsync, FAULT_SYNC, file_of_fd(fd), (int fd), (fd))
 SIMPLE(fdatasync, FAULT_SYNC, file_of_fd(fd), (int fd), (fd))

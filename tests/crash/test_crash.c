@@ -106,8 +106,8 @@ static void live_and_die(struct run *run, int cycle)
     }
     for (unsigned i = 0; i < CLIENTS; i++) {
         clients[i] = (struct ledger_client){run->ledger, i, roll(run, 1u << 24), 0};
-        assert_int_equal(
-            pthread_create(&clients[i].thread, NULL, ledger_client_main, &clients[i]), 0);
+        assert_int_equal(pthread_create(&clients[i].thread, NULL, ledger_client_main, &clients[i]),
+                         0);
     }
     for (long waited = 0; waited < ms && !daemon_has_ended(&run->daemon); waited += 5) {
         pause_ms(5);
@@ -207,7 +207,8 @@ static void check_rows(struct run *run)
     assert_int_equal(sqlite3_open_v2(path, &db, SQLITE_OPEN_READONLY, NULL), SQLITE_OK);
     assert_int_equal(number_of(db, "SELECT count(*) FROM job"), known);
     assert_int_equal(number_of(db, "SELECT count(*) FROM job WHERE status IN "
-                                   "('accepted', 'running')"), 0);
+                                   "('accepted', 'running')"),
+                     0);
     assert_int_equal(number_of(db, "SELECT count(*) FROM checkpoint"), 0);
     sqlite3_close(db);
 }

@@ -81,8 +81,8 @@ static void set_environment(const struct daemon *daemon)
 static void run_daemon(const struct daemon *daemon)
 {
     const char *program = from_environment("SRNFD", "build/srnfd");
-    const char *arguments[ARGUMENTS_MAX] = {program, "serve", "--listen", "127.0.0.1:0",
-                                            "--data", daemon->data};
+    const char *arguments[ARGUMENTS_MAX] = {program,       "serve",  "--listen",
+                                            "127.0.0.1:0", "--data", daemon->data};
     char *copy[ARGUMENTS_MAX] = {NULL};
     int log = open(daemon->log, O_WRONLY | O_CREAT | O_APPEND, 0600);
 
@@ -349,9 +349,9 @@ int daemon_status(const struct daemon *daemon, const char *method, const char *p
                   const char *body)
 {
     struct answer answer;
-    int status = daemon_request(daemon, method, path,
-                                body[0] ? "Content-Type: application/json\r\n" : "", body,
-                                strlen(body), &answer);
+    int status =
+        daemon_request(daemon, method, path, body[0] ? "Content-Type: application/json\r\n" : "",
+                       body, strlen(body), &answer);
 
     answer_clear(&answer);
     return status;

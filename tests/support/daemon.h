@@ -18,9 +18,9 @@ struct daemon {
     pid_t pid; /* 0: none runs */
     int port;
     char data[300], log[320], control_path[320];
-    const char *shim;               /* file name below SRNFD_BUILD/tests, or NULL */
-    const char *const *options;     /* of serve, ended by NULL; may be NULL */
-    struct fault_control *control;  /* mapped */
+    const char *shim;              /* file name below SRNFD_BUILD/tests, or NULL */
+    const char *const *options;    /* of serve, ended by NULL; may be NULL */
+    struct fault_control *control; /* mapped */
 };
 
 /* Names a data directory below folder, which exists, and makes the page of faults. */
@@ -37,7 +37,7 @@ bool daemon_has_ended(struct daemon *daemon);
 void daemon_fault(struct daemon *daemon, int kinds, int files, int first, int last, int action);
 
 struct answer {
-    int status; /* 0: no answer, or not a whole one */
+    int status;           /* 0: no answer, or not a whole one */
     char *headers, *body; /* malloc, zero-terminated */
     size_t size;          /* of the body */
 };

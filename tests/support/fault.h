@@ -35,9 +35,10 @@ enum fault_file {
 };
 
 enum fault_action { /* above 0: an errno */
-    FAULT_KILL_BEFORE = -1,
-    FAULT_KILL_HALF = -2, /* writes: after half of the bytes; otherwise as KILL_BEFORE */
-    FAULT_KILL_AFTER = -3,
+                    FAULT_KILL_BEFORE = -1,
+                    FAULT_KILL_HALF =
+                        -2, /* writes: after half of the bytes; otherwise as KILL_BEFORE */
+                    FAULT_KILL_AFTER = -3,
 };
 
 struct fault_control {
@@ -45,9 +46,9 @@ struct fault_control {
     _Atomic int64_t calls;        /* selected calls so far */
     _Atomic int64_t first, last;  /* numbers of the calls that fail */
     _Atomic int64_t action;
-    _Atomic int64_t hits;         /* calls that failed so far */
-    _Atomic int64_t clock_ms;     /* added to what CLOCK_REALTIME says */
-    _Atomic int64_t allocations;  /* so far, by the modules that malloc_shim.c watches */
+    _Atomic int64_t hits;        /* calls that failed so far */
+    _Atomic int64_t clock_ms;    /* added to what CLOCK_REALTIME says */
+    _Atomic int64_t allocations; /* so far, by the modules that malloc_shim.c watches */
     _Atomic int64_t no_memory_first, no_memory_last; /* numbers of those that fail */
 };
 

@@ -72,8 +72,8 @@ static bool upload(struct ledger *ledger, unsigned seed, bool large, char id[64]
     struct answer answer;
     size_t size;
     char *text = ledger_mesh_text(seed, large, &size);
-    int status = daemon_request(ledger->daemon, "POST", "/v1/meshes?format=off", "", text, size,
-                                &answer);
+    int status =
+        daemon_request(ledger->daemon, "POST", "/v1/meshes?format=off", "", text, size, &answer);
 
     free(text);
     answer_member(&answer, "id", id, 64);
@@ -214,7 +214,7 @@ static bool cancel(struct ledger *ledger, struct ledger_job *job)
     return status != 0;
 }
 
-static bool delete(struct ledger *ledger, struct ledger_job *job)
+static bool delete (struct ledger *ledger, struct ledger_job *job)
 {
     enum promise before;
     char path[128];
@@ -222,6 +222,7 @@ static bool delete(struct ledger *ledger, struct ledger_job *job)
 
     pthread_mutex_lock(&ledger->mutex);
     before = job->promise;
+    job->before = before;
     if (before == SUCCESSFUL || before == DISMISSED) {
         job->promise = DELETING;
     }
@@ -260,7 +261,7 @@ void *ledger_client_main(void *argument)
         } else if (job && what == 17) {
             answered = cancel(ledger, job);
         } else if (job) {
-            answered = delete(ledger, job);
+            answered = delete (ledger, job);
         }
     }
     return NULL;
@@ -329,6 +330,9 @@ static bool check_job(struct ledger *ledger, struct ledger_job *job)
             job->promise = DELETED;
         } else if (job->promise == DELETED) {
             broken(ledger, "a deleted job is back", job->id, state);
+        } else if (status == 200) {
+            job->promise = job->before; /* the deletion never came that far */
+            check_state(ledger, job, state, &answer);
         }
     } else if (status != 200) {
         broken(ledger, "a job is lost", job->id, answer.body ? answer.body : "");

@@ -25,9 +25,9 @@ enum promise { PENDING, ACCEPTED, SUCCESSFUL, DISMISSED, FAILED, DELETING, DELET
 
 struct ledger_job {
     char key[40], body[160], id[64];
-    enum promise promise;
+    enum promise promise, before; /* before: a deletion that has no answer yet */
     bool tried_to_cancel;
-    long seen_at; /* length of the log when the success was first seen */
+    long seen_at;     /* length of the log when the success was first seen */
     char results[65]; /* digest, "" before they were read */
 };
 
