@@ -80,6 +80,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .user = service,
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
+                               .job_seconds = config->job_seconds,
+                               .retention_days = config->retention_days,
+                               .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
                                .changed = job_changed};
     size_t n = 0;

@@ -265,7 +265,12 @@ void meshes_create(struct api_call *call)
     }
     mesh_id(id, srnf_mesh_format_name(format), request->body, request->body_size);
     if (store_mesh_get(store, id, &row) == 0) {
-        respond_mesh(call, 200, &row);
+        status = store_mesh_mend(store, request->body, request->body_size);
+        if (status == 0) {
+            respond_mesh(call, 200, &row);
+        } else {
+            (void)problem_respond_store(call, status, NULL, "keeping the mesh");
+        }
         goto out;
     }
     memset(&row, 0, sizeof row);

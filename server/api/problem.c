@@ -55,6 +55,7 @@ static const struct problem_kind kinds[] = {
     {"not-star-shaped", 422, "The surface is not star-shaped"},
     {"not-converged", 422, "The computation did not converge"},
     {"numerical-failure", 422, "A numerical step broke down"},
+    {"time-limit", 422, "The job took longer than is allowed"},
     {"limit-exceeded", 422, "The input exceeds a limit"},
     {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
     {"headers-too-large", 431, "The header fields are too large"},

@@ -156,6 +156,8 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
                      struct store_content *content);
 /* On the writer thread: moves a staged file to its place and adds the row. */
 int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content *content);
+/* Where the stored copy of these bytes is damaged, they replace it (mend.c). */
+int store_blob_mend(struct store *store, const void *bytes, size_t size);
 /* Removes what stage left behind, if anything. */
 void store_blob_unstage(struct store *store, const struct store_content *content);
 /* bytes is malloc and zero-terminated beyond size. STORE_CORRUPT: missing, or not what its name

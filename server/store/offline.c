@@ -58,6 +58,7 @@ int store_open_offline(struct store *store, sqlite3 **db, const char *directory,
         status = open_files(store, directory, message, message_size);
     }
     if (status == STORE_OK) {
+        message[0] = '\0';
         status = store_connect_reader(store->database, db);
         if (status == STORE_OK) {
             sqlite3_db_config(*db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
