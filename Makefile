@@ -5,7 +5,7 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
-#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write fails, in turn
+#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -169,6 +169,7 @@ crash: build-tests
 
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

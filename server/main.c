@@ -10,6 +10,7 @@
  * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
  */
 #include "api/handler.h"
+#include "api/json_memory.h"
 #include "api/routes.h"
 #include "build.h"
 #include "commands.h"
@@ -154,6 +155,7 @@ static int prepare_process(sigset_t *signals)
     (void)signal(SIGPIPE, SIG_IGN);
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
+    json_memory_watch();
     json_object_seed(0);
     return sodium_init() < 0 ? -1 : 0;
 }

@@ -15,6 +15,7 @@
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
+#include "api/json_memory.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -189,7 +190,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
-        text = json_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
+        text = json_memory_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
         if (!text) {
             (void)problem_respond(call, "out-of-memory", "The inputs could not be written.");
         }

@@ -10,6 +10,7 @@
  */
 #include "api/respond.h"
 #include "api/routes.h"
+#include "api/json_memory.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -200,7 +201,7 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
         }
     }
     document = mesh_report_json(&report, have_star ? &star : NULL, info);
-    *text = json_dumps(document, JSON_COMPACT);
+    *text = json_memory_dumps(document, JSON_COMPACT);
     json_decref(document);
     if (!*text) {
         (void)problem_respond(call, "out-of-memory", "The report could not be allocated.");

@@ -20,6 +20,7 @@
 #include "api/process.h"
 #include "api/surfaces.h"
 #include "jobs/compute_invert.h"
+#include "api/json_memory.h"
 
 static const char *const names[] = {"srnf",      "initial",       "method", "lmax",
                                     "tolerance", "maxIterations", NULL};
@@ -356,7 +357,7 @@ static json_t *inputs_for_results(const json_t *inputs)
 {
     json_t *copy = json_deep_copy(inputs), *srnf = json_object_get(copy, "srnf");
     const json_t *q = json_object_get(srnf, "q");
-    char *text = q ? json_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    char *text = q ? json_memory_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     char digest[65];
 
     if (text) {

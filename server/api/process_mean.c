@@ -16,6 +16,7 @@
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_mean.h"
+#include "api/json_memory.h"
 
 static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
                                          "commonPose", "tolerance",     "method",
@@ -210,7 +211,8 @@ static char *record_text(struct jobs_run *run, const json_t *inputs,
                   cohort, "labels", group_labels(run, inputs), "registration",
                   registration_json(typed->registration));
     char *text =
-        record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
+        record ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))
+               : NULL;
 
     json_decref(record);
     return text;

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/json_memory.h"
 
 static const struct {
     const char *relation, *suffix;
@@ -94,7 +95,7 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "origin",
                               d->origin ? json_vector(d->origin, 3) : json_null());
     d->source = d->fit = d->star = NULL;
-    text = json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    text = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
     return text;
 }
