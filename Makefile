@@ -6,6 +6,7 @@
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
+#   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -63,7 +64,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench crash faults fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench crash faults fuzz install deb test-deb deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -186,6 +187,13 @@ install: all
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/srnf core/srnf/*.h
 	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
 	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+
+# A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
+deb: all
+	@deploy/deb.sh build/deb
+
+test-deb: deb
+	@tests/deploy/deb.sh
 
 clean:
 	rm -rf build

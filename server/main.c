@@ -17,6 +17,7 @@
 #include "config.h"
 #include "http/http.h"
 #include "log.h"
+#include "notify.h"
 
 #include <cblas.h>
 #include <fftw3.h>
@@ -26,6 +27,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define PROCESSES_MAX 64
@@ -160,13 +162,34 @@ static int prepare_process(sigset_t *signals)
     return sodium_init() < 0 ? -1 : 0;
 }
 
+/* Waits for the signal to stop; meanwhile, where the service manager wants signs of life, gives one
+   whenever the store has answered, be it with an error. A daemon that hangs gives none. */
+static int wait_for_signal(const struct service *service, const sigset_t *signals)
+{
+    double seconds = notify_watchdog_seconds() / 3.0;
+    struct timespec pause = {.tv_sec = (time_t)seconds,
+                             .tv_nsec = (long)(1e9 * (seconds - (double)(time_t)seconds))};
+    int received = -1;
+
+    while (received < 0) {
+        if (seconds > 0.0) {
+            (void)store_ping(service->store);
+            notify_manager("WATCHDOG=1");
+            received = sigtimedwait(signals, NULL, &pause);
+        } else {
+            received = sigwaitinfo(signals, NULL);
+        }
+    }
+    return received;
+}
+
 static int serve(int n_arguments, char **arguments)
 {
     struct service service = {.link.lock = PTHREAD_RWLOCK_INITIALIZER};
     struct config config;
     char message[600];
     sigset_t signals;
-    int received = 0;
+    int received;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
         LOG("refused", log_text("message", message));
@@ -192,7 +215,9 @@ static int serve(int n_arguments, char **arguments)
     LOG("listening", log_text("address", http_address(service.http)), log_text("data", config.data),
         log_number("workers", (double)jobs_worker_count(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
-    (void)sigwait(&signals, &received);
+    notify_manager("READY=1");
+    received = wait_for_signal(&service, &signals);
+    notify_manager("STOPPING=1");
     LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
     stop(&service, config.grace_seconds);
     LOG("stopped", log_number("status", 0));
