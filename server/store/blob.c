@@ -227,7 +227,8 @@ bool store_blob_remove(struct store *store, sqlite3 *db, const char *hash)
     char path[STORE_BLOB_PATH];
     bool removed;
 
-    /* A backup holds the lock while it copies: the file stays, without a row, for the next sweep. */
+    /* A backup holds the lock while it copies: the file stays, without a row, for the next sweep.
+       */
     if (store_blob_has_row(db, hash) || flock(store->blobs_fd, LOCK_EX | LOCK_NB) != 0) {
         return false;
     }

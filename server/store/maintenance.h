@@ -37,11 +37,11 @@ int store_verify(const char *directory, bool repair, const struct store_listener
 
 /*
  * Copies a data directory as it is at one moment, while the daemon may be running, to a directory
- * that does not exist or is empty. What it copies it verifies. The database file appears there last,
- * under its name: a backup without one is not complete. To restore: put it in the place of the data
- * directory.
- *   link  [in] blobs become hard links rather than copies, on the same file system
- * STORE_CORRUPT: a blob is damaged, which the listener tells; the backup then has all others.
+ * that does not exist or is empty. What it copies it verifies. The database file appears there
+ * last, under its name: a backup without one is not complete. To restore: put it in the place of
+ * the data directory. link  [in] blobs become hard links rather than copies, on the same file
+ * system STORE_CORRUPT: a blob is damaged, which the listener tells; the backup then has all
+ * others.
  */
 int store_backup(const char *directory, const char *destination, bool link,
                  const struct store_listener *listener, struct store_report *report, char *message,

@@ -2,11 +2,12 @@
  * reserve.c - room kept for the writes that make room.
  *
  * On a disk that is full even a deletion needs a few pages of the log. So the data directory holds
- * a file that has no other use, of 1/32 of the file system, 8 MB at most. When a write that frees (a deletion, a
- * cancellation, a job that ends without results) finds no room, the file is removed, the log is
- * copied into the database, which lets it begin anew where it stands, and the write is done again. From then on every write that does not free is refused with STORE_FULL, so that
- * what was let go serves deletions alone, until there is room for the file again: that is tried
- * every RETRY_MS, and nobody needs to restart the daemon.
+ * a file that has no other use, of 1/32 of the file system, 8 MB at most. When a write that frees
+ * (a deletion, a cancellation, a job that ends without results) finds no room, the file is
+ * removed, the log is copied into the database, which lets it begin anew where it stands, and the
+ * write is done again. From then on every write that does not free is refused with STORE_FULL, so
+ * that what was let go serves deletions alone, until there is room for the file again: that is
+ * tried every RETRY_MS, and nobody needs to restart the daemon.
  *
  * The room is for the pages by which that copy makes the database longer: no more than the log has,
  * which is copied every 8 MB (writer.c). After it, deletions need none: they rewrite pages that are

@@ -94,8 +94,8 @@ struct store_surface {
    little-endian. */
 void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients,
                       double scale);
-/* As store_mesh_put, damaged content included; coefficient_count must be 3 (lmax + 1)^2. On return name, record and
-   created_ms are what the store holds. */
+/* As store_mesh_put, damaged content included; coefficient_count must be 3 (lmax + 1)^2. On return
+   name, record and created_ms are what the store holds. */
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created);
 int store_surface_get(struct store *store, const char *id, bool with_coefficients,
                       struct store_surface *surface);
@@ -256,8 +256,8 @@ int store_sweep_files(struct store *store, size_t *removed);
 
 /* ---- Whether it works ------------------------------------------------------------------------ */
 
-/* STORE_OK, or why nothing that needs room is taken at present: STORE_FULL, STORE_IO. What frees room
-   (deletions, cancellations) is done all the same. */
+/* STORE_OK, or why nothing that needs room is taken at present: STORE_FULL, STORE_IO. What frees
+   room (deletions, cancellations) is done all the same. */
 int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);

@@ -1,8 +1,8 @@
 /*
- * fault_shim.c - fault_shim.so: loaded before the C library (LD_PRELOAD) into a daemon under test, it
- * stands between the daemon, SQLite included, and the calls that change files, and makes some fail
- * or end the process, as fault.h says. It also shifts the wall clock. So the product itself has no
- * code for tests.
+ * fault_shim.c - fault_shim.so: loaded before the C library (LD_PRELOAD) into a daemon under test,
+ * it stands between the daemon, SQLite included, and the calls that change files, and makes some
+ * fail or end the process, as fault.h says. It also shifts the wall clock. So the product itself
+ * has no code for tests.
  *
  * A process that kills itself leaves what it has written in the page cache: this shows what the
  * order of writes promises to a process that dies, not what fsync promises to a machine that does.

@@ -1,8 +1,8 @@
 /*
  * malloc_shim.c - malloc_shim.so: loaded before the C library (LD_PRELOAD) into a daemon under
- * test, it numbers the allocations made by the daemon itself, by SQLite, jansson, libmicrohttpd and
- * expat, and lets those fail that fault.h says. Allocations of other libraries are left alone: FFTW,
- * GLPK and OpenBLAS end the process when memory is short, and offer no other way.
+ * test, it numbers the allocations made by the daemon itself, by SQLite, jansson, libmicrohttpd
+ * and expat, and lets those fail that fault.h says. Allocations of other libraries are left alone:
+ * FFTW, GLPK and OpenBLAS end the process when memory is short, and offer no other way.
  *
  * Whose an allocation is, is told by the module that called; calls of the C library on behalf of
  * others (strdup, fdopendir) count as the C library's, and strdup, which the daemon uses most, is

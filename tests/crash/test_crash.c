@@ -4,8 +4,8 @@
  * A daemon that is killed again and again under a stream of requests. Three clients upload meshes,
  * queue, read, cancel and delete jobs and write down every answer (ledger.h); the daemon dies by
  * kill -9 at a moment left to chance, or at a point with a name: before, in the middle of or after
- * the n-th of the calls that write to one kind of file, found by the shim (fault_shim.c). After each
- * start every promise is looked at; after CYCLES_PER_DIRECTORY deaths the queue drains, and
+ * the n-th of the calls that write to one kind of file, found by the shim (fault_shim.c). After
+ * each start every promise is looked at; after CYCLES_PER_DIRECTORY deaths the queue drains, and
  *
  *   nothing is lost        every promise of the ledger holds, results and meshes byte for byte
  *   nothing is doubled     there is no job that no key names, none succeeds twice, none runs again
@@ -94,7 +94,8 @@ static void disarm(struct run *run)
     daemon_fault(&run->daemon, 0, 0, 0, 0, 0);
 }
 
-/* The clients at work until the daemon has died: every other time at a point, otherwise by chance. */
+/* The clients at work until the daemon has died: every other time at a point, otherwise by chance.
+   */
 static void live_and_die(struct run *run, int cycle)
 {
     struct ledger_client clients[CLIENTS];

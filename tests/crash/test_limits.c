@@ -1,10 +1,10 @@
 /* srnfd-test: release-only
  * srnfd-test: timeout 120
  *
- * What a daemon refuses and what it lets go: databases that are newer or damaged stay as they are, a
- * second daemon on the directory goes away, a job that takes too long fails with time-limit, ended
- * jobs go after their days, and a wall clock that jumps, shifted by the shim, neither takes jobs
- * along nor turns the order of ids.
+ * What a daemon refuses and what it lets go: databases that are newer or damaged stay as they are,
+ * a second daemon on the directory goes away, a job that takes too long fails with time-limit,
+ * ended jobs go after their days, and a wall clock that jumps, shifted by the shim, neither takes
+ * jobs along nor turns the order of ids.
  */
 #include <setjmp.h>
 #include <stdarg.h>

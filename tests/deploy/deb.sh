@@ -37,7 +37,7 @@ is "$(inside dpkg-query -W -f '${Conffiles}' srnfd | awk '{ print $1 }')" /etc/s
 # The unit's command line, as the unit's user, on a free port.
 read -r -a COMMAND < <(sed -n 's/^ExecStart=//p' "$SYSTEM/lib/systemd/system/srnfd.service")
 SERVER_LOG=$SCRATCH/server.log
-env -i PATH=/usr/bin:/bin SRNFD_LISTEN=127.0.0.1:0 chroot --userspec=srnfd:srnfd "$SYSTEM" \
+env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin SRNFD_LISTEN=127.0.0.1:0 chroot --userspec=srnfd:srnfd "$SYSTEM" \
     "${COMMAND[@]}" </dev/null >/dev/null 2>"$SERVER_LOG" &
 SERVER_PID=$!
 SERVER_PIDS+=("$SERVER_PID")

@@ -1,6 +1,6 @@
 /*
- * fault.h - what a test and the shim (fault_shim.c) in the daemon under test share: a page of memory,
- * mapped by both from the file that SRNFD_FAULT_CONTROL names.
+ * fault.h - what a test and the shim (fault_shim.c) in the daemon under test share: a page of
+ * memory, mapped by both from the file that SRNFD_FAULT_CONTROL names.
  *
  * The shim numbers, from 1, the calls that change files below the folder SRNFD_FAULT_DIR and that
  * the masks select. Those numbered first..last fail with an errno, or kill the process. All fields
