@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/routes.h"
 #include "api/json_memory.h"
+#include "api/routes.h"
 
 #define POINTER_MAX 200
 

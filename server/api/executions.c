@@ -12,10 +12,10 @@
  * the same job for a day) belongs to the engine, which compares a digest of the path and the body.
  */
 #include "api/job_answers.h"
+#include "api/json_memory.h"
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
-#include "api/json_memory.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,8 +9,8 @@
  * the star kernel is a linear program of four unknowns.
  */
 #include "api/respond.h"
-#include "api/routes.h"
 #include "api/json_memory.h"
+#include "api/routes.h"
 
 #include <stdio.h>
 #include <stdlib.h>

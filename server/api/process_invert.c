@@ -18,9 +18,9 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/json_memory.h"
 #include "api/surfaces.h"
 #include "jobs/compute_invert.h"
-#include "api/json_memory.h"
 
 static const char *const names[] = {"srnf",      "initial",       "method", "lmax",
                                     "tolerance", "maxIterations", NULL};

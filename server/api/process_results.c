@@ -3,8 +3,8 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "api/process.h"
-#include "api/surfaces.h"
 #include "api/json_memory.h"
+#include "api/surfaces.h"
 
 #include <float.h>
 #include <math.h>

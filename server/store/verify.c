@@ -99,6 +99,7 @@ static void find_user(sqlite3 *db, const char *hash, char user[STORE_ID_MAX + 40
         "SELECT 'mesh ' || id FROM mesh WHERE content = ?1 UNION ALL "
         "SELECT 'surface ' || id FROM surface WHERE coefficients = ?1 UNION ALL "
         "SELECT 'results of ' || id FROM job WHERE results = ?1 UNION ALL "
+        "SELECT 'maps of ' || surface FROM surface_maps WHERE content = ?1 UNION ALL "
         "SELECT name || ' of ' || model FROM model_array WHERE content = ?1 UNION ALL "
         "SELECT 'checkpoint of ' || job FROM checkpoint WHERE content = ?1 LIMIT 1";
     sqlite3_stmt *row = NULL;
