@@ -6,7 +6,8 @@
  * again the same round is answered in full; and it drains with status 0, under a sanitizer without
  * a leak.
  *
- *   STRIDE=101   of the allocations each so many-th (701 under a sanitizer); `make faults` takes each
+ *   STRIDE=101   of the allocations each so many-th (701 under a sanitizer); `make faults`
+ *                takes each
  */
 #include <setjmp.h>
 #include <stdarg.h>
