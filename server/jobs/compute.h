@@ -31,7 +31,8 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
 /* The same for an enum store_status. */
 int compute_fail_store(struct jobs_result *result, int status, const char *id);
 
-/* The problem code of a core status: a static string, never NULL. */
+/* The problem code of a core status (enum srnf_status): "mesh-not-closed", "not-star-shaped", ...;
+   "internal-error" for one that should not have come up. A static string, never NULL. */
 const char *compute_problem_code(int status);
 
 /*
