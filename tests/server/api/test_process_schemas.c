@@ -1,8 +1,8 @@
 /*
  * test_process_schemas.c - what the processes' schemas promise is what their validation does: for
  * every input of every process, its default is what absence means, its limits are the last values
- * that are taken, each word of an enumeration is known, other types are refused, and nothing else
- * is an input.
+ * that are taken, each word of an enumeration is known, other types are refused, null is taken
+ * where it is a type and nowhere else, and nothing else is an input.
  */
 #include "server/api/process_fixture.h"
 
@@ -134,6 +134,22 @@ static void check_words(struct fixture *fixture, const char *process, const char
     expect(fixture, process, name, json_integer(1), false);
 }
 
+/* null stands for no value where the schema says so, and is then what absence means. */
+static void check_null(struct fixture *fixture, const char *process, const char *name,
+                       const json_t *schema)
+{
+    const json_t *types = json_object_get(schema, "type");
+    bool nullable = false;
+
+    for (size_t i = 0; i < json_array_size(types); i++) {
+        nullable |= strcmp(json_string_value(json_array_get(types, i)), "null") == 0;
+    }
+    expect(fixture, process, name, json_null(), nullable);
+    if (nullable) {
+        assert_true(json_is_null(json_object_get(schema, "default")));
+    }
+}
+
 static void check_input(struct fixture *fixture, const char *process, const char *name,
                         const json_t *schema)
 {
@@ -146,6 +162,7 @@ static void check_input(struct fixture *fixture, const char *process, const char
     if (json_object_get(schema, "minimum")) {
         check_limits(fixture, process, name, schema);
     }
+    check_null(fixture, process, name, schema);
     if (json_object_get(schema, "enum")) {
         check_words(fixture, process, name, json_object_get(schema, "enum"));
     }
