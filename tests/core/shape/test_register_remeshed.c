@@ -19,18 +19,18 @@
 #define SHAKE 1e-3 /* of the diagonal of the bounding box */
 
 /* One from each hemisphere, which is the scale on which a distance is small. The kernel of the
-   thalamus is so small that flipped or shaken it goes by the other route: the third line has it by
+   thalamus is so small that flipped or shaken it goes by the other route: the first line has it by
    that route throughout. */
 static const struct {
     const char *name, *other;
     enum srnf_parameterization route;
 } structures[] = {
-    {REGISTRATIONS_LOCAL "L_hippocampus.ply", REGISTRATIONS_LOCAL "R_hippocampus.ply",
-     SRNF_PARAMETERIZATION_AUTO},
-    {REGISTRATIONS_LOCAL "L_thalamus.ply", REGISTRATIONS_LOCAL "R_thalamus.ply",
-     SRNF_PARAMETERIZATION_AUTO},
     {REGISTRATIONS_LOCAL "L_thalamus.ply", REGISTRATIONS_LOCAL "R_thalamus.ply",
      SRNF_PARAMETERIZATION_AREA},
+    {REGISTRATIONS_LOCAL "L_thalamus.ply", REGISTRATIONS_LOCAL "R_thalamus.ply",
+     SRNF_PARAMETERIZATION_AUTO},
+    {REGISTRATIONS_LOCAL "L_hippocampus.ply", REGISTRATIONS_LOCAL "R_hippocampus.ply",
+     SRNF_PARAMETERIZATION_AUTO},
 };
 #define STRUCTURES (FIGURES_SANITIZED ? 1 : sizeof structures / sizeof structures[0])
 
@@ -78,8 +78,8 @@ static struct srnf_mesh shaken(const struct srnf_mesh *mesh, struct test_random 
 static const struct {
     const char *name;
     struct srnf_mesh (*make)(const struct srnf_mesh *mesh, struct test_random *random);
-} remeshings[] = {{"each face in four", subdivided}, {"flipped", flipped}, {"shaken", shaken}};
-#define REMESHINGS (sizeof remeshings / sizeof remeshings[0])
+} remeshings[] = {{"shaken", shaken}, {"each face in four", subdivided}, {"flipped", flipped}};
+#define REMESHINGS (FIGURES_SANITIZED ? 1 : sizeof remeshings / sizeof remeshings[0])
 
 /* Returns the route that was taken. */
 static enum srnf_parameterization encode(struct srnf_mesh *mesh, enum srnf_parameterization wanted,
