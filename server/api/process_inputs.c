@@ -4,9 +4,11 @@
  *
  * null is a value like any other, and refused where the schema does not list it: it means what
  * absence does only for inputs that may have no value (sphere, cohort, components and
- * maxIterations), which are null in the canonical inputs too. A reference to a mesh or surface is looked up in the store at
- * once: a missing one answers 404 by itself, a mesh that cannot be analysed 422 with the code of
- * its first problem, and no job is made.
+ * maxIterations), which are null in the canonical inputs too.
+ *
+ * A reference to a mesh or surface is looked up in the store at once: a missing one answers 404 by
+ * itself, a mesh that cannot be analysed 422 with the code of its first problem, and no job is
+ * made.
  */
 #include "api/process.h"
 
