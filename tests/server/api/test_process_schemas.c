@@ -136,20 +136,29 @@ static void check_words(struct fixture *fixture, const char *process, const char
     expect(fixture, process, name, json_integer(1), false);
 }
 
-/* null stands for no value where the schema says so, and is then what absence means. */
+/* Where null is a type it means what absence does, be that a default or a refusal; elsewhere it is
+   refused. */
 static void check_null(struct fixture *fixture, const char *process, const char *name,
                        const json_t *schema)
 {
     const json_t *types = json_object_get(schema, "type");
+    json_t *inputs = least_inputs(fixture, process);
+    struct outcome absent, null = with(fixture, process, name, json_null());
     bool nullable = false;
 
     for (size_t i = 0; i < json_array_size(types); i++) {
         nullable |= strcmp(json_string_value(json_array_get(types, i)), "null") == 0;
     }
-    expect(fixture, process, name, json_null(), nullable);
-    if (nullable) {
-        assert_true(json_is_null(json_object_get(schema, "default")));
+    (void)json_object_del(inputs, name);
+    absent = canonicalise(fixture, process, inputs);
+    if (nullable
+            ? !json_equal(null.canonical, absent.canonical) && (null.canonical || absent.canonical)
+            : null.canonical != NULL) {
+        fail_msg("%s: %s = null is %s", process, name, null.canonical ? "accepted" : "refused");
     }
+    outcome_clear(&null);
+    outcome_clear(&absent);
+    json_decref(inputs);
 }
 
 static void check_input(struct fixture *fixture, const char *process, const char *name,
