@@ -55,7 +55,9 @@ struct jobs_run {
     double deadline;     /* by the monotonic clock; INFINITY without a limit */
     atomic_bool overran; /* it was told to stop because of that */
     pthread_mutex_t mutex;
-    double progress;                /* 0 .. 100, < 0: unknown; mutex */
+    double progress;                /* 0 .. 100, never falls; mutex */
+    double from, to;                /* of the job, in percent: the phase that runs; mutex */
+    bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
 };
 
