@@ -311,6 +311,9 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
 
     *bytes = NULL;
     *size = 0;
+    if (!hash[0]) {
+        return STORE_NOMEM; /* the column that has the name was there and could not be read */
+    }
     /* Between the row and the file the blob may have been dropped: the second look then finds no
        row. */
     for (int look = 0; look < 2 && status == STORE_CORRUPT; look++) {
