@@ -83,7 +83,7 @@ void shape_system_push_forward(struct shape_system *system, const double *w);
 /* out = J' W y at the state; 0 in the translations. y must not be w_theta or w_phi. */
 void shape_system_pull_back(struct shape_system *system, const double *y, double *out);
 
-/* ---- conjugate.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) --------- */
+/* ---- conjugate.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) -------- */
 
 struct shape_conjugate {
     double *memory;
@@ -151,6 +151,12 @@ SRNF_CHECKED int shape_pull_velocity(struct shape_system *system, const double *
                                      struct srnf_tangent *tangent);
 /* True where all n numbers are finite; otherwise error names the first that is not. */
 bool shape_check_finite(size_t n, const double *values, const char *what, struct srnf_error *error);
+
+/* shoot.c: as srnf_shoot, with a start for the surface at the only time, or NULL. */
+SRNF_CHECKED int shape_shoot(const struct srnf_sht *sht, const double *surface,
+                             const double *velocity, size_t n, const double *times,
+                             const double *hint, const struct srnf_context *context,
+                             struct srnf_shot *shot, struct srnf_error *error);
 
 /* descent.c */
 SRNF_CHECKED int shape_descend(struct shape_run *run);

@@ -1,15 +1,13 @@
 /*
- * shoot.c - shooting from a surface with a given velocity of SRNFs, and deformation transfer, which
- * is shooting with the velocity of another surface (the paper, section 4.2 and Algorithm 6).
+ * shoot.c - shooting from a surface with a given velocity of SRNFs (the paper, section 4.2).
  *
- * The geodesic is the line q_t = Q(f) + t v. It is walked outwards from t = 0, first to the positive
- * times, then to the negative ones, in steps of at most STEP ||Q(f)|| so that each surface is a
+ * The geodesic is the line q_t = Q(f) + t v. It is walked outwards from t = 0, first to the
+ * positive times, then to the negative ones, in steps of at most STEP ||Q(f)|| so that each surface is a
  * good start for the next:
  *   first step   f + t w, w the vector whose Q_*f is nearest to v (transport.c)
  *   then         the last two surfaces, extrapolated linearly
- * or the surface before, where that has the lower energy; and at the end of a transfer also the
- * target moved by the difference of the coefficients, which is right at once where target and source
- * are the same.
+ * or the surface before, where that has the lower energy, or a surface that the caller has for the
+ * end.
  * Surfaces that were asked for are inverted to the end, those between only so far as to be good
  * starts.
  *
@@ -237,11 +235,9 @@ static int check(const struct srnf_sht *sht, const double *surface, const double
                : SRNF_EINVAL;
 }
 
-/* With a start for the surface at the only time, or NULL. */
-static int shoot_with_hint(const struct srnf_sht *sht, const double *surface,
-                           const double *velocity, size_t n, const double *times,
-                           const double *hint, const struct srnf_context *context,
-                           struct srnf_shot *shot, struct srnf_error *error)
+int shape_shoot(const struct srnf_sht *sht, const double *surface, const double *velocity, size_t n,
+                const double *times, const double *hint, const struct srnf_context *context,
+                struct srnf_shot *shot, struct srnf_error *error)
 {
     struct walk walk = {.hint = hint};
     int status;
@@ -282,7 +278,7 @@ int srnf_shoot(const struct srnf_sht *sht, const double *surface, const double *
                const double *times, const struct srnf_context *context, struct srnf_shot *shot,
                struct srnf_error *error)
 {
-    return shoot_with_hint(sht, surface, velocity, n, times, NULL, context, shot, error);
+    return shape_shoot(sht, surface, velocity, n, times, NULL, context, shot, error);
 }
 
 void srnf_shot_clear(struct srnf_shot *shot)
@@ -290,89 +286,4 @@ void srnf_shot_clear(struct srnf_shot *shot)
     srnf_free(shot->coefficients);
     srnf_free(shot->energy);
     *shot = (struct srnf_shot){0};
-}
-
-/* ---- Deformation transfer -------------------------------------------------------------------- */
-
-/* r (Q(deformed) - Q(source)) into velocity, target + r (deformed - source) into moved. */
-static int carry(const struct srnf_sht *sht, const double *source, const double *deformed,
-                 const double *target, bool relative, double *velocity, double *moved,
-                 double *factor)
-{
-    const struct srnf_grid *grid = srnf_sht_grid(sht);
-    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
-    struct srnf_surface_measures of_source;
-    struct srnf_surface_measures of_target;
-    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
-    int status = SRNF_ENOMEM;
-
-    if (workspace) {
-        srnf_surface_measure(sht, source, &of_source, workspace);
-        srnf_surface_measure(sht, target, &of_target, workspace);
-        status = srnf_velocity_toward(sht, source, deformed, velocity);
-    }
-    if (status == SRNF_OK) {
-        *factor = relative ? sqrt(of_target.area / of_source.area) : 1.0;
-        shape_scale(3 * grid->n_theta * grid->n_phi, *factor, velocity);
-        for (size_t i = 0; i < count; i++) {
-            moved[i] = target[i] + *factor * (deformed[i] - source[i]);
-        }
-    }
-    srnf_free(workspace);
-    return status;
-}
-
-int srnf_transfer(const struct srnf_sht *sht, const double *source, const double *deformed,
-                  const double *target, bool relative, const struct srnf_context *context,
-                  struct srnf_transferred *transferred, struct srnf_error *error)
-{
-    const double time = 1.0;
-    const struct srnf_grid *grid = srnf_sht_grid(sht);
-    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
-    double *memory = NULL;
-    double *velocity;
-    struct srnf_shot shot = {0};
-    int status;
-
-    *transferred = (struct srnf_transferred){0};
-    if (!shape_check_finite(count, source, "coefficient of the source", error) ||
-        !shape_check_finite(count, deformed, "coefficient of the deformed surface", error) ||
-        !shape_check_finite(count, target, "coefficient of the target", error)) {
-        return SRNF_EINVAL;
-    }
-    memory = srnf_alloc(count + 3 * grid->n_theta * grid->n_phi, sizeof(double));
-    if (!memory) {
-        return srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
-    }
-    velocity = memory + count;
-    status = carry(sht, source, deformed, target, relative, velocity, memory, &transferred->factor);
-    if (status) {
-        (void)srnf_fail(error, status, -1, "%s", srnf_strerror(status));
-        goto out;
-    }
-    status = shoot_with_hint(sht, target, velocity, 1, &time, memory, context, &shot, error);
-    if (status) {
-        goto out;
-    }
-    for (size_t k = 0; k < 3; k++) {
-        shot.coefficients[k * count / 3] = memory[k * count / 3];
-    }
-    transferred->coefficients = shot.coefficients;
-    transferred->energy = shot.energy[0];
-    transferred->relative_energy = shot.relative_energy[0];
-    transferred->transforms = shot.transforms;
-    shot.coefficients = NULL;
-out:
-    if (status) {
-        *transferred = (struct srnf_transferred){0};
-    }
-    srnf_shot_clear(&shot);
-    srnf_free(memory);
-    return status;
-}
-
-void srnf_transferred_clear(struct srnf_transferred *transferred)
-{
-    srnf_free(transferred->coefficients);
-    *transferred = (struct srnf_transferred){0};
 }

@@ -78,28 +78,34 @@ SRNF_CHECKED int srnf_transport(const struct srnf_sht *sht, const double *surfac
                                 struct srnf_tangent *tangent, struct srnf_error *error);
 void srnf_tangent_clear(struct srnf_tangent *tangent);
 
+/* What becomes of size in a transfer. */
+enum srnf_transfer_size {
+    SRNF_TRANSFER_RATIO = 0, /* shape and size apart: the shapes at unit area, the size by ratio */
+    SRNF_TRANSFER_ABSOLUTE = 1, /* all three surfaces as they are, in one unit */
+};
+
 struct srnf_transferred {
     double *coefficients; /* [3][(L+1)^2]; owned, srnf_transferred_clear */
-    double factor;        /* r below */
-    double energy, relative_energy;
+    double size_ratio;    /* sqrt(area(deformed) / area(source)) */
+    double energy;        /* ||Q(g) - q||^2, of the shapes at unit area for SRNF_TRANSFER_RATIO */
+    double relative_energy;
     double transforms;
 };
 
 /*
- * Deformation transfer (the paper, Algorithm 6): the surface with
- *   Q(g) = Q(target) + r (Q(deformed) - Q(source)).
- * target = source gives the deformed surface, whatever it is.
+ * Deformation transfer (the paper, Algorithm 6): the surface g with
+ *   Q(g) = Q(target) + Q(deformed) - Q(source).
+ * SRNF_TRANSFER_RATIO takes the three at unit area, and gives g the area of the target times
+ * area(deformed) / area(source): what shrinks to two thirds shrinks another to two thirds, and each
+ * subject may be in a unit of its own. target = source gives the deformed surface in either way.
  *   source, deformed, target  [in] double[3][(L+1)^2], deformed in the units of source
- *   relative                  [in] the deformation goes with size, r = sqrt(area(target) /
- *                                  area(source)): what grows by a tenth grows by a tenth in the
- *                                  target. false: r = 1, all three are in one unit
- *   transferred               [out] in the units of target; l = 0 terms: target + r (deformed -
- *                                   source)
- * Errors: as srnf_shoot.
+ *   transferred               [out] in the units of target; its l = 0 terms are those of target,
+ *                                   plus the change from source to deformed in proportion to size
+ * Errors: as srnf_shoot; SRNF_EDEGENERATE where one of them has no area.
  */
 SRNF_CHECKED int srnf_transfer(const struct srnf_sht *sht, const double *source,
-                               const double *deformed, const double *target, bool relative,
-                               const struct srnf_context *context,
+                               const double *deformed, const double *target,
+                               enum srnf_transfer_size size, const struct srnf_context *context,
                                struct srnf_transferred *transferred, struct srnf_error *error);
 void srnf_transferred_clear(struct srnf_transferred *transferred);
 

@@ -166,7 +166,8 @@ static int run_transfer(const struct shapes_surface *s)
     struct srnf_error error = {0};
     double *deformed = stretched(s, 0.1);
     double *target = stretched(s, -0.2);
-    int status = srnf_transfer(s->sht, s->f, deformed, target, true, NULL, &transferred, &error);
+    int status = srnf_transfer(s->sht, s->f, deformed, target, SRNF_TRANSFER_RATIO, NULL,
+                               &transferred, &error);
 
     assert_true(status >= 0 || (!transferred.coefficients && error.status == status));
     srnf_transferred_clear(&transferred);

@@ -184,14 +184,24 @@ static void close_family(struct family *x)
 }
 
 static struct srnf_transferred transfer(const struct family *x, const struct shapes_surface *target,
-                                        bool relative)
+                                        enum srnf_transfer_size size)
 {
     struct srnf_transferred result;
 
-    assert_int_equal(srnf_transfer(x->source.sht, x->source.f, x->deformed.f, target->f, relative,
-                                   NULL, &result, NULL),
+    assert_int_equal(srnf_transfer(x->source.sht, x->source.f, x->deformed.f, target->f, size, NULL,
+                                   &result, NULL),
                      SRNF_OK);
     return result;
+}
+
+static const enum srnf_transfer_size sizes[] = {SRNF_TRANSFER_RATIO, SRNF_TRANSFER_ABSOLUTE};
+
+static double size_of(const struct shapes_surface *s, const double *f)
+{
+    struct srnf_surface_measures measures;
+
+    srnf_surface_measure(s->sht, f, &measures, s->workspace);
+    return sqrt(measures.area);
 }
 
 static void onto_the_source_gives_the_deformed_surface(void **state)
@@ -201,10 +211,13 @@ static void onto_the_source_gives_the_deformed_surface(void **state)
 
     open_family(&x);
     x.deformed.f[0] += 0.2; /* where it has gone, too */
-    for (int relative = 0; relative < 2; relative++) {
-        struct srnf_transferred result = transfer(&x, &x.source, relative);
+    for (size_t k = 0; k < 2; k++) {
+        struct srnf_transferred result = transfer(&x, &x.source, sizes[k]);
 
-        assert_true(result.factor == 1.0 && result.relative_energy < 1e-25);
+        assert_true(result.relative_energy < 1e-25);
+        assert_true(fabs(result.size_ratio * size_of(&x.source, x.source.f) /
+                             size_of(&x.source, x.deformed.f) -
+                         1.0) < 1e-12);
         figure_below("the deformed surface",
                      figure_difference(x.source.count, result.coefficients, x.deformed.f), 1e-12);
         srnf_transferred_clear(&result);
@@ -215,48 +228,74 @@ static void onto_the_source_gives_the_deformed_surface(void **state)
 static void no_deformation_gives_the_target(void **state)
 {
     struct family x;
-    struct srnf_transferred result;
     (void)state;
 
     open_family(&x);
     memcpy(x.deformed.f, x.source.f, x.source.count * sizeof(double));
-    result = transfer(&x, &x.target, true);
-    figure_below("the target", figure_difference(x.target.count, result.coefficients, x.target.f),
-                 1e-12);
-    srnf_transferred_clear(&result);
+    for (size_t k = 0; k < 2; k++) {
+        struct srnf_transferred result = transfer(&x, &x.target, sizes[k]);
+
+        figure_below("the target",
+                     figure_difference(x.target.count, result.coefficients, x.target.f), 1e-12);
+        srnf_transferred_clear(&result);
+    }
     close_family(&x);
 }
 
-/* Q(result) - Q(target) is r times Q(deformed) - Q(source) up to the energy, and the size of the
-   deformation goes with that of the target, or not. */
+/* A change of size alone is carried as a ratio, or as so many units. */
+static void growing_is_carried(void **state)
+{
+    struct family x;
+    (void)state;
+
+    open_family(&x);
+    for (size_t i = 0; i < x.source.count; i++) {
+        x.deformed.f[i] = 1.5 * x.source.f[i];
+    }
+    for (size_t k = 0; k < 2; k++) {
+        struct srnf_transferred result = transfer(&x, &x.target, sizes[k]);
+        double grown = size_of(&x.target, result.coefficients) / size_of(&x.target, x.target.f);
+
+        assert_true(fabs(result.size_ratio - 1.5) < 1e-12);
+        if (sizes[k] == SRNF_TRANSFER_RATIO) {
+            for (size_t i = 0; i < x.target.count; i++) {
+                result.coefficients[i] -= 1.5 * x.target.f[i];
+            }
+            figure_below("the target grown", figure_norm(x.target.count, result.coefficients),
+                         1e-12);
+        } else {
+            assert_true(grown > 1.51); /* half of a source that is larger than the target */
+        }
+        srnf_transferred_clear(&result);
+    }
+    close_family(&x);
+}
+
+/* In one unit, Q(result) - Q(target) is Q(deformed) - Q(source) up to the energy. */
 static void carries_the_difference(void **state)
 {
     struct family x;
+    struct srnf_transferred result;
     double *q;
+    double energy;
     (void)state;
 
     open_family(&x);
     q = shapes_doubles(3 * x.target.points);
-    for (int relative = 0; relative < 2; relative++) {
-        struct srnf_transferred result = transfer(&x, &x.target, relative);
-        double r = relative ? 1.0 / 1.25 : 1.0;
-        double energy;
-
-        assert_true(fabs(result.factor / r - 1.0) < 1e-12);
-        for (size_t i = 0; i < 3 * x.target.points; i++) {
-            q[i] = x.target.q[i] + r * (x.deformed.q[i] - x.source.q[i]);
-        }
-        energy = srnf_energy(x.target.sht, result.coefficients, q, NULL, x.target.workspace);
-        assert_true(fabs(energy / result.energy - 1.0) < 1e-9);
-        figure_below("relative energy", result.relative_energy, 1e-2);
-        srnf_transferred_clear(&result);
+    result = transfer(&x, &x.target, SRNF_TRANSFER_ABSOLUTE);
+    for (size_t i = 0; i < 3 * x.target.points; i++) {
+        q[i] = x.target.q[i] + x.deformed.q[i] - x.source.q[i];
     }
+    energy = srnf_energy(x.target.sht, result.coefficients, q, NULL, x.target.workspace);
+    assert_true(fabs(energy / result.energy - 1.0) < 1e-9);
+    figure_below("relative energy", result.relative_energy, 1e-2);
+    srnf_transferred_clear(&result);
     srnf_free(q);
     close_family(&x);
 }
 
-/* Subjects in units of their own: each may be scaled, and the target turned with source and
-   deformed; the answer goes along with the target. */
+/* Subjects in units of their own: the answer goes along with the target, and its size with the
+   ratio. */
 static void goes_along_with_units(void **state)
 {
     struct family x;
@@ -265,14 +304,16 @@ static void goes_along_with_units(void **state)
     (void)state;
 
     open_family(&x);
-    plain = transfer(&x, &x.target, true);
+    plain = transfer(&x, &x.target, SRNF_TRANSFER_RATIO);
+    assert_true(fabs(size_of(&x.target, plain.coefficients) / size_of(&x.target, x.target.f) -
+                     plain.size_ratio) < 1e-12);
     for (size_t i = 0; i < x.source.count; i++) {
         x.source.f[i] *= 30.0;
         x.deformed.f[i] *= 30.0;
         x.target.f[i] *= 2.0;
         plain.coefficients[i] *= 2.0;
     }
-    scaled = transfer(&x, &x.target, true);
+    scaled = transfer(&x, &x.target, SRNF_TRANSFER_RATIO);
     figure_below("in other units", shapes_distance(DEGREE, plain.coefficients, scaled.coefficients),
                  1e-6);
     srnf_transferred_clear(&scaled);
@@ -293,7 +334,7 @@ static void is_transport_and_shooting(void **state)
     open_family(&x);
     v = shapes_doubles(3 * x.target.points);
     assert_int_equal(srnf_velocity_toward(x.source.sht, x.source.f, x.deformed.f, v), SRNF_OK);
-    result = transfer(&x, &x.target, false);
+    result = transfer(&x, &x.target, SRNF_TRANSFER_ABSOLUTE);
     assert_int_equal(srnf_shoot(x.target.sht, x.target.f, v, 1, &one, NULL, &shot, NULL), SRNF_OK);
     assert_true(fabs(shot.energy[0] / result.energy - 1.0) < 1e-3);
     figure_below("transfer and shooting",
@@ -380,8 +421,8 @@ static void refuses_wrong_arguments(void **state)
         srnf_transport(x.source.sht, x.source.f, x.target.q, &context, &tangent, &error),
         SRNF_ECANCELED);
     assert_null(tangent.coefficients);
-    assert_int_equal(srnf_transfer(x.source.sht, x.source.f, x.deformed.f, x.target.f, true,
-                                   &context, &result, &error),
+    assert_int_equal(srnf_transfer(x.source.sht, x.source.f, x.deformed.f, x.target.f,
+                                   SRNF_TRANSFER_RATIO, &context, &result, &error),
                      SRNF_ECANCELED);
     assert_null(result.coefficients);
     for (size_t k = 0; k < 3; k++) {
@@ -390,12 +431,19 @@ static void refuses_wrong_arguments(void **state)
 
         f[4] = NAN;
         error = (struct srnf_error){0};
-        assert_int_equal(srnf_transfer(x.source.sht, x.source.f, x.deformed.f, x.target.f, true,
-                                       NULL, &result, &error),
+        assert_int_equal(srnf_transfer(x.source.sht, x.source.f, x.deformed.f, x.target.f,
+                                       SRNF_TRANSFER_RATIO, NULL, &result, &error),
                          SRNF_EINVAL);
         assert_int_equal(error.element, 4);
         assert_non_null(strstr(error.message, words[k]));
         f[4] = kept;
+        memset(f, 0, x.source.count * sizeof(double));
+        assert_int_equal(srnf_transfer(x.source.sht, x.source.f, x.deformed.f, x.target.f,
+                                       SRNF_TRANSFER_RATIO, NULL, &result, &error),
+                         SRNF_EDEGENERATE);
+        assert_null(result.coefficients);
+        close_family(&x);
+        open_family(&x);
     }
     x.target.q[2] = INFINITY;
     assert_int_equal(srnf_transport(x.source.sht, x.source.f, x.target.q, NULL, &tangent, &error),
@@ -412,6 +460,7 @@ int main(void)
         cmocka_unit_test(limit_of_small_steps),
         cmocka_unit_test(onto_the_source_gives_the_deformed_surface),
         cmocka_unit_test(no_deformation_gives_the_target),
+        cmocka_unit_test(growing_is_carried),
         cmocka_unit_test(carries_the_difference),
         cmocka_unit_test(goes_along_with_units),
         cmocka_unit_test(is_transport_and_shooting),

@@ -20,6 +20,9 @@ static const struct {
     {"modes", "{\"model\":\"%\"}"},
     {"sample", "{\"model\":\"%\"}"},
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
+    {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
+    {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
