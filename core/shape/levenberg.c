@@ -2,9 +2,9 @@
  * levenberg.c - Levenberg-Marquardt for E(f) = ||Q(f) - q||^2.
  *
  * Each step solves (J' W J + lambda D) d = -J' W (Q(f) - q), D = diag(1 + l (l + 1) / 4), by
- * conjugate gradients (conjugate.c). The inner tolerance follows sqrt(E), which makes the outer convergence
- * superlinear where the residual vanishes. An accepted step divides lambda by 5, a refused one
- * multiplies it by 8.
+ * conjugate gradients (conjugate.c). The inner tolerance follows sqrt(E), which makes the outer
+ * convergence superlinear where the residual vanishes. An accepted step divides lambda by 5, a
+ * refused one multiplies it by 8.
  *
  * A product costs one gradient transform and one adjoint; a step one transform and one adjoint
  * more.

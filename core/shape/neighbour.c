@@ -4,8 +4,8 @@
  *
  * Levenberg-Marquardt with little damping and a loose inner tolerance: the line in Q has left the
  * image of Q in general, E has a positive minimum, and the inner iterations need no more digits
- * than the outer ones. Where E falls so far that the target turns out to be an exact SRNF, refine adds
- * a second round with tight inner iterations: the loose ones hardly move the directions of the
+ * than the outer ones. Where E falls so far that the target turns out to be an exact SRNF, refine
+ * adds a second round with tight inner iterations: the loose ones hardly move the directions of the
  * small singular values, in which the surface may be off while E is small.
  *
  * Costs some 200 to 300 transforms a surface.

@@ -2,8 +2,8 @@
  * shoot.c - shooting from a surface with a given velocity of SRNFs (the paper, section 4.2).
  *
  * The geodesic is the line q_t = Q(f) + t v. It is walked outwards from t = 0, first to the
- * positive times, then to the negative ones, in steps of at most STEP ||Q(f)|| so that each surface is a
- * good start for the next:
+ * positive times, then to the negative ones, in steps of at most STEP ||Q(f)||, so that each
+ * surface is a good start for the next:
  *   first step   f + t w, w the vector whose Q_*f is nearest to v (transport.c)
  *   then         the last two surfaces, extrapolated linearly
  * or the surface before, where that has the lower energy, or a surface that the caller has for the

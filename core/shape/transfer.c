@@ -6,8 +6,8 @@
  *
  * With shape and size apart all three are scaled to unit area first, and the result to the target's
  * area times the ratio of the other two areas. Beside the extrapolation of the path the target
- * moved by deformed - source in coefficients is tried as a start for the end: it is the answer at once
- * where target and source are the same.
+ * moved by deformed - source in coefficients is tried as a start for the end: it is the answer at
+ * once where target and source are the same.
  *
  * Costs what one shot costs.
  */

@@ -11,8 +11,8 @@
 /*
  * Reads a required member that is exactly one of {"toward": id}, {"coefficients": {lmax, x, y, z}}
  * and {"srnf": {lmax, nTheta, nPhi, q}}, and sets it. degree: the largest of the surfaces that it
- * is used with, which coefficients may not exceed and whose working grid q must be on; toward may be
- * of any.
+ * is used with, which coefficients may not exceed and whose working grid q must be on; toward may
+ * be of any.
  */
 void inputs_velocity(struct process_inputs *inputs, const char *name, long degree);
 /* register, commonPose and method. */
