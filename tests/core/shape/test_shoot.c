@@ -199,6 +199,27 @@ static void growing_is_exact(void **state)
     shapes_close(&s);
 }
 
+/* No velocity, no motion. */
+static void stands_still(void **state)
+{
+    const double times[] = {-2.0, 1.0, 7.0};
+    struct shapes_surface s;
+    struct srnf_shot shot;
+    double *nothing;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("bent capsule"));
+    nothing = shapes_doubles(3 * s.points);
+    shot = shoot(&s, nothing, 3, times);
+    for (size_t k = 0; k < 3; k++) {
+        assert_memory_equal(shot.coefficients + k * s.count, s.f, s.count * sizeof(double));
+        assert_true(shot.relative_energy[k] < 1e-28);
+    }
+    srnf_shot_clear(&shot);
+    srnf_free(nothing);
+    shapes_close(&s);
+}
+
 /* Turned and scaled surfaces are shot to turned and scaled ones. */
 static void commutes_with_similarities(void **state)
 {
@@ -336,6 +357,7 @@ int main(void)
         cmocka_unit_test(goes_back_the_way_it_came),
         cmocka_unit_test(times_in_any_order),
         cmocka_unit_test(growing_is_exact),
+        cmocka_unit_test(stands_still),
         cmocka_unit_test(commutes_with_similarities),
         cmocka_unit_test(cancels),
         cmocka_unit_test(refuses_wrong_arguments),
