@@ -20,6 +20,8 @@ static const struct {
     {"modes", "{\"model\":\"%\"}"},
     {"sample", "{\"model\":\"%\"}"},
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
+    {"compare-groups", "{\"cohort\":\"patients\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
