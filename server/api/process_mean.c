@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/models.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
@@ -243,7 +244,8 @@ static char *record_text(struct jobs_run *run, const json_t *inputs,
         json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));
     char *text =
-        record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
+        record ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))
+               : NULL;
 
     json_decref(record);
     return text;
