@@ -24,7 +24,8 @@
 
 struct levenberg {
     double *memory;
-    double *diagonal, *gradient, *step, *r, *z, *p, *product, *candidate;
+    double *diagonal, *gradient, *step, *candidate, *residual;
+    double *inner; /* of conjugate gradients */
 };
 
 static int allocate(struct levenberg *work, const struct shape_system *system)
@@ -38,61 +39,11 @@ static int allocate(struct levenberg *work, const struct shape_system *system)
     work->diagonal = work->memory;
     work->gradient = work->memory + n;
     work->step = work->memory + 2 * n;
-    work->r = work->memory + 3 * n;
-    work->z = work->memory + 4 * n;
-    work->p = work->memory + 5 * n;
-    work->product = work->memory + 6 * n;
-    work->candidate = work->memory + 7 * n;
+    work->candidate = work->memory + 3 * n;
+    work->residual = work->memory + 4 * n;
+    work->inner = work->memory + 5 * n;
     shape_diagonal(system->degree, 1.0, 0.25, work->diagonal);
     return SRNF_OK;
-}
-
-static void precondition(const struct levenberg *work, size_t n, const double *r, double *z)
-{
-    for (size_t i = 0; i < n; i++) {
-        z[i] = work->diagonal[i] > 0.0 ? r[i] / work->diagonal[i] : 0.0;
-    }
-}
-
-/* Conjugate gradients for the step, from 0, down to `tolerance` in the preconditioned norm. */
-static void solve_step(struct shape_system *system, struct levenberg *work, double lambda,
-                       double tolerance, size_t cap)
-{
-    size_t n = system->count;
-    double rz;
-    double goal;
-
-    for (size_t i = 0; i < n; i++) {
-        work->step[i] = 0.0;
-        work->r[i] = -work->gradient[i];
-    }
-    precondition(work, n, work->r, work->z);
-    shape_copy(n, work->z, work->p);
-    rz = shape_dot(n, work->r, work->z);
-    goal = tolerance * tolerance * rz;
-    for (size_t k = 0; k < cap && rz > goal; k++) {
-        double curvature;
-        double alpha;
-        double next;
-
-        shape_system_product(system, work->p, work->product);
-        for (size_t i = 0; i < n; i++) {
-            work->product[i] += lambda * work->diagonal[i] * work->p[i];
-        }
-        curvature = shape_dot(n, work->p, work->product);
-        if (!(curvature > 0.0)) {
-            return;
-        }
-        alpha = rz / curvature;
-        shape_axpy(n, alpha, work->p, work->step);
-        shape_axpy(n, -alpha, work->product, work->r);
-        precondition(work, n, work->r, work->z);
-        next = shape_dot(n, work->r, work->z);
-        for (size_t i = 0; i < n; i++) {
-            work->p[i] = work->z[i] + next / rz * work->p[i];
-        }
-        rz = next;
-    }
 }
 
 static double inner_tolerance(const struct shape_run *run, const struct shape_lm_options *options)
@@ -122,7 +73,14 @@ static bool advance(struct shape_run *run, struct levenberg *work,
             run->stopped = SRNF_STOP_CANCELED;
             return false;
         }
-        solve_step(system, work, *lambda, inner_tolerance(run, options), options->inner_cap);
+        for (size_t i = 0; i < n; i++) {
+            work->residual[i] = -work->gradient[i];
+        }
+        shape_system_solve(system,
+                           &(struct shape_damping){work->diagonal, *lambda,
+                                                   inner_tolerance(run, options),
+                                                   options->inner_cap},
+                           work->residual, work->step, work->inner);
         shape_copy(n, run->f, work->candidate);
         shape_axpy(n, 1.0, work->step, work->candidate);
         energy = shape_system_try(system, work->candidate);

@@ -76,10 +76,42 @@ double shape_system_try(struct shape_system *system, const double *f);
 void shape_system_accept(struct shape_system *system);
 /* g = J' W (Q(f) - q) at the state: half the gradient of E. */
 void shape_system_gradient(struct shape_system *system, double *g);
+/* out = J' W field at the state; 0 in the translations. */
+void shape_system_pull_back(struct shape_system *system, const double *field, double *out);
+/* field = Q_*f(w) at a state of the system. */
+void shape_system_differential(struct shape_system *system, const struct shape_state *at,
+                               const double *w, double *field);
 /* out = J' W J w at the state; 0 in the translations. */
 void shape_system_product(struct shape_system *system, const double *w, double *out);
+/* x = (J' W J + lambda D)^-1 r by conjugate gradients preconditioned with the diagonal D; r is left
+   as the residual; work double[3][count]. */
+struct shape_damping {
+    const double *diagonal;
+    double lambda;
+    double tolerance; /* see struct shape_linear */
+    size_t cap;
+};
+void shape_system_solve(struct shape_system *system, const struct shape_damping *damping, double *r,
+                        double *x, double *work);
 
 /* ---- The solvers ----------------------------------------------------------------------------- */
+
+/* A x = b for A given by its products. */
+struct shape_linear {
+    size_t n;
+    void (*product)(void *argument, const double *x, double *out);
+    void (*precondition)(void *argument, const double *r, double *z);
+    void *argument;
+    double tolerance; /* on the residual, relative to that of x = 0 */
+    size_t cap;       /* on the products */
+};
+
+/* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns the products. */
+size_t shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
+                                 double *work);
+/* gmres.c; precondition is not used. work: shape_gmres_doubles. Returns the products. */
+size_t shape_gmres_doubles(size_t n, size_t cap);
+size_t shape_gmres(const struct shape_linear *problem, const double *b, double *x, double *work);
 
 /* What a solver reads and writes while it goes on; history grows up to its capacity and then stops.
    */
