@@ -124,6 +124,53 @@ static bool bench_path(const struct pair *pair, const struct shapes_surface ends
     return met;
 }
 
+/* ---- Exponential and transport ---------------------------------------------------------------- */
+
+static double field_distance(const struct shapes_surface *s, const double *a, const double *b)
+{
+    double *qa = shapes_doubles(9 * s->points);
+    double *qb = qa + 3 * s->points;
+    double *d = qa + 6 * s->points;
+    double distance;
+
+    srnf_field(s->sht, a, qa, s->workspace);
+    srnf_field(s->sht, b, qb, s->workspace);
+    for (size_t i = 0; i < 3 * s->points; i++) {
+        d[i] = qa[i] - qb[i];
+    }
+    distance = sqrt(srnf_inner_product(s->grid, d, d));
+    srnf_free(qa);
+    return distance;
+}
+
+static void bench_exp(const struct pair *pair, const struct shapes_surface ends[2], size_t m)
+{
+    const struct shapes_surface *s = &ends[0];
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    double *velocity = shapes_doubles(s->count);
+    struct srnf_pullback_geodesic g;
+    struct srnf_pullback_shot shot;
+    double start = timing_cpu();
+    double middle;
+
+    options.segments = m;
+    options.gradient = 1e-9;
+    options.compare = false;
+    must(srnf_pullback_geodesic(s->sht, s->f, ends[1].f, &options, NULL, &g, NULL), pair->name);
+    for (size_t i = 0; i < s->count; i++) {
+        velocity[i] = (double)m * (g.coefficients[s->count + i] - s->f[i]);
+    }
+    middle = timing_cpu();
+    must(srnf_pullback_exp(s->sht, s->f, velocity, m, NULL, &shot, NULL), pair->name);
+    printf("%-17s %3zu  %.0e  %6.0f  %4zu  %.3f s  %.1e  %.1e  %6.0f  %4zu  %.3f s\n", pair->name,
+           m, g.gradient, g.transforms / (double)(m - 1), g.iterations, middle - start,
+           field_distance(s, shot.coefficients + m * s->count, ends[1].f), shot.residual,
+           shot.transforms / (double)(m - 1), shot.iterations, timing_cpu() - middle);
+    srnf_pullback_geodesic_clear(&g);
+    srnf_pullback_shot_clear(&shot);
+    srnf_free(velocity);
+}
+
 int main(void)
 {
     bool met = true;
@@ -138,6 +185,9 @@ int main(void)
         if (open_pair(&pairs[k], ends)) {
             met = bench_path(&pairs[k], ends, false) && met;
             met = bench_path(&pairs[k], ends, true) && met;
+            for (size_t m = 4; m <= 16; m *= 2) {
+                bench_exp(&pairs[k], ends, m);
+            }
         } else {
             printf("%-17s skipped: no data\n", pairs[k].name);
         }
