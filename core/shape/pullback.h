@@ -46,6 +46,10 @@ struct pullback_graph {
     size_t slots;
     struct pullback_slot *slot;
     char *workspaces;
+    /* Of the Hessian: where it is taken, the gradient there, and scratch; [free][count], the
+       caller's. */
+    const double *base, *base_gradient;
+    double *displaced;
     /* Arguments of the loop that runs. */
     const double *in;
     double *out;
@@ -65,12 +69,14 @@ void pullback_graph_destroy(struct pullback_graph *graph);
 double pullback_graph_start(struct pullback_graph *graph, const double *f);
 /* Energy with the free surfaces at x, double[free][count]; as a trial. */
 double pullback_graph_try(struct pullback_graph *graph, const double *x);
-/* Takes the trial at x over and linearises there. */
-void pullback_graph_accept(struct pullback_graph *graph, const double *x);
+/* Linearises at free surfaces x. */
+void pullback_graph_linearise(struct pullback_graph *graph, const double *x);
 /* g, double[free][count]: half the gradient of the energy. */
 void pullback_graph_gradient(struct pullback_graph *graph, double *g);
 /* out = (J' W (Lap x 1) J + lambda Lap x D) x, Lap the weighted Laplacian of the free nodes. */
 void pullback_graph_product(void *graph, const double *x, double *out);
+/* out = half the Hessian of the energy at base times x, by a difference of gradients. */
+void pullback_graph_hessian(void *graph, const double *x, double *out);
 /* z = (Lap^-1 x D^-1) r, exact in one sweep to the root and one back. */
 void pullback_graph_precondition(void *graph, const double *r, double *z);
 

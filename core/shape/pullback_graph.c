@@ -23,6 +23,9 @@
  */
 #include "pullback.h"
 
+#include <math.h>
+
+#define HESSIAN_STEP 1e-7 /* of ||f||: truncation and rounding then meet near 1e-7 */
 #define SLOTS_MAX ((size_t)16)
 #define FREE_FIELDS ((size_t)19) /* q, trial, f_theta, f_phi, unit, image: 3 each; inverse */
 #define FIXED_FIELDS ((size_t)3) /* q */
@@ -207,17 +210,23 @@ void pullback_graph_destroy(struct pullback_graph *graph)
 
 /* ---- Energy ---------------------------------------------------------------------------------- */
 
+static void set_field(const struct pullback_graph *graph, const double *unit, const double *root,
+                      double *q)
+{
+    for (size_t c = 0; c < 3; c++) {
+        for (size_t i = 0; i < graph->points; i++) {
+            q[c * graph->points + i] = unit[c * graph->points + i] * root[i];
+        }
+    }
+}
+
 /* trial = Q(f) */
 static void evaluate(struct pullback_graph *graph, struct pullback_slot *slot,
                      struct pullback_node *node, const double *f)
 {
     srnf_sht_gradient(graph->sht, 3, f, slot->w_theta, slot->w_phi, slot->workspace);
     shape_normals(graph->points, slot->w_theta, slot->w_phi, slot->unit, slot->root, slot->inverse);
-    for (size_t c = 0; c < 3; c++) {
-        for (size_t i = c * graph->points; i < (c + 1) * graph->points; i++) {
-            node->trial[i] = slot->unit[i] * slot->root[i - c * graph->points];
-        }
-    }
+    set_field(graph, slot->unit, slot->root, node->trial);
 }
 
 static void evaluate_given(struct pullback_graph *graph, struct pullback_slot *slot,
@@ -280,17 +289,14 @@ double pullback_graph_try(struct pullback_graph *graph, const double *x)
 static void linearise(struct pullback_graph *graph, struct pullback_slot *slot,
                       struct pullback_node *node, size_t index)
 {
-    double *q = node->q;
-
     (void)index;
-    node->q = node->trial;
-    node->trial = q;
     srnf_sht_gradient(graph->sht, 3, graph->in + node->unknown * graph->count, node->f_theta,
                       node->f_phi, slot->workspace);
     shape_normals(graph->points, node->f_theta, node->f_phi, node->unit, slot->root, node->inverse);
+    set_field(graph, node->unit, slot->root, node->q);
 }
 
-void pullback_graph_accept(struct pullback_graph *graph, const double *x)
+void pullback_graph_linearise(struct pullback_graph *graph, const double *x)
 {
     graph->in = x;
     for_nodes(graph, false, linearise);
@@ -395,6 +401,23 @@ void pullback_graph_product(void *argument, const double *x, double *out)
     for_nodes(graph, false, image_of_node);
     for_nodes(graph, false, product_of_node);
     graph->transforms += 2.0 * (double)graph->free;
+}
+
+/* Moves the linearisation: it belongs to no accepted surface afterwards. */
+void pullback_graph_hessian(void *argument, const double *x, double *out)
+{
+    struct pullback_graph *graph = argument;
+    size_t n = graph->free * graph->count;
+    double size = sqrt(shape_dot(n, x, x));
+    double step =
+        size > 0.0 ? HESSIAN_STEP * sqrt(shape_dot(n, graph->base, graph->base)) / size : 1.0;
+
+    shape_copy(n, graph->base, graph->displaced);
+    shape_axpy(n, step, x, graph->displaced);
+    pullback_graph_linearise(graph, graph->displaced);
+    pullback_graph_gradient(graph, out);
+    shape_axpy(n, -1.0, graph->base_gradient, out);
+    shape_scale(n, 1.0 / step, out);
 }
 
 /* The free parent of a free node, or NULL. */
