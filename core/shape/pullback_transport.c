@@ -1,8 +1,8 @@
 /*
  * pullback_transport.c - tangent spaces of the image of Q, and parallel transport along a path.
  *
- * The tangent space at Q(f) is { J a }: P w = J (J' W J)^-1 J' W w is the orthogonal projection of a
- * field to it, one linear system by conjugate gradients. Transport in a submanifold of L2 is what
+ * The tangent space at Q(f) is { J a }: P w = J (J' W J)^-1 J' W w is the orthogonal projection of
+ * a field to it, one linear system by conjugate gradients. Transport in a submanifold of L2 is what
  * projecting from each tangent space to the next tends to; that is of first order in the number of
  * segments (the paper, Algorithm 3). A reflection in the tangent space midway, w' = 2 P_k+1 w - w,
  * keeps the norm exactly and turns twice as far; the projection at k + 2 then takes away only what

@@ -133,7 +133,7 @@ static bool bench_path(const struct pair *pair, const struct shapes_surface ends
     return met;
 }
 
-/* ---- Exponential and transport ---------------------------------------------------------------- */
+/* ---- Exponential ----------------------------------------------------------------------------- */
 
 static double field_distance(const struct shapes_surface *s, const double *a, const double *b)
 {
@@ -180,7 +180,7 @@ static void bench_exp(const struct pair *pair, const struct shapes_surface ends[
     srnf_free(velocity);
 }
 
-/* ---- The two frameworks on the same surfaces --------------------------------------------------- */
+/* ---- The two frameworks on the same surfaces ------------------------------------------------- */
 
 #define N ((size_t)8)
 
