@@ -11,7 +11,7 @@
 
 #include "shape.h"
 
-/* ---- pullback_graph.c: energy, gradient and Gauss-Newton model of a tree --------------------- */
+/* ---- pullback_tree.c: a tree of surfaces ----------------------------------------------------- */
 
 #define PULLBACK_ROOT SIZE_MAX
 
@@ -65,6 +65,9 @@ SRNF_CHECKED int pullback_graph_create(struct pullback_graph **out, const struct
                                        const size_t *parents, const bool *fixed,
                                        double edge_weight);
 void pullback_graph_destroy(struct pullback_graph *graph);
+
+/* ---- pullback_graph.c: its energy, gradient and Gauss-Newton model --------------------------- */
+
 /* Energy of all surfaces f, double[nodes][count], fixed ones included; as a trial. */
 double pullback_graph_start(struct pullback_graph *graph, const double *f);
 /* Energy with the free surfaces at x, double[free][count]; as a trial. */
