@@ -105,7 +105,8 @@ SRNF_CHECKED int pullback_minimise(struct pullback_graph *graph, double *f,
 
 struct pullback_tangent {
     struct shape_system *system;
-    double *memory, *diagonal, *residual, *work;
+    struct shape_conjugate conjugate;
+    double *memory, *pulled;
 };
 SRNF_CHECKED int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *sht);
 void pullback_tangent_destroy(struct pullback_tangent *t);

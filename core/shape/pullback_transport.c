@@ -21,20 +21,20 @@ int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *s
 {
     size_t field = 3 * srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
     size_t n = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    int status;
 
-    t->memory = srnf_alloc(field + 5 * n, sizeof(double));
+    t->memory = srnf_alloc(field + n, sizeof(double));
     if (!t->memory) {
         return SRNF_ENOMEM;
     }
-    t->diagonal = t->memory + field;
-    t->residual = t->diagonal + n;
-    t->work = t->diagonal + 2 * n;
-    shape_diagonal(srnf_sht_degree(sht), 1.0, 0.25, t->diagonal);
-    return shape_system_create(&t->system, sht, t->memory);
+    t->pulled = t->memory + field;
+    status = shape_system_create(&t->system, sht, t->memory);
+    return status ? status : shape_conjugate_create(&t->conjugate, t->system);
 }
 
 void pullback_tangent_destroy(struct pullback_tangent *t)
 {
+    shape_conjugate_destroy(&t->conjugate);
     shape_system_destroy(t->system);
     srnf_free(t->memory);
 }
@@ -53,10 +53,9 @@ void pullback_tangent_image(struct pullback_tangent *t, const double *vector, do
 void pullback_tangent_project(struct pullback_tangent *t, const double *field, double *vector,
                               double *image)
 {
-    const struct shape_damping damping = {t->diagonal, 0.0, SOLVE_TOLERANCE, SOLVE_CAP};
-
-    shape_system_pull_back(t->system, field, t->residual);
-    shape_system_solve(t->system, &damping, t->residual, vector, t->work);
+    shape_system_pull_back(t->system, field, t->pulled);
+    (void)shape_conjugate_solve(&t->conjugate, t->system, t->pulled, 0.0, SOLVE_TOLERANCE,
+                                SOLVE_CAP, vector);
     pullback_tangent_image(t, vector, image);
 }
 

@@ -97,12 +97,12 @@ static void clear_translations(const struct shape_system *system, double *x)
     x[2 * count] = 0.0;
 }
 
-void shape_system_pull_back(struct shape_system *system, const double *field, double *out)
+void shape_system_pull_back(struct shape_system *system, const double *y, double *out)
 {
     const struct shape_state *s = &system->state;
 
     shape_differential_adjoint(system->points, s->f_theta, s->f_phi, s->unit, s->inverse,
-                               system->weight, field, system->w_theta, system->w_phi);
+                               system->weight, y, system->w_theta, system->w_phi);
     srnf_sht_gradient_adjoint(system->sht, 3, system->w_theta, system->w_phi, out,
                               system->workspace);
     system->transforms += 1.0;
@@ -123,49 +123,13 @@ void shape_system_gradient(struct shape_system *system, double *g)
     shape_system_pull_back(system, system->state.residual, g);
 }
 
-void shape_system_product(struct shape_system *system, const double *w, double *out)
+void shape_system_push_forward(struct shape_system *system, const double *w)
 {
     shape_system_differential(system, &system->state, w, system->field);
+}
+
+void shape_system_product(struct shape_system *system, const double *w, double *out)
+{
+    shape_system_push_forward(system, w);
     shape_system_pull_back(system, system->field, out);
-}
-
-/* What conjugate gradients see. */
-struct damped {
-    struct shape_system *system;
-    const struct shape_damping *damping;
-};
-
-static void precondition(void *argument, const double *r, double *z)
-{
-    const struct damped *damped = argument;
-    const double *diagonal = damped->damping->diagonal;
-
-    for (size_t i = 0; i < damped->system->count; i++) {
-        z[i] = diagonal[i] > 0.0 ? r[i] / diagonal[i] : 0.0;
-    }
-}
-
-static void product(void *argument, const double *x, double *out)
-{
-    const struct damped *damped = argument;
-    const struct shape_damping *damping = damped->damping;
-
-    shape_system_product(damped->system, x, out);
-    for (size_t i = 0; i < damped->system->count; i++) {
-        out[i] += damping->lambda * damping->diagonal[i] * x[i];
-    }
-}
-
-void shape_system_solve(struct shape_system *system, const struct shape_damping *damping, double *r,
-                        double *x, double *work)
-{
-    struct damped damped = {system, damping};
-    struct shape_linear problem = {.n = system->count,
-                                   .product = product,
-                                   .precondition = precondition,
-                                   .argument = &damped,
-                                   .tolerance = damping->tolerance,
-                                   .cap = damping->cap};
-
-    (void)shape_conjugate_gradients(&problem, r, x, work);
 }
