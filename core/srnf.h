@@ -120,6 +120,7 @@ void srnf_free(void *pointer);
 #include "srnf/register.h"
 #include "srnf/stats.h"
 #include "srnf/groups.h"
+#include "srnf/pullback.h"
 
 #ifdef __cplusplus
 }
