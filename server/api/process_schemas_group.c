@@ -75,7 +75,9 @@
     "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
     ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
     ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
-    "its norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","             \
+    "its norm. Where surfaces are registered, the mean is also found when its objective "         \
+    "falls by less than this part of itself twice in a "                                          \
+    "row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","                  \
     "\"description\":\"pullback is not available in this version.\"},"                            \
     "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
     ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
