@@ -9,6 +9,8 @@
 
 #include <math.h>
 
+#define BLOCK ((size_t)64) /* points whose jets are at hand together; a multiple of the lanes */
+
 int moving_create(struct moving *moving, size_t from_degree, const double *coefficients,
                   size_t degree)
 {
@@ -43,8 +45,8 @@ void moving_clear(struct moving *moving)
 
 int samples_create(struct samples *samples, size_t n)
 {
-    *samples =
-        (struct samples){.n = n, .memory = srnf_alloc((15 + 3 * JET_KINDS) * n, sizeof(double))};
+    *samples = (struct samples){
+        .n = n, .memory = srnf_alloc(15 * n + 3 * JET_KINDS * BLOCK, sizeof(double))};
     if (!samples->memory) {
         return SRNF_ENOMEM;
     }
@@ -96,13 +98,13 @@ static void srnf_jet(double jet[JET_KINDS][3], double *q, double *q_1, double *q
     }
 }
 
-void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
+static void evaluate_block(const struct moving *moving, const double *points, size_t first,
+                           size_t n, struct samples *out)
 {
-    size_t n = out->n;
-
-    sphere_jets_evaluate(&moving->plan, 3, moving->coefficients, n, points, out->jets, out->t1,
-                         out->t2);
+    sphere_jets_evaluate(&moving->plan, 3, moving->coefficients, n, points + 3 * first, out->jets,
+                         out->t1 + 3 * first, out->t2 + 3 * first);
     for (size_t i = 0; i < n; i++) {
+        size_t at = 3 * (first + i);
         double jet[JET_KINDS][3];
 
         for (size_t c = 0; c < 3; c++) {
@@ -110,6 +112,13 @@ void moving_evaluate(const struct moving *moving, const double *points, struct s
                 jet[k][c] = out->jets[(c * JET_KINDS + k) * n + i];
             }
         }
-        srnf_jet(jet, out->q + 3 * i, out->q_1 + 3 * i, out->q_2 + 3 * i);
+        srnf_jet(jet, out->q + at, out->q_1 + at, out->q_2 + at);
+    }
+}
+
+void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
+{
+    for (size_t first = 0; first < out->n; first += BLOCK) {
+        evaluate_block(moving, points, first, out->n - first < BLOCK ? out->n - first : BLOCK, out);
     }
 }

@@ -154,10 +154,12 @@ static json_t *history_json(const struct srnf_mean *mean)
 
     for (size_t i = 0; i < mean->iterations; i++) {
         const struct srnf_mean_iteration *step = &mean->history[i];
-        (void)json_array_append_new(
-            history, json_pack("{s:I, s:o, s:o, s:o}", "iteration", (json_int_t)i + 1, "change",
-                               json_finite(step->change), "variance", json_finite(step->variance),
-                               "seconds", json_finite(step->seconds)));
+        (void)json_array_append_new(history, json_pack("{s:I, s:o, s:o, s:o, s:o}", "iteration",
+                                                       (json_int_t)i + 1, "change",
+                                                       json_finite(step->change), "variance",
+                                                       json_finite(step->variance), "objective",
+                                                       json_finite(step->objective), "seconds",
+                                                       json_finite(step->seconds)));
     }
     return history;
 }
