@@ -18,6 +18,7 @@ make
 libc6-dev
 pkg-config|pkgconf
 libmicrohttpd-dev
+libgnutls28-dev
 libjansson-dev
 libopenblas-pthread-dev
 liblapacke-dev

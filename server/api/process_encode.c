@@ -150,10 +150,10 @@ static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
     json_t *record = NULL;
     int status;
 
-    if (store_mesh_get(jobs_run_store(run), mesh_id, &mesh) == 0) {
+    if (store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), mesh_id, &mesh) == 0) {
         description.name = mesh.name;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    status = surface_save_run(run, &description, &record);
     if (status) {
         (void)compute_fail_store(result, status, "the surface");
     }

@@ -119,7 +119,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             return NULL;
         }
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);
-        status = surface_save(jobs_run_store(run), &description, &record, NULL);
+        status = surface_save_run(run, &description, &record);
         if (status) {
             (void)compute_fail_store(result, status, "a surface of the path");
             json_decref(records);

@@ -343,7 +343,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
         json_decref(description.source);
         return NULL;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    status = surface_save_run(run, &description, &record);
 
     if (status) {
         (void)compute_fail_store(result, status, "the surface");

@@ -128,7 +128,7 @@ static json_t *keep_mean(struct jobs_run *run, const char *process,
         description.scale +=
             process_scale(run, typed->ids[i], outputs->group.scales[i]) / (double)typed->n;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    status = surface_save_run(run, &description, &record);
     if (status) {
         (void)compute_fail_store(result, status, "the mean");
     }
@@ -238,7 +238,8 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
                                 .n_theta = (int64_t)outputs->n_theta,
                                 .n_phi = (int64_t)outputs->n_phi,
                                 .subjects = (int64_t)outputs->pca.n,
-                                .components = (int64_t)outputs->pca.components};
+                                .components = (int64_t)outputs->pca.components,
+                                .owner.name = jobs_run_owner(run)};
     const char *mean_id = json_string_value(json_object_get(mean, "id"));
     json_t *record = NULL;
     bool created;

@@ -41,7 +41,10 @@ static long read_model(struct process_inputs *inputs)
                     "must be the id of a model: model- and 32 hexadecimal digits");
         return 0;
     }
-    status = store_model_get(inputs->call->api->config.store, id, 0, &model);
+    status = call_sees(inputs->call, id);
+    if (status == 0) {
+        status = store_model_get(inputs->call->api->config.store, id, 0, &model);
+    }
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-model", id);
         inputs->answered = true;
@@ -153,7 +156,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const char *process,
             .parameterization = "inherited",
             .source = process_source(run, process, NULL, model->stored.mean),
         };
-        int status = surface_save(jobs_run_store(run), &description, &record, NULL);
+        int status = surface_save_run(run, &description, &record);
 
         if (status) {
             (void)compute_fail_store(result, status, "a surface of the model");

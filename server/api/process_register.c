@@ -230,7 +230,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
     json_t *record = NULL;
-    int status = surface_save(jobs_run_store(run), &description, &record, NULL);
+    int status = surface_save_run(run, &description, &record);
 
     if (status) {
         (void)compute_fail_store(result, status, "the surface");

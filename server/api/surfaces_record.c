@@ -99,10 +99,10 @@ static char *record_text(struct surface_description *d)
     return text;
 }
 
-int surface_save(struct store *store, struct surface_description *description, json_t **record,
-                 bool *created)
+int surface_save(struct store *store, const struct store_owner *owner,
+                 struct surface_description *description, json_t **record, bool *created)
 {
-    struct store_surface surface = {0};
+    struct store_surface surface = {.owner = *owner};
     size_t count = 3 * srnf_coefficient_count(description->degree);
     bool is_new = false, of_job = description->source != NULL;
     json_t *own = NULL;
@@ -138,4 +138,11 @@ out:
     json_decref(own);
     store_surface_clear(&surface);
     return status;
+}
+
+int surface_save_run(struct jobs_run *run, struct surface_description *description, json_t **record)
+{
+    const struct store_owner owner = {.name = jobs_run_owner(run)};
+
+    return surface_save(jobs_run_store(run), &owner, description, record, NULL);
 }

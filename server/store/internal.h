@@ -80,8 +80,10 @@ int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);
 void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
 
-/* ---- Opening (database.c, migrate.c) --------------------------------------------------------- */
+/* ---- Opening (store.c, database.c, migrate.c) --------------------------------------------------------- */
 
+/* Makes the directory, with its parents, and leaves it open only to its owner. */
+int store_make_directory(const char *directory);
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
 /* Checks whose database it is, and brings it to the newest version. */
@@ -158,6 +160,41 @@ void store_put_doubles(unsigned char *bytes, const double *values, size_t count)
 int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
                        double **values);
 
+/* ---- Owners (owner.c) ------------------------------------------------------------------------ */
+
+const char *store_owner_name(const struct store_owner *owner);
+/* On the writer thread: the owner has a row. */
+int store_owner_add(sqlite3 *db, const char *name);
+/* On the writer thread: STORE_QUOTA where the owner holds more than bytes_max, if that is not 0. */
+int store_owner_check(sqlite3 *db, const char *name, int64_t bytes_max);
+
+/* Content as one owner has it. */
+struct store_holding {
+    const char *id, *kind; /* "mesh", "surface", "model" */
+    const char *name, *record;
+    int64_t bytes, now;
+};
+/* On the writer thread, before the content itself is stored, so that a refusal leaves no blob
+   behind: it is the owner's now; *taken is false where it was before. */
+int store_owner_take(sqlite3 *db, const struct store_owner *owner,
+                     const struct store_holding *holding, bool *taken);
+
+/* A page of a table with an id and created_ms: parameters are the owner (NULL here), after_id,
+   after_ms, limit; and the same of what one owner has. */
+#define STORE_PAGE_OF_ALL(columns, table)                                                    \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id "          \
+    "AND owned.owner = ?1 WHERE ?2 = '' OR (" table ".created_ms, " table ".id) < (?3, ?2) " \
+    "ORDER BY " table ".created_ms DESC, " table ".id DESC LIMIT ?4"
+#define STORE_PAGE_OF_OWNER(columns, table)                                    \
+    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id " \
+    "WHERE owned.owner = ?1 AND kind = '" table "' "                           \
+    "AND (?2 = '' OR (owned.created_ms, owned.id) < (?3, ?2)) "                \
+    "ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?4"
+/* One row as an owner (NULL: nobody) knows it: parameters are the owner and the id. */
+#define STORE_ROW_AS(columns, table)                                                \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id " \
+    "AND owned.owner = ?1 WHERE " table ".id = ?2"
+
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 
 /* On the writer thread: the job has ended, and so its checkpoint goes, if it has one. The blob
@@ -168,7 +205,9 @@ int store_checkpoint_sweep(struct store *store);
 
 #define STORE_JOB_COLUMNS                                                                 \
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
-    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, problem_detail"
+    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
+    "problem_detail, "                                                                    \
+    "owner"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);
