@@ -167,8 +167,8 @@ static int prepare_process(sigset_t *signals)
     return sodium_init() < 0 ? -1 : 0;
 }
 
-/* Whether the settings are safe together; otherwise a sentence in message. Beyond loopback there must
-   be a token, since whoever reaches the address may call. */
+/* Whether the settings are safe together; otherwise a sentence in message. Beyond loopback there
+   must be a token, since whoever reaches the address may call. */
 static bool check_settings(const struct config *config, char *message, size_t size)
 {
     struct store_tokens tokens;
@@ -191,12 +191,14 @@ static bool check_settings(const struct config *config, char *message, size_t si
         return true;
     }
     store_tokens_clear(&tokens);
-    (void)snprintf(message, size,
-                   status == STORE_OK
-                       ? "without tokens the service listens on loopback addresses only; "
-                         "srnfd token add makes one, and --insecure overrides this"
-                       : "the file of tokens in --data %.200s cannot be read: %s",
-                   config->data, store_strerror(status));
+    if (status == STORE_OK) {
+        (void)snprintf(message, size,
+                       "without tokens the service listens on loopback addresses only; srnfd token "
+                       "add makes one, and --insecure overrides this");
+    } else {
+        (void)snprintf(message, size, "the file of tokens in --data %.200s cannot be used: %s",
+                       config->data, store_strerror(status));
+    }
     return false;
 }
 

@@ -3,7 +3,8 @@
  * call of the route's handler afterwards.
  *
  * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, who
- * calls (auth.c), 406, 413 by Content-Length, 415, and query parameters that the route does not know or that come twice.
+ * calls (auth.c), 406, 413 by Content-Length, 415, and query parameters that the route does not
+ * know or that come twice.
  * api_handle calls the handler; api_resume goes on with an execution that waited for its job. All
  * three may run on many threads at once: what is shared (store, jobs, the keys in flight) guards
  * itself.

@@ -4,10 +4,10 @@
  *
  * An id is a content address of format and bytes, so the same file sent twice is one resource: the
  * second time the record is found by its id before anything is parsed. What another owner has sent
- * is parsed all the same, and is new: name, time and status tell nothing of others. A body that does not parse
- * is refused and not kept; a mesh that parses but cannot be analysed is kept, and its report says
- * why. Runs on request threads: reading is linear in the size of the body, topology n log n, and
- * the star kernel is a linear program of four unknowns.
+ * is parsed all the same, and is new: name, time and status tell nothing of others. A body that
+ * does not parse is refused and not kept; a mesh that parses but cannot be analysed is kept, and
+ * its report says why. Runs on request threads: reading is linear in the size of the body, topology
+ * n log n, and the star kernel is a linear program of four unknowns.
  */
 #include "api/respond.h"
 #include "api/routes.h"

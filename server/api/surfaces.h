@@ -32,8 +32,8 @@ struct surface_description {
 
 /*
  * Stores the surface for its owner unless the owner has it, and gives the full record of what the
- * store holds: the owner's first description of a surface stays. Where a source is given, which a job does, the
- * record given is the description's own all the same, but for the time.
+ * store holds: the owner's first description of a surface stays. Where a source is given, which a
+ * job does, the record given is the description's own all the same, but for the time.
  *   record  [out] new reference; NULL on failure
  *   created [out] optional
  * Returns an enum store_status.

@@ -7,9 +7,9 @@
  * live jobs, the key's primary key), and the submission looks again. So identical work is queued
  * once, without a lock held across the store.
  *
- * The digest is SHA-256 over process, newline, inputs, newline, numeric build, and for an owner with
- * a name newline and that. So identical work of two owners is done twice. In the store a key has the
- * owner's name before it, with a newline between, which no name has.
+ * The digest is SHA-256 over process, newline, inputs, newline, numeric build, and for an owner
+ * with a name newline and that. So identical work of two owners is done twice. In the store a key
+ * has the owner's name before it, with a newline between, which no name has.
  */
 #include "jobs/internal.h"
 

@@ -80,7 +80,7 @@ int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);
 void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
 
-/* ---- Opening (store.c, database.c, migrate.c) --------------------------------------------------------- */
+/* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
 
 /* Makes the directory, with its parents, and leaves it open only to its owner. */
 int store_make_directory(const char *directory);

@@ -257,9 +257,9 @@ void store_job_clear(struct store_job *job);
    being cancelled do not count). */
 int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
                      const char *body_digest);
-/* The same within what the owner of the job may have: STORE_QUEUED where so many of the owner's jobs
-   are waiting, STORE_QUOTA where the owner holds more bytes. running is kept with the owner, for claims. 0: no
-   limit. */
+/* The same within what the owner of the job may have: STORE_QUEUED where so many of the owner's
+   jobs are waiting, STORE_QUOTA where the owner holds more bytes. running is kept with the owner,
+   for claims. 0: no limit. */
 struct store_job_limits {
     size_t queued, running;
     int64_t bytes;
