@@ -244,9 +244,9 @@ static void the_file_is_followed_while_the_service_runs(void **state)
     add(door, "ada", STORE_ROLE_USER, 0, 0, a);
     assert_int_equal(ask(door, "GET", "/v1/jobs", NULL, 0).status, 401);
     assert_int_equal(ask_with(door, "GET", "/v1/jobs", a).status, 0);
-    add(door, "ben", STORE_ROLE_USER, store_now_ms() + 80, 0, b);
+    add(door, "ben", STORE_ROLE_USER, store_now_ms() + 1500, 0, b);
     assert_int_equal(ask_with(door, "GET", "/v1/jobs", b).status, 0);
-    usleep(100000);
+    usleep(1550000);
     assert_int_equal(ask_with(door, "GET", "/v1/jobs", b).status, 401);
     assert_int_equal(store_token_revoke(door->fixture->path, "ada", &removed), STORE_OK);
     assert_int_equal(ask_with(door, "GET", "/v1/jobs", a).status, 401);
