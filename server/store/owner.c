@@ -6,7 +6,7 @@
  * an owner never sees what another called the same bytes, nor whether another has them. Cohorts
  * and jobs have one owner each, in their own rows.
  *
- * What an owner holds in bytes is kept by triggers (migrations/0003_owners.sql), and so is exact
+ * What an owner holds in bytes is kept by triggers (migrations/0004_owners.sql), and so is exact
  * in every transaction: the limit is asked for in the one that adds.
  */
 #include "store/internal.h"

@@ -48,6 +48,7 @@ void store_surface_clear(struct store_surface *surface)
     free(surface->name);
     free(surface->record);
     free(surface->coefficients);
+    store_maps_clear(&surface->maps);
     *surface = (struct store_surface){0};
 }
 
@@ -117,7 +118,7 @@ int store_surface_get_as(struct store *store, const char *owner, const char *id,
 
 struct put {
     const struct store_surface *surface;
-    const struct store_content *content;
+    const struct store_content *content, *maps; /* maps NULL: it has none */
     int64_t now;
     bool created;
 };
@@ -126,11 +127,12 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_surface *surface = put->surface;
+    const int64_t maps_size = put->maps ? (int64_t)put->maps->size : 0;
     const struct store_holding holding = {.id = surface->id,
                                           .kind = "surface",
                                           .name = surface->name ? surface->name : "",
                                           .record = surface->record ? surface->record : "",
-                                          .bytes = (int64_t)put->content->size,
+                                          .bytes = (int64_t)put->content->size + maps_size,
                                           .now = put->now};
     int status = store_owner_take(db, &surface->owner, &holding, &put->created);
 
@@ -144,6 +146,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
                                "tttiit", surface->id, surface->name ? surface->name : "",
                                surface->record ? surface->record : "", surface->lmax, put->now,
                                put->content->hash);
+    }
+    if (status == STORE_OK && put->created && put->maps) {
+        status = store_maps_insert(store, db, surface->id, &surface->maps, put->maps);
     }
     return status;
 }
@@ -167,10 +172,10 @@ static int adopt(struct store *store, struct store_surface *surface)
 
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created)
 {
-    struct store_content staged;
+    struct store_content staged = {.size = 0}, maps = {.size = 0};
     struct put put = {.surface = surface, .content = &staged, .now = store_now_ms()};
     size_t count = count_of(surface->lmax);
-    unsigned char *bytes;
+    unsigned char *bytes, *map_bytes = NULL;
     int status = store_owner_has(store, surface->owner.name, surface->id);
 
     assert(surface->coefficient_count == count);
@@ -184,11 +189,17 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     }
     store_put_doubles(bytes, surface->coefficients, count);
     status = store_blob_stage(store, bytes, count * 8, &staged);
+    if (status == STORE_OK && surface->maps.count) {
+        put.maps = &maps;
+        status = store_maps_stage(store, &surface->maps, &map_bytes, &maps);
+    }
     if (status == STORE_OK) {
         status = store_write(store, run_put, &put);
-        store_blob_unstage(store, &staged);
     }
+    store_blob_unstage(store, &staged);
+    store_blob_unstage(store, &maps);
     free(bytes);
+    free(map_bytes);
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, surface);

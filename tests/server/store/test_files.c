@@ -124,7 +124,7 @@ static void a_newer_database_is_refused(void **state)
     store_close(fixture_store(fixture->path));
     run_sql(fixture, "PRAGMA user_version = 9999");
     opening_fails(fixture, STORE_NEWER, "9999");
-    run_sql(fixture, "PRAGMA user_version = 3");
+    run_sql(fixture, "PRAGMA user_version = 4");
     fixture->store = fixture_store(fixture->path);
 }
 

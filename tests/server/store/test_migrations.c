@@ -35,8 +35,11 @@ static const char rows_2[] =
     "INSERT INTO cohort_member VALUES ('group', 0, 'mesh-1', NULL), ('group', 1, NULL, 'surf-1');"
     "INSERT INTO model VALUES ('model-1', '{}', 'surf-1', 4, 1, 1, 1, 1, 10);"
     "INSERT INTO model_array VALUES ('model-1', 'modes', '" H2 "');";
+static const char rows_3[] =
+    "INSERT INTO surface_maps VALUES ('surf-1', 'fdr', 1, 1, 1, '" H3 "');";
 #define BYTES_1 (3 + 600 + 2)
 #define BYTES_2 (BYTES_1 + 600)
+#define BYTES_3 (BYTES_2 + 2)
 
 static void execute(sqlite3 *db, const char *sql)
 {
@@ -47,7 +50,7 @@ static void execute(sqlite3 *db, const char *sql)
     }
 }
 
-/* Makes the database as version 1 or 2 had it. */
+/* Makes the database as that version had it, 1 to 3. */
 static void make_database(const struct fixture *fixture, int version)
 {
     char path[512], pragma[80];
@@ -68,6 +71,9 @@ static void make_database(const struct fixture *fixture, int version)
     execute(db, rows_1);
     if (version > 1) {
         execute(db, rows_2);
+    }
+    if (version > 2) {
+        execute(db, rows_3);
     }
     snprintf(pragma, sizeof pragma, "PRAGMA application_id = %d; PRAGMA user_version = %d",
              0x53524e46, version);
@@ -126,15 +132,11 @@ static void version_1_is_brought_up(void **state)
     check_version_1(fixture->store, BYTES_1);
 }
 
-static void version_2_is_brought_up(void **state)
+static void check_version_2(struct fixture *fixture)
 {
-    struct fixture *fixture = *state;
     struct store_cohort cohort;
     char path[512];
 
-    make_database(fixture, 2);
-    fixture->store = fixture_store(fixture->path);
-    check_version_1(fixture->store, BYTES_2);
     assert_int_equal(store_cohort_get(fixture->store, "group", &cohort), STORE_OK);
     assert_int_equal(cohort.n_members, 2);
     assert_string_equal(cohort.members[0], "mesh-1");
@@ -152,12 +154,34 @@ static void version_2_is_brought_up(void **state)
     assert_int_equal(count(path, "SELECT 1 FROM cohort_member"), 0);
 }
 
+static void version_2_is_brought_up(void **state)
+{
+    struct fixture *fixture = *state;
+
+    make_database(fixture, 2);
+    fixture->store = fixture_store(fixture->path);
+    check_version_1(fixture->store, BYTES_2);
+    check_version_2(fixture);
+}
+
+static void version_3_is_brought_up(void **state)
+{
+    struct fixture *fixture = *state;
+
+    make_database(fixture, 3);
+    fixture->store = fixture_store(fixture->path);
+    check_version_1(fixture->store, BYTES_3);
+    check_version_2(fixture);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(version_1_is_brought_up, fixture_setup_closed,
                                         fixture_teardown),
         cmocka_unit_test_setup_teardown(version_2_is_brought_up, fixture_setup_closed,
+                                        fixture_teardown),
+        cmocka_unit_test_setup_teardown(version_3_is_brought_up, fixture_setup_closed,
                                         fixture_teardown),
     };
 

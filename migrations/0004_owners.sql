@@ -46,7 +46,9 @@ END;
 INSERT INTO owned (owner, id, kind, bytes, created_ms)
 SELECT '', id, 'mesh', bytes, created_ms FROM mesh;
 INSERT INTO owned (owner, id, kind, bytes, created_ms)
-SELECT '', surface.id, 'surface', blob.size, created_ms
+SELECT '', surface.id, 'surface',
+       blob.size + (SELECT coalesce(sum(size), 0) FROM surface_maps
+                    JOIN blob ON blob.hash = content WHERE surface = surface.id), created_ms
 FROM surface JOIN blob ON blob.hash = coefficients;
 INSERT INTO owned (owner, id, kind, bytes, created_ms)
 SELECT '', id, 'model', (SELECT coalesce(sum(size), 0) FROM model_array
