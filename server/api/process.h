@@ -13,6 +13,7 @@
 #define SRNFD_API_PROCESS_H
 
 #include "api/handler.h"
+#include "api/surfaces.h"
 #include "jobs/compute.h"
 
 /* A macro's value as a string, for schemas. */
@@ -76,10 +77,10 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 /* The canonical object (new reference), or NULL where there was any problem. */
 json_t *inputs_close(struct process_inputs *inputs);
 
-/* A whole number from lowest to highest; absent or null: fallback. Returns the number. */
+/* A whole number from lowest to highest; absent: fallback. Returns the number. */
 long inputs_integer(struct process_inputs *inputs, const char *name, long lowest, long highest,
                     long fallback);
-/* The same where absence means something: canonical null, returned as 0. */
+/* The same where absence, or null, means something: canonical null, returned as 0. */
 long inputs_integer_or_null(struct process_inputs *inputs, const char *name, long lowest,
                             long highest);
 double inputs_real(struct process_inputs *inputs, const char *name, double lowest, double highest,
@@ -125,11 +126,19 @@ json_t *process_parse(const char *inputs, struct jobs_result *result);
    surface that deformation is measured from. */
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference);
-/* Whether a surface can be kept: finite numbers and an area. Otherwise sets the problem of the
-   run. */
-bool process_surface_sound(size_t degree, const double *coefficients,
-                           const struct srnf_surface_measures *measures,
-                           struct jobs_result *result);
+/* Whether all numbers are finite. Otherwise sets the problem of the run: what ("the scores") has
+   numbers beyond the range. */
+bool process_finite(size_t count, const double *values, const char *what,
+                    struct jobs_result *result);
+/*
+ * Stores a surface that a process made, if it can be kept: finite numbers and an area. Otherwise,
+ * and where the store fails, the problem of the run is set.
+ *   description [in] source, fit and star are taken over in any case
+ *   what        [in] "the mean": the surface in the problem's detail
+ * Returns its record (new reference), or NULL.
+ */
+json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
+                             const char *what, struct jobs_result *result);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);

@@ -41,9 +41,6 @@ struct surface_description {
  */
 int surface_save(struct store *store, const struct store_owner *owner,
                  struct surface_description *description, json_t **record, bool *created);
-/* The same for the owner of a job. */
-int surface_save_run(struct jobs_run *run, struct surface_description *description,
-                     json_t **record);
 
 /* A number or string member of a stored surface's record; fallback where it has none. */
 double surface_record_number(const struct store_surface *surface, const char *name,

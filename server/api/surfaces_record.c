@@ -171,10 +171,3 @@ out:
     store_surface_clear(&surface);
     return status;
 }
-
-int surface_save_run(struct jobs_run *run, struct surface_description *description, json_t **record)
-{
-    const struct store_owner owner = {.name = jobs_run_owner(run)};
-
-    return surface_save(jobs_run_store(run), &owner, description, record, NULL);
-}

@@ -121,6 +121,35 @@ void store_readers_stop(struct store *store);
 int store_reader_take(struct store *store, struct store_reader **reader);
 void store_reader_return(struct store *store, struct store_reader *reader);
 
+/* ---- Lists (page.c) -------------------------------------------------------------------------- */
+
+/* The statement of a page: ?1 and ?2 are key and time of the row before it, ?3 its length, ?4 and
+   ?5 the process and the status that are asked for, ?6 the owner; each may be NULL. owner says what
+   that means, filter what the two before do. */
+#define STORE_PAGE_SQL(columns, table, key, owner, filter)                                \
+    "SELECT " columns " FROM " table " WHERE " owner " AND (?1 = '' OR (created_ms, " key \
+    ") < (?2, ?1)) AND (" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+/* Of content, which anyone may own, for one who sees all (?6 is NULL) and for one owner. */
+#define STORE_PAGE_OF_ALL(columns, table)                                                       \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id AND "         \
+    "owned.owner = ?6 WHERE (?1 = '' OR (" table ".created_ms, " table                          \
+    ".id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED " ORDER BY " table ".created_ms DESC, " table \
+    ".id DESC LIMIT ?3"
+#define STORE_PAGE_OF_OWNER(columns, table)                                          \
+    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id WHERE " \
+    "owned.owner = ?6 AND kind = '" table "' AND (?1 = '' OR "                       \
+    "(owned.created_ms, owned.id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED            \
+    " ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?3"
+/* Of tables that have neither: a page that asks for one of them is empty. */
+#define STORE_PAGE_UNFILTERED "?4 IS NULL AND ?5 IS NULL"
+
+/* One row of a page, in order. *more, true before, ends the page early; a status other than
+   STORE_OK ends it as the status of the walk. */
+typedef int store_page_row(void *argument, sqlite3_stmt *row, bool *more);
+/* STORE_OK also for a page without rows. */
+int store_page_walk(struct store *store, const struct store_page *page, const char *sql,
+                    store_page_row *row, void *argument);
+
 /* ---- Blobs (blob.c) -------------------------------------------------------------------------- */
 
 /* Content on its way into the store. */
@@ -179,17 +208,6 @@ struct store_holding {
 int store_owner_take(sqlite3 *db, const struct store_owner *owner,
                      const struct store_holding *holding, bool *taken);
 
-/* A page of a table with an id and created_ms: parameters are the owner (NULL here), after_id,
-   after_ms, limit; and the same of what one owner has. */
-#define STORE_PAGE_OF_ALL(columns, table)                                                    \
-    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id "          \
-    "AND owned.owner = ?1 WHERE ?2 = '' OR (" table ".created_ms, " table ".id) < (?3, ?2) " \
-    "ORDER BY " table ".created_ms DESC, " table ".id DESC LIMIT ?4"
-#define STORE_PAGE_OF_OWNER(columns, table)                                    \
-    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id " \
-    "WHERE owned.owner = ?1 AND kind = '" table "' "                           \
-    "AND (?2 = '' OR (owned.created_ms, owned.id) < (?3, ?2)) "                \
-    "ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?4"
 /* One row as an owner (NULL: nobody) knows it: parameters are the owner and the id. */
 #define STORE_ROW_AS(columns, table)                                                \
     "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id " \

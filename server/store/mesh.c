@@ -167,34 +167,31 @@ int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *con
     return status;
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_mesh *mesh);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_mesh mesh;
+    int status = from_row(row, &mesh);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &mesh);
+        store_mesh_clear(&mesh);
+    }
+    return status;
+}
+
 int store_mesh_list(struct store *store, const struct store_page *page,
                     bool (*visit)(void *user, const struct store_mesh *mesh), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
+    return store_page_walk(store, page,
                            page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "mesh")
                                        : STORE_PAGE_OF_ALL(COLUMNS_AS, "mesh"),
-                           "ttii", page->owner, after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_mesh mesh;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &mesh);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &mesh);
-            store_mesh_clear(&mesh);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+                           list_row, &list);
 }

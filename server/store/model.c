@@ -129,36 +129,33 @@ int store_model_get_as(struct store *store, const char *owner, const char *id, u
     return status;
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_model *model);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_model model;
+    int status = from_row(row, &model);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &model);
+        store_model_clear(&model);
+    }
+    return status;
+}
+
 int store_model_list(struct store *store, const struct store_page *page,
                      bool (*visit)(void *user, const struct store_model *model), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
+    return store_page_walk(store, page,
                            page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "model")
                                        : STORE_PAGE_OF_ALL(COLUMNS_AS, "model"),
-                           "ttii", page->owner, after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_model model;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &model);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &model);
-            store_model_clear(&model);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+                           list_row, &list);
 }
 
 /* ---- Writing --------------------------------------------------------------------------------- */
