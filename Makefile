@@ -43,7 +43,7 @@ CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize%,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
-SERVER_LIBS = -lmicrohttpd -ljansson -lsqlite3 -lsodium -lpthread
+SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lpthread
 
 CORE_SRC   := $(sort $(wildcard core/*.c core/*/*.c))
 SERVER_SRC := $(sort $(filter-out server/main.c,$(wildcard server/*.c server/*/*.c)))

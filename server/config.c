@@ -36,6 +36,14 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, sweep_seconds), 0.1, 86400, false},
     {KIND_TEXT, offsetof(struct config, allowed_hosts), 0, 0, false},
     {KIND_FLAG, offsetof(struct config, insecure), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, cors_origins), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, tls_certificate), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, tls_key), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, quota_queued), 0, 10000000, true},
+    {KIND_NUMBER, offsetof(struct config, quota_running), 0, 256, true},
+    {KIND_NUMBER, offsetof(struct config, quota_bytes), 0, 9007199254740992.0, true},
+    {KIND_NUMBER, offsetof(struct config, quota_requests), 0, 1000000, true},
+    {KIND_NUMBER, offsetof(struct config, quota_streams), 0, 100000, true},
 };
 #define N_SETTINGS (sizeof settings / sizeof settings[0])
 
@@ -67,6 +75,22 @@ static const struct config_help names[N_SETTINGS] = {
     {"allowedHosts", "SRNFD_ALLOWED_HOSTS", "--allowed-hosts",
      "what Host may name beside loopback, separated by commas; none"},
     {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
+    {"corsOrigins", "SRNFD_CORS_ORIGINS", "--cors-origins",
+     "origins whose pages may call, separated by commas; none"},
+    {"tlsCertificate", "SRNFD_TLS_CERTIFICATE", "--tls-certificate",
+     "PEM file of the certificate and its chain: serve HTTPS"},
+    {"tlsKey", "SRNFD_TLS_KEY", "--tls-key",
+     "PEM file of its key; both are read anew when replaced"},
+    {"quotaQueued", "SRNFD_QUOTA_QUEUED", "--quota-queued",
+     "jobs of a token's owner that may wait; 0: any number; 1000"},
+    {"quotaRunning", "SRNFD_QUOTA_RUNNING", "--quota-running",
+     "jobs of a token's owner that may run at once, 0"},
+    {"quotaBytes", "SRNFD_QUOTA_BYTES", "--quota-bytes",
+     "bytes that a token's owner may hold, 10737418240"},
+    {"quotaRequests", "SRNFD_QUOTA_REQUESTS", "--quota-requests",
+     "requests a second of a token, 100"},
+    {"quotaStreams", "SRNFD_QUOTA_STREAMS", "--quota-streams",
+     "answers of a token that may wait for jobs at once, 32"},
 };
 
 static const struct config defaults = {
@@ -86,6 +110,14 @@ static const struct config defaults = {
     .sweep_seconds = 3600,
     .allowed_hosts = "",
     .insecure = false,
+    .cors_origins = "",
+    .tls_certificate = "",
+    .tls_key = "",
+    .quota_queued = 1000,
+    .quota_running = 0,
+    .quota_bytes = 10737418240.0,
+    .quota_requests = 100,
+    .quota_streams = 32,
 };
 
 size_t config_table(const struct config_help **table)

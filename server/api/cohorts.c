@@ -251,6 +251,7 @@ void cohorts_create(struct api_call *call)
     if (!body || !read_cohort(call, body, &cohort)) {
         goto out;
     }
+    cohort.view = call_view(call);
     status = store_cohort_put(call->api->config.store, &cohort, &created, &missing);
     if (status) {
         answer_refused(call, &cohort, status, missing);
@@ -266,7 +267,8 @@ out:
 void cohorts_get(struct api_call *call)
 {
     struct store_cohort cohort;
-    int status = store_cohort_get(call->api->config.store, call->parameters[0], &cohort);
+    const struct store_view view = call_view(call);
+    int status = store_cohort_get_as(call->api->config.store, &view, call->parameters[0], &cohort);
     char tag[120];
 
     if (status) {
@@ -298,7 +300,8 @@ void cohorts_list(struct api_call *call)
 
 void cohorts_delete(struct api_call *call)
 {
-    int status = store_cohort_delete(call->api->config.store, call->parameters[0]);
+    const struct store_view view = call_view(call);
+    int status = store_cohort_delete_as(call->api->config.store, &view, call->parameters[0]);
 
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);

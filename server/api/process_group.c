@@ -63,6 +63,7 @@ static bool read_surfaces(struct process_inputs *inputs, const json_t *value, js
 static bool find_cohort(struct process_inputs *inputs, const json_t *value,
                         struct store_cohort *cohort)
 {
+    const struct store_view view = call_view(inputs->call);
     const char *name = json_string_value(value);
     int status;
 
@@ -73,7 +74,7 @@ static bool find_cohort(struct process_inputs *inputs, const json_t *value,
     if (inputs->answered) {
         return false;
     }
-    status = store_cohort_get(inputs->call->api->config.store, name, cohort);
+    status = store_cohort_get_as(inputs->call->api->config.store, &view, name, cohort);
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-cohort", name);
         inputs->answered = true;
@@ -161,17 +162,19 @@ const char **group_ids(const json_t *inputs, size_t *n)
 static json_t *name_of(struct jobs_run *run, const char *id)
 {
     struct store *store = jobs_run_store(run);
+    const char *owner = jobs_run_owner(run);
     struct store_surface surface = {0};
     struct store_mesh mesh = {0};
     json_t *name = NULL;
 
     if (strncmp(id, "mesh-", 5) == 0) {
-        if (store_mesh_get(store, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
+        if (store_mesh_get_as(store, owner, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
             name = json_string(mesh.name);
         }
         store_mesh_clear(&mesh);
     } else {
-        if (store_surface_get(store, id, false, &surface) == 0 && surface.name && surface.name[0]) {
+        if (store_surface_get_as(store, owner, id, false, &surface) == 0 && surface.name &&
+            surface.name[0]) {
             name = json_string(surface.name);
         }
         store_surface_clear(&surface);

@@ -286,7 +286,8 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
                                 .n_theta = (int64_t)outputs->n_theta,
                                 .n_phi = (int64_t)outputs->n_phi,
                                 .subjects = (int64_t)outputs->pca.n,
-                                .components = (int64_t)outputs->pca.components};
+                                .components = (int64_t)outputs->pca.components,
+                                .owner.name = jobs_run_owner(run)};
     const char *mean_id = json_string_value(json_object_get(mean, "id"));
     json_t *record = NULL;
     bool created;

@@ -86,6 +86,7 @@ static bool surface_sound(const struct surface_description *description, const c
 json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
                              const char *what, struct jobs_result *result)
 {
+    const struct store_owner owner = {.name = jobs_run_owner(run)};
     json_t *record = NULL;
     int status;
 
@@ -95,7 +96,7 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         json_decref(description->star);
         return NULL;
     }
-    status = surface_save(jobs_run_store(run), description, &record, NULL);
+    status = surface_save(jobs_run_store(run), &owner, description, &record, NULL);
     if (status) {
         (void)compute_fail_store(result, status, what);
     }

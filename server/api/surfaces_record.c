@@ -126,10 +126,10 @@ static char *record_text(struct surface_description *d)
     return text;
 }
 
-int surface_save(struct store *store, struct surface_description *description, json_t **record,
-                 bool *created)
+int surface_save(struct store *store, const struct store_owner *owner,
+                 struct surface_description *description, json_t **record, bool *created)
 {
-    struct store_surface surface = {0};
+    struct store_surface surface = {.owner = *owner};
     size_t count = 3 * srnf_coefficient_count(description->degree);
     bool is_new = false, of_job = description->source != NULL;
     json_t *own = NULL;

@@ -181,7 +181,7 @@ static const char *check_origin(struct exchange *exchange, const char *host)
         return "A request has at most one Origin field.";
     }
     return origin_check(http->address, http->config.allowed_hosts, exchange->request.method, host,
-                        origin);
+                        cors_allows(http, origin) ? NULL : origin);
 }
 
 const char *guard_check(struct exchange *exchange, const char *version, int *status,

@@ -115,6 +115,11 @@ const char *jobs_run_job_id(const struct jobs_run *run)
     return run->job->id;
 }
 
+const char *jobs_run_owner(const struct jobs_run *run)
+{
+    return run->job->owner;
+}
+
 const struct srnf_context *jobs_run_context(struct jobs_run *run)
 {
     return &run->context;

@@ -6,7 +6,8 @@
  *                                  removes them
  *   2  VACUUM INTO srnfd.db.new    a snapshot of the database, of one read transaction
  *   3  each blob with a file that the snapshot names: read, hashed, written and synced
- *   4  fsync; rename srnfd.db.new to srnfd.db; fsync the folder
+ *   4  the file of tokens, where there is one: without it a restored service would ask for none
+ *   5  fsync; rename srnfd.db.new to srnfd.db; fsync the folder
  *
  * A row of the snapshot has its file: files come before rows (blob.c) and, since step 1, stay after
  * them. The daemon's writer waits for nothing here; only its checkpoints cannot copy, while step 2
@@ -16,6 +17,7 @@
  */
 #include "store/internal.h"
 #include "store/maintenance.h"
+#include "store/token.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -159,7 +161,41 @@ static int copy_blobs(struct backup *b, char *message, size_t message_size)
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
-/* Step 4. The lock is part of a data directory, too. */
+/* Step 4. The file is replaced as a whole (token.c): what is open here is one state of it. */
+static int copy_tokens(struct backup *b, const char *directory, char *message, size_t message_size)
+{
+    int folder = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int fd = folder < 0 ? -1 : openat(folder, STORE_TOKENS_NAME, O_RDONLY | O_CLOEXEC);
+    int copy = -1, status = fd >= 0 || errno == ENOENT ? STORE_OK : store_map_errno(errno);
+    unsigned char bytes[4096];
+    ssize_t n = 0;
+
+    if (fd >= 0) {
+        copy = openat(b->destination, STORE_TOKENS_NAME, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
+                      0600);
+        status = copy < 0 ? store_map_errno(errno) : STORE_OK;
+    }
+    while (copy >= 0 && status == STORE_OK && (n = read(fd, bytes, sizeof bytes)) != 0) {
+        status = n > 0            ? store_write_all(copy, bytes, (size_t)n)
+                 : errno == EINTR ? STORE_OK
+                                  : store_map_errno(errno);
+    }
+    if (copy >= 0 && close(copy) != 0 && status == STORE_OK) {
+        status = store_map_errno(errno);
+    }
+    if (fd >= 0) {
+        close(fd);
+    }
+    if (folder >= 0) {
+        close(folder);
+    }
+    if (status != STORE_OK) {
+        (void)snprintf(message, message_size, "the file of tokens: %s", strerror(errno));
+    }
+    return status;
+}
+
+/* Step 5. The lock is part of a data directory, too. */
 static int complete(struct backup *b, char *message, size_t message_size)
 {
     int fd = openat(b->destination, NEW_DATABASE, O_RDWR | O_CLOEXEC);
@@ -180,7 +216,8 @@ static int complete(struct backup *b, char *message, size_t message_size)
     return status;
 }
 
-static int copy_all(struct backup *b, const char *destination, char *message, size_t message_size)
+static int copy_all(struct backup *b, const char *directory, const char *destination, char *message,
+                    size_t message_size)
 {
     int status = make_destination(b, destination, message, message_size);
 
@@ -196,6 +233,9 @@ static int copy_all(struct backup *b, const char *destination, char *message, si
     }
     if (status == STORE_OK) {
         status = copy_blobs(b, message, message_size);
+    }
+    if (status == STORE_OK) {
+        status = copy_tokens(b, directory, message, message_size);
     }
     if (status == STORE_OK) {
         status = complete(b, message, message_size);
@@ -217,7 +257,7 @@ int store_backup(const char *directory, const char *destination, bool link,
         status = store_identify(b.db, &report->version, message, message_size);
     }
     if (status == STORE_OK) {
-        status = copy_all(&b, destination, message, message_size);
+        status = copy_all(&b, directory, destination, message, message_size);
     }
     if (b.blobs >= 0) {
         close(b.blobs);

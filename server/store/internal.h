@@ -84,8 +84,10 @@ int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);
 void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
 
-/* ---- Opening (database.c, migrate.c) --------------------------------------------------------- */
+/* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
 
+/* Makes the directory, with its parents, and leaves it open only to its owner. */
+int store_make_directory(const char *directory);
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
 /* Checks whose database it is, and that its version is known; message gets a sentence if not. */
@@ -142,10 +144,22 @@ void store_reader_return(struct store *store, struct store_reader *reader);
 /* ---- Lists (page.c) -------------------------------------------------------------------------- */
 
 /* The statement of a page: ?1 and ?2 are key and time of the row before it, ?3 its length, ?4 and
-   ?5 the process and the status that are asked for. filter says what the last two mean. */
-#define STORE_PAGE_SQL(columns, table, key, filter)                                              \
-    "SELECT " columns " FROM " table " WHERE (?1 = '' OR (created_ms, " key ") < (?2, ?1)) AND " \
-    "(" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+   ?5 the process and the status that are asked for, ?6 the owner; each may be NULL. owner says what
+   that means, filter what the two before do. */
+#define STORE_PAGE_SQL(columns, table, key, owner, filter)                                \
+    "SELECT " columns " FROM " table " WHERE " owner " AND (?1 = '' OR (created_ms, " key \
+    ") < (?2, ?1)) AND (" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+/* Of content, which anyone may own, for one who sees all (?6 is NULL) and for one owner. */
+#define STORE_PAGE_OF_ALL(columns, table)                                                       \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id AND "         \
+    "owned.owner = ?6 WHERE (?1 = '' OR (" table ".created_ms, " table                          \
+    ".id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED " ORDER BY " table ".created_ms DESC, " table \
+    ".id DESC LIMIT ?3"
+#define STORE_PAGE_OF_OWNER(columns, table)                                          \
+    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id WHERE " \
+    "owned.owner = ?6 AND kind = '" table "' AND (?1 = '' OR "                       \
+    "(owned.created_ms, owned.id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED            \
+    " ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?3"
 /* Of tables that have neither: a page that asks for one of them is empty. */
 #define STORE_PAGE_UNFILTERED "?4 IS NULL AND ?5 IS NULL"
 
@@ -218,6 +232,30 @@ void store_put_doubles(unsigned char *bytes, const double *values, size_t count)
 int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
                        double **values);
 
+/* ---- Owners (owner.c) ------------------------------------------------------------------------ */
+
+const char *store_owner_name(const struct store_owner *owner);
+/* On the writer thread: the owner has a row. */
+int store_owner_add(sqlite3 *db, const char *name);
+/* On the writer thread: STORE_QUOTA where the owner holds more than bytes_max, if that is not 0. */
+int store_owner_check(sqlite3 *db, const char *name, int64_t bytes_max);
+
+/* Content as one owner has it. */
+struct store_holding {
+    const char *id, *kind; /* "mesh", "surface", "model" */
+    const char *name, *record;
+    int64_t bytes, now;
+};
+/* On the writer thread, before the content itself is stored, so that a refusal leaves no blob
+   behind: it is the owner's now; *taken is false where it was before. */
+int store_owner_take(sqlite3 *db, const struct store_owner *owner,
+                     const struct store_holding *holding, bool *taken);
+
+/* One row as an owner (NULL: nobody) knows it: parameters are the owner and the id. */
+#define STORE_ROW_AS(columns, table)                                                \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id " \
+    "AND owned.owner = ?1 WHERE " table ".id = ?2"
+
 /* ---- Maps of a surface (surface_maps.c) ------------------------------------------------------ */
 
 /* Their bytes, which the caller frees after the write, and the staged blob. */
@@ -237,7 +275,9 @@ int store_checkpoint_sweep(struct store *store);
 
 #define STORE_JOB_COLUMNS                                                                 \
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
-    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, problem_detail"
+    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
+    "problem_detail, "                                                                    \
+    "owner"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);

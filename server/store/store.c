@@ -6,6 +6,7 @@
  *   DIR/srnfd.db        the database, with its log srnfd.db-wal and index srnfd.db-shm beside it
  *   DIR/reserve         room for deletions on a full disk (reserve.c)
  *   DIR/blobs/          content-addressed files (blob.c)
+ *   DIR/tokens          who may call (token.c), with tokens.lock beside it
  *
  * Order of opening: lock, blobs, database and migrations, writer thread, readers; closing goes
  * back the same way. The writer's connection is closed last of all, since the last connection
@@ -35,6 +36,8 @@ static const char *const sentences[] = {
     [-STORE_BUSY] = "another daemon uses the data directory",
     [-STORE_NOMEM] = "not enough memory",
     [-STORE_CLOSED] = "the store is shutting down",
+    [-STORE_QUOTA] = "the owner holds as many bytes as it may",
+    [-STORE_QUEUED] = "the owner has as many jobs waiting as it may",
 };
 
 const char *store_strerror(int status)
@@ -68,8 +71,7 @@ void store_content_id(char id[STORE_ID_MAX], const char *prefix, const void *byt
     snprintf(id, STORE_ID_MAX, "%s%.32s", prefix, hex);
 }
 
-/* Makes the directory, with its parents, and leaves it open only to its owner. */
-static int make_directory(const char *directory)
+int store_make_directory(const char *directory)
 {
     char *path = strdup(directory);
     int status = STORE_OK;
@@ -105,7 +107,7 @@ static int lock_directory(struct store *store, char *message, size_t message_siz
         snprintf(message, message_size, "the path of the data directory is too long");
         return STORE_IO;
     }
-    if (make_directory(store->directory) != STORE_OK ||
+    if (store_make_directory(store->directory) != STORE_OK ||
         (store->lock_fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600)) < 0) {
         int error = errno;
 

@@ -4,7 +4,8 @@
  *
  * A caller puts its write, which lives on its own stack, at the end of the queue and sleeps. The
  * thread takes what has gathered, up to GROUP_MAX, and runs it as one transaction, each write
- * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND) is
+ * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND,
+ * STORE_QUOTA, STORE_QUEUED) is
  * undone alone. One COMMIT, and so one fsync, serves the group; only then are the callers woken.
  * When the group fails as a whole, because the disk is full or a statement broke the transaction,
  * it is rolled back and its writes are run again one by one, so that the failure stays with
@@ -39,7 +40,8 @@ static int execute(sqlite3 *db, const char *sql)
    trusted. */
 static bool is_refusal(int status)
 {
-    return status == STORE_CONFLICT || status == STORE_NOT_FOUND;
+    return status == STORE_CONFLICT || status == STORE_NOT_FOUND || status == STORE_QUOTA ||
+           status == STORE_QUEUED;
 }
 
 /* Runs one write in its savepoint. Returns a status only where the whole transaction has failed. */

@@ -11,6 +11,8 @@ compare "$(grep -c curl "$SCRATCH/blocks.sh")" '>=' 20 'README has curl lines'
 # A folder of its own, so that the files which the lines write do not land in the project.
 mkdir "$SCRATCH/clone"
 ln -s "$ROOT/tests" "$SCRATCH/clone/tests"
+ln -s "$SRNFD_BUILD" "$SCRATCH/clone/build"
+ln -s "$SCRATCH/data" "$SCRATCH/clone/data"
 if (cd "$SCRATCH/clone" && URL=$URL bash -eu -o pipefail -x "$SCRATCH/blocks.sh") >"$SCRATCH/out" 2>"$SCRATCH/trace"; then
     ok 'all of them succeed'
 else

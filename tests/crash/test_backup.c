@@ -249,6 +249,28 @@ static void damage_is_told_and_mended(void **state)
     tells(drill, "orphans: 0");
 }
 
+/* Without the file of tokens a restored service would ask for none. */
+static void tokens_are_part_of_a_backup(void **state)
+{
+    struct drill *drill = *state;
+    const char *add[] = {"token", "add",    "--name",           "anna", "--role",
+                         "user",  "--data", drill->daemon.data, NULL};
+    const char *back_up[] = {"backup", drill->restored.data, "--data", drill->daemon.data, NULL};
+    const char *list[] = {"token", "list", "--data", drill->restored.data, NULL};
+    char path[512];
+    struct stat info;
+
+    assert_true(daemon_start(&drill->daemon));
+    assert_int_equal(command(drill, add), 0);
+    assert_int_equal(command(drill, back_up), 0);
+    assert_int_equal(command(drill, list), 0);
+    tells(drill, "anna");
+    snprintf(path, sizeof path, "%s/tokens", drill->restored.data);
+    assert_int_equal(stat(path, &info), 0);
+    assert_int_equal(info.st_mode & 0777, 0600);
+    assert_int_equal(daemon_stop(&drill->daemon), 0);
+}
+
 static void what_is_no_data_directory_is_refused(void **state)
 {
     struct drill *drill = *state;
@@ -271,6 +293,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(a_backup_of_a_daemon_at_work_can_be_restored),
         TEST(damage_is_told_and_mended),
+        TEST(tokens_are_part_of_a_backup),
         TEST(what_is_no_data_directory_is_refused),
     };
 

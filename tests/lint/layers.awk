@@ -18,6 +18,7 @@ BEGIN {
     number_of("main http api jobs store", layer)
     number_of("sphere mesh shape stats", stage)
     home["microhttpd.h"] = "http"
+    home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
     home["jansson.h"] = "api"
     home["sqlite3.h"] = "store"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
