@@ -49,12 +49,27 @@ static inline size_t stats_points(const struct srnf_grid *grid)
 SRNF_CHECKED int stats_fields(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                               const struct srnf_context *context, double *q,
                               struct srnf_error *error);
+/* The same in another representation. */
+SRNF_CHECKED int stats_represent(const struct srnf_sht *sht,
+                                 enum srnf_representation representation, size_t n,
+                                 const double *const *surfaces, const struct srnf_context *context,
+                                 double *q, struct srnf_error *error);
 /* ||a - b||^2 */
 double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
 /* mean = sum of q_i / n, in the order of i. */
 void stats_average(const struct srnf_grid *grid, size_t n, const double *q, double *mean);
 /* Unit vectors of the nodes, double[P][3]. */
 void stats_nodes(const struct srnf_grid *grid, double *nodes);
+
+/* ---- distances.c, metric.c --------------------------------------------------------------------- */
+
+/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
+void stats_pair(size_t index, size_t *i, size_t *j);
+/* srnf_distances in a representation, whatever the options say of it. */
+SRNF_CHECKED int
+stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,
+                      const double *const *surfaces, const struct srnf_register_options *options,
+                      const struct srnf_context *context, double *matrix, struct srnf_error *error);
 
 /* ---- The group mean (mean.c and its parts) --------------------------------------------------- */
 
