@@ -64,13 +64,13 @@ SRNF_CHECKED int srnf_normalize(const struct srnf_sht *sht, const double *coeffi
 /* ---- First stage: comparing subjects, one left out at a time ---------------------------------- */
 
 enum srnf_refit {
-    SRNF_REFIT_FOLD = 0,   /* each fold registers all to the mean of its own training subjects */
-    SRNF_REFIT_SHARED = 1, /* all are registered once, to the mean of all */
+    SRNF_REFIT_FOLD = 0,   /* each fold registers all to what its training subjects give */
+    SRNF_REFIT_SHARED = 1, /* all are registered once, to what all of them give */
 };
 
 struct srnf_compare_options {
     struct srnf_register_options registration; /* of srnf and srm; representation is set */
-    size_t rounds;         /* of registering all and averaging; 1 .. 20, default 2 */
+    size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 2 */
     enum srnf_refit refit; /* default SRNF_REFIT_FOLD */
     size_t max_components; /* that scores are kept of; 1 .. 64, default 20 */
 };
@@ -92,16 +92,18 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
 /*
  * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
  *
- * srnf and srm: all subjects are registered to their mean in `rounds` rounds. With SRNF_REFIT_FOLD
- * each fold takes the mean of its training subjects as its target and registers every subject to it
- * anew, the one left out like the others, by Gauss-Newton steps from where the mean of all had put
- * it: the fold's mean, components and distances come from those registrations. What the folds share
- * is the point from which these steps start. With SRNF_REFIT_SHARED they share the registrations
- * themselves; mean and components are still those of the training subjects. Labels enter nowhere.
+ * srnf and srm: the template of a fold is the medoid of its training subjects, to which all subjects
+ * are registered from nothing; in each further round the target is the mean of the training
+ * subjects as registered so far, and everybody, the one left out too, takes a few Gauss-Newton
+ * steps toward it. Means, components and distances come from the last round. Nothing of the subject
+ * left out enters what the fold says of the others, not in the last bit. With SRNF_REFIT_SHARED
+ * template and targets are those of all subjects; mean and components are still the fold's own.
+ * Labels enter nowhere.
  *
  * harmonic, icp and spharm fit nothing: each fold reads a row of srnf_metric_distances.
  *
- * Cost: n cold registrations, n warm ones a round more, and with SRNF_REFIT_FOLD n^2 single steps.
+ * Cost: n cold registrations for each template (few: leaving out one subject rarely changes the
+ * medoid), and with SRNF_REFIT_FOLD n^2 refinements for each round after the first.
  * Errors: SRNF_EINVAL (fewer than 3 surfaces, options), else as srnf_metric_distances.
  */
 SRNF_CHECKED int srnf_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,

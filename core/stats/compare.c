@@ -2,29 +2,35 @@
  * compare.c - each subject of a cohort compared with all others, in a fold of its own that it was
  * left out of: options, normalisation, and the loop over folds.
  *
- * Metrics with a registration: all subjects are aligned to their mean (folds_align.c); a fold that
- * is refitted takes the mean of its n - 1 training subjects as its target and registers everybody
- * to it, the one left out by the same steps as the others. One Gauss-Newton step does, since the
- * mean of n - 1 differs from that of n by 1 / n of one subject's deviation, and what the step leaves
- * is of second order in that. Then the components and distances are those of folds_scores.c.
+ * Metrics with a registration. Nothing of the subject left out may shape what the others are
+ * compared by. So the template of a fold is the medoid of its training subjects, by distances as
+ * parameterised: one of them. A registration to it depends on these two surfaces and nothing else,
+ * so folds with the same template share it without a trace of each other's subjects; there are few
+ * templates, as leaving out one of n subjects rarely changes the medoid, and the medoid's own fold
+ * has the runner-up. Each further round takes the mean of the fold's training subjects as the target
+ * and registers everybody to it, the one left out by the same steps as the others. Means,
+ * components and distances are then those of folds_scores.c.
+ *
+ * Started from the mean of all instead, a fold keeps most of what the subject left out had done to
+ * it, however many steps it takes to its own mean: the joint optimum over all warps is so flat.
  *
  * Other metrics are one matrix of distances for all folds.
  *
- * Folds run in parallel, each with n fields of its own: 24 n P bytes.
+ * Folds run in parallel, each with registrations of its own: 80 n P bytes.
  */
 #include "folds.h"
 
 #include <math.h>
+#include <string.h>
 
 #define ROUNDS 2
 #define ROUNDS_MAX 20
 #define COMPONENTS 20
 #define COMPONENTS_MAX 64
-#define FOLD_STEPS 1
 #define N_MAX ((size_t)5000)
 
-/* Parts of the progress. */
-#define PART_ALIGNED 0.5
+/* Of the progress of a template. */
+#define PART_TEMPLATE 0.5
 
 struct srnf_compare_options srnf_compare_options_defaults(void)
 {
@@ -101,52 +107,51 @@ static int normalize_all(struct cohort *cohort, size_t n, const struct srnf_cont
 
 struct folds {
     const struct alignment *a;
+    size_t rounds;
     const double *shared; /* [n][n] inner products of fields that all folds share, or NULL */
+    const size_t *list;   /* of the folds of one template */
     struct srnf_comparison *out;
 };
 
-/* Registers all to the mean of the training subjects; products of the fields. */
-static int refit(const struct alignment *a, size_t left_out, const struct srnf_context *context,
-                 double *products)
+static int products_of(const struct alignment *a, double *products)
 {
-    size_t size = 3 * a->points;
-    double *mean = srnf_alloc(2 * size, sizeof(double));
-    double *q = srnf_alloc(a->n, 2 * size * sizeof(double));
-    int status = mean && q ? SRNF_OK : SRNF_ENOMEM;
-    struct target target;
+    double *scaled = srnf_alloc(a->n, 3 * a->points * sizeof(double));
 
-    for (size_t j = 0; j < a->n && status == SRNF_OK; j++) {
-        for (size_t m = 0; m < size && j != left_out; m++) {
-            mean[m] += a->q[j * size + m] / (double)(a->n - 1);
-        }
+    if (!scaled) {
+        return SRNF_ENOMEM;
     }
-    if (status == SRNF_OK) {
-        target = alignment_target(a, mean, mean + size);
+    fold_products(a->grid, a->n, a->q, scaled, products);
+    srnf_free(scaled);
+    return SRNF_OK;
+}
+
+/* The rounds of one fold, and the inner products they lead to. */
+static int refit(const struct folds *folds, size_t left_out, const struct srnf_context *context,
+                 double *products, struct srnf_error *error)
+{
+    struct alignment own;
+    int status = alignment_copy(folds->a, &own);
+
+    for (size_t k = 1; k < folds->rounds && status == SRNF_OK; k++) {
+        status = alignment_round(&own, left_out, context, error);
     }
-    for (size_t j = 0; j < a->n && status == SRNF_OK; j++) {
-        status =
-            alignment_refine(a, j, &target, FOLD_STEPS, context, q + j * size, NULL, NULL, NULL);
-    }
-    if (status == SRNF_OK) {
-        fold_products(a->grid, a->n, q, q + a->n * size, products);
-    }
-    srnf_free(q);
-    srnf_free(mean);
+    status = status ? status : products_of(&own, products);
+    alignment_clear_copy(&own);
     return status;
 }
 
-static int fold_body(void *argument, size_t i, const struct srnf_context *context,
+static int fold_body(void *argument, size_t index, const struct srnf_context *context,
                      struct srnf_error *error)
 {
     struct folds *folds = argument;
     struct srnf_comparison *out = folds->out;
     size_t n = out->n;
+    size_t i = folds->list[index];
     double *products = folds->shared ? NULL : srnf_alloc(n, n * sizeof(double));
     int status = folds->shared || products ? SRNF_OK : SRNF_ENOMEM;
 
-    (void)error;
     if (products) {
-        status = refit(folds->a, i, context, products);
+        status = refit(folds, i, context, products, error);
     }
     if (status == SRNF_OK) {
         status = fold_describe(n, i, products ? products : folds->shared, out->components,
@@ -157,16 +162,80 @@ static int fold_body(void *argument, size_t i, const struct srnf_context *contex
     return status;
 }
 
-static int share(const struct alignment *a, double **products)
+/* Registers all to one template and describes its folds. done and all: of the progress. */
+static int run_template(struct alignment *a, const double *field,
+                        const struct srnf_compare_options *options, const size_t *list,
+                        size_t count, struct stats_progress progress, struct srnf_comparison *out,
+                        struct srnf_error *error)
 {
-    double *scaled = srnf_alloc(a->n, 3 * a->points * sizeof(double));
+    bool shared = options->refit == SRNF_REFIT_SHARED || options->rounds == 1;
+    double *products = shared ? srnf_alloc(a->n, a->n * sizeof(double)) : NULL;
+    struct folds folds = {a, options->rounds, products, list, out};
+    double middle = progress.from + PART_TEMPLATE * (progress.to - progress.from);
+    struct stats_progress first = {progress.from, middle, "registering to the template"};
+    struct stats_progress rest = {middle, progress.to, "refitting the folds"};
+    int status = shared && !products ? SRNF_ENOMEM : SRNF_OK;
 
-    *products = srnf_alloc(a->n, a->n * sizeof(double));
-    if (scaled && *products) {
-        fold_products(a->grid, a->n, a->q, scaled, *products);
+    status = status ? status : alignment_register(a, field, first, error);
+    for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
+        status = alignment_round(a, SIZE_MAX, a->context, error);
     }
-    srnf_free(scaled);
-    return scaled && *products ? SRNF_OK : SRNF_ENOMEM;
+    if (shared && status == SRNF_OK) {
+        status = products_of(a, products);
+    }
+    status = status ? status : stats_run(a->context, count, fold_body, &folds, rest, error);
+    srnf_free(products);
+    return status;
+}
+
+/* The subject with the least sum of distances to all but one; SIZE_MAX leaves none out. */
+static size_t find_medoid(size_t n, const double *products, size_t left_out)
+{
+    size_t best = SIZE_MAX;
+    double least = INFINITY;
+
+    for (size_t a = 0; a < n; a++) {
+        double sum = 0.0;
+
+        for (size_t b = 0; b < n && a != left_out; b++) {
+            double d2 = products[a * n + a] + products[b * n + b] - 2.0 * products[a * n + b];
+
+            sum += b == left_out ? 0.0 : sqrt(fmax(0.0, d2));
+        }
+        if (a != left_out && sum < least) {
+            least = sum;
+            best = a;
+        }
+    }
+    return best;
+}
+
+/* Template by template: the folds that have it, in order. templates: [n], list: [n] scratch. */
+static int run_templates(struct alignment *a, const double *fields,
+                         const struct srnf_compare_options *options, const size_t *templates,
+                         size_t *list, struct srnf_comparison *out, struct srnf_error *error)
+{
+    size_t done = 0;
+    int status = SRNF_OK;
+
+    for (size_t t = 0; t < a->n && status == SRNF_OK; t++) {
+        size_t count = 0;
+        struct stats_progress progress;
+
+        for (size_t i = 0; i < a->n; i++) {
+            if (templates[i] == t) {
+                list[count++] = i;
+            }
+        }
+        if (count > 0) {
+            progress = (struct stats_progress){(double)done / (double)a->n,
+                                               (double)(done + count) / (double)a->n, NULL};
+            status = run_template(a, fields + 3 * t * a->points, options, list, count, progress,
+                                  out, error);
+            done += count;
+        }
+    }
+    return status;
 }
 
 static int compare_registered(const struct srnf_sht *sht, enum srnf_representation representation,
@@ -175,23 +244,38 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
                               const struct srnf_context *context, struct srnf_comparison *out,
                               struct srnf_error *error)
 {
-    struct stats_progress first = {0.0, PART_ALIGNED, "registering to the mean"};
-    struct stats_progress rest = {PART_ALIGNED, 1.0, "refitting the folds"};
+    size_t n = out->n;
     struct alignment a;
-    struct folds folds = {&a, NULL, out};
-    double *shared = NULL;
-    int status = alignment_create(&a, sht, out->n, surfaces, options, representation, context);
+    double *fields = NULL; /* as parameterised */
+    double *products = srnf_alloc(n, n * sizeof(double));
+    size_t *templates = srnf_alloc(n, 2 * sizeof *templates);
+    int status = alignment_create(&a, sht, n, surfaces, options, representation, context);
 
-    out->components = options->max_components < out->n - 2 ? options->max_components : out->n - 2;
-    out->scores = srnf_alloc(out->n * out->n, out->components * sizeof(double));
-    status = status == SRNF_OK && !out->scores ? SRNF_ENOMEM : status;
-    status = status ? status : alignment_run(&a, options->rounds, first, error);
-    if (status == SRNF_OK && options->refit == SRNF_REFIT_SHARED) {
-        status = share(&a, &shared);
-        folds.shared = shared;
+    out->components = options->max_components < n - 2 ? options->max_components : n - 2;
+    out->scores = srnf_alloc(n * n, out->components * sizeof(double));
+    fields = srnf_alloc(n, 3 * a.points * sizeof(double));
+    if (status == SRNF_OK && (!out->scores || !fields || !products || !templates)) {
+        status = SRNF_ENOMEM;
     }
-    status = status ? status : stats_run(context, out->n, fold_body, &folds, rest, error);
-    srnf_free(shared);
+    status =
+        status ? status : stats_represent(sht, representation, n, surfaces, context, fields, error);
+    if (status == SRNF_OK) {
+        memcpy(a.q, fields, 3 * n * a.points * sizeof(double));
+        status = products_of(&a, products);
+    }
+    if (options->rounds > 1) {
+        status = status ? status : alignment_assemble(&a, fields, error);
+    }
+    if (status == SRNF_OK) {
+        for (size_t i = 0; i < n; i++) {
+            templates[i] =
+                find_medoid(n, products, options->refit == SRNF_REFIT_SHARED ? SIZE_MAX : i);
+        }
+        status = run_templates(&a, fields, options, templates, templates + n, out, error);
+    }
+    srnf_free(templates);
+    srnf_free(products);
+    srnf_free(fields);
     alignment_clear(&a);
     return status;
 }

@@ -10,7 +10,7 @@
 #include "stats.h"
 #include "shape/registration.h"
 
-/* All subjects registered to the mean of all (folds_align.c). */
+/* All subjects registered to one target (folds_align.c). */
 struct alignment {
     const struct srnf_sht *sht;
     const struct srnf_grid *grid;
@@ -19,11 +19,10 @@ struct alignment {
     size_t n, points, degree, unknowns; /* unknowns of the fields' highest degree */
     const double *const *surfaces;      /* [n] normalised */
     double *nodes, *weight;             /* [P][3], [P] */
-    double *mean_q;                     /* [3][P] */
     double *q;                          /* [n][3][P] O sqrt(J) q_i(gamma_i) */
     double *gamma, *jacobian;           /* [n][P][3], [n][P] */
     double *rotation;                   /* [n][9] */
-    double *matrices; /* [n][unknowns^2] Gauss-Newton, of the last target's norm */
+    double *matrices;                   /* [n][unknowns^2] Gauss-Newton */
 };
 SRNF_CHECKED int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
                                   const double *const *surfaces,
@@ -31,19 +30,20 @@ SRNF_CHECKED int alignment_create(struct alignment *a, const struct srnf_sht *sh
                                   enum srnf_representation representation,
                                   const struct srnf_context *context);
 void alignment_clear(struct alignment *a);
-/* Rounds of registering all to the mean and averaging. progress: of the whole. */
-SRNF_CHECKED int alignment_run(struct alignment *a, size_t rounds, struct stats_progress progress,
-                               struct srnf_error *error);
-/*
- * Registers subject i to a target from where the alignment has it: at most so many Gauss-Newton
- * steps of the highest degree. q gets the field, [3][P]; points, jacobian and rotation, if not
- * NULL, what made it; they may be those of the alignment. Re-entrant.
- */
-SRNF_CHECKED int alignment_refine(const struct alignment *a, size_t i, const struct target *target,
-                                  size_t steps, const struct srnf_context *context, double *q,
-                                  double *points, double *jacobian, double *rotation);
-/* Target with the nodes of the alignment and a field of its own: memory [P][3], filled. */
-struct target alignment_target(const struct alignment *a, const double *field, double *memory);
+/* Fills the matrices; fields: [n][3][P] as parameterised. */
+SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
+                                    struct srnf_error *error);
+/* Registers all to a field, [3][P], from nothing. */
+SRNF_CHECKED int alignment_register(struct alignment *a, const double *field,
+                                    struct stats_progress progress, struct srnf_error *error);
+/* Registers all to the mean of their fields, that of left_out not counted (SIZE_MAX: of all), from
+   where they are. */
+SRNF_CHECKED int alignment_round(struct alignment *a, size_t left_out,
+                                 const struct srnf_context *context, struct srnf_error *error);
+/* A copy that rounds may change while others read the original: its registrations are its own, all
+   else is borrowed. To be cleared in any case. */
+SRNF_CHECKED int alignment_copy(const struct alignment *from, struct alignment *to);
+void alignment_clear_copy(struct alignment *copy);
 
 /*
  * From the inner products of n fields, double[n][n], what the fold that leaves one out knows of

@@ -1,15 +1,15 @@
 /*
- * folds_align.c - all subjects of a comparison registered to their mean, and single subjects
- * registered again to a target nearby.
+ * folds_align.c - all subjects of a comparison registered to a template, and then, in rounds, to
+ * their mean or to that of all but one.
  *
- * Minimises the mean of ||mu - O_i (q_i, gamma_i)||^2 as the Karcher mean does (mean.c), for either
- * representation, in few rounds and without centring: a warp that all have in common changes no
- * distance between them. The first round registers from nothing, to the medoid or, in a common
- * pose, to the plain mean; the later ones take a few Gauss-Newton steps.
+ * The registrations to a template are srnf_register's, from nothing. A round averages the fields
+ * O sqrt(J) q_i(gamma_i) of the training subjects and registers every subject to the average by a
+ * few Gauss-Newton steps from where it is: the iteration of the Karcher mean (mean.c), without
+ * centring, since a warp that all have in common changes no distance between them.
  *
  * The Gauss-Newton matrix of a moving surface does not depend on the target but for the scale
- * 1 / ||mu||^2, nor on gamma (registration.h). It is assembled once a subject and serves every
- * round and every fold; targets differ by so little in norm that the scale is left alone.
+ * 1 / ||q1||^2, nor on gamma (registration.h). It is assembled once a subject and serves every
+ * round and fold: with the norm of the subject's own field, so that it knows of no other subject.
  *
  * Memory: 80 P bytes a subject, and 8 unknowns^2 (0.9 MB at degree 12).
  */
@@ -25,7 +25,6 @@ void alignment_clear(struct alignment *a)
 {
     srnf_free(a->nodes);
     srnf_free(a->weight);
-    srnf_free(a->mean_q);
     srnf_free(a->q);
     srnf_free(a->gamma);
     srnf_free(a->jacobian);
@@ -57,21 +56,21 @@ int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
     }
     a->nodes = srnf_alloc(3 * a->points, sizeof(double));
     a->weight = srnf_alloc(a->points, sizeof(double));
-    a->mean_q = srnf_alloc(3 * a->points, sizeof(double));
     a->q = srnf_alloc(fields, sizeof(double));
     a->gamma = srnf_alloc(fields, sizeof(double));
     a->jacobian = srnf_alloc(fields / 3, sizeof(double));
     a->rotation = srnf_alloc(n, 9 * sizeof(double));
     a->matrices = srnf_alloc(squares, sizeof(double));
-    if (!a->nodes || !a->weight || !a->mean_q || !a->q || !a->gamma || !a->jacobian ||
-        !a->rotation || !a->matrices) {
+    if (!a->nodes || !a->weight || !a->q || !a->gamma || !a->jacobian || !a->rotation ||
+        !a->matrices) {
         return SRNF_ENOMEM;
     }
     registration_nodes(a->grid, a->nodes, a->weight);
     return SRNF_OK;
 }
 
-struct target alignment_target(const struct alignment *a, const double *field, double *memory)
+static struct target alignment_target(const struct alignment *a, const double *field,
+                                      double *memory)
 {
     struct target target = {a->points, a->nodes, a->weight, memory, 0.0};
 
@@ -113,12 +112,13 @@ static void take_field(const struct warp *warp, const struct samples *samples, d
     }
 }
 
-int alignment_refine(const struct alignment *a, size_t i, const struct target *target, size_t steps,
-                     const struct srnf_context *context, double *q, double *points,
-                     double *jacobian, double *rotation)
+static int refine(struct alignment *a, size_t i, const struct target *target,
+                  const struct srnf_context *context)
 {
-    struct schedule schedule = {steps, STEP_DECREASE};
+    struct schedule schedule = {ROUND_STEPS, STEP_DECREASE};
     struct level level = {.matrix = a->matrices + i * a->unknowns * a->unknowns};
+    double *points = a->gamma + 3 * i * a->points;
+    double *jacobian = a->jacobian + i * a->points;
     struct moving moving = {0};
     struct problem problem;
     struct warp warp = {0};
@@ -132,20 +132,18 @@ int alignment_refine(const struct alignment *a, size_t i, const struct target *t
     if (status) {
         goto out;
     }
-    memcpy(warp.points, a->gamma + 3 * i * a->points, 3 * a->points * sizeof(double));
-    memcpy(warp.jacobian, a->jacobian + i * a->points, a->points * sizeof(double));
+    memcpy(warp.points, points, 3 * a->points * sizeof(double));
+    memcpy(warp.jacobian, jacobian, a->points * sizeof(double));
     memcpy(warp.rotation, a->rotation + 9 * i, sizeof warp.rotation);
     status =
         registration_optimise(&problem, &level, &schedule, context, &warp, &samples, &iterations);
     if (status) {
         goto out;
     }
-    take_field(&warp, &samples, q);
-    if (points) {
-        memcpy(points, warp.points, 3 * a->points * sizeof(double));
-        memcpy(jacobian, warp.jacobian, a->points * sizeof(double));
-        memcpy(rotation, warp.rotation, sizeof warp.rotation);
-    }
+    take_field(&warp, &samples, a->q + 3 * i * a->points);
+    memcpy(points, warp.points, 3 * a->points * sizeof(double));
+    memcpy(jacobian, warp.jacobian, a->points * sizeof(double));
+    memcpy(a->rotation + 9 * i, warp.rotation, sizeof warp.rotation);
 out:
     fields_clear(&level.fields);
     warp_clear(&warp);
@@ -154,23 +152,38 @@ out:
     return status;
 }
 
-/* ---- Rounds ---------------------------------------------------------------------------------- */
+/* ---- All subjects ---------------------------------------------------------------------------- */
 
 struct round {
     struct alignment *a;
-    struct target target; /* of the mean */
+    struct target target;
+    const double *field; /* of the target, [3][P] */
 };
 
-static int assemble(const struct round *round, size_t i)
+struct assembly {
+    struct alignment *a;
+    const double *fields;
+};
+
+static int assemble_body(void *argument, size_t i, const struct srnf_context *context,
+                         struct srnf_error *error)
 {
-    const struct alignment *a = round->a;
+    const struct assembly *assembly = argument;
+    const struct alignment *a = assembly->a;
+    const double *field = assembly->fields + 3 * i * a->points;
     size_t size = a->unknowns * a->unknowns;
+    struct target target = {.norm2 = srnf_inner_product(a->grid, field, field)};
     struct moving moving = {0};
     struct problem problem;
     struct level level = {.matrix = NULL};
-    int status = open_problem(a, i, &round->target, &moving, &problem);
+    int status = open_problem(a, i, &target, &moving, &problem);
 
-    status = status ? status : level_create(&level, &problem, a->registration.degree);
+    (void)context;
+    (void)error;
+    if (status == SRNF_OK) {
+        status = target.norm2 > 0.0 ? level_create(&level, &problem, a->registration.degree)
+                                    : SRNF_EDEGENERATE;
+    }
     if (status == SRNF_OK) {
         memcpy(a->matrices + i * size, level.matrix, size * sizeof(double));
         level_clear(&level);
@@ -179,13 +192,20 @@ static int assemble(const struct round *round, size_t i)
     return status;
 }
 
+int alignment_assemble(struct alignment *a, const double *fields, struct srnf_error *error)
+{
+    struct assembly assembly = {a, fields};
+
+    return stats_run(a->context, a->n, assemble_body, &assembly, (struct stats_progress){0}, error);
+}
+
 static int register_body(void *argument, size_t i, const struct srnf_context *context,
                          struct srnf_error *error)
 {
     const struct round *round = argument;
     struct alignment *a = round->a;
     struct srnf_registration found = {0};
-    int status = srnf_register(a->sht, NULL, a->mean_q, a->surfaces[i], &a->registration, NULL,
+    int status = srnf_register(a->sht, NULL, round->field, a->surfaces[i], &a->registration, NULL,
                                context, &found, error);
 
     if (status < 0) {
@@ -196,83 +216,72 @@ static int register_body(void *argument, size_t i, const struct srnf_context *co
     memcpy(a->jacobian + i * a->points, found.jacobian, a->points * sizeof(double));
     memcpy(a->rotation + 9 * i, found.rotation, sizeof found.rotation);
     srnf_registration_clear(&found);
-    return assemble(round, i);
+    return SRNF_OK;
+}
+
+int alignment_register(struct alignment *a, const double *field, struct stats_progress progress,
+                       struct srnf_error *error)
+{
+    struct round round = {.a = a, .field = field};
+
+    return stats_run(a->context, a->n, register_body, &round, progress, error);
 }
 
 static int refine_body(void *argument, size_t i, const struct srnf_context *context,
                        struct srnf_error *error)
 {
     const struct round *round = argument;
-    struct alignment *a = round->a;
 
     (void)error;
-    return alignment_refine(a, i, &round->target, ROUND_STEPS, context, a->q + 3 * i * a->points,
-                            a->gamma + 3 * i * a->points, a->jacobian + i * a->points,
-                            a->rotation + 9 * i);
+    return refine(round->a, i, &round->target, context);
 }
 
-struct medoid {
-    const struct alignment *a;
-    double *sums; /* [n] of the distances from all */
-};
-
-static int sum_body(void *argument, size_t i, const struct srnf_context *context,
+int alignment_round(struct alignment *a, size_t left_out, const struct srnf_context *context,
                     struct srnf_error *error)
 {
-    const struct medoid *medoid = argument;
-    const struct alignment *a = medoid->a;
+    size_t size = 3 * a->points;
+    double *mean = srnf_alloc(2 * size, sizeof(double));
+    struct round round = {.a = a};
+    double training = (double)(left_out < a->n ? a->n - 1 : a->n);
+    int status = SRNF_ENOMEM;
 
-    (void)context;
-    (void)error;
-    for (size_t j = 0; j < a->n; j++) {
-        medoid->sums[i] +=
-            sqrt(stats_distance2(a->grid, a->q + 3 * i * a->points, a->q + 3 * j * a->points));
+    if (!mean) {
+        return status;
     }
+    for (size_t j = 0; j < a->n; j++) {
+        for (size_t m = 0; m < size && j != left_out; m++) {
+            mean[m] += a->q[j * size + m] / training;
+        }
+    }
+    round.target = alignment_target(a, mean, mean + size);
+    status = stats_run(context, a->n, refine_body, &round, (struct stats_progress){0}, error);
+    srnf_free(mean);
+    return status;
+}
+
+int alignment_copy(const struct alignment *from, struct alignment *to)
+{
+    size_t all = from->n * from->points;
+
+    *to = *from;
+    to->q = srnf_alloc(3 * all, sizeof(double));
+    to->gamma = srnf_alloc(3 * all, sizeof(double));
+    to->jacobian = srnf_alloc(all, sizeof(double));
+    to->rotation = srnf_alloc(9 * from->n, sizeof(double));
+    if (!to->q || !to->gamma || !to->jacobian || !to->rotation) {
+        return SRNF_ENOMEM;
+    }
+    memcpy(to->q, from->q, 3 * all * sizeof(double));
+    memcpy(to->gamma, from->gamma, 3 * all * sizeof(double));
+    memcpy(to->jacobian, from->jacobian, all * sizeof(double));
+    memcpy(to->rotation, from->rotation, 9 * from->n * sizeof(double));
     return SRNF_OK;
 }
 
-/* The first target, from the fields as they are parameterised. */
-static int start(struct alignment *a, struct srnf_error *error)
+void alignment_clear_copy(struct alignment *copy)
 {
-    struct medoid medoid = {a, srnf_alloc(a->n, sizeof(double))};
-    size_t best = 0;
-    int status = medoid.sums ? stats_represent(a->sht, a->registration.representation, a->n,
-                                               a->surfaces, a->context, a->q, error)
-                             : SRNF_ENOMEM;
-
-    if (status == SRNF_OK && a->registration.common_pose) {
-        stats_average(a->grid, a->n, a->q, a->mean_q);
-    } else if (status == SRNF_OK) {
-        status = stats_run(a->context, a->n, sum_body, &medoid, (struct stats_progress){0}, error);
-        for (size_t i = 1; i < a->n; i++) {
-            best = medoid.sums[i] < medoid.sums[best] ? i : best;
-        }
-        memcpy(a->mean_q, a->q + 3 * best * a->points, 3 * a->points * sizeof(double));
-    }
-    srnf_free(medoid.sums);
-    return status;
-}
-
-int alignment_run(struct alignment *a, size_t rounds, struct stats_progress progress,
-                  struct srnf_error *error)
-{
-    struct round round = {.a = a};
-    double *memory = srnf_alloc(3 * a->points, sizeof(double));
-    int status = memory ? start(a, error) : SRNF_ENOMEM;
-
-    for (size_t k = 0; k < rounds && status == SRNF_OK; k++) {
-        struct stats_progress part = progress;
-
-        /* The first round takes most of the time. */
-        part.from = k == 0 ? progress.from : progress.to - (progress.to - progress.from) * 0.1;
-        part.to = k == 0 ? progress.to - (progress.to - progress.from) * 0.1 : progress.to;
-        round.target = alignment_target(a, a->mean_q, memory);
-        status =
-            stats_run(a->context, a->n, k == 0 ? register_body : refine_body, &round, part, error);
-        if (status == SRNF_OK) {
-            stats_average(a->grid, a->n, a->q, a->mean_q);
-        }
-    }
-    srnf_free(memory);
-    return status;
+    srnf_free(copy->q);
+    srnf_free(copy->gamma);
+    srnf_free(copy->jacobian);
+    srnf_free(copy->rotation);
 }
