@@ -22,5 +22,7 @@ const char **group_ids(const json_t *inputs, size_t *n);
 /* A name for each surface: the label of the member, or else its subject, or else the name that the
    mesh or surface has, or else its id. */
 json_t *group_labels(struct jobs_run *run, const json_t *inputs);
+/* The same where labels are classes: the subject, or else the name, or else the id. */
+json_t *group_subjects(struct jobs_run *run, const json_t *inputs);
 
 #endif

@@ -86,8 +86,9 @@ const char distances_inputs_schema[] =
     "\",\"description\":\"Name of a cohort, instead of surfaces.\"},\"register\":{"
     "\"type\":\"boolean\",\"default\":true,\"description\":\"Register, with the default options "
     "of register; false: as the surfaces are parameterised.\"},\"metric\":{\"enum\":[\"srnf\","
-    "\"harmonic\",\"srm\",\"icp\"],\"default\":\"srnf\",\"description\":\"harmonic, srm and icp "
-    "are not available in this version.\"}}}";
+    "\"harmonic\",\"srm\",\"icp\"],\"default\":\"srnf\",\"description\":\"harmonic: "
+    "L2 of the surfaces, after a rotation; srm: as srnf, by square-root maps; icp: between closest "
+    "points, after rigid alignment.\"}}}";
 
 const char distances_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","

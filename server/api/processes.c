@@ -51,6 +51,10 @@ const struct api_process api_processes[] = {
      "The scores of a surface in a model that is not fitted again, and what its "
      "components cannot represent.",
      project_inputs_schema, project_outputs_schema, project_canonicalise, project_run},
+    {"classify", "Classification of a labelled cohort",
+     "Each member classified by the others, left out in turn, by one method or several; how often "
+     "that is right, and how often by chance.",
+     classify_inputs_schema, classify_outputs_schema, classify_canonicalise, classify_run},
     {NULL, NULL, NULL, NULL, NULL, NULL, NULL},
 };
 

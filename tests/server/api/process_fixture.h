@@ -108,6 +108,30 @@ static void put_cohort(struct fixture *fixture)
     store_cohort_clear(&cohort);
 }
 
+/* A cohort "study" of six members, in turn of the labels "a" and "b". */
+static void put_study(struct fixture *fixture)
+{
+    struct store_cohort cohort = {.name = "study", .n_members = 6};
+    char record[2048] = "[";
+    size_t missing;
+    bool created;
+
+    cohort.members = calloc(6, sizeof *cohort.members);
+    assert_non_null(cohort.members);
+    for (size_t i = 0; i < 6; i++) {
+        const char *id = i < 3 ? fixture->surface : GOOD_MESH;
+        size_t used = strlen(record);
+
+        (void)snprintf(record + used, sizeof record - used,
+                       "%s{\"covariates\":{},\"id\":\"%s\",\"label\":\"%s\",\"subject\":null}%s",
+                       i ? "," : "", id, i % 2 ? "b" : "a", i == 5 ? "]" : "");
+        memcpy(cohort.members[i], id, strlen(id) + 1);
+    }
+    cohort.record = strdup(record);
+    assert_int_equal(store_cohort_put(fixture->store, &cohort, &created, &missing), 0);
+    store_cohort_clear(&cohort);
+}
+
 static int fixture_open(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
@@ -128,6 +152,7 @@ static int fixture_open(void **state)
     put_surface(fixture);
     put_model(fixture);
     put_cohort(fixture);
+    put_study(fixture);
     *state = fixture;
     return 0;
 }

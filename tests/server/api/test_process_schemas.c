@@ -20,6 +20,7 @@ static const struct {
     {"modes", "{\"model\":\"%\"}"},
     {"sample", "{\"model\":\"%\"}"},
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"classify", "{\"cohort\":\"study\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
