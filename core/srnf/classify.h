@@ -61,7 +61,7 @@ SRNF_CHECKED int srnf_align_ellipsoid(const struct srnf_sht *sht, const double *
 SRNF_CHECKED int srnf_normalize(const struct srnf_sht *sht, const double *coefficients,
                                 double *normalized, double *log_scale);
 
-/* ---- First stage: comparing subjects, one left out at a time ---------------------------------- */
+/* ---- First stage: comparing subjects, one left out at a time --------------------------------- */
 
 enum srnf_refit {
     SRNF_REFIT_FOLD = 0,   /* each fold registers all to what its training subjects give */
@@ -70,7 +70,7 @@ enum srnf_refit {
 
 struct srnf_compare_options {
     struct srnf_register_options registration; /* of srnf and srm; representation is set */
-    size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 2 */
+    size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 1 */
     enum srnf_refit refit; /* default SRNF_REFIT_FOLD */
     size_t max_components; /* that scores are kept of; 1 .. 64, default 20 */
 };
@@ -92,8 +92,8 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
 /*
  * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
  *
- * srnf and srm: the template of a fold is the medoid of its training subjects, to which all subjects
- * are registered from nothing; in each further round the target is the mean of the training
+ * srnf and srm: the template of a fold is the medoid of its training subjects, to which all are
+ * registered from nothing; in each further round the target is the mean of the training
  * subjects as registered so far, and everybody, the one left out too, takes a few Gauss-Newton
  * steps toward it. Means, components and distances come from the last round. Nothing of the subject
  * left out enters what the fold says of the others, not in the last bit. With SRNF_REFIT_SHARED
@@ -112,7 +112,7 @@ SRNF_CHECKED int srnf_compare(const struct srnf_sht *sht, enum srnf_metric metri
                               const struct srnf_context *context,
                               struct srnf_comparison *comparison, struct srnf_error *error);
 
-/* ---- Second stage: classifiers ---------------------------------------------------------------- */
+/* ---- Second stage: classifiers --------------------------------------------------------------- */
 
 enum srnf_covariance {
     SRNF_COVARIANCE_AUTO = 0,   /* chosen inside each fold */

@@ -14,8 +14,8 @@
  */
 void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *q, void *workspace);
 
-/* Fields that stand for a surface. gamma acts on both as (q, gamma) = sqrt(J) q o gamma, an isometry
-   of L2, and a rotation as q -> O q. */
+/* Fields that stand for a surface. gamma acts on both as (q, gamma) = sqrt(J) q o gamma, isometric
+   in L2, and a rotation as q -> O q. */
 enum srnf_representation {
     SRNF_REPRESENTATION_SRNF = 0, /* q = n / |n|^(1/2): translations drop out */
     SRNF_REPRESENTATION_SRM = 1,  /* q = |n|^(1/2) f, the square-root map: f has to be centred */

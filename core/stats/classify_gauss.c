@@ -12,8 +12,8 @@
  * one substitution give it for every D at once, as running sums.
  *
  * Inner leave-one-out: without x of class c, n_c of them and a = n_c / (n_c - 1), the mean of c
- * moves so that x - m' = a (x - m), and S' = S - a u u', u = x - m_c. By Sherman and Morrison and the
- * determinant lemma, with z_u = L^-1 u and z = L^-1 (x - m_d') for any class d,
+ * moves so that x - m' = a (x - m), and S' = S - a u u', u = x - m_c. By Sherman and Morrison and
+ * the determinant lemma, with z_u = L^-1 u and z = L^-1 (x - m_d') for any class d,
  *
  *   (x - m_d')' S'^-1 (x - m_d') = |z|^2 + a <z, z_u>^2 / (1 - a |z_u|^2),
  *   log det S' = log det S + log(1 - a |z_u|^2),
@@ -22,8 +22,8 @@
  * probability of their own class, equal priors: a proper scoring rule, where counts of right
  * answers are too coarse to choose by.
  *
- * Cost of a fold: O(n C D^2) for C classes. Nothing is regularised: where subjects are too few for a
- * covariance it is not a candidate.
+ * Cost of a fold: O(n C D^2) for C classes. Nothing is regularised: where subjects are too few for
+ * a covariance it is not a candidate.
  */
 #include "classify.h"
 
@@ -178,7 +178,7 @@ static void fit(struct fold *fold, const struct study *study, size_t left_out, c
     find_factors(fold);
 }
 
-/* ---- Likelihoods of one subject for every number of features ---------------------------------- */
+/* ---- Likelihoods of one subject for every number of features --------------------------------- */
 
 /* z = factor^-1 (x - mean) scaled, as far as the factor goes. */
 static void substitute(const struct fold *fold, size_t which, const double *x, const double *mean,

@@ -7,9 +7,9 @@
  * parameterised: one of them. A registration to it depends on these two surfaces and nothing else,
  * so folds with the same template share it without a trace of each other's subjects; there are few
  * templates, as leaving out one of n subjects rarely changes the medoid, and the medoid's own fold
- * has the runner-up. Each further round takes the mean of the fold's training subjects as the target
- * and registers everybody to it, the one left out by the same steps as the others. Means,
- * components and distances are then those of folds_scores.c.
+ * has the runner-up. Each further round, where more than one is asked for, takes the mean of the
+ * fold's training subjects as the target and registers everybody to it, the one left out by the
+ * same steps as the others. Means, components and distances are then those of folds_scores.c.
  *
  * Started from the mean of all instead, a fold keeps most of what the subject left out had done to
  * it, however many steps it takes to its own mean: the joint optimum over all warps is so flat.
@@ -23,7 +23,7 @@
 #include <math.h>
 #include <string.h>
 
-#define ROUNDS 2
+#define ROUNDS 1
 #define ROUNDS_MAX 20
 #define COMPONENTS 20
 #define COMPONENTS_MAX 64
@@ -68,7 +68,7 @@ static int check(size_t n, const struct srnf_compare_options *options, struct sr
     return SRNF_OK;
 }
 
-/* ---- Normalised surfaces ---------------------------------------------------------------------- */
+/* ---- Normalised surfaces --------------------------------------------------------------------- */
 
 struct cohort {
     const struct srnf_sht *sht;
@@ -103,7 +103,7 @@ static int normalize_all(struct cohort *cohort, size_t n, const struct srnf_cont
     return stats_run(context, n, normalize_body, cohort, (struct stats_progress){0}, error);
 }
 
-/* ---- Folds with a registration ---------------------------------------------------------------- */
+/* ---- Folds with a registration --------------------------------------------------------------- */
 
 struct folds {
     const struct alignment *a;
@@ -280,7 +280,7 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
     return status;
 }
 
-/* ---- Folds that read a matrix ------------------------------------------------------------------ */
+/* ---- Folds that read a matrix ---------------------------------------------------------------- */
 
 static void fill_spread(struct srnf_comparison *c)
 {

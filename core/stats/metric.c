@@ -73,7 +73,7 @@ static int prepare_icp(struct comparison *c, size_t i)
                                     &c->meshes[i], NULL);
 }
 
-/* ---- Distances of a pair ---------------------------------------------------------------------- */
+/* ---- Distances of a pair --------------------------------------------------------------------- */
 
 static int measure_harmonic(const struct comparison *c, size_t i, size_t j,
                             const struct srnf_context *context, double *distance,
@@ -168,7 +168,7 @@ static int measure_icp(const struct comparison *c, size_t i, size_t j,
     return status;
 }
 
-/* ---- The table, and the loop over pairs ------------------------------------------------------- */
+/* ---- The table, and the loop over pairs ------------------------------------------------------ */
 
 static const struct {
     const char *name;

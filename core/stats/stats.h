@@ -61,7 +61,7 @@ void stats_average(const struct srnf_grid *grid, size_t n, const double *q, doub
 /* Unit vectors of the nodes, double[P][3]. */
 void stats_nodes(const struct srnf_grid *grid, double *nodes);
 
-/* ---- distances.c, metric.c --------------------------------------------------------------------- */
+/* ---- distances.c, metric.c ------------------------------------------------------------------- */
 
 /* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
 void stats_pair(size_t index, size_t *i, size_t *j);

@@ -40,7 +40,7 @@ static void classes_clear(struct classes *classes)
     srnf_free(classes->names);
 }
 
-/* labels: of the canonical cohort. missing: first member without one, or n. False without memory. */
+/* labels: of the canonical cohort. missing: first member without one, or n. False: no memory. */
 static bool classes_find(const json_t *labels, struct classes *classes, size_t *missing)
 {
     size_t n = json_array_size(labels);
@@ -173,6 +173,17 @@ static void check_classes(struct process_inputs *inputs, long components, bool w
     classes_clear(&classes);
 }
 
+/* Members belong to the cohort here, which is the one way to name them. */
+static void move_surfaces(json_t *canonical)
+{
+    json_t *surfaces = json_object_get(canonical, "surfaces");
+
+    if (surfaces) {
+        (void)json_object_set(json_object_get(canonical, "cohort"), "surfaces", surfaces);
+        (void)json_object_del(canonical, "surfaces");
+    }
+}
+
 json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
     struct process_inputs inputs;
@@ -202,6 +213,7 @@ json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct
         n = inputs_group(&inputs, &degree);
     }
     degree = inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
+    move_surfaces(inputs.canonical);
     if (n) {
         inputs_check_memory(&inputs, n, degree, COPIES);
         check_classes(&inputs, components, with_size, own);
@@ -219,8 +231,7 @@ static void set_refitted(json_t *document, const struct compute_classify_method 
     json_t *registration = fold ? refitted : shared;
 
     if (registers) {
-        (void)json_array_append_new(
-            registration, json_string("template: medoid, then mean of the registered subjects"));
+        (void)json_array_append_new(registration, json_string("template: the medoid"));
         (void)json_array_append_new(registration, json_string("registrations to it"));
     } else {
         (void)json_array_append_new(shared, json_string("distances between pairs"));
@@ -296,7 +307,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
                             const struct srnf_classification *results)
 {
     json_t *document = json_object(), *methods = json_object(), *order = json_array();
-    json_t *subjects = group_subjects(run, inputs);
+    json_t *subjects = group_subjects(run, json_object_get(inputs, "cohort"));
 
     for (size_t m = 0; m < typed->n_methods; m++) {
         (void)json_object_set_new(methods, typed->methods[m]->name,
@@ -368,6 +379,7 @@ static double *find_scales(struct jobs_run *run, const char *const *ids,
 void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result);
+    const json_t *cohort = json_object_get(inputs, "cohort");
     struct compute_classify_inputs typed = {0};
     const struct compute_classify_method *methods[COMPUTE_CLASSIFY_METHODS] = {NULL};
     struct srnf_classification results[COMPUTE_CLASSIFY_METHODS] = {{0}};
@@ -384,9 +396,8 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     }
     typed_inputs(inputs, methods, &typed);
     with_size = is_choice(inputs, "scale", "shape-and-size");
-    ids = group_ids(inputs, &n);
-    if (!ids || !classes_find(json_object_get(json_object_get(inputs, "cohort"), "labels"),
-                              &classes, &missing)) {
+    ids = group_ids(cohort, &n);
+    if (!ids || !classes_find(json_object_get(cohort, "labels"), &classes, &missing)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }

@@ -201,10 +201,9 @@ json_t *group_labels(struct jobs_run *run, const json_t *inputs)
     return labels;
 }
 
-json_t *group_subjects(struct jobs_run *run, const json_t *inputs)
+json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
 {
-    const json_t *surfaces = json_object_get(inputs, "surfaces");
-    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *surfaces = json_object_get(cohort, "surfaces");
     json_t *subjects = json_array();
 
     for (size_t i = 0; i < json_array_size(surfaces); i++) {

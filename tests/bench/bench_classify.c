@@ -4,13 +4,14 @@
  * and by shape with size; the same under shuffled labels; what refitting the registrations inside
  * the folds changes; and planted cohorts of 19 and 15 whose difference grows.
  *
- *   bench_classify [N]    N ventricles, 12 to 100, as many of either group; default 100
+ *   bench_classify [N [METRIC]]    N ventricles, 12 to 100, as many of either group; default 100;
+ *                                  of the methods only those of srnf, srm, harmonic, icp or spharm
  *
  * Degree 15, registration by default options. Times are elapsed, on two threads.
  *
  * Exit status: 0 if, with all hundred, srnf-gauss by shape alone reaches REQUIRED with components
- * chosen inside the folds, and every method is at chance under shuffled labels; 1 otherwise. Without
- * the data only the planted cohorts are run.
+ * chosen inside the folds, and every method is at chance under shuffled labels; 1 otherwise.
+ * Without the data only the planted cohorts are run.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -142,12 +143,17 @@ static bool print_chance(size_t method, const struct srnf_comparison *comparison
     return at_chance;
 }
 
-static bool table(size_t n)
+static bool is_wanted(enum srnf_metric metric, const char *only)
+{
+    return !only || strcmp(only, srnf_metric_name(metric)) == 0;
+}
+
+static bool table(size_t n, const char *only)
 {
     struct group g;
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
-    struct srnf_comparison comparisons[METRICS];
+    struct srnf_comparison comparisons[METRICS] = {{0}};
     size_t labels[GROUP_MAX];
     bool met = true;
 
@@ -161,15 +167,21 @@ static bool table(size_t n)
     for (size_t m = 0; m < METRICS; m++) {
         double start = timing_monotonic();
 
-        compare(&g, (enum srnf_metric)m, NULL, &context, &comparisons[m]);
-        printf("%-9s compared in %7.1f s\n", srnf_metric_name((enum srnf_metric)m),
-               timing_monotonic() - start);
-        (void)fflush(stdout);
+        if (is_wanted((enum srnf_metric)m, only)) {
+            compare(&g, (enum srnf_metric)m, NULL, &context, &comparisons[m]);
+            printf("%-9s compared in %7.1f s\n", srnf_metric_name((enum srnf_metric)m),
+                   timing_monotonic() - start);
+            (void)fflush(stdout);
+        }
     }
     printf("\n%-12s  %-48s  %s\n", "", "shape", "shape and size");
     for (size_t m = 0; m < METHODS; m++) {
-        double accuracy = print_row(m, &g, &comparisons[methods[m].metric], labels, &context);
+        double accuracy;
 
+        if (!is_wanted(methods[m].metric, only)) {
+            continue;
+        }
+        accuracy = print_row(m, &g, &comparisons[methods[m].metric], labels, &context);
         if (m == 0 && n == ALL && accuracy < REQUIRED) {
             printf("srnf-gauss: required %.2f - NOT MET\n", REQUIRED);
             met = false;
@@ -177,13 +189,125 @@ static bool table(size_t n)
     }
     printf("\nmean accuracy over %zu shuffled labellings, 95 %% interval\n", SHUFFLES);
     for (size_t m = 0; m < METHODS; m++) {
-        met = print_chance(m, &comparisons[methods[m].metric], labels, &context) && met;
+        if (is_wanted(methods[m].metric, only)) {
+            met = print_chance(m, &comparisons[methods[m].metric], labels, &context) && met;
+        }
     }
     for (size_t m = 0; m < METRICS; m++) {
         srnf_comparison_clear(&comparisons[m]);
     }
     group_close(&g);
     return met;
+}
+
+/* ---- Planted cohorts ------------------------------------------------------------------------- */
+
+/* Stars about one centre; those of the second class are moved toward another star. */
+static void open_planted(struct group *g, double effect, size_t *labels)
+{
+    struct shapes_surface other;
+
+    group_open_stars(g, PLANTED_DEGREE, PLANTED, 0.2);
+    shapes_open(&other, PLANTED_DEGREE);
+    shapes_fill_random_star(&other, 777, NULL);
+    for (size_t i = 0; i < PLANTED; i++) {
+        labels[i] = i >= PLANTED_A;
+        for (size_t k = 0; k < g->count && labels[i]; k++) {
+            g->f[i][k] = (1.0 - effect) * g->f[i][k] + effect * other.f[k];
+        }
+    }
+    shapes_close(&other);
+}
+
+static struct srnf_compare_options planted_options(void)
+{
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+
+    options.registration.common_pose = true;
+    options.registration.degree = 6;
+    return options;
+}
+
+static void planted(void)
+{
+    static const double effects[] = {0.0, 0.02, 0.04, 0.08, 0.16};
+    static const size_t shown[] = {0, 1, 4, 6}; /* methods */
+    struct srnf_compare_options options = planted_options();
+    struct group_watch watch;
+    struct srnf_context context = group_context(&watch, 2);
+    size_t labels[GROUP_MAX];
+
+    printf("\nplanted cohorts of %zu and %zu: accuracy (p) as the effect grows\n\neffect",
+           PLANTED_A, PLANTED_B);
+    for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
+        printf("  %-12s", methods[shown[k]].name);
+    }
+    printf("\n");
+    for (size_t e = 0; e < sizeof effects / sizeof effects[0]; e++) {
+        struct group g;
+
+        open_planted(&g, effects[e], labels);
+        printf("%6.2f", effects[e]);
+        for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
+            struct srnf_classify_options classifier = srnf_classify_options_defaults();
+            struct srnf_comparison comparison;
+            struct srnf_classification r;
+
+            classifier.permutations = PERMUTATIONS;
+            compare(&g, methods[shown[k]].metric, &options, &context, &comparison);
+            classify(shown[k], &comparison, labels, &classifier, &context, &r);
+            printf("  %.2f (%.3f)", r.accuracy, r.p_value);
+            srnf_classification_clear(&r);
+            srnf_comparison_clear(&comparison);
+        }
+        printf("\n");
+        (void)fflush(stdout);
+        group_close(&g);
+    }
+}
+
+/* p-values under labels that mean nothing: how many lie below each level. */
+static void nulls(void)
+{
+    static const size_t shown[] = {0, 1, 4};
+    struct srnf_compare_options options = planted_options();
+    struct group g;
+    struct group_watch watch;
+    struct srnf_context context = group_context(&watch, 2);
+    size_t labels[GROUP_MAX];
+
+    open_planted(&g, 0.0, labels);
+    printf("\np-values of %zu labellings without effect: share at or below .1, .25, .5, .75\n",
+           NULLS);
+    for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
+        static const double levels[] = {0.1, 0.25, 0.5, 0.75};
+        struct srnf_comparison comparison;
+        double share[4] = {0.0};
+
+        compare(&g, methods[shown[k]].metric, &options, &context, &comparison);
+        for (size_t s = 0; s < NULLS; s++) {
+            struct srnf_classify_options classifier = srnf_classify_options_defaults();
+            struct srnf_classification r;
+            size_t permutation[GROUP_MAX];
+            size_t shuffled[GROUP_MAX];
+
+            classifier.permutations = 99;
+            classifier.seed = s;
+            srnf_permutation(5000 + s, 0, PLANTED, permutation);
+            for (size_t i = 0; i < PLANTED; i++) {
+                shuffled[i] = labels[permutation[i]];
+            }
+            classify(shown[k], &comparison, shuffled, &classifier, &context, &r);
+            for (size_t l = 0; l < 4; l++) {
+                share[l] += (r.p_value <= levels[l]) / (double)NULLS;
+            }
+            srnf_classification_clear(&r);
+        }
+        printf("%-12s  %.2f  %.2f  %.2f  %.2f\n", methods[shown[k]].name, share[0], share[1],
+               share[2], share[3]);
+        srnf_comparison_clear(&comparison);
+    }
+    group_close(&g);
 }
 
 int main(int argc, char **argv)
@@ -194,7 +318,11 @@ int main(int argc, char **argv)
 
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
-    met = table(n < 12 ? 12 : n > ALL ? ALL : n / 2 * 2);
+    met = table(n < 12 ? 12 : n > ALL ? ALL : n / 2 * 2, argc > 2 ? argv[2] : NULL);
+    if (argc < 3) {
+        planted();
+        nulls();
+    }
     printf("\n%.0f s in all\n", timing_monotonic() - start);
     return met ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -28,7 +28,7 @@ static double accuracy(const struct srnf_comparison *c, const size_t *labels, bo
     return result;
 }
 
-/* ---- Likelihoods, plainly --------------------------------------------------------------------- */
+/* ---- Likelihoods, plainly -------------------------------------------------------------------- */
 
 struct plain {
     const struct srnf_comparison *c;
@@ -214,7 +214,7 @@ static void likelihood_ratios_are_invariant(void **state)
     classes_clear(&c);
 }
 
-/* ---- Nearest ---------------------------------------------------------------------------------- */
+/* ---- Nearest --------------------------------------------------------------------------------- */
 
 static void the_nearest_counts(void **state)
 {
@@ -263,7 +263,7 @@ static void the_nearest_counts(void **state)
     classes_clear(&c);
 }
 
-/* ---- Statistics ------------------------------------------------------------------------------- */
+/* ---- Statistics ------------------------------------------------------------------------------ */
 
 /* The ends of Wilson's interval are the p with (x / n - p)^2 = z^2 p (1 - p) / n. */
 static void wilson_solves_its_equation(void **state)
@@ -453,7 +453,7 @@ static void threads_do_not_matter(void **state)
     classes_clear(&c);
 }
 
-/* ---- Refusals --------------------------------------------------------------------------------- */
+/* ---- Refusals -------------------------------------------------------------------------------- */
 
 static void refused(const struct srnf_comparison *c, const size_t *labels, size_t n_classes,
                     const struct srnf_classify_options *options, const char *word)

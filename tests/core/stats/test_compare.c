@@ -252,5 +252,6 @@ int main(void)
     options = srnf_compare_options_defaults();
     options.registration.degree = 3;
     options.registration.common_pose = true;
+    options.rounds = 2;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
