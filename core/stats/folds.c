@@ -1,5 +1,5 @@
 /*
- * compare.c - each subject of a cohort compared with all others, in a fold of its own that it was
+ * folds.c - each subject of a cohort compared with all others, in a fold of its own that it was
  * left out of: options, normalisation, and the loop over folds.
  *
  * Metrics with a registration. Nothing of the subject left out may shape what the others are

@@ -1,5 +1,5 @@
 /*
- * test_compare.c - comparisons that leave one subject out: what a fold knows of the subject left
+ * test_folds.c - comparisons that leave one subject out: what a fold knows of the subject left
  * out, scores against distances, sizes and threads that must not matter, and wrong arguments.
  *
  * srnfd-test: timeout 300
