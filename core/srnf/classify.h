@@ -4,7 +4,7 @@
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *
- * Classification has two stages. The first, srnf_compare, sees no labels: it compares each subject
+ * Classification has two stages. The first, srnf_folds_compare, sees no labels: it compares each subject
  * with all others in a fold of its own, in which it was left out. The second fits a classifier to
  * the labels of the others and asks it for the one. What is costly is the first; the second can be
  * repeated with permuted labels as often as a p-value asks for.
@@ -68,26 +68,26 @@ enum srnf_refit {
     SRNF_REFIT_SHARED = 1, /* all are registered once, to what all of them give */
 };
 
-struct srnf_compare_options {
+struct srnf_folds_options {
     struct srnf_register_options registration; /* of srnf and srm; representation is set */
     size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 1 */
     enum srnf_refit refit; /* default SRNF_REFIT_FOLD */
     size_t max_components; /* that scores are kept of; 1 .. 64, default 20 */
 };
-struct srnf_compare_options srnf_compare_options_defaults(void);
+struct srnf_folds_options srnf_folds_options_defaults(void);
 
 /*
  * What fold i, in which subject i is left out, knows: scores of all subjects on the principal
  * components of the training subjects about their mean (srnf and srm only), and the distances of
  * subject i from all others.
  */
-struct srnf_comparison {
+struct srnf_folds {
     size_t n, components;
     double *scores;    /* [n folds][n subjects][components]; NULL where the metric has none */
     double *distances; /* [n folds][n]: of the subject left out */
     double *spread;    /* [n folds] rms distance between two training subjects */
 };
-void srnf_comparison_clear(struct srnf_comparison *comparison);
+void srnf_folds_clear(struct srnf_folds *comparison);
 
 /*
  * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
@@ -106,11 +106,11 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
  * medoid), and with SRNF_REFIT_FOLD n^2 refinements for each round after the first.
  * Errors: SRNF_EINVAL (fewer than 3 surfaces, options), else as srnf_metric_distances.
  */
-SRNF_CHECKED int srnf_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
-                              const double *const *surfaces,
-                              const struct srnf_compare_options *options,
-                              const struct srnf_context *context,
-                              struct srnf_comparison *comparison, struct srnf_error *error);
+SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
+                                    const double *const *surfaces,
+                                    const struct srnf_folds_options *options,
+                                    const struct srnf_context *context,
+                                    struct srnf_folds *comparison, struct srnf_error *error);
 
 /* ---- Second stage: classifiers --------------------------------------------------------------- */
 
@@ -159,7 +159,7 @@ void srnf_classification_clear(struct srnf_classification *classification);
  * Errors: SRNF_EINVAL (labels, options; no scores; more components than the training subjects of a
  * fold determine), SRNF_ENUMERIC (a covariance is singular), SRNF_ENOMEM, SRNF_ECANCELED.
  */
-SRNF_CHECKED int srnf_classify_gauss(const struct srnf_comparison *comparison, const size_t *labels,
+SRNF_CHECKED int srnf_classify_gauss(const struct srnf_folds *comparison, const size_t *labels,
                                      size_t n_classes, const struct srnf_classify_options *options,
                                      const struct srnf_context *context,
                                      struct srnf_classification *result, struct srnf_error *error);
@@ -169,8 +169,8 @@ SRNF_CHECKED int srnf_classify_gauss(const struct srnf_comparison *comparison, c
  * scale, s the fold's spread, r the rms difference of z between two training subjects, w
  * size_weight: at w = 1 size weighs as much as shape.
  */
-SRNF_CHECKED int srnf_classify_nearest(const struct srnf_comparison *comparison,
-                                       const size_t *labels, size_t n_classes,
+SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *labels,
+                                       size_t n_classes,
                                        const struct srnf_classify_options *options,
                                        const struct srnf_context *context,
                                        struct srnf_classification *result,

@@ -74,8 +74,8 @@ void srnf_permutation(uint64_t seed, uint64_t index, size_t n, size_t *permutati
 
 /* ---- Checks ---------------------------------------------------------------------------------- */
 
-static int check_options(const struct srnf_comparison *c,
-                         const struct srnf_classify_options *options, struct srnf_error *error)
+static int check_options(const struct srnf_folds *c, const struct srnf_classify_options *options,
+                         struct srnf_error *error)
 {
     if (options->permutations > PERMUTATIONS_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 0 to %zu",
@@ -98,7 +98,7 @@ static int check_options(const struct srnf_comparison *c,
     return SRNF_OK;
 }
 
-int study_check(const struct srnf_comparison *c, const size_t *labels, size_t n_classes,
+int study_check(const struct srnf_folds *c, const size_t *labels, size_t n_classes,
                 const struct srnf_classify_options *options, size_t *smallest,
                 struct srnf_error *error)
 {

@@ -21,7 +21,7 @@ typedef int study_predict(const struct study *study, const size_t *labels,
                           const struct outcome *outcome, struct srnf_error *error);
 
 struct study {
-    const struct srnf_comparison *comparison;
+    const struct srnf_folds *comparison;
     const struct srnf_classify_options *options;
     size_t n_classes;
     const double *rows; /* nearest: [n folds][n] distances, size included */
@@ -29,7 +29,7 @@ struct study {
 };
 
 /* Labels, options and classes with fewer than three subjects. smallest: of the classes. */
-SRNF_CHECKED int study_check(const struct srnf_comparison *comparison, const size_t *labels,
+SRNF_CHECKED int study_check(const struct srnf_folds *comparison, const size_t *labels,
                              size_t n_classes, const struct srnf_classify_options *options,
                              size_t *smallest, struct srnf_error *error);
 /* Predicts, counts, and predicts again for each permutation of the labels. gaussian: components

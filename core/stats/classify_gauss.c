@@ -385,7 +385,7 @@ static int predict(const struct study *study, const size_t *labels, const struct
 /* Components that were asked for must be there, and determined by the training subjects. */
 static int check_components(const struct study *study, size_t smallest, struct srnf_error *error)
 {
-    const struct srnf_comparison *c = study->comparison;
+    const struct srnf_folds *c = study->comparison;
     size_t features = study->options->components + (study->options->log_scale != NULL);
     bool own = study->options->covariance == SRNF_COVARIANCE_CLASS;
     /* degrees of freedom, where the one left out is of the class or not */
@@ -409,8 +409,8 @@ static int check_components(const struct study *study, size_t smallest, struct s
     return SRNF_OK;
 }
 
-int srnf_classify_gauss(const struct srnf_comparison *comparison, const size_t *labels,
-                        size_t n_classes, const struct srnf_classify_options *options,
+int srnf_classify_gauss(const struct srnf_folds *comparison, const size_t *labels, size_t n_classes,
+                        const struct srnf_classify_options *options,
                         const struct srnf_context *context, struct srnf_classification *result,
                         struct srnf_error *error)
 {

@@ -24,7 +24,7 @@ static double size_spread(size_t n, size_t left_out, const double *z)
     return sqrt(2.0 * sum / (double)(n - 2));
 }
 
-static void add_size(const struct srnf_comparison *c, const struct srnf_classify_options *options,
+static void add_size(const struct srnf_folds *c, const struct srnf_classify_options *options,
                      double *rows)
 {
     const double *z = options->log_scale;
@@ -71,7 +71,7 @@ static int predict(const struct study *study, const size_t *labels, const struct
     return SRNF_OK;
 }
 
-int srnf_classify_nearest(const struct srnf_comparison *comparison, const size_t *labels,
+int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *labels,
                           size_t n_classes, const struct srnf_classify_options *options,
                           const struct srnf_context *context, struct srnf_classification *result,
                           struct srnf_error *error)

@@ -32,23 +32,23 @@
 /* Of the progress of a template. */
 #define PART_TEMPLATE 0.5
 
-struct srnf_compare_options srnf_compare_options_defaults(void)
+struct srnf_folds_options srnf_folds_options_defaults(void)
 {
-    return (struct srnf_compare_options){.registration = srnf_register_options_defaults(),
-                                         .rounds = ROUNDS,
-                                         .refit = SRNF_REFIT_FOLD,
-                                         .max_components = COMPONENTS};
+    return (struct srnf_folds_options){.registration = srnf_register_options_defaults(),
+                                       .rounds = ROUNDS,
+                                       .refit = SRNF_REFIT_FOLD,
+                                       .max_components = COMPONENTS};
 }
 
-void srnf_comparison_clear(struct srnf_comparison *c)
+void srnf_folds_clear(struct srnf_folds *c)
 {
     srnf_free(c->scores);
     srnf_free(c->distances);
     srnf_free(c->spread);
-    *c = (struct srnf_comparison){0};
+    *c = (struct srnf_folds){0};
 }
 
-static int check(size_t n, const struct srnf_compare_options *options, struct srnf_error *error)
+static int check(size_t n, const struct srnf_folds_options *options, struct srnf_error *error)
 {
     if (n < 3 || n > N_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces are not 3 to %zu", n, N_MAX);
@@ -110,7 +110,7 @@ struct folds {
     size_t rounds;
     const double *shared; /* [n][n] inner products of fields that all folds share, or NULL */
     const size_t *list;   /* of the folds of one template */
-    struct srnf_comparison *out;
+    struct srnf_folds *out;
 };
 
 static int products_of(const struct alignment *a, double *products)
@@ -144,7 +144,7 @@ static int fold_body(void *argument, size_t index, const struct srnf_context *co
                      struct srnf_error *error)
 {
     struct folds *folds = argument;
-    struct srnf_comparison *out = folds->out;
+    struct srnf_folds *out = folds->out;
     size_t n = out->n;
     size_t i = folds->list[index];
     double *products = folds->shared ? NULL : srnf_alloc(n, n * sizeof(double));
@@ -164,8 +164,8 @@ static int fold_body(void *argument, size_t index, const struct srnf_context *co
 
 /* Registers all to one template and describes its folds. done and all: of the progress. */
 static int run_template(struct alignment *a, const double *field,
-                        const struct srnf_compare_options *options, const size_t *list,
-                        size_t count, struct stats_progress progress, struct srnf_comparison *out,
+                        const struct srnf_folds_options *options, const size_t *list, size_t count,
+                        struct stats_progress progress, struct srnf_folds *out,
                         struct srnf_error *error)
 {
     bool shared = options->refit == SRNF_REFIT_SHARED || options->rounds == 1;
@@ -212,8 +212,8 @@ static size_t find_medoid(size_t n, const double *products, size_t left_out)
 
 /* Template by template: the folds that have it, in order. templates: [n], list: [n] scratch. */
 static int run_templates(struct alignment *a, const double *fields,
-                         const struct srnf_compare_options *options, const size_t *templates,
-                         size_t *list, struct srnf_comparison *out, struct srnf_error *error)
+                         const struct srnf_folds_options *options, const size_t *templates,
+                         size_t *list, struct srnf_folds *out, struct srnf_error *error)
 {
     size_t done = 0;
     int status = SRNF_OK;
@@ -240,8 +240,8 @@ static int run_templates(struct alignment *a, const double *fields,
 
 static int compare_registered(const struct srnf_sht *sht, enum srnf_representation representation,
                               const double *const *surfaces,
-                              const struct srnf_compare_options *options,
-                              const struct srnf_context *context, struct srnf_comparison *out,
+                              const struct srnf_folds_options *options,
+                              const struct srnf_context *context, struct srnf_folds *out,
                               struct srnf_error *error)
 {
     size_t n = out->n;
@@ -282,7 +282,7 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
 
 /* ---- Folds that read a matrix ---------------------------------------------------------------- */
 
-static void fill_spread(struct srnf_comparison *c)
+static void fill_spread(struct srnf_folds *c)
 {
     for (size_t i = 0; i < c->n; i++) {
         double sum = 0.0;
@@ -296,19 +296,19 @@ static void fill_spread(struct srnf_comparison *c)
     }
 }
 
-int srnf_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
-                 const double *const *surfaces, const struct srnf_compare_options *options,
-                 const struct srnf_context *context, struct srnf_comparison *comparison,
-                 struct srnf_error *error)
+int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
+                       const double *const *surfaces, const struct srnf_folds_options *options,
+                       const struct srnf_context *context, struct srnf_folds *comparison,
+                       struct srnf_error *error)
 {
-    struct srnf_compare_options defaults = srnf_compare_options_defaults();
+    struct srnf_folds_options defaults = srnf_folds_options_defaults();
     struct srnf_error first = {0};
     struct cohort cohort = {
         .sht = sht, .given = surfaces, .count = 3 * srnf_coefficient_count(srnf_sht_degree(sht))};
     int status;
 
     options = options ? options : &defaults;
-    *comparison = (struct srnf_comparison){.n = n};
+    *comparison = (struct srnf_folds){.n = n};
     status = check(n, options, &first);
     status = status ? status : stats_check_surfaces(sht, n, surfaces, &first);
     if (status) {
@@ -338,7 +338,7 @@ out:
 
         (void)srnf_fail(error, status, told ? first.element : -1, "%s",
                         told ? first.message : srnf_strerror(status));
-        srnf_comparison_clear(comparison);
+        srnf_folds_clear(comparison);
     }
     return status;
 }

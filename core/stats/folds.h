@@ -26,7 +26,7 @@ struct alignment {
 };
 SRNF_CHECKED int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
                                   const double *const *surfaces,
-                                  const struct srnf_compare_options *options,
+                                  const struct srnf_folds_options *options,
                                   enum srnf_representation representation,
                                   const struct srnf_context *context);
 void alignment_clear(struct alignment *a);

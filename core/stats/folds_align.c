@@ -33,7 +33,7 @@ void alignment_clear(struct alignment *a)
 }
 
 int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
-                     const double *const *surfaces, const struct srnf_compare_options *options,
+                     const double *const *surfaces, const struct srnf_folds_options *options,
                      enum srnf_representation representation, const struct srnf_context *context)
 {
     size_t fields;

@@ -13,6 +13,7 @@
 #define SRNFD_API_PROCESS_H
 
 #include "api/handler.h"
+#include "api/surfaces.h"
 #include "jobs/compute.h"
 
 /* A macro's value as a string, for schemas. */
@@ -48,9 +49,12 @@
 #define PROCESS_COEFFICIENTS_MAX 41 /* points along a mode */
 #define PROCESS_DEVIATIONS_MAX 10   /* how far out they may be */
 #define PROCESS_SAMPLES_MAX 200
+#define PROCESS_QUALITY_SAMPLES_DEFAULT 1000
+#define PROCESS_QUALITY_SAMPLES_MAX 10000
+#define PROCESS_PERMUTATIONS_DEFAULT 10000
+#define PROCESS_PERMUTATIONS_MAX 1000000
 #define PROCESS_CLASSIFY_COMPONENTS_MAX 64
 #define PROCESS_SIZE_WEIGHT_MAX 1000
-#define PROCESS_PERMUTATIONS_MAX 100000
 #define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
 
 /* Patterns of ids in schemas. */
@@ -75,10 +79,10 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 /* The canonical object (new reference), or NULL where there was any problem. */
 json_t *inputs_close(struct process_inputs *inputs);
 
-/* A whole number from lowest to highest; absent or null: fallback. Returns the number. */
+/* A whole number from lowest to highest; absent: fallback. Returns the number. */
 long inputs_integer(struct process_inputs *inputs, const char *name, long lowest, long highest,
                     long fallback);
-/* The same where absence means something: canonical null, returned as 0. */
+/* The same where absence, or null, means something: canonical null, returned as 0. */
 long inputs_integer_or_null(struct process_inputs *inputs, const char *name, long lowest,
                             long highest);
 double inputs_real(struct process_inputs *inputs, const char *name, double lowest, double highest,
@@ -124,11 +128,19 @@ json_t *process_parse(const char *inputs, struct jobs_result *result);
    surface that deformation is measured from. */
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference);
-/* Whether a surface can be kept: finite numbers and an area. Otherwise sets the problem of the
-   run. */
-bool process_surface_sound(size_t degree, const double *coefficients,
-                           const struct srnf_surface_measures *measures,
-                           struct jobs_result *result);
+/* Whether all numbers are finite. Otherwise sets the problem of the run: what ("the scores") has
+   numbers beyond the range. */
+bool process_finite(size_t count, const double *values, const char *what,
+                    struct jobs_result *result);
+/*
+ * Stores a surface that a process made, if it can be kept: finite numbers and an area. Otherwise,
+ * and where the store fails, the problem of the run is set.
+ *   description [in] source, fit and star are taken over in any case
+ *   what        [in] "the mean": the surface in the problem's detail
+ * Returns its record (new reference), or NULL.
+ */
+json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
+                             const char *what, struct jobs_result *result);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
@@ -151,6 +163,8 @@ extern const char pca_inputs_schema[], pca_outputs_schema[];
 extern const char modes_inputs_schema[], modes_outputs_schema[];
 extern const char sample_inputs_schema[], sample_outputs_schema[];
 extern const char project_inputs_schema[], project_outputs_schema[];
+extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
+extern const char compare_inputs_schema[], compare_outputs_schema[];
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -167,6 +181,10 @@ json_t *modes_canonicalise(struct api_call *call, const json_t *inputs, struct p
 json_t *sample_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *project_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
+json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
+json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
+                             struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -179,6 +197,8 @@ void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_re
 void modes_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

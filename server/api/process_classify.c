@@ -24,6 +24,7 @@ static const char *const refits[] = {"fold", "shared", NULL};
 /* Fields that are held for each surface: registrations of all, and of the folds that run. */
 #define COPIES 12
 #define COMPONENTS_KEPT 20 /* of which auto chooses */
+#define SHARE 20.0         /* percent of the job that encoding its meshes takes */
 
 /* The classes of a cohort's labels. */
 struct classes {
@@ -340,11 +341,11 @@ static void typed_inputs(const json_t *inputs, const struct compute_classify_met
                          struct compute_classify_inputs *typed)
 {
     const json_t *list = json_object_get(inputs, "method");
-    struct srnf_compare_options *comparison = &typed->comparison;
+    struct srnf_folds_options *comparison = &typed->comparison;
     struct srnf_classify_options *classifier = &typed->classifier;
     size_t components = (size_t)json_integer_value(json_object_get(inputs, "components"));
 
-    *comparison = srnf_compare_options_defaults();
+    *comparison = srnf_folds_options_defaults();
     *classifier = srnf_classify_options_defaults();
     comparison->registration =
         registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));

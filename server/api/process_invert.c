@@ -335,20 +335,8 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
         .parameterization = "inherited",
         .source = process_source(run, "invert", NULL, NULL),
     };
-    json_t *record = NULL;
-    int status;
 
-    if (!process_surface_sound(typed->degree, description.coefficients, &outputs->measures,
-                               result)) {
-        json_decref(description.source);
-        return NULL;
-    }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
-
-    if (status) {
-        (void)compute_fail_store(result, status, "the surface");
-    }
-    return record;
+    return process_keep_surface(run, &description, "the surface", result);
 }
 
 /* The inputs of the results document: q by its digest. */

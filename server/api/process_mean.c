@@ -6,16 +6,17 @@
  *
  * pca makes a model: mean SRNF, modes, eigenvalues and scores, stored under the hash of their
  * content. Its record keeps what it was made from and how its members were registered, which is
- * how project registers others.
+ * how project registers others; and for each member the id of its surface, its distance from the
+ * mean and its residual, by which project knows the member again.
  */
+#include "api/process_mean.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/models.h"
-#include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
-#include "jobs/compute_mean.h"
 
 static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
                                          "commonPose", "tolerance",     "method",
@@ -31,13 +32,8 @@ static const char *const methods[] = {"srnf", "pullback", NULL};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-/* All but components. */
-static void read_inputs(struct process_inputs *inputs, size_t copies)
+void inputs_mean_options(struct process_inputs *inputs)
 {
-    struct problem_list *list = inputs->list;
-    long degree = PROCESS_DEGREE_DEFAULT;
-    size_t n = 0;
-
     (void)inputs_boolean(inputs, "register", true);
     (void)inputs_boolean(inputs, "commonPose", false);
     (void)inputs_real(inputs, "tolerance", PROCESS_MEAN_TOLERANCE_MIN, PROCESS_MEAN_TOLERANCE_MAX,
@@ -45,15 +41,30 @@ static void read_inputs(struct process_inputs *inputs, size_t copies)
     (void)inputs_integer(inputs, "maxIterations", 1, PROCESS_MEAN_ITERATIONS_MAX,
                          PROCESS_MEAN_ITERATIONS_DEFAULT);
     if (strcmp(inputs_choice(inputs, "method", methods), "pullback") == 0) {
-        problem_add(list, "/inputs/method", "pullback is not available in this version; srnf is");
+        problem_add(inputs->list, "/inputs/method",
+                    "pullback is not available in this version; srnf is");
     }
-    if (!list->errors) {
-        n = inputs_group(inputs, &degree);
-    }
+}
+
+void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, size_t copies)
+{
     degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
     if (n) {
         inputs_check_memory(inputs, n, degree, copies);
     }
+}
+
+/* All but components. */
+static void read_inputs(struct process_inputs *inputs, size_t copies)
+{
+    long degree = PROCESS_DEGREE_DEFAULT;
+    size_t n = 0;
+
+    inputs_mean_options(inputs);
+    if (!inputs->list->errors) {
+        n = inputs_group(inputs, &degree);
+    }
+    inputs_mean_degree(inputs, n, degree, copies);
 }
 
 json_t *mean_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
@@ -79,19 +90,14 @@ json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct prob
     return inputs_close(&inputs);
 }
 
-/* Fills typed, which borrows options and ids (to be freed with srnf_free). False with the problem
-   set. */
-static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
-                         struct srnf_register_options *options, const char ***ids,
-                         struct jobs_result *result)
+bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
+                 struct compute_mean_inputs *typed, struct srnf_register_options *options,
+                 struct jobs_result *result)
 {
-    size_t n = 0;
-
-    *ids = group_ids(inputs, &n);
     *options = registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
     *typed = (struct compute_mean_inputs){
         .n = n,
-        .ids = *ids,
+        .ids = ids,
         .degree = (size_t)json_integer_value(json_object_get(inputs, "lmax")),
         .tolerance = json_number_value(json_object_get(inputs, "tolerance")),
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
@@ -100,39 +106,45 @@ static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
     }
-    if (!*ids) {
+    if (!ids) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
-    return *ids != NULL;
+    return ids != NULL;
+}
+
+/* The same with the ids of the group, to be freed with srnf_free. */
+static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
+                         struct srnf_register_options *options, const char ***ids,
+                         struct jobs_result *result)
+{
+    size_t n = 0;
+
+    *ids = group_ids(inputs, &n);
+    return mean_inputs(inputs, n, *ids, typed, options, result);
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */
 
-/* Stores the mean surface; its record, or NULL with the problem set. */
-static json_t *keep_mean(struct jobs_run *run, const char *process,
-                         const struct compute_mean_inputs *typed,
-                         const struct compute_mean_outputs *outputs, struct jobs_result *result)
+json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char *name,
+                          const struct compute_mean_inputs *typed,
+                          const struct compute_mean_outputs *outputs, const struct store_maps *maps,
+                          struct jobs_result *result)
 {
     struct surface_description description = {
-        .name = "mean",
+        .name = name,
         .degree = outputs->group.degree,
         .coefficients = outputs->mean.coefficients,
         .measures = &outputs->measures,
         .parameterization = "inherited",
         .source = process_source(run, process, NULL, NULL),
+        .maps = maps,
     };
-    json_t *record = NULL;
-    int status;
 
     for (size_t i = 0; i < typed->n; i++) {
         description.scale +=
             process_scale(run, typed->ids[i], outputs->group.scales[i]) / (double)typed->n;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
-    if (status) {
-        (void)compute_fail_store(result, status, "the mean");
-    }
-    return record;
+    return process_keep_surface(run, &description, "the mean", result);
 }
 
 static json_t *history_json(const struct srnf_mean *mean)
@@ -149,21 +161,29 @@ static json_t *history_json(const struct srnf_mean *mean)
     return history;
 }
 
-/* What both results tell of the mean. */
-static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
-                        const struct compute_mean_inputs *typed,
-                        const struct compute_mean_outputs *outputs)
+void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
+                      const struct compute_mean_outputs *outputs)
 {
     const struct srnf_mean *mean = &outputs->mean;
 
     (void)json_object_set_new(document, "iterations", json_integer((json_int_t)mean->iterations));
     (void)json_object_set_new(document, "converged", json_boolean(mean->converged));
     (void)json_object_set_new(document, "history", history_json(mean));
-    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
-    (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     (void)json_object_set_new(document, "relativeEnergy", json_finite(mean->relative_energy));
     (void)json_object_set_new(document, "seconds", json_finite(outputs->seconds));
     (void)json_object_set_new(document, "registration", registration_json(typed->registration));
+}
+
+/* What the results of mean and pca tell beside. */
+static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
+                        const struct compute_mean_inputs *typed,
+                        const struct compute_mean_outputs *outputs)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+
+    mean_set_members(document, typed, outputs);
+    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
+    (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
 }
 
 void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
@@ -182,7 +202,7 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
         compute_mean(run, &typed, &outputs, result)) {
         goto out;
     }
-    surface = keep_mean(run, "mean", &typed, &outputs, result);
+    surface = mean_keep_surface(run, "mean", "mean", &typed, &outputs, NULL, result);
     if (surface) {
         document = json_object();
         (void)json_object_set_new(document, "surface", surface);
@@ -197,18 +217,31 @@ out:
 
 /* ---- Principal components -------------------------------------------------------------------- */
 
+/* The ids that the members have as surfaces, those encoded here too. */
+static json_t *contents_json(const struct compute_group *group)
+{
+    json_t *contents = json_array();
+
+    for (size_t i = 0; i < group->n; i++) {
+        (void)json_array_append_new(contents, json_string(group->contents[i]));
+    }
+    return contents;
+}
+
 /* What the record of the model holds beside its numbers. */
 static char *record_text(struct jobs_run *run, const json_t *inputs,
                          const struct compute_mean_inputs *typed,
                          const struct compute_mean_outputs *outputs)
 {
     const json_t *cohort = json_object_get(json_object_get(inputs, "cohort"), "name");
-    json_t *record =
-        json_pack("{s:o, s:{s:s, s:s, s:O, s:O?, s:o, s:o}}", "totalVariance",
-                  json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
-                  jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort",
-                  cohort, "labels", group_labels(run, inputs), "registration",
-                  registration_json(typed->registration));
+    json_t *record = json_pack(
+        "{s:o, s:{s:s, s:s, s:O, s:O?, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
+        json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
+        jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort", cohort,
+        "labels", group_labels(run, inputs), "registration", registration_json(typed->registration),
+        "contents", contents_json(&outputs->group), "residuals",
+        json_vector(outputs->residuals, outputs->mean.n), "distances",
+        json_vector(outputs->mean.distances, outputs->mean.n));
     char *text =
         record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
 
@@ -226,6 +259,17 @@ static bool copy_array(struct store_model *model, enum store_model_array array, 
         memcpy(model->arrays[array], from, count * sizeof(double));
     }
     return model->arrays[array] != NULL;
+}
+
+static bool model_sound(const struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_pca *pca = &outputs->pca;
+    size_t field = 3 * outputs->n_theta * outputs->n_phi;
+
+    return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
+           process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
+           process_finite(pca->components * field, pca->modes, "the modes", result) &&
+           process_finite(field, outputs->mean.mean_q, "the mean SRNF", result);
 }
 
 /* Stores the model; its record with the mean's (taken over) in it, or NULL with the problem set. */
@@ -291,10 +335,10 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
         return;
     }
     if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
-        compute_pca(run, &typed, &outputs, result)) {
+        compute_pca(run, &typed, &outputs, result) || !model_sound(&outputs, result)) {
         goto out;
     }
-    record = keep_mean(run, "pca", &typed, &outputs, result);
+    record = mean_keep_surface(run, "pca", "mean", &typed, &outputs, NULL, result);
     if (record) {
         record = keep_model(run, inputs, &typed, &outputs, record, result);
     }

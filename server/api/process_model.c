@@ -16,7 +16,7 @@
 #include <string.h>
 
 #include "api/models.h"
-#include "api/process.h"
+#include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_model.h"
@@ -27,28 +27,34 @@ static const char *const project_names[] = {"model", "surface", NULL};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-/* The model of the input; its components, or 0 with a problem noted or answered. */
-static long read_model(struct process_inputs *inputs)
+bool inputs_model(struct process_inputs *inputs, struct store_model *model)
 {
     const char *id = json_string_value(json_object_get(inputs->given, "model"));
-    struct store_model model = {.record = NULL};
-    long components;
     int status;
 
+    *model = (struct store_model){.record = NULL};
     if (!id || strncmp(id, "model-", 6) != 0 || strlen(id) != 38 ||
         strspn(id + 6, "0123456789abcdef") != 32) {
         problem_add(inputs->list, "/inputs/model",
                     "must be the id of a model: model- and 32 hexadecimal digits");
-        return 0;
+        return false;
     }
-    status = store_model_get(inputs->call->api->config.store, id, 0, &model);
+    status = store_model_get(inputs->call->api->config.store, id, 0, model);
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-model", id);
         inputs->answered = true;
-        return 0;
+        return false;
     }
     (void)json_object_set_new(inputs->canonical, "model", json_string(id));
-    components = (long)model.components;
+    return true;
+}
+
+/* The model of the input; its components, or 0 with a problem noted or answered. */
+static long read_model(struct process_inputs *inputs)
+{
+    struct store_model model;
+    long components = inputs_model(inputs, &model) ? (long)model.components : 0;
+
     store_model_clear(&model);
     return components;
 }
@@ -61,7 +67,7 @@ static void read_coefficients(struct process_inputs *inputs)
     double numbers[PROCESS_COEFFICIENTS_MAX];
     size_t count = json_array_size(value);
 
-    if (!value || json_is_null(value)) {
+    if (!value) {
         (void)json_object_set_new(inputs->canonical, "coefficients", json_vector(fallback, 5));
         return;
     }
@@ -153,10 +159,9 @@ static json_t *keep_surfaces(struct jobs_run *run, const char *process,
             .parameterization = "inherited",
             .source = process_source(run, process, NULL, model->stored.mean),
         };
-        int status = surface_save(jobs_run_store(run), &description, &record, NULL);
 
-        if (status) {
-            (void)compute_fail_store(result, status, "a surface of the model");
+        record = process_keep_surface(run, &description, "a surface of the model", result);
+        if (!record) {
             json_decref(records);
             return NULL;
         }
@@ -304,6 +309,50 @@ out:
 
 /* ---- Projection ------------------------------------------------------------------------------ */
 
+/* The subjects of a model, from its record; srnf_free releases what subjects points to. */
+struct subjects {
+    struct compute_subjects view;
+    const char **contents;
+    double *numbers; /* residuals, then distances */
+};
+
+static void subjects_clear(struct subjects *subjects)
+{
+    srnf_free(subjects->contents);
+    srnf_free(subjects->numbers);
+}
+
+/* made is borrowed for as long as subjects is used. No subjects where the record does not tell. */
+static int read_subjects(const json_t *made, size_t n, struct subjects *subjects)
+{
+    const json_t *contents = json_object_get(made, "contents");
+    const json_t *residuals = json_object_get(made, "residuals");
+    const json_t *distances = json_object_get(made, "distances");
+
+    *subjects = (struct subjects){0};
+    if (json_array_size(contents) != n || json_array_size(residuals) != n ||
+        json_array_size(distances) != n) {
+        return 0;
+    }
+    subjects->contents = srnf_alloc(n, sizeof *subjects->contents);
+    subjects->numbers = srnf_alloc(2 * n, sizeof(double));
+    if (!subjects->contents || !subjects->numbers) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const char *content = json_string_value(json_array_get(contents, i));
+
+        subjects->contents[i] = content ? content : "";
+        subjects->numbers[i] = json_number_value(json_array_get(residuals, i));
+        subjects->numbers[n + i] = json_number_value(json_array_get(distances, i));
+    }
+    subjects->view = (struct compute_subjects){.n = n,
+                                               .contents = subjects->contents,
+                                               .residuals = subjects->numbers,
+                                               .distances = subjects->numbers + n};
+    return 0;
+}
+
 void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document, *made = NULL;
@@ -311,6 +360,7 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     struct srnf_register_options options;
     struct compute_model model = {0};
     struct compute_projection projection = {0};
+    struct subjects subjects = {0};
 
     (void)api;
     if (!inputs || compute_model_load(run, json_string_value(json_object_get(inputs, "model")),
@@ -321,13 +371,20 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     if (registration_read(json_object_get(made, "registration"), &options)) {
         registration = &options;
     }
+    if (read_subjects(made, model.pca.n, &subjects)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
+        goto out;
+    }
     if (compute_project(run, &model, json_string_value(json_object_get(inputs, "surface")),
-                        registration, &projection, result)) {
+                        registration, &subjects.view, &projection, result) ||
+        !process_finite(model.pca.components, projection.scores, "the scores", result)) {
         goto out;
     }
     document = json_object();
     (void)json_object_set_new(document, "scores",
                               json_vector(projection.scores, model.pca.components));
+    (void)json_object_set_new(document, "trainingSubject",
+                              json_boolean(projection.training_subject));
     (void)json_object_set_new(document, "residual", json_finite(projection.residual));
     (void)json_object_set_new(document, "distance", json_finite(projection.distance));
     (void)json_object_set_new(document, "distanceBefore", json_finite(projection.distance_before));
@@ -335,6 +392,7 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     process_finish(run, document, inputs, result);
 out:
     srnf_free(projection.scores);
+    subjects_clear(&subjects);
     json_decref(made);
     compute_model_clear(&model);
     json_decref(inputs);

@@ -60,7 +60,7 @@ static bool is_wanted(const struct compute_classify_inputs *inputs, enum srnf_me
 
 /* The classifiers of one metric. They run without progress: the next stage would jump back. */
 static int classify_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
-                        enum srnf_metric metric, const struct srnf_comparison *comparison,
+                        enum srnf_metric metric, const struct srnf_folds *comparison,
                         const struct srnf_classify_options *options,
                         struct srnf_classification *results, struct jobs_result *result)
 {
@@ -102,19 +102,19 @@ static int compare_all(struct jobs_run *run, const struct compute_classify_input
                                        .progress = stage_progress,
                                        .canceled = stage_canceled,
                                        .parallel_for = stage_parallel_for};
-        struct srnf_comparison comparison;
+        struct srnf_folds comparison;
         struct srnf_error error = {0};
 
         if (!is_wanted(inputs, metric)) {
             continue;
         }
-        status = srnf_compare(sht, metric, inputs->group->n, inputs->group->surfaces,
-                              &inputs->comparison, &context, &comparison, &error);
+        status = srnf_folds_compare(sht, metric, inputs->group->n, inputs->group->surfaces,
+                                    &inputs->comparison, &context, &comparison, &error);
         if (status) {
             (void)compute_fail(result, status, &error, "comparing the surfaces");
         } else {
             status = classify_all(run, inputs, metric, &comparison, options, results, result);
-            srnf_comparison_clear(&comparison);
+            srnf_folds_clear(&comparison);
         }
         done++;
     }

@@ -23,7 +23,7 @@ struct compute_classify_inputs {
     size_t n_classes;
     size_t n_methods;
     const struct compute_classify_method *const *methods; /* [n_methods] */
-    struct srnf_compare_options comparison;
+    struct srnf_folds_options comparison;
     struct srnf_classify_options classifier; /* log_scale is set from scales */
 };
 

@@ -21,6 +21,7 @@ struct compute_mean_outputs {
     struct srnf_mean mean;
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* of compute_pca only */
+    double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
     size_t n_theta, n_phi;
     double seconds; /* of the iterations, over all attempts of the job */
 };

@@ -44,6 +44,7 @@ void store_surface_clear(struct store_surface *surface)
     free(surface->name);
     free(surface->record);
     free(surface->coefficients);
+    store_maps_clear(&surface->maps);
     *surface = (struct store_surface){0};
 }
 
@@ -107,7 +108,7 @@ int store_surface_get(struct store *store, const char *id, bool with_coefficient
 
 struct put {
     const struct store_surface *surface;
-    const struct store_content *content;
+    const struct store_content *content, *maps; /* maps NULL: it has none */
     int64_t now;
     bool created;
 };
@@ -128,6 +129,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
                                put->content->hash);
     }
     put->created = changed > 0;
+    if (status == STORE_OK && put->maps) {
+        status = store_maps_insert(store, db, surface->id, &surface->maps, put->maps);
+    }
     return status;
 }
 
@@ -149,10 +153,10 @@ static int adopt(struct store *store, struct store_surface *surface)
 
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created)
 {
-    struct store_content staged;
+    struct store_content staged = {.size = 0}, maps = {.size = 0};
     struct put put = {.surface = surface, .content = &staged, .now = store_now_ms()};
     size_t count = count_of(surface->lmax);
-    unsigned char *bytes;
+    unsigned char *bytes, *map_bytes = NULL;
     int status = adopt(store, surface);
 
     assert(surface->coefficient_count == count);
@@ -166,11 +170,17 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     }
     store_put_doubles(bytes, surface->coefficients, count);
     status = store_blob_stage(store, bytes, count * 8, &staged);
+    if (status == STORE_OK && surface->maps.count) {
+        put.maps = &maps;
+        status = store_maps_stage(store, &surface->maps, &map_bytes, &maps);
+    }
     if (status == STORE_OK) {
         status = store_write(store, run_put, &put);
-        store_blob_unstage(store, &staged);
     }
+    store_blob_unstage(store, &staged);
+    store_blob_unstage(store, &maps);
     free(bytes);
+    free(map_bytes);
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, surface);
@@ -178,35 +188,30 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     return status;
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_surface *surface);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_surface surface;
+    int status = from_row(row, &surface);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &surface);
+        store_surface_clear(&surface);
+    }
+    return status;
+}
+
 int store_surface_list(struct store *store, const struct store_page *page,
                        bool (*visit)(void *user, const struct store_surface *surface), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT " COLUMNS " FROM surface "
-                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
-                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
-                           "tii", after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_surface surface;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &surface);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &surface);
-            store_surface_clear(&surface);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_page_walk(store, page,
+                           STORE_PAGE_SQL(COLUMNS, "surface", "id", STORE_PAGE_UNFILTERED),
+                           list_row, &list);
 }

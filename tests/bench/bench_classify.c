@@ -50,7 +50,7 @@ static void give_up(const char *what, const struct srnf_error *error)
     exit(2);
 }
 
-static void classify(size_t method, const struct srnf_comparison *comparison, const size_t *labels,
+static void classify(size_t method, const struct srnf_folds *comparison, const size_t *labels,
                      const struct srnf_classify_options *options,
                      const struct srnf_context *context, struct srnf_classification *result)
 {
@@ -63,21 +63,20 @@ static void classify(size_t method, const struct srnf_comparison *comparison, co
 }
 
 static void compare(const struct group *g, enum srnf_metric metric,
-                    const struct srnf_compare_options *options, const struct srnf_context *context,
-                    struct srnf_comparison *out)
+                    const struct srnf_folds_options *options, const struct srnf_context *context,
+                    struct srnf_folds *out)
 {
     struct srnf_error error = {0};
 
-    if (srnf_compare(g->sht, metric, g->n, g->surfaces, options, context, out, &error)) {
+    if (srnf_folds_compare(g->sht, metric, g->n, g->surfaces, options, context, out, &error)) {
         give_up(srnf_metric_name(metric), &error);
     }
 }
 
 /* ---- Table 2 --------------------------------------------------------------------------------- */
 
-static double print_row(size_t method, const struct group *g,
-                        const struct srnf_comparison *comparison, const size_t *labels,
-                        const struct srnf_context *context)
+static double print_row(size_t method, const struct group *g, const struct srnf_folds *comparison,
+                        const size_t *labels, const struct srnf_context *context)
 {
     double shape = 0.0;
 
@@ -114,8 +113,8 @@ static double print_row(size_t method, const struct group *g,
 
 /* Mean accuracy over shuffled labels; true where it is at chance: (n_c - 1) / (n - 1) for a nearest
    neighbour. The interval takes the seeds as independent and their spread as it is found. */
-static bool print_chance(size_t method, const struct srnf_comparison *comparison,
-                         const size_t *labels, const struct srnf_context *context)
+static bool print_chance(size_t method, const struct srnf_folds *comparison, const size_t *labels,
+                         const struct srnf_context *context)
 {
     size_t shuffled[GROUP_MAX];
     size_t permutation[GROUP_MAX];
@@ -153,7 +152,7 @@ static bool table(size_t n, const char *only)
     struct group g;
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
-    struct srnf_comparison comparisons[METRICS] = {{0}};
+    struct srnf_folds comparisons[METRICS] = {{0}};
     size_t labels[GROUP_MAX];
     bool met = true;
 
@@ -194,7 +193,7 @@ static bool table(size_t n, const char *only)
         }
     }
     for (size_t m = 0; m < METRICS; m++) {
-        srnf_comparison_clear(&comparisons[m]);
+        srnf_folds_clear(&comparisons[m]);
     }
     group_close(&g);
     return met;
@@ -219,9 +218,9 @@ static void open_planted(struct group *g, double effect, size_t *labels)
     shapes_close(&other);
 }
 
-static struct srnf_compare_options planted_options(void)
+static struct srnf_folds_options planted_options(void)
 {
-    struct srnf_compare_options options = srnf_compare_options_defaults();
+    struct srnf_folds_options options = srnf_folds_options_defaults();
 
     options.registration.common_pose = true;
     options.registration.degree = 6;
@@ -232,7 +231,7 @@ static void planted(void)
 {
     static const double effects[] = {0.0, 0.02, 0.04, 0.08, 0.16};
     static const size_t shown[] = {0, 1, 4, 6}; /* methods */
-    struct srnf_compare_options options = planted_options();
+    struct srnf_folds_options options = planted_options();
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
     size_t labels[GROUP_MAX];
@@ -250,7 +249,7 @@ static void planted(void)
         printf("%6.2f", effects[e]);
         for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
             struct srnf_classify_options classifier = srnf_classify_options_defaults();
-            struct srnf_comparison comparison;
+            struct srnf_folds comparison;
             struct srnf_classification r;
 
             classifier.permutations = PERMUTATIONS;
@@ -258,7 +257,7 @@ static void planted(void)
             classify(shown[k], &comparison, labels, &classifier, &context, &r);
             printf("  %.2f (%.3f)", r.accuracy, r.p_value);
             srnf_classification_clear(&r);
-            srnf_comparison_clear(&comparison);
+            srnf_folds_clear(&comparison);
         }
         printf("\n");
         (void)fflush(stdout);
@@ -270,7 +269,7 @@ static void planted(void)
 static void nulls(void)
 {
     static const size_t shown[] = {0, 1, 4};
-    struct srnf_compare_options options = planted_options();
+    struct srnf_folds_options options = planted_options();
     struct group g;
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
@@ -281,7 +280,7 @@ static void nulls(void)
            NULLS);
     for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
         static const double levels[] = {0.1, 0.25, 0.5, 0.75};
-        struct srnf_comparison comparison;
+        struct srnf_folds comparison;
         double share[4] = {0.0};
 
         compare(&g, methods[shown[k]].metric, &options, &context, &comparison);
@@ -305,7 +304,7 @@ static void nulls(void)
         }
         printf("%-12s  %.2f  %.2f  %.2f  %.2f\n", methods[shown[k]].name, share[0], share[1],
                share[2], share[3]);
-        srnf_comparison_clear(&comparison);
+        srnf_folds_clear(&comparison);
     }
     group_close(&g);
 }

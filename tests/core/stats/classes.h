@@ -9,16 +9,16 @@
 
 #include "core/stats/group.h"
 
-static inline void classes_clear(struct srnf_comparison *c)
+static inline void classes_clear(struct srnf_folds *c)
 {
-    srnf_comparison_clear(c);
+    srnf_folds_clear(c);
 }
 
-static inline struct srnf_comparison classes_open(size_t n, size_t components, double shift,
-                                                  const size_t *labels, uint64_t seed)
+static inline struct srnf_folds classes_open(size_t n, size_t components, double shift,
+                                             const size_t *labels, uint64_t seed)
 {
     struct test_random random = test_random_seed(seed);
-    struct srnf_comparison c = {.n = n, .components = components};
+    struct srnf_folds c = {.n = n, .components = components};
 
     c.scores = shapes_doubles(n * n * components);
     c.distances = shapes_doubles(n * n);

@@ -11,7 +11,7 @@
 #define FIRST ((size_t)19)
 #define COMPONENTS ((size_t)6)
 
-static double accuracy(const struct srnf_comparison *c, const size_t *labels, bool gauss,
+static double accuracy(const struct srnf_folds *c, const size_t *labels, bool gauss,
                        const struct srnf_classify_options *options, double *p_value)
 {
     struct srnf_classification r;
@@ -31,7 +31,7 @@ static double accuracy(const struct srnf_comparison *c, const size_t *labels, bo
 /* ---- Likelihoods, plainly -------------------------------------------------------------------- */
 
 struct plain {
-    const struct srnf_comparison *c;
+    const struct srnf_folds *c;
     const size_t *labels;
     size_t n_classes, features;
     bool pooled;
@@ -94,7 +94,7 @@ static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t
 static void likelihoods_are_those_of_a_plain_fit(void **state)
 {
     size_t labels[N];
-    struct srnf_comparison c;
+    struct srnf_folds c;
     double worst = 0.0;
 
     (void)state;
@@ -148,7 +148,7 @@ static double plain_score(const struct plain *p, size_t left_out)
 static void the_inner_choice_is_that_of_refitting(void **state)
 {
     size_t labels[N];
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_classification r;
 
     (void)state;
@@ -177,7 +177,7 @@ static void likelihood_ratios_are_invariant(void **state)
 {
     size_t labels[N];
     double size[N];
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_classify_options options = srnf_classify_options_defaults();
     struct srnf_classification before;
     struct srnf_classification after;
@@ -220,7 +220,7 @@ static void the_nearest_counts(void **state)
 {
     size_t labels[N];
     double size[N];
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_classify_options options = srnf_classify_options_defaults();
     struct srnf_classification r;
     size_t total = 0;
@@ -327,7 +327,7 @@ static void shuffled_labels_are_at_chance(void **state)
     (void)state;
     classes_two(N, FIRST, labels);
     for (size_t gauss = 0; gauss < 2; gauss++) {
-        struct srnf_comparison c = classes_open(N, COMPONENTS, 3.0, labels, 7);
+        struct srnf_folds c = classes_open(N, COMPONENTS, 3.0, labels, 7);
         double sum = 0.0;
         double square = 0.0;
         double error;
@@ -368,7 +368,7 @@ static void accuracy_rises_with_the_effect(void **state)
         double mean[2] = {0.0, 0.0};
 
         for (uint64_t seed = 0; seed < 5; seed++) {
-            struct srnf_comparison c = classes_open(N, COMPONENTS, shifts[s], labels, 50 + seed);
+            struct srnf_folds c = classes_open(N, COMPONENTS, shifts[s], labels, 50 + seed);
 
             for (size_t gauss = 0; gauss < 2; gauss++) {
                 mean[gauss] += accuracy(&c, labels, gauss, NULL, NULL) / 5.0;
@@ -404,7 +404,7 @@ static void p_values_are_uniform_without_effect(void **state)
         options.components = gauss ? 3 : 0;
         options.covariance = SRNF_COVARIANCE_POOLED;
         for (uint64_t k = 0; k < COHORTS; k++) {
-            struct srnf_comparison c = classes_open(N, 3, 0.0, labels, 100 + k);
+            struct srnf_folds c = classes_open(N, 3, 0.0, labels, 100 + k);
 
             options.seed = k;
             (void)accuracy(&c, labels, gauss, &options, &p[k]);
@@ -428,7 +428,7 @@ static void p_values_are_uniform_without_effect(void **state)
 static void threads_do_not_matter(void **state)
 {
     size_t labels[N];
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_classify_options options = srnf_classify_options_defaults();
     double first = 0.0;
 
@@ -455,7 +455,7 @@ static void threads_do_not_matter(void **state)
 
 /* ---- Refusals -------------------------------------------------------------------------------- */
 
-static void refused(const struct srnf_comparison *c, const size_t *labels, size_t n_classes,
+static void refused(const struct srnf_folds *c, const size_t *labels, size_t n_classes,
                     const struct srnf_classify_options *options, const char *word)
 {
     struct srnf_classification r;
@@ -472,7 +472,7 @@ static void wrong_arguments_are_refused(void **state)
     size_t labels[N];
     double size[N] = {0.0};
     struct srnf_classify_options options = srnf_classify_options_defaults();
-    struct srnf_comparison c;
+    struct srnf_folds c;
     double *scores;
 
     (void)state;

@@ -38,8 +38,8 @@ void srnf_free(void *pointer)
 
 /* What the runs work on. */
 static struct group g;
-static struct srnf_comparison planted;
-static struct srnf_compare_options options;
+static struct srnf_folds planted;
+static struct srnf_folds_options options;
 static struct srnf_register_options registration;
 static size_t labels[N];
 static enum srnf_metric metric;
@@ -53,11 +53,11 @@ static int run_metric(void)
 
 static int run_comparison(void)
 {
-    struct srnf_comparison c;
-    int status = srnf_compare(g.sht, metric, COMPARED, g.surfaces, &options, NULL, &c, NULL);
+    struct srnf_folds c;
+    int status = srnf_folds_compare(g.sht, metric, COMPARED, g.surfaces, &options, NULL, &c, NULL);
 
     if (status >= 0) {
-        srnf_comparison_clear(&c);
+        srnf_folds_clear(&c);
     }
     assert_null(c.distances);
     return status;
@@ -151,7 +151,7 @@ int main(void)
     classes_two(N, 4, labels);
     group_open_stars(&g, DEGREE, COMPARED, 0.3);
     planted = classes_open(N, 2, 1.0, labels, 2);
-    options = srnf_compare_options_defaults();
+    options = srnf_folds_options_defaults();
     options.registration.degree = 2;
     options.registration.common_pose = true;
     options.rounds = 2;

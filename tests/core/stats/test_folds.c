@@ -11,23 +11,23 @@
 #define DEGREE 5
 #define N ((size_t)7)
 
-static struct srnf_compare_options options;
+static struct srnf_folds_options options;
 
-static struct srnf_comparison compare(const struct group *g, enum srnf_metric metric,
-                                      enum srnf_refit refit)
+static struct srnf_folds compare(const struct group *g, enum srnf_metric metric,
+                                 enum srnf_refit refit)
 {
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_error error = {0};
 
     options.refit = refit;
-    if (srnf_compare(g->sht, metric, g->n, g->surfaces, &options, NULL, &c, &error)) {
+    if (srnf_folds_compare(g->sht, metric, g->n, g->surfaces, &options, NULL, &c, &error)) {
         fail_msg("%s: %s", srnf_metric_name(metric), error.message);
     }
     return c;
 }
 
 /* Inner product of the scores of two subjects in a fold: what no choice of signs changes. */
-static double product(const struct srnf_comparison *c, size_t fold, size_t i, size_t j)
+static double product(const struct srnf_folds *c, size_t fold, size_t i, size_t j)
 {
     const double *s = c->scores + fold * c->n * c->components;
     double sum = 0.0;
@@ -39,7 +39,7 @@ static double product(const struct srnf_comparison *c, size_t fold, size_t i, si
 }
 
 /* Largest change of what the fold of subject `out` says of its training subjects, relative. */
-static double change(const struct srnf_comparison *a, const struct srnf_comparison *b, size_t out)
+static double change(const struct srnf_folds *a, const struct srnf_folds *b, size_t out)
 {
     double worst = 0.0;
     double scale = 0.0;
@@ -71,7 +71,7 @@ static void the_subject_left_out_leaves_no_trace(void **state)
     shapes_open(&other, DEGREE);
     shapes_fill(&other, shapes_ellipsoid, 2.0);
     for (size_t metric = 0; metric < 2; metric++) {
-        struct srnf_comparison before[2];
+        struct srnf_folds before[2];
         double moved[2];
 
         group_open_stars(&g, DEGREE, N, 0.4);
@@ -80,12 +80,11 @@ static void the_subject_left_out_leaves_no_trace(void **state)
         }
         memcpy(g.f[3], other.f, g.count * sizeof(double));
         for (size_t refit = 0; refit < 2; refit++) {
-            struct srnf_comparison after =
-                compare(&g, (enum srnf_metric)metric, (enum srnf_refit)refit);
+            struct srnf_folds after = compare(&g, (enum srnf_metric)metric, (enum srnf_refit)refit);
 
             moved[refit] = change(&before[refit], &after, 3);
-            srnf_comparison_clear(&after);
-            srnf_comparison_clear(&before[refit]);
+            srnf_folds_clear(&after);
+            srnf_folds_clear(&before[refit]);
         }
         printf("# %s: refitted %.2e, shared %.2e\n", srnf_metric_name((enum srnf_metric)metric),
                moved[SRNF_REFIT_FOLD], moved[SRNF_REFIT_SHARED]);
@@ -101,7 +100,7 @@ static void the_subject_left_out_leaves_no_trace(void **state)
 static void scores_span_the_training_subjects(void **state)
 {
     struct group g;
-    struct srnf_comparison c;
+    struct srnf_folds c;
     double worst = 0.0;
 
     (void)state;
@@ -134,7 +133,7 @@ static void scores_span_the_training_subjects(void **state)
         }
     }
     figure_below("spread from scores, and their mean", worst, 1e-10);
-    srnf_comparison_clear(&c);
+    srnf_folds_clear(&c);
     group_close(&g);
 }
 
@@ -142,7 +141,7 @@ static void scores_span_the_training_subjects(void **state)
 static void sizes_and_threads_do_not_matter(void **state)
 {
     struct group g;
-    struct srnf_comparison first;
+    struct srnf_folds first;
 
     (void)state;
     group_open_stars(&g, DEGREE, N, 0.4);
@@ -150,26 +149,26 @@ static void sizes_and_threads_do_not_matter(void **state)
     for (size_t t = 0; t < GROUP_SPREADS; t++) {
         struct group_watch watch;
         struct srnf_context context = group_context(&watch, group_threads[t]);
-        struct srnf_comparison c;
+        struct srnf_folds c;
 
-        assert_int_equal(
-            srnf_compare(g.sht, SRNF_METRIC_SRNF, N, g.surfaces, &options, &context, &c, NULL),
-            SRNF_OK);
+        assert_int_equal(srnf_folds_compare(g.sht, SRNF_METRIC_SRNF, N, g.surfaces, &options,
+                                            &context, &c, NULL),
+                         SRNF_OK);
         assert_memory_equal(c.scores, first.scores, N * N * c.components * sizeof(double));
         assert_memory_equal(c.distances, first.distances, N * N * sizeof(double));
         assert_true(atomic_load(&watch.reports) > 0);
-        srnf_comparison_clear(&c);
+        srnf_folds_clear(&c);
         watch.cancel_after = 2;
-        assert_int_equal(
-            srnf_compare(g.sht, SRNF_METRIC_SRNF, N, g.surfaces, &options, &context, &c, NULL),
-            SRNF_ECANCELED);
+        assert_int_equal(srnf_folds_compare(g.sht, SRNF_METRIC_SRNF, N, g.surfaces, &options,
+                                            &context, &c, NULL),
+                         SRNF_ECANCELED);
         assert_null(c.distances);
     }
     for (size_t k = 0; k < g.count; k++) {
         g.f[2][k] = 3.0 * g.f[2][k] + (k == 0 ? 1.0 : 0.0);
     }
     for (size_t metric = 0; metric <= SRNF_METRIC_SPHARM; metric += 2) {
-        struct srnf_comparison c = compare(&g, (enum srnf_metric)metric, SRNF_REFIT_FOLD);
+        struct srnf_folds c = compare(&g, (enum srnf_metric)metric, SRNF_REFIT_FOLD);
         double worst = 0.0;
 
         if (metric == SRNF_METRIC_SRNF) {
@@ -194,19 +193,19 @@ static void sizes_and_threads_do_not_matter(void **state)
             assert_null(c.scores);
             srnf_free(normal);
         }
-        srnf_comparison_clear(&c);
+        srnf_folds_clear(&c);
     }
-    srnf_comparison_clear(&first);
+    srnf_folds_clear(&first);
     group_close(&g);
 }
 
 static void refused(const struct group *g, size_t n, const char *word)
 {
-    struct srnf_comparison c;
+    struct srnf_folds c;
     struct srnf_error error = {0};
 
     assert_int_equal(
-        srnf_compare(g->sht, SRNF_METRIC_SRNF, n, g->surfaces, &options, NULL, &c, &error),
+        srnf_folds_compare(g->sht, SRNF_METRIC_SRNF, n, g->surfaces, &options, NULL, &c, &error),
         SRNF_EINVAL);
     assert_non_null(strstr(error.message, word));
     assert_null(c.distances);
@@ -214,7 +213,7 @@ static void refused(const struct group *g, size_t n, const char *word)
 
 static void wrong_arguments_are_refused(void **state)
 {
-    struct srnf_compare_options kept = options;
+    struct srnf_folds_options kept = options;
     struct group g;
 
     (void)state;
@@ -249,7 +248,7 @@ int main(void)
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
     cmocka_set_message_output(CM_OUTPUT_TAP);
-    options = srnf_compare_options_defaults();
+    options = srnf_folds_options_defaults();
     options.registration.degree = 3;
     options.registration.common_pose = true;
     options.rounds = 2;

@@ -108,26 +108,31 @@ static void put_cohort(struct fixture *fixture)
     store_cohort_clear(&cohort);
 }
 
-/* A cohort "study" of six members, in turn of the labels "a" and "b". */
-static void put_study(struct fixture *fixture)
+/* A cohort "patients" of the surface, six times, in the groups "sick" and "well", with the
+   covariates age, treated, and one that is missing for the last. */
+static void put_patients(struct fixture *fixture)
 {
-    struct store_cohort cohort = {.name = "study", .n_members = 6};
-    char record[2048] = "[";
-    size_t missing;
+    struct store_cohort cohort = {.name = "patients", .n_members = 6};
+    json_t *members = json_array();
     bool created;
+    size_t missing;
 
-    cohort.members = calloc(6, sizeof *cohort.members);
+    cohort.members = calloc(cohort.n_members, sizeof *cohort.members);
     assert_non_null(cohort.members);
-    for (size_t i = 0; i < 6; i++) {
-        const char *id = i < 3 ? fixture->surface : GOOD_MESH;
-        size_t used = strlen(record);
+    for (size_t i = 0; i < cohort.n_members; i++) {
+        json_t *member = json_pack("{s:s, s:s, s:n, s:{s:i, s:b}}", "id", fixture->surface, "label",
+                                   i % 2 ? "sick" : "well", "subject", "covariates", "age",
+                                   40 + (int)(i * i), "treated", i == 3);
 
-        (void)snprintf(record + used, sizeof record - used,
-                       "%s{\"covariates\":{},\"id\":\"%s\",\"label\":\"%s\",\"subject\":null}%s",
-                       i ? "," : "", id, i % 2 ? "b" : "a", i == 5 ? "]" : "");
-        memcpy(cohort.members[i], id, strlen(id) + 1);
+        if (i < 5) {
+            (void)json_object_set_new(json_object_get(member, "covariates"), "volume",
+                                      json_real(1.5));
+        }
+        (void)json_array_append_new(members, member);
+        memcpy(cohort.members[i], fixture->surface, STORE_ID_MAX);
     }
-    cohort.record = strdup(record);
+    cohort.record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS);
+    json_decref(members);
     assert_int_equal(store_cohort_put(fixture->store, &cohort, &created, &missing), 0);
     store_cohort_clear(&cohort);
 }
@@ -152,7 +157,7 @@ static int fixture_open(void **state)
     put_surface(fixture);
     put_model(fixture);
     put_cohort(fixture);
-    put_study(fixture);
+    put_patients(fixture);
     *state = fixture;
     return 0;
 }

@@ -12,7 +12,7 @@ static void test_register(void **state)
     same(*state, "register", "{\"template\":\"@\",\"moving\":\"" GOOD_MESH "\"}",
          "{\"moving\":\"" GOOD_MESH
          "\",\"template\":\"@\",\"penalty\":{\"jacobian\":0.003},\"degree\":12.0,"
-         "\"start\":\"tournament\",\"symmetric\":null}");
+         "\"start\":\"tournament\",\"symmetric\":false}");
     same(*state, "register", "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":\"none\"}",
          "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":{\"jacobian\":-0.0,"
          "\"displacement\":0}}");
@@ -107,13 +107,13 @@ static void test_model(void **state)
              "no-such-model");
 }
 
-#define STUDY "{\"cohort\":\"study\""
+#define STUDY "{\"cohort\":\"patients\""
 
 static void test_classify(void **state)
 {
     same(*state, "classify", STUDY "}",
          STUDY ",\"method\":\"srnf-gauss\",\"components\":\"auto\",\"scale\":\"shape\",\"seed\":0,"
-               "\"sizeWeight\":1,\"refit\":\"fold\",\"lmax\":31,\"validation\":\"loo\"}");
+               "\"sizeWeight\":1,\"refit\":\"fold\",\"lmax\":9,\"validation\":\"loo\"}");
     same(*state, "classify", STUDY ",\"components\":2.0}", STUDY ",\"components\":2}");
     refused(*state, "classify", "{}", "/inputs/cohort");
     refused(*state, "classify", STUDY ",\"surfaces\":[\"@\",\"@\"]}", "/inputs/surfaces");
