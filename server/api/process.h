@@ -53,6 +53,8 @@
 #define PROCESS_QUALITY_SAMPLES_MAX 10000
 #define PROCESS_PERMUTATIONS_DEFAULT 10000
 #define PROCESS_PERMUTATIONS_MAX 1000000
+#define PROCESS_TIMES_MAX 101 /* of shooting; SRNF_SHOOT_TIMES_MAX, SRNF_SHOOT_TIME_MAX */
+#define PROCESS_TIME_MAX 10
 #define PROCESS_CLASSIFY_COMPONENTS_MAX 64
 #define PROCESS_SIZE_WEIGHT_MAX 1000
 #define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
@@ -87,6 +89,11 @@ long inputs_integer_or_null(struct process_inputs *inputs, const char *name, lon
                             long highest);
 double inputs_real(struct process_inputs *inputs, const char *name, double lowest, double highest,
                    double fallback);
+/* An array of 1 to `most` numbers, at most INPUTS_NUMBERS_MAX, of at most `limit` in size; absent
+   or null: fallback. */
+#define INPUTS_NUMBERS_MAX 101
+void inputs_numbers(struct process_inputs *inputs, const char *name, size_t most, double limit,
+                    size_t n_fallback, const double *fallback);
 bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallback);
 /* One of the choices (ended by NULL); absent: the first. */
 const char *inputs_choice(struct process_inputs *inputs, const char *name,
@@ -101,6 +108,16 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
                               const char *pointer, long *degree);
 /* The same for a required member, which is set. */
 bool inputs_surface(struct process_inputs *inputs, const char *name, long *degree);
+
+/* ---- Vector fields (process_field.c) --------------------------------------------------------- */
+
+/* Reads {lmax, nTheta, nPhi, q} on a Gauss-Legendre grid, q [nTheta][nPhi][3], nested or flat,
+   nTheta at least lmax + 1 and nPhi at least 2 lmax + 1. pointer is where it stands. Returns the
+   canonical object (new reference), which lacks what has a problem. */
+json_t *inputs_field(struct process_inputs *inputs, const json_t *value, const char *pointer,
+                     long *degree);
+/* Puts the digest of q, as qDigest, in its place; NULL is left alone. */
+void field_by_digest(json_t *field);
 
 /* ---- Numbers (json_numbers.c) ---------------------------------------------------------------- */
 
@@ -165,6 +182,9 @@ extern const char sample_inputs_schema[], sample_outputs_schema[];
 extern const char project_inputs_schema[], project_outputs_schema[];
 extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
 extern const char compare_inputs_schema[], compare_outputs_schema[];
+extern const char shoot_inputs_schema[], shoot_outputs_schema[];
+extern const char transport_inputs_schema[], transport_outputs_schema[];
+extern const char transfer_inputs_schema[], transfer_outputs_schema[];
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -187,6 +207,11 @@ json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
+json_t *shoot_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *transport_canonicalise(struct api_call *call, const json_t *inputs,
+                               struct problem_list *list);
+json_t *transfer_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -199,6 +224,9 @@ void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs
 void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void shoot_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void transport_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void transfer_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

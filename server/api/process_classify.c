@@ -403,11 +403,12 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
         goto out;
     }
     if (compute_group_load(run, n, ids, (size_t)json_integer_value(json_object_get(inputs, "lmax")),
-                           &group, result)) {
+                           SHARE, &group, result)) {
         goto out;
     }
     found = with_size ? find_scales(run, ids, &group) : NULL;
     ready = !with_size || found;
+    jobs_run_phase(run, 100.0);
     typed.group = &group;
     typed.scales = found;
     typed.labels = classes.labels;

@@ -155,6 +155,37 @@ double inputs_real(struct process_inputs *inputs, const char *name, double lowes
     return number;
 }
 
+void inputs_numbers(struct process_inputs *inputs, const char *name, size_t most, double limit,
+                    size_t n_fallback, const double *fallback)
+{
+    const json_t *value = member(inputs, name);
+    double numbers[INPUTS_NUMBERS_MAX];
+    size_t count = json_array_size(value);
+    char pointer[POINTER_MAX];
+
+    pointer_to(pointer, name);
+    if (!value) {
+        set(inputs, name, json_vector(fallback, n_fallback));
+        return;
+    }
+    if (!json_is_array(value) || count < 1 || count > most) {
+        problem_add(inputs->list, pointer, "must be an array of 1 to %zu numbers", most);
+        return;
+    }
+    if (!json_read_numbers(value, 1, &count, numbers, inputs->list, pointer)) {
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        numbers[i] += 0.0;
+        if (!(fabs(numbers[i]) <= limit)) {
+            problem_add(inputs->list, pointer, "element %zu is %g; it must be from -%g to %g", i,
+                        numbers[i], limit, limit);
+            return;
+        }
+    }
+    set(inputs, name, json_vector(numbers, count));
+}
+
 bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallback)
 {
     const json_t *value = member(inputs, name);

@@ -59,47 +59,17 @@ static long read_model(struct process_inputs *inputs)
     return components;
 }
 
-/* coefficients: up to so many numbers; by default from -2 to 2. */
-static void read_coefficients(struct process_inputs *inputs)
-{
-    static const double fallback[] = {-2.0, -1.0, 0.0, 1.0, 2.0};
-    const json_t *value = json_object_get(inputs->given, "coefficients");
-    double numbers[PROCESS_COEFFICIENTS_MAX];
-    size_t count = json_array_size(value);
-
-    if (!value) {
-        (void)json_object_set_new(inputs->canonical, "coefficients", json_vector(fallback, 5));
-        return;
-    }
-    if (!json_is_array(value) || count < 1 || count > PROCESS_COEFFICIENTS_MAX) {
-        problem_add(inputs->list, "/inputs/coefficients", "must be an array of 1 to %d numbers",
-                    PROCESS_COEFFICIENTS_MAX);
-        return;
-    }
-    if (!json_read_numbers(value, 1, &count, numbers, inputs->list, "/inputs/coefficients")) {
-        return;
-    }
-    for (size_t i = 0; i < count; i++) {
-        numbers[i] += 0.0;
-        if (!(fabs(numbers[i]) <= PROCESS_DEVIATIONS_MAX)) {
-            problem_add(inputs->list, "/inputs/coefficients",
-                        "element %zu is %g; it must be from -%d to %d standard deviations", i,
-                        numbers[i], PROCESS_DEVIATIONS_MAX, PROCESS_DEVIATIONS_MAX);
-            return;
-        }
-    }
-    (void)json_object_set_new(inputs->canonical, "coefficients", json_vector(numbers, count));
-}
-
 json_t *modes_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
+    static const double fallback[] = {-2.0, -1.0, 0.0, 1.0, 2.0};
     struct process_inputs inputs;
     long components;
 
     if (!inputs_open(&inputs, call, given, list, modes_names)) {
         return NULL;
     }
-    read_coefficients(&inputs);
+    inputs_numbers(&inputs, "coefficients", PROCESS_COEFFICIENTS_MAX, PROCESS_DEVIATIONS_MAX,
+                   sizeof fallback / sizeof fallback[0], fallback);
     components = read_model(&inputs);
     (void)inputs_integer(&inputs, "mode", 1, components ? components : PROCESS_COMPONENTS_MAX, 1);
     return inputs_close(&inputs);

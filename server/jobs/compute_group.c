@@ -126,6 +126,5 @@ int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, s
         compute_surface_clear(&loading.slots[i].surface);
     }
     srnf_free(loading.slots);
-    jobs_run_phase(run, 100.0);
     return status;
 }

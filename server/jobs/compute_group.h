@@ -17,8 +17,8 @@ struct compute_group {
 /*
  * Loads the members, meshes among them encoded with the default options, several at a time.
  *   degree  [in] of the group; 0: the largest of its members. Others are cut, or filled with zeros
- *   share   [in] percent of the job that encoding stands for if all of them are meshes: a phase;
- *           what the caller does next is the rest, as the next one
+ *   share   [in] percent of the job that encoding stands for if all of them are meshes: a phase,
+ *           after which the caller begins the next
  * Returns 0, or a negative status with the problem of the first member that has one.
  */
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,

@@ -144,6 +144,7 @@ static int compute(struct jobs_run *run, const struct compute_mean_inputs *input
                                 inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN,
                                 &outputs->group, result);
     if (status == 0) {
+        jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : 100.0);
         status = analyse(run, inputs, components, outputs, result);
     }
     if (status) {
@@ -179,6 +180,7 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
     if (status) {
         return status;
     }
+    jobs_run_phase(run, 100.0);
     *degree = group.degree;
     *matrix = srnf_alloc(n, n * sizeof(double));
     status = *matrix

@@ -14,6 +14,7 @@ struct compute_mean_inputs {
     double tolerance;
     size_t max_iterations;
     size_t components; /* of principal components; 0: all above rounding */
+    double share;      /* percent of the job that the mean is; 0: all that encoding leaves */
 };
 
 struct compute_mean_outputs {

@@ -22,6 +22,9 @@ static const struct {
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
     {"compare-groups", "{\"cohort\":\"patients\"}"},
+    {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
+    {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
+    {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
     {"classify", "{\"cohort\":\"patients\"}"},
 };
 
