@@ -4,8 +4,8 @@
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *
- * Classification has two stages. The first, srnf_folds_compare, sees no labels: it compares each subject
- * with all others in a fold of its own, in which it was left out. The second fits a classifier to
+ * Classification has two stages. The first, srnf_folds_compare, sees no labels: each subject is put
+ * beside all others in a fold of its own, in which it was left out. The second fits a classifier to
  * the labels of the others and asks it for the one. What is costly is the first; the second can be
  * repeated with permuted labels as often as a p-value asks for.
  */
