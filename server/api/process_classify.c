@@ -90,7 +90,7 @@ static void read_methods(struct process_inputs *inputs)
     const json_t *value = json_object_get(inputs->given, "method");
     json_t *list = json_array(), *given;
 
-    if (!value || json_is_null(value)) {
+    if (!value) {
         given = json_pack("[s]", compute_classify_methods[0].name);
     } else {
         given = json_is_array(value) ? json_deep_copy(value) : json_pack("[O]", value);
@@ -125,7 +125,7 @@ static long read_components(struct process_inputs *inputs)
     const char *text = json_string_value(value);
     double number = json_number_value(value);
 
-    if (!value || json_is_null(value) || (text && strcmp(text, "auto") == 0)) {
+    if (!value || (text && strcmp(text, "auto") == 0)) {
         (void)json_object_set_new(inputs->canonical, "components", json_string("auto"));
         return 0;
     }
