@@ -5,6 +5,8 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
+#   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -49,6 +51,7 @@ SUPPORT_SRC:= $(sort $(wildcard tests/support/*.c))
 TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
 BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
+SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
 Q   := $(if $(V),,@)
@@ -58,9 +61,10 @@ CORE_LIB   := $(B)/libsrnf.a
 SERVER_LIB := $(B)/libsrnfd.a
 TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
+SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench crash faults fuzz install deb test-deb deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -127,12 +131,18 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
+# Loaded into a daemon under test with LD_PRELOAD; never sanitized, so that they load before anything.
+$(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -Itests -O2 -g -shared -fPIC -o $@ $< -ldl
+
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(TESTS)
+build-tests: $(B)/srnfd $(TESTS) $(SHIMS)
 build-benches: $(BENCHES)
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')
@@ -155,6 +165,13 @@ format:
 bench: $(BENCHES) $(B)/srnfd
 	@tests/bench/run.sh $(B)
 
+crash: build-tests
+	CYCLES=$${CYCLES:-50} $(B)/tests/crash/test_crash
+
+faults: build-tests
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
+
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers
 	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
@@ -170,6 +187,13 @@ install: all
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/srnf core/srnf/*.h
 	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
 	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+
+# A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
+deb: all
+	@deploy/deb.sh build/deb
+
+test-deb: deb
+	@tests/deploy/deb.sh
 
 clean:
 	rm -rf build

@@ -21,6 +21,9 @@ struct config {
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */
     double sync_wait_seconds;
+    double job_seconds;                  /* that a job may run; 0: any */
+    double retention_days;               /* that ended jobs are kept; 0: for ever */
+    double sweep_seconds;                /* between two looks for what may go */
     double grace_seconds;                /* that SIGTERM gives requests and jobs */
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
     bool insecure;                       /* listen beyond loopback without tokens */

@@ -10,11 +10,14 @@
  * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
  */
 #include "api/handler.h"
+#include "api/json_memory.h"
 #include "api/routes.h"
 #include "build.h"
+#include "commands.h"
 #include "config.h"
 #include "http/http.h"
 #include "log.h"
+#include "notify.h"
 
 #include <cblas.h>
 #include <fftw3.h>
@@ -24,6 +27,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define PROCESSES_MAX 64
@@ -79,6 +83,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .user = service,
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
+                               .job_seconds = config->job_seconds,
+                               .retention_days = config->retention_days,
+                               .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
                                .changed = job_changed};
     size_t n = 0;
@@ -150,8 +157,30 @@ static int prepare_process(sigset_t *signals)
     (void)signal(SIGPIPE, SIG_IGN);
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
+    json_memory_watch();
     json_object_seed(0);
     return sodium_init() < 0 ? -1 : 0;
+}
+
+/* Waits for the signal to stop; meanwhile, where the service manager wants signs of life, gives one
+   whenever the store has answered, be it with an error. A daemon that hangs gives none. */
+static int wait_for_signal(const struct service *service, const sigset_t *signals)
+{
+    double seconds = notify_watchdog_seconds() / 3.0;
+    struct timespec pause = {.tv_sec = (time_t)seconds,
+                             .tv_nsec = (long)(1e9 * (seconds - (double)(time_t)seconds))};
+    int received = -1;
+
+    while (received < 0) {
+        if (seconds > 0.0) {
+            (void)store_ping(service->store);
+            notify_manager("WATCHDOG=1");
+            received = sigtimedwait(signals, NULL, &pause);
+        } else {
+            received = sigwaitinfo(signals, NULL);
+        }
+    }
+    return received;
 }
 
 static int serve(int n_arguments, char **arguments)
@@ -160,7 +189,7 @@ static int serve(int n_arguments, char **arguments)
     struct config config;
     char message[600];
     sigset_t signals;
-    int received = 0;
+    int received;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
         LOG("refused", log_text("message", message));
@@ -186,7 +215,9 @@ static int serve(int n_arguments, char **arguments)
     LOG("listening", log_text("address", http_address(service.http)), log_text("data", config.data),
         log_number("workers", (double)jobs_worker_count(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
-    (void)sigwait(&signals, &received);
+    notify_manager("READY=1");
+    received = wait_for_signal(&service, &signals);
+    notify_manager("STOPPING=1");
     LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
     stop(&service, config.grace_seconds);
     LOG("stopped", log_number("status", 0));
@@ -229,6 +260,8 @@ static const struct command {
     const char *text; /* NULL: not in the help */
 } commands[] = {
     {"serve", serve, "serve the API until SIGTERM"},
+    {"backup", command_backup, "copy the data to a directory, also while the daemon runs"},
+    {"check", command_check, "verify the data; --repair removes files that nothing needs"},
     {"version", print_version, "print the versions of this build and its libraries"},
     {"help", print_help, "print this"},
     {"routes", print_routes, NULL},
@@ -263,6 +296,6 @@ int main(int argc, char **argv)
             return commands[i].run(argc - 2, argv + 2);
         }
     }
-    (void)fprintf(stderr, "usage: srnfd serve|version|help\n");
+    (void)fprintf(stderr, "usage: srnfd serve|backup|check|version|help\n");
     return 2;
 }

@@ -108,7 +108,7 @@ static int one_way(const struct call *c, const double *q_template, const double 
 {
     struct search search;
     int status =
-        search_create(&search, c->sht, q_template, surface, moving, c->options, false, c->context);
+        search_create(&search, c->sht, q_template, surface, moving, c->options, c->context);
 
     if (status) {
         return status;
@@ -228,8 +228,8 @@ static int symmetric_search(const struct call *c, const double *template_surface
         }
     }
     if (status == SRNF_OK) {
-        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, false,
-                               c->context);
+        status =
+            search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
@@ -409,11 +409,25 @@ static int report(const struct call *c, const double *moving, struct search_resu
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
+int registration_check(const struct srnf_register_options *o, struct srnf_error *error)
+{
+    if (o->degree < 1 || o->degree > DEGREE_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "degree %zu is not in 1 to %d", o->degree,
+                         DEGREE_MAX);
+    }
+    if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
+        !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    }
+    return SRNF_OK;
+}
+
 static int check(const struct srnf_sht *sht, const double *template_surface,
                  const double *template_q, const double *moving,
                  const struct srnf_register_options *o, struct srnf_error *error)
 {
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    int status;
 
     if (!template_surface && !template_q) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the template is missing");
@@ -422,13 +436,9 @@ static int check(const struct srnf_sht *sht, const double *template_surface,
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "symmetric registration needs the template's surface");
     }
-    if (o->degree < 1 || o->degree > DEGREE_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "degree %zu is not in 1 to %d", o->degree,
-                         DEGREE_MAX);
-    }
-    if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
-        !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    status = registration_check(o, error);
+    if (status) {
+        return status;
     }
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(moving[i]) || (template_surface && !isfinite(template_surface[i]))) {

@@ -12,6 +12,8 @@
 
 #include <math.h>
 
+#define BLOCK ((size_t)64) /* points whose jets are at hand together; a multiple of the lanes */
+
 int moving_create(struct moving *moving, size_t from_degree, const double *coefficients,
                   size_t degree)
 {
@@ -46,8 +48,8 @@ void moving_clear(struct moving *moving)
 
 int samples_create(struct samples *samples, size_t n)
 {
-    *samples =
-        (struct samples){.n = n, .memory = srnf_alloc((18 + 3 * JET_KINDS) * n, sizeof(double))};
+    *samples = (struct samples){
+        .n = n, .memory = srnf_alloc(15 * n + (3 * JET_KINDS + 3) * BLOCK, sizeof(double))};
     if (!samples->memory) {
         return SRNF_ENOMEM;
     }
@@ -56,8 +58,8 @@ int samples_create(struct samples *samples, size_t n)
     samples->q_2 = samples->memory + 6 * n;
     samples->t1 = samples->memory + 9 * n;
     samples->t2 = samples->memory + 12 * n;
-    samples->values = samples->memory + 15 * n;
-    samples->jets = samples->memory + 18 * n;
+    samples->jets = samples->memory + 15 * n;
+    samples->values = samples->jets + 3 * JET_KINDS * BLOCK;
     return SRNF_OK;
 }
 
@@ -138,18 +140,19 @@ static void srm_jet(double jet[JET_KINDS][3], const double f[3], double *q, doub
     }
 }
 
-void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
+static void evaluate_block(const struct moving *moving, const double *points, size_t first,
+                           size_t n, struct samples *out)
 {
-    size_t n = out->n;
     bool srm = moving->representation == SRNF_REPRESENTATION_SRM;
 
-    sphere_jets_evaluate(&moving->plan, 3, moving->coefficients, n, points, out->jets, out->t1,
-                         out->t2);
+    sphere_jets_evaluate(&moving->plan, 3, moving->coefficients, n, points + 3 * first, out->jets,
+                         out->t1 + 3 * first, out->t2 + 3 * first);
     if (srm) {
-        sphere_points_evaluate(&moving->plan.points, 3, moving->coefficients, n, points,
+        sphere_points_evaluate(&moving->plan.points, 3, moving->coefficients, n, points + 3 * first,
                                out->values, NULL);
     }
     for (size_t i = 0; i < n; i++) {
+        size_t at = 3 * (first + i);
         double jet[JET_KINDS][3];
 
         for (size_t c = 0; c < 3; c++) {
@@ -160,9 +163,16 @@ void moving_evaluate(const struct moving *moving, const double *points, struct s
         if (srm) {
             const double f[3] = {out->values[i], out->values[n + i], out->values[2 * n + i]};
 
-            srm_jet(jet, f, out->q + 3 * i, out->q_1 + 3 * i, out->q_2 + 3 * i);
+            srm_jet(jet, f, out->q + at, out->q_1 + at, out->q_2 + at);
         } else {
-            srnf_jet(jet, out->q + 3 * i, out->q_1 + 3 * i, out->q_2 + 3 * i);
+            srnf_jet(jet, out->q + at, out->q_1 + at, out->q_2 + at);
         }
+    }
+}
+
+void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
+{
+    for (size_t first = 0; first < out->n; first += BLOCK) {
+        evaluate_block(moving, points, first, out->n - first < BLOCK ? out->n - first : BLOCK, out);
     }
 }

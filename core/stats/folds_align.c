@@ -72,7 +72,7 @@ int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
 static struct target alignment_target(const struct alignment *a, const double *field,
                                       double *memory)
 {
-    struct target target = {a->points, a->nodes, a->weight, memory, 0.0};
+    struct target target = {.n = a->points, .points = a->nodes, .weight = a->weight, .q = memory};
 
     for (size_t i = 0; i < a->points; i++) {
         for (size_t c = 0; c < 3; c++) {

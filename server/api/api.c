@@ -10,6 +10,7 @@
  */
 #include "api/routes.h"
 
+#include "api/json_memory.h"
 #include "api/respond.h"
 
 #include <stdlib.h>
@@ -207,6 +208,15 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     return match.route->slow ? API_SLOW : API_QUICK;
 }
 
+/* An answer that was built while memory was short may lack members: it is 503 instead. */
+static void refuse_incomplete(struct api_response *response)
+{
+    if (json_memory_failed() && response->status != 0) {
+        api_response_clear(response);
+        response_json(response, 503, "application/problem+json", NULL);
+    }
+}
+
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
 {
     struct api_call call = {.api = api, .request = request, .response = response};
@@ -220,10 +230,14 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     for (size_t i = 0; i < ROUTE_PARAMETERS_MAX; i++) {
         call.parameters[i] = match.parameters[i];
     }
+    json_memory_begin();
     route->handler(&call);
+    refuse_incomplete(response);
 }
 
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response)
 {
+    json_memory_begin();
     executions_resume(api, request, response);
+    refuse_incomplete(response);
 }

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/routes.h"
 
 #define POINTER_MAX 200
@@ -166,7 +167,8 @@ static bool read_members(const json_t *given, struct store_cohort *cohort,
         (void)json_array_append_new(
             members, read_member(json_array_get(given, i), i, cohort->members[i], list));
     }
-    cohort->record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    cohort->record =
+        json_memory_dumps(members, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(members);
     return cohort->members && cohort->record;
 }

@@ -12,6 +12,7 @@
  * the same job for a day) belongs to the engine, which compares a digest of the path and the body.
  */
 #include "api/job_answers.h"
+#include "api/json_memory.h"
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
@@ -189,7 +190,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
-        text = json_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
+        text = json_memory_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
         if (!text) {
             (void)problem_respond(call, "out-of-memory", "The inputs could not be written.");
         }

@@ -9,6 +9,7 @@
  * the star kernel is a linear program of four unknowns.
  */
 #include "api/respond.h"
+#include "api/json_memory.h"
 #include "api/routes.h"
 
 #include <stdio.h>
@@ -202,7 +203,7 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
         }
     }
     document = mesh_report_json(&report, have_star ? &star : NULL, info);
-    *text = json_dumps(document, JSON_COMPACT);
+    *text = json_memory_dumps(document, JSON_COMPACT);
     json_decref(document);
     if (!*text) {
         (void)problem_respond(call, "out-of-memory", "The report could not be allocated.");
@@ -267,7 +268,12 @@ void meshes_create(struct api_call *call)
     }
     mesh_id(id, srnf_mesh_format_name(format), request->body, request->body_size);
     if (store_mesh_get(store, id, &row) == 0) {
-        respond_mesh(call, 200, &row);
+        status = store_mesh_mend(store, request->body, request->body_size);
+        if (status == 0) {
+            respond_mesh(call, 200, &row);
+        } else {
+            (void)problem_respond_store(call, status, NULL, "keeping the mesh");
+        }
         goto out;
     }
     memset(&row, 0, sizeof row);

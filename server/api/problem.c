@@ -56,6 +56,7 @@ static const struct problem_kind kinds[] = {
     {"not-star-shaped", 422, "The surface is not star-shaped"},
     {"not-converged", 422, "The computation did not converge"},
     {"numerical-failure", 422, "A numerical step broke down"},
+    {"time-limit", 422, "The job took longer than is allowed"},
     {"limit-exceeded", 422, "The input exceeds a limit"},
     {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
     {"headers-too-large", 431, "The header fields are too large"},
@@ -66,6 +67,8 @@ static const struct problem_kind kinds[] = {
     {"shutting-down", 503, "The service is shutting down"},
     {"not-ready", 503, "The service is not ready"},
     {"attempts-exhausted", 500, "The job was interrupted too often"},
+    {"data-damaged", 500, "Stored data are damaged"},
+    {"storage-unavailable", 503, "The storage cannot be read or written"},
     {"storage-full", 507, "There is no space left for what should be stored"},
 };
 
@@ -74,6 +77,10 @@ static const struct {
     const char *code, *detail;
 } store_codes[] = {
     {STORE_FULL, "storage-full", "The data directory has no space left."},
+    {STORE_IO, "storage-unavailable",
+     "The data directory cannot be read or written at present; the log says why."},
+    {STORE_CORRUPT, "data-damaged",
+     "What is stored there is not what was put there; srnfd check tells what is damaged."},
     {STORE_CLOSED, "shutting-down", "The service is shutting down; try again in a moment."},
     {STORE_BUSY, "server-busy", "The store is busy; try again in a moment."},
     {STORE_NOMEM, "out-of-memory", "There is not enough memory for this; try again later."},

@@ -3,6 +3,7 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "api/process.h"
+#include "api/json_memory.h"
 #include "api/surfaces.h"
 
 #include <float.h>
@@ -11,10 +12,13 @@
 
 json_t *process_parse(const char *inputs, struct jobs_result *result)
 {
-    json_t *document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
+    json_t *document;
+
+    json_memory_begin();
+    document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
 
     if (!document) {
-        result->problem_code = "internal-error";
+        result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                        "The stored inputs of the job cannot be read.");
     }
@@ -33,7 +37,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     store_job_clear(&job);
     (void)json_object_set(document, "inputs", inputs);
     result->results =
-        document ? json_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+        document ? json_memory_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (!result->results) {
         result->problem_code = "out-of-memory";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,

@@ -8,7 +8,7 @@
 #include "api/handler.h"
 
 /* Fills status, Content-Type and body from a document that it takes over. Without a document, or
-   when it cannot be dumped, the response becomes a fixed 500. */
+   when it cannot be dumped, the response becomes a fixed 500, or 503 for want of memory. */
 void response_json(struct api_response *response, int status, const char *content_type,
                    json_t *document);
 

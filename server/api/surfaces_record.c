@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/process.h"
 
 static const struct {
@@ -120,7 +121,7 @@ static char *record_text(struct surface_description *d)
         (void)json_object_set_new(record, "maps", map_names(d->maps));
     }
     d->source = d->fit = d->star = NULL;
-    text = json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    text = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
     return text;
 }

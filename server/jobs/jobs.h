@@ -41,6 +41,9 @@ struct jobs_config {
     void *user;
     const char *numeric_build; /* part of every cache key */
     size_t max_queued;         /* accepted jobs beyond this are refused; default 10,000 */
+    double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
+    double retention_days;     /* ended jobs are removed after so long; 0: never */
+    double sweep_seconds;      /* between two looks at what may go; 0: none */
     void (*log)(void *user, const char *event, const char *job_id, const char *detail);
     /* Called, on any thread and without locks held, whenever a job ended or its row changed. */
     void (*changed)(void *user, const char *job_id);

@@ -193,7 +193,7 @@ int store_cohort_delete(struct store *store, const char *name)
         return STORE_NOT_FOUND;
     }
     memcpy(cohort.name, name, length + 1);
-    return store_write(store, run_delete, &cohort);
+    return store_write_freeing(store, run_delete, &cohort);
 }
 
 struct list {

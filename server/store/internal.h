@@ -14,11 +14,13 @@
 
 #include <pthread.h>
 #include <sqlite3.h>
+#include <stdatomic.h>
 
 #include "store/store.h"
 
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
+#define STORE_RESERVE_NAME "reserve"
 
 struct store_write;
 
@@ -53,6 +55,8 @@ struct store {
     char *directory;
     char *database; /* path of the database file */
     int lock_fd, blobs_fd;
+    atomic_int reserve;       /* STORE_OK where the reserve is there; otherwise why it is not */
+    int64_t reserve_tried_ms; /* of the writer thread */
     struct store_writer writer;
     struct store_readers readers;
 };
@@ -84,7 +88,9 @@ void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t s
 
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
-/* Checks whose database it is, and brings it to the newest version. */
+/* Checks whose database it is, and that its version is known; message gets a sentence if not. */
+int store_identify(sqlite3 *db, int64_t *version, char *message, size_t message_size);
+/* Checks that, and brings it to the newest version. */
 int store_migrate(sqlite3 *db, char *message, size_t message_size);
 
 /* ---- Writing (writer.c) ---------------------------------------------------------------------- */
@@ -98,6 +104,7 @@ int store_migrate(sqlite3 *db, char *message, size_t message_size);
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
     void *argument;
+    bool frees; /* may be done with the reserve where the disk is full */
     char dropped[65];
     int status;
     bool done;
@@ -110,6 +117,19 @@ void store_writer_stop(struct store *store);
 /* Queues the write and waits until it is committed or refused. */
 int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
                 void *argument);
+/* The same for a write that makes room, or leaves things as large as they are. */
+int store_write_freeing(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *),
+                        void *argument);
+
+/* ---- Room for that (reserve.c) --------------------------------------------------------------- */
+
+/* Takes the reserve unless it is there or it was tried just now; store->reserve tells. */
+void store_reserve_take(struct store *store);
+/* Leaves what room there is for the next start, when the writer has ended. */
+void store_reserve_leave(const struct store *store);
+/* Lets go of it; false where there is none. */
+bool store_reserve_release(struct store *store);
 
 /* ---- Reading (readers.c) --------------------------------------------------------------------- */
 
@@ -153,6 +173,8 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
                      struct store_content *content);
 /* On the writer thread: moves a staged file to its place and adds the row. */
 int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content *content);
+/* Where the stored copy of these bytes is damaged, they replace it (mend.c). */
+int store_blob_mend(struct store *store, const void *bytes, size_t size);
 /* Removes what stage left behind, if anything. */
 void store_blob_unstage(struct store *store, const struct store_content *content);
 /* bytes is malloc and zero-terminated beyond size. STORE_CORRUPT: missing, or not what its name
@@ -162,8 +184,29 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
 /* On the writer thread, in a transaction: drops the row unless something refers to it; true if it
    did. */
 int store_blob_release(sqlite3 *db, const char *hash, bool *dropped);
-/* On the writer thread, after the commit: removes the file unless a row has come back. */
-void store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* On the writer thread, after the commit: removes the file unless a row has come back or a backup
+   is being made; true if it did. */
+bool store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* Whether a row names the blob; true also where that cannot be told. */
+bool store_blob_has_row(sqlite3 *db, const char *hash);
+/* Whether its row has the content, rather than a file. */
+bool store_blob_is_inline(sqlite3 *db, const char *hash);
+
+#define STORE_BLOB_PATH 80
+/* Path of a blob's file below blobs/. */
+void store_blob_path(char path[STORE_BLOB_PATH], const char *hash);
+/* Opens the folder, making it if it is not there; -1 with errno. */
+int store_open_folder(int at, const char *name);
+/* Writes all bytes and syncs them. */
+int store_write_all(int fd, const unsigned char *bytes, size_t size);
+
+/* ---- From outside the daemon (offline.c) ----------------------------------------------------- */
+
+/* Fills the paths and descriptors of a store without threads, and opens a read-only connection that
+   makes no checkpoint. message gets a sentence on failure; close_offline is due in any case. */
+int store_open_offline(struct store *store, sqlite3 **db, const char *directory, char *message,
+                       size_t message_size);
+void store_close_offline(struct store *store, sqlite3 *db);
 
 /* ---- Numbers (numbers.c) --------------------------------------------------------------------- */
 

@@ -336,5 +336,5 @@ int store_job_delete(struct store *store, const char *id)
         return STORE_NOT_FOUND;
     }
     memcpy(copy, id, length);
-    return store_write(store, run_delete, copy);
+    return store_write_freeing(store, run_delete, copy);
 }

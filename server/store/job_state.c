@@ -145,7 +145,8 @@ int store_job_transition(struct store *store, const char *id, int64_t attempt,
         transition.results = &staged;
     }
     if (status == STORE_OK) {
-        status = store_write(store, run_transition, &transition);
+        status = results ? store_write(store, run_transition, &transition)
+                         : store_write_freeing(store, run_transition, &transition);
         store_blob_unstage(store, &staged);
     }
     return status;
@@ -185,7 +186,7 @@ int store_job_request_cancel(struct store *store, const char *id, struct store_j
     int status;
 
     *job = (struct store_job){0};
-    status = store_write(store, run_cancel, &cancel);
+    status = store_write_freeing(store, run_cancel, &cancel);
     if (status != STORE_OK) {
         store_job_clear(job);
     }
@@ -232,7 +233,7 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
 int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed)
 {
     struct recovery recovery = {.max_attempts = max_attempts};
-    int status = store_write(store, run_recover, &recovery);
+    int status = store_write_freeing(store, run_recover, &recovery);
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;

@@ -128,6 +128,11 @@ static int adopt(struct store *store, struct store_mesh *mesh)
     return status;
 }
 
+int store_mesh_mend(struct store *store, const void *content, size_t size)
+{
+    return store_blob_mend(store, content, size);
+}
+
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content, bool *created)
 {
     struct store_content staged;
@@ -136,7 +141,7 @@ int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *con
 
     *created = false;
     if (status != STORE_NOT_FOUND) {
-        return status;
+        return status == STORE_OK ? store_mesh_mend(store, content, (size_t)mesh->bytes) : status;
     }
     status = store_blob_stage(store, content, (size_t)mesh->bytes, &staged);
     if (status != STORE_OK) {

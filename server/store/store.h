@@ -67,10 +67,13 @@ struct store_mesh {
     int64_t bytes, vertices, faces, created_ms;
 };
 
-/* Stores the mesh unless it is there; *created says which. content has mesh->bytes bytes,
+/* Stores the mesh unless it is there; *created says which. Where it is there and its content is
+   damaged, the content is replaced. content has mesh->bytes bytes,
    mesh->id is set. On return mesh->created_ms and mesh->name are what the store holds. */
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content,
                    bool *created);
+/* For a mesh that is there: content replaces what is stored of it, where that is damaged. */
+int store_mesh_mend(struct store *store, const void *content, size_t size);
 int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh);
 /* content is allocated with malloc. */
 int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size);
@@ -107,8 +110,8 @@ void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coeffic
                       double scale);
 /* The id of a surface with maps from the id that it has without. */
 void store_surface_id_maps(char id[STORE_ID_MAX], const struct store_maps *maps);
-/* As store_mesh_put; coefficient_count must be 3 (lmax + 1)^2. On return name, record and
-   created_ms are what the store holds. */
+/* As store_mesh_put, damaged content included (of the coefficients); coefficient_count must be 3
+   (lmax + 1)^2. On return name, record and created_ms are what the store holds. */
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created);
 int store_surface_get(struct store *store, const char *id, bool with_coefficients,
                       struct store_surface *surface);
@@ -262,6 +265,18 @@ int store_checkpoint_put(struct store *store, const char *job, int64_t attempt, 
 /* bytes is allocated with malloc; STORE_NOT_FOUND when there is none. */
 int store_checkpoint_get(struct store *store, const char *job, unsigned char **bytes, size_t *size);
 
+/* ---- Retention ------------------------------------------------------------------------------- */
+
+/* Removes the jobs that ended before this moment, as store_job_delete does. */
+int store_expire_jobs(struct store *store, int64_t before_ms, size_t *removed);
+/* Removes files below blobs/ that no row names, unless a backup is being made. */
+int store_sweep_files(struct store *store, size_t *removed);
+
+/* ---- Whether it works ------------------------------------------------------------------------ */
+
+/* STORE_OK, or why nothing that needs room is taken at present: STORE_FULL, STORE_IO. What frees
+   room (deletions, cancellations) is done all the same. */
+int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
 

@@ -161,7 +161,7 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
 
     assert(surface->coefficient_count == count);
     *created = false;
-    if (status != STORE_NOT_FOUND) {
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
         return status;
     }
     bytes = malloc(count * 8);
@@ -169,6 +169,11 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
         return STORE_NOMEM;
     }
     store_put_doubles(bytes, surface->coefficients, count);
+    if (status == STORE_OK) {
+        status = store_blob_mend(store, bytes, count * 8);
+        free(bytes);
+        return status;
+    }
     status = store_blob_stage(store, bytes, count * 8, &staged);
     if (status == STORE_OK && surface->maps.count) {
         put.maps = &maps;

@@ -401,7 +401,8 @@ static void test_migration(void **state)
     fixture->store = NULL;
     assert_int_equal(run_sql(fixture, "DROP TABLE checkpoint; DROP TABLE model_array;"
                                       "DROP TABLE model; DROP TABLE cohort_member;"
-                                      "DROP TABLE cohort; PRAGMA user_version = 1"),
+                                      "DROP TABLE cohort; DROP TABLE surface_maps; "
+                                      "PRAGMA user_version = 1"),
                      SQLITE_OK);
     fixture->store = fixture_store(fixture->path);
     assert_int_equal(store_surface_get(fixture->store, ids[0], true, &surface), STORE_OK);
