@@ -121,6 +121,7 @@ void srnf_free(void *pointer);
 #include "srnf/stats.h"
 #include "srnf/groups.h"
 #include "srnf/pullback.h"
+#include "srnf/classify.h"
 
 #ifdef __cplusplus
 }

@@ -71,9 +71,9 @@ static int call_create(struct call *c, const struct srnf_sht *sht, const double 
     if (template_q) {
         memcpy(c->q1, template_q, 3 * c->n * sizeof(double));
     } else {
-        srnf_field(sht, template_surface, c->q1, c->workspace);
+        shape_represent(sht, c->options->representation, template_surface, c->q1, c->workspace);
     }
-    srnf_field(sht, moving, c->q2, c->workspace);
+    shape_represent(sht, c->options->representation, moving, c->q2, c->workspace);
     return SRNF_OK;
 }
 
@@ -271,6 +271,7 @@ static int report_field(const struct call *c, const double *moving, struct searc
     struct samples samples = {0};
     int status = moving_create(&m, c->degree, moving, c->degree);
 
+    m.representation = c->options->representation;
     if (status == SRNF_OK) {
         status = samples_create(&samples, c->n);
     }
@@ -341,7 +342,7 @@ static int report_surface(const struct call *c, const double *moving, struct srn
         status = srnf_registration_apply(c->sht, r, moving, r->coefficients);
     }
     if (status == SRNF_OK) {
-        srnf_field(c->sht, r->coefficients, q, c->workspace);
+        shape_represent(c->sht, c->options->representation, r->coefficients, q, c->workspace);
         norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
         r->truncation_error = norm > 0.0 ? field_distance(c, q, r->q) / norm : 0.0;
     }
@@ -489,7 +490,7 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     }
     if (status) {
         (void)srnf_fail(error, status, -1, "%s",
-                        status == SRNF_EINVAL ? "an SRNF is zero or not finite"
+                        status == SRNF_EINVAL ? "a field is zero or not finite"
                                               : srnf_strerror(status));
         srnf_registration_clear(registration);
     }

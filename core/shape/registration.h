@@ -25,6 +25,7 @@
    */
 
 struct moving {
+    enum srnf_representation representation; /* of moving_create: the SRNF */
     size_t degree;
     double *coefficients; /* [3][(L+1)^2] */
     struct sphere_jets plan;
@@ -41,7 +42,7 @@ struct samples {
     size_t n;
     double *memory;
     double *q, *q_1, *q_2, *t1, *t2;
-    double *jets; /* scratch of the evaluation */
+    double *jets, *values; /* scratch of the evaluation */
 };
 SRNF_CHECKED int samples_create(struct samples *samples, size_t n);
 void samples_clear(struct samples *samples);

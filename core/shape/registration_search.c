@@ -92,8 +92,9 @@ static int coarse_field(const struct srnf_sht *sht, const double *q1, size_t deg
 
 /* q1 on a finer grid of the same kind: from the surface itself, or by the harmonics of q1 that its
    grid resolves. */
-static int fine_field(const struct srnf_sht *sht, const double *q1, const double *template_surface,
-                      size_t rows, struct srnf_sht **fine, double *out)
+static int fine_field(const struct srnf_sht *sht, enum srnf_representation representation,
+                      const double *q1, const double *template_surface, size_t rows,
+                      struct srnf_sht **fine, double *out)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t degree = template_surface ? srnf_sht_degree(sht) : grid->n_theta - 1;
@@ -113,7 +114,7 @@ static int fine_field(const struct srnf_sht *sht, const double *q1, const double
     if (!c || !workspace) {
         status = status ? status : SRNF_ENOMEM;
     } else if (template_surface) {
-        srnf_field(*fine, template_surface, out, workspace);
+        shape_represent(*fine, representation, template_surface, out, workspace);
     } else {
         srnf_sht_analysis(own, 3, q1, c, workspace);
         srnf_sht_synthesis(*fine, 3, c, out, workspace);
@@ -152,7 +153,8 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
     }
     field = srnf_alloc(6 * rows * rows, sizeof(double));
     s->full_memory = srnf_alloc(14 * rows * rows, sizeof(double));
-    status = field && s->full_memory ? fine_field(sht, q1, template_surface, rows, &fine, field)
+    status = field && s->full_memory ? fine_field(sht, s->options->representation, q1,
+                                                  template_surface, rows, &fine, field)
                                      : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         target_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
@@ -214,6 +216,9 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
         search_clear(s);
         return status;
     }
+    s->moving_full.representation = options->representation;
+    s->moving_coarse.representation = options->representation;
+    s->moving_template.representation = options->representation;
     s->full.moving = &s->moving_full;
     s->coarse.moving = &s->moving_coarse;
     s->full.free_rotation = s->coarse.free_rotation = options->rotation && !options->common_pose;

@@ -38,6 +38,10 @@ double shape_norm2(size_t n, const double *weight, const double *a);
 /* Quadrature weights, one for each point. */
 void shape_weights(const struct srnf_grid *grid, double *weight);
 
+/* field.c: the field of a surface in one of its representations; workspace as for srnf_field. */
+void shape_represent(const struct srnf_sht *sht, enum srnf_representation representation,
+                     const double *coefficients, double *q, void *workspace);
+
 /* ---- Vectors of coefficients (vector.c); fixed order of summation ---------------------------- */
 
 double shape_dot(size_t n, const double *a, const double *b);

@@ -53,6 +53,11 @@ static inline size_t stats_points(const struct srnf_grid *grid)
 SRNF_CHECKED int stats_fields(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                               const struct srnf_context *context, double *q,
                               struct srnf_error *error);
+/* The same in another representation. */
+SRNF_CHECKED int stats_represent(const struct srnf_sht *sht,
+                                 enum srnf_representation representation, size_t n,
+                                 const double *const *surfaces, const struct srnf_context *context,
+                                 double *q, struct srnf_error *error);
 /* ||a - b||^2 */
 double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
 /* mean = sum of q_i / n, in the order of i. */
@@ -93,6 +98,16 @@ SRNF_CHECKED int stats_embed_fields(const struct stats_embedding *embedding, con
 SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, const double *start,
                                    const struct srnf_context *context, double *coefficients,
                                    struct srnf_error *error);
+
+/* ---- distances.c, metric.c ------------------------------------------------------------------- */
+
+/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
+void stats_pair(size_t index, size_t *i, size_t *j);
+/* srnf_distances in a representation, whatever the options say of it. */
+SRNF_CHECKED int
+stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,
+                      const double *const *surfaces, const struct srnf_register_options *options,
+                      const struct srnf_context *context, double *matrix, struct srnf_error *error);
 
 /* ---- mean.c: see mean.h ---------------------------------------------------------------------- */
 

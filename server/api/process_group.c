@@ -203,3 +203,21 @@ json_t *group_labels(struct jobs_run *run, const json_t *inputs)
     }
     return labels;
 }
+
+json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
+{
+    const json_t *surfaces = json_object_get(cohort, "surfaces");
+    json_t *subjects = json_array();
+
+    for (size_t i = 0; i < json_array_size(surfaces); i++) {
+        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+
+        if (json_is_string(subject)) {
+            (void)json_array_append(subjects, subject);
+        } else {
+            (void)json_array_append_new(
+                subjects, name_of(run, json_string_value(json_array_get(surfaces, i))));
+        }
+    }
+    return subjects;
+}

@@ -162,8 +162,9 @@ const char distances_inputs_schema[] = INPUTS_OPENING
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register, "
     "with the default options of register; false: as the surfaces are "
     "parameterised.\"},\"metric\":{\"enum\":[\"srnf\",\"harmonic\",\"srm\",\"icp\"],"
-    "\"default\":\"srnf\",\"description\":\"harmonic, srm and icp are not available in "
-    "this version.\"}}}";
+    "\"default\":\"srnf\",\"description\":\"harmonic: L2 of the surfaces, after a "
+    "rotation; srm: as srnf, by square-root maps; icp: between closest points, after rigid "
+    "alignment.\"}}}";
 
 const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "\"matrix\":{\"type\":\"array\",\"description\":\"Symmetric; also as CSV and .npy "

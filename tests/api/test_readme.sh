@@ -19,7 +19,7 @@ else
     not_ok 'all of them succeed' "$(tail -n 5 "$SCRATCH/trace")"
 fi
 for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy grid.npy thalamus.glb geodesic.json registered.json \
-    distances.csv scores.csv modes.npy; do
+    distances.csv scores.csv modes.npy classified.json; do
     check "$file was written" test -s "$SCRATCH/clone/$file"
 done
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply
