@@ -17,12 +17,16 @@ struct config {
     double http_threads;
     double request_threads;
     double max_connections;
+    double max_waiting;  /* connections without a request */
+    double max_streams;  /* of server-sent events */
     double max_body;     /* bytes */
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */
     double sync_wait_seconds;
     double grace_seconds;                /* that SIGTERM gives requests and jobs */
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
+    char access_log[CONFIG_TEXT_MAX];    /* all or refusals */
+    double least_free;                   /* bytes on the disk, for /readyz */
     bool insecure;                       /* listen beyond loopback without tokens */
 };
 

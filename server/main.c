@@ -24,6 +24,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #define PROCESSES_MAX 64
@@ -39,6 +40,7 @@ struct service {
     struct jobs *jobs;
     struct api *api;
     struct http *http;
+    struct metrics *metrics;
     struct link link;
     struct jobs_process table[PROCESSES_MAX];
     char numeric_build[BUILD_ID_SIZE];
@@ -55,10 +57,35 @@ static void job_changed(void *user, const char *job_id)
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
+static void job_progressed(void *user, const char *job_id)
+{
+    struct service *service = user;
+
+    (void)pthread_rwlock_rdlock(&service->link.lock);
+    if (service->link.http) {
+        http_job_progressed(service->link.http, job_id);
+    }
+    (void)pthread_rwlock_unlock(&service->link.lock);
+}
+
+/* What tells of the store failing is worth somebody's attention. */
+static const char *level_of(const char *event)
+{
+    static const char *const alarms[] = {"job-lost", "job-not-written", "job-checkpoint-failed",
+                                         "claim-failed"};
+
+    for (size_t i = 0; i < sizeof alarms / sizeof alarms[0]; i++) {
+        if (strcmp(event, alarms[i]) == 0) {
+            return "error";
+        }
+    }
+    return strcmp(event, "job-failed") == 0 ? "warn" : "info";
+}
+
 static void job_logged(void *user, const char *event, const char *job_id, const char *detail)
 {
     (void)user;
-    LOG(event, log_text("job", job_id), log_text("detail", detail));
+    LOG_AT(level_of(event), event, log_text("job", job_id), log_text("detail", detail));
 }
 
 static void link_http(struct service *service, struct http *http)
@@ -80,7 +107,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
                                .log = job_logged,
-                               .changed = job_changed};
+                               .changed = job_changed,
+                               .progressed = job_progressed,
+                               .metrics = service->metrics};
     size_t n = 0;
 
     for (; api_processes[n].id && n < PROCESSES_MAX - 1; n++) {
@@ -95,15 +124,25 @@ static int start(struct service *service, const struct config *config, char *mes
 {
     char reason[300] = "";
     struct api_config api = {.max_body = (size_t)config->max_body,
-                             .sync_wait_seconds = config->sync_wait_seconds};
+                             .sync_wait_seconds = config->sync_wait_seconds,
+                             .least_free_bytes = config->least_free};
     struct http_config http = {.listen = config->listen,
                                .threads = (size_t)config->http_threads,
                                .request_threads = (size_t)config->request_threads,
                                .max_connections = (size_t)config->max_connections,
+                               .max_waiting = (size_t)config->max_waiting,
+                               .max_streams = (size_t)config->max_streams,
+                               .log_refusals_only = strcmp(config->access_log, "refusals") == 0,
                                .max_buffered = (size_t)config->max_buffered,
                                .local_only = http_is_loopback(config->listen),
                                .allowed_hosts = config->allowed_hosts};
 
+    service->metrics = metrics_create();
+    if (!service->metrics) {
+        (void)snprintf(message, size, "not enough memory");
+        return -1;
+    }
+    api.metrics = http.metrics = service->metrics;
     if (store_open(&service->store, config->data, reason, sizeof reason) != 0) {
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
@@ -137,7 +176,19 @@ static void stop(struct service *service, double grace_seconds)
     if (service->store) {
         store_close(service->store);
     }
+    metrics_destroy(service->metrics);
     (void)pthread_rwlock_destroy(&service->link.lock);
+}
+
+/* Connections are descriptors: as many as the system lets the process have. */
+static void raise_descriptor_limit(void)
+{
+    struct rlimit limit;
+
+    if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
+        limit.rlim_cur = limit.rlim_max;
+        (void)setrlimit(RLIMIT_NOFILE, &limit);
+    }
 }
 
 /* What must be set once, before any thread exists. */
@@ -148,6 +199,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGINT);
     (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
     (void)signal(SIGPIPE, SIG_IGN);
+    raise_descriptor_limit();
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     json_object_seed(0);
@@ -163,12 +215,12 @@ static int serve(int n_arguments, char **arguments)
     int received = 0;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
-        LOG("refused", log_text("message", message));
+        LOG_ERROR("refused", log_text("message", message));
         return 2;
     }
     if (!http_is_address(config.listen)) {
         (void)snprintf(message, sizeof message, "listen: " HTTP_NO_ADDRESS, config.listen);
-        LOG("refused", log_text("message", message));
+        LOG_ERROR("refused", log_text("message", message));
         return 2;
     }
     if (!config.insecure && !http_is_loopback(config.listen)) {
@@ -179,7 +231,7 @@ static int serve(int n_arguments, char **arguments)
         return 2;
     }
     if (prepare_process(&signals) != 0 || start(&service, &config, message, sizeof message) != 0) {
-        LOG("failed", log_text("message", message));
+        LOG_ERROR("failed", log_text("message", message));
         stop(&service, 0);
         return 1;
     }

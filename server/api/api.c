@@ -43,6 +43,7 @@ int api_create(struct api **out, const struct api_config *config)
         free(api);
         return -1;
     }
+    (void)pthread_mutex_init(&api->probe.mutex, NULL);
     *out = api;
     return 0;
 }
@@ -51,6 +52,7 @@ void api_destroy(struct api *api)
 {
     if (api) {
         inflight_destroy(api->inflight);
+        (void)pthread_mutex_destroy(&api->probe.mutex);
         free(api);
     }
 }
@@ -181,12 +183,14 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     char allow[96];
 
     request->route = NULL;
+    request->route_name = NULL;
     *max_body = MAX_BODY_NONE;
     route_find(request->method, request->path, &match, allow, sizeof allow);
     if (!match.route) {
         answer_no_route(&call, allow);
         return API_REFUSED;
     }
+    request->route_name = match.route->pattern;
     if (match.route->body != ROUTE_NO_BODY) {
         *max_body = api->config.max_body;
     }

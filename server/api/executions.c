@@ -16,6 +16,8 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "log.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -259,6 +261,17 @@ static void refuse_submission(struct api_call *call, int status)
     }
 }
 
+/* Ties the request, and the trace that it is part of, to the job, whose lines follow. */
+static void log_submission(const struct api_request *request, const struct store_job *job,
+                           enum jobs_submission how)
+{
+    static const char *const names[] = {"new", "joined", "cached"};
+
+    LOG("job-submitted", log_text("job", job->id), log_text("process", job->process),
+        log_text("how", names[how]), log_text("request", request->id),
+        log_text("traceparent", request->trace));
+}
+
 void executions_create(struct api_call *call)
 {
     const struct api_process *process = api_process_find(call->parameters[0]);
@@ -293,6 +306,7 @@ void executions_create(struct api_call *call)
         refuse_submission(call, status);
         goto out;
     }
+    log_submission(call->request, &job, wait->how);
     answer_submitted(call, wait, &job);
     wait = NULL;
 out:

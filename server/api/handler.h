@@ -7,6 +7,8 @@
 
 #include <jansson.h>
 
+#include <pthread.h>
+
 #include "api/api.h"
 #include "jobs/jobs.h"
 
@@ -15,6 +17,11 @@ struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress
 struct api {
     struct api_config config;
     struct api_inflight *inflight;
+    struct { /* of the last write that /readyz tried (monitoring.c) */
+        pthread_mutex_t mutex;
+        int64_t at_ms; /* monotonic; 0: none yet */
+        int status;
+    } probe;
 };
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */

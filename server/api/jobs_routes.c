@@ -27,6 +27,8 @@ static json_t *job_links(const struct store_job *job)
     (void)json_object_set_new(links, "monitor", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
     (void)json_object_set_new(links, "results", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/jobs/%s/events", job->id);
+    (void)json_object_set_new(links, "events", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/jobs/%s/cancel", job->id);
     (void)json_object_set_new(links, "cancel", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/processes/%s", job->process);

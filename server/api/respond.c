@@ -32,6 +32,7 @@ void api_response_clear(struct api_response *response)
     }
     free(response->body);
     execution_wait_free(response->wait.state);
+    free(response->stream.state);
     memset(response, 0, sizeof *response);
 }
 

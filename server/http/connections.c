@@ -69,6 +69,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     http->connections = connection;
     http->n_connections++;
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), 1);
 }
 
 static void connection_closed(struct http *http, struct connection *connection)
@@ -80,6 +81,7 @@ static void connection_closed(struct http *http, struct connection *connection)
             connection->next->place = connection->place;
         }
         http->n_connections--;
+        metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), -1);
     }
     (void)pthread_mutex_unlock(&http->mutex);
     free(connection->target);
@@ -105,6 +107,7 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
     if (connection) {
         free(connection->target);
         connection->target = strdup(uri);
+        connection->target_end = uri + strlen(uri) + 1;
         connection_deadline(http, connection, http_now() + http->config.header_seconds, true);
     }
     return NULL;
@@ -152,7 +155,11 @@ static double look(struct http *http, double now)
 
     for (struct connection *connection = http->connections; connection;
          connection = connection->next) {
-        if (connection->deadline <= now || is_abandoned(connection, now)) {
+        bool late = connection->deadline <= now;
+
+        if (late || is_abandoned(connection, now)) {
+            metrics_add(http->config.metrics, METRIC_HTTP_CUT,
+                        METRIC_LABELS(late ? "late" : "abandoned"), 1);
             (void)shutdown(connection->fd, SHUT_RDWR);
             connection->deadline = HUGE_VAL;
             connection->reads = false;

@@ -12,8 +12,6 @@
  */
 #include "http/internal.h"
 
-#include "log.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,24 +27,36 @@ static enum MHD_Result send_response(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
     const struct http *http = exchange->http;
-    struct MHD_Response *mhd;
+    struct MHD_Response *mhd = NULL;
     enum MHD_Result result;
 
+    if (response->stream.job_id[0]) {
+        mhd = stream_open(exchange);
+        if (!mhd) {
+            api_problem(&exchange->request, response, 503, "server-busy",
+                        "Too many streams of events are open; try again later.");
+        }
+    }
     if (response->status == 0) {
         api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
     }
     exchange->total_ms = 1e3 * (http_now() - exchange->started);
     exchange->status = response->status;
-    exchange->sent = response->body_size;
-    mhd =
-        MHD_create_response_from_buffer(response->body_size, response->body, MHD_RESPMEM_MUST_FREE);
     if (!mhd) {
-        return MHD_NO;
+        exchange->sent = response->body_size;
+        mhd = MHD_create_response_from_buffer(response->body_size, response->body,
+                                              MHD_RESPMEM_MUST_FREE);
+        if (!mhd) {
+            return MHD_NO;
+        }
+        response->body = NULL;
     }
-    response->body = NULL;
     (void)api_response_header(response, "X-Request-Id", "%s", exchange->request.id);
     (void)api_response_header(response, "Server-Timing", "total;dur=%.3f", exchange->total_ms);
     (void)api_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->request.trace[0]) {
+        (void)api_response_header(response, "traceparent", "%s", exchange->request.trace);
+    }
     if (exchange->close || http->draining) {
         (void)api_response_header(response, "Connection", "close");
     }
@@ -74,6 +84,7 @@ static void drop_body(struct exchange *exchange)
     (void)pthread_mutex_lock(&http->mutex);
     http->buffered -= exchange->body_capacity;
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, -(double)exchange->body_capacity);
     exchange->body_capacity = 0;
 }
 
@@ -108,6 +119,8 @@ static bool grow_body(struct exchange *exchange, size_t size)
         (void)pthread_mutex_unlock(&http->mutex);
         return false;
     }
+    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL,
+                (double)(capacity - exchange->body_capacity));
     exchange->body = body;
     exchange->body_capacity = capacity;
     return true;
@@ -171,6 +184,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     (void)pthread_mutex_lock(&http->mutex);
     http->n_exchanges++;
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_IN_PROGRESS, NULL, 1);
     return exchange;
 }
 
@@ -298,13 +312,9 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
         return;
     }
     *state = NULL;
-    LOG("request", log_text("id", exchange->request.id),
-        log_text("method", exchange->request.method), log_text("path", exchange->request.path),
-        log_number("status", exchange->status),
-        log_number("ms", round(1e3 * exchange->total_ms) / 1e3),
-        log_number("in", (double)(exchange->request.body_size + exchange->drained)),
-        log_number("out", (double)exchange->sent),
-        log_text("end", code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "ok" : "cut"));
+    account_log(exchange, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
+    account_count(exchange);
+    stream_closed(exchange);
     if (exchange->connection) {
         connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds,
                             true);

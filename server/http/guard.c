@@ -5,7 +5,14 @@
  * ends (request smuggling): Transfer-Encoding together with Content-Length, several
  * Content-Lengths, codings other than chunked. They are refused here and the connection is closed.
  * It also cuts a path at %00; so the target is taken raw, from the log callback, and decoded here:
- * a zero byte, an encoded slash and a broken escape are refused.
+ * a zero byte, an encoded slash and a broken escape are refused. Raw zero bytes it takes for the
+ * end of the target: then the version, which it cuts off the line's end, does not stand right
+ * behind.
+ *
+ * The first request of a connection has been judged by its bytes before (front.c), the later ones
+ * have not. Of these libmicrohttpd answers some by itself before anything here is called, with 400,
+ * 413 or 431 and a page of its own, and closes: a Content-Length that is no number, a head beyond
+ * its memory for a connection.
  */
 #include "http/internal.h"
 
@@ -44,7 +51,7 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
 
     (void)kind;
     exchange->header_bytes += name_length + value_length + 4;
-    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HTTP_HEADER_BYTES_MAX) {
+    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HEAD_FIELD_BYTES_MAX) {
         exchange->header_overflow = true;
         return MHD_NO;
     }
@@ -166,6 +173,16 @@ static void choose_id(struct exchange *exchange)
     (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
 }
 
+/* Whether the request is part of a trace. */
+static void choose_trace(struct exchange *exchange)
+{
+    const char *given = NULL;
+
+    if (count_headers(exchange, "traceparent", &given) == 1) {
+        trace_continue(given, exchange->request.trace);
+    }
+}
+
 /* Pages of foreign sites in a browser beside the service are kept out (origin.c). */
 static const char *check_origin(struct exchange *exchange, const char *host)
 {
@@ -194,6 +211,10 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     (void)MHD_get_connection_values_n(exchange->mhd, MHD_HEADER_KIND, take_header, exchange);
     exchange->request.headers = exchange->headers;
     choose_id(exchange);
+    choose_trace(exchange);
+    if (version != exchange->connection->target_end) {
+        return "The request line has a zero byte, or is not a method, a target and a version.";
+    }
     if (exchange->header_overflow) {
         *status = 431;
         *code = "headers-too-large";
@@ -202,7 +223,7 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     if (exchange->content_length == -2) {
         return "A header field has characters that it must not have.";
     }
-    if (strlen(exchange->connection->target) > HTTP_TARGET_MAX) {
+    if (strlen(exchange->connection->target) > HEAD_TARGET_MAX) {
         *status = 414;
         *code = "uri-too-long";
         return "The request target exceeds 8 KiB.";

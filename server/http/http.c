@@ -1,7 +1,10 @@
 /*
  * http.c - starting and stopping: the daemon of libmicrohttpd, the request threads and the timer.
  *
- * Stopping goes in this order: no new connections; what waits for jobs is answered with the job as
+ * Connections come from the front (front.c), which hands over those whose first request has a well
+ * formed head.
+ *
+ * Stopping goes in this order: the front, and so no new connections; what waits for jobs is answered with the job as
  * it is; requests in progress get their grace; the pool ends, after which no connection is
  * suspended (libmicrohttpd aborts the process otherwise); then the daemon, and with it the
  * connections that are left.
@@ -25,7 +28,10 @@ static void set_defaults(struct http_config *config)
 {
     const struct http_config defaults = {.threads = 2,
                                          .request_threads = 4,
-                                         .max_connections = 512,
+                                         .max_connections = 1024,
+                                         .max_waiting = 4096,
+                                         .max_streams = 128,
+                                         .heartbeat_seconds = 15,
                                          .max_buffered = (size_t)1 << 30,
                                          .header_seconds = 15,
                                          .transfer_seconds = 30,
@@ -36,6 +42,10 @@ static void set_defaults(struct http_config *config)
         config->request_threads ? config->request_threads : defaults.request_threads;
     config->max_connections =
         config->max_connections ? config->max_connections : defaults.max_connections;
+    config->max_waiting = config->max_waiting ? config->max_waiting : defaults.max_waiting;
+    config->max_streams = config->max_streams ? config->max_streams : defaults.max_streams;
+    config->heartbeat_seconds =
+        config->heartbeat_seconds > 0 ? config->heartbeat_seconds : defaults.heartbeat_seconds;
     config->max_buffered = config->max_buffered ? config->max_buffered : defaults.max_buffered;
     config->header_seconds =
         config->header_seconds > 0 ? config->header_seconds : defaults.header_seconds;
@@ -52,7 +62,7 @@ __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const c
     (void)cls;
     (void)vsnprintf(text, sizeof text, format, arguments);
     text[strcspn(text, "\n")] = '\0';
-    LOG("http-library", log_text("message", text));
+    LOG_WARN("http-library", log_text("message", text));
 }
 
 /* Not MHD_OPTION_STRICT_FOR_CLIENT: all that it adds is a refusal without Host, and the library
@@ -64,13 +74,13 @@ static int start_daemon(struct http *http)
     unsigned threads = (unsigned)(http->config.threads > 1 ? http->config.threads : 0);
 
     http->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL,
-        exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
-        MHD_OPTION_LISTEN_SOCKET, http->listen_fd, MHD_OPTION_THREAD_POOL_SIZE, threads,
-        MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION, connection_notify, http,
-        MHD_OPTION_URI_LOG_CALLBACK, connection_target, http, MHD_OPTION_NOTIFY_COMPLETED,
-        exchange_completed, http, MHD_OPTION_END);
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG |
+            MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC,
+        0, NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
+        MHD_OPTION_THREAD_POOL_SIZE, threads, MHD_OPTION_CONNECTION_LIMIT, connections,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION,
+        connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
+        MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_END);
     return http->daemon ? 0 : -1;
 }
 
@@ -115,9 +125,13 @@ int http_start(struct http **out, const struct http_config *config, char *messag
         http_free(http);
         return -1;
     }
-    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0) {
+    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0 ||
+        front_start(http) != 0) {
         (void)snprintf(message, size, "cannot start the threads that listen on %s", config->listen);
         (void)close(http->listen_fd);
+        if (http->daemon) {
+            MHD_stop_daemon(http->daemon);
+        }
         pool_stop(http);
         timer_stop(http);
         http_free(http);
@@ -148,12 +162,11 @@ static void wait_idle(struct http *http, double grace_seconds)
 
 void http_stop(struct http *http, double grace_seconds)
 {
-    int fd;
-
     if (!http) {
         return;
     }
-    fd = (int)MHD_quiesce_daemon(http->daemon);
+    front_stop(http);
+    (void)close(http->listen_fd);
     (void)pthread_mutex_lock(&http->mutex);
     http->draining = true;
     pool_wake_all(http);
@@ -162,8 +175,5 @@ void http_stop(struct http *http, double grace_seconds)
     pool_stop(http);
     MHD_stop_daemon(http->daemon);
     timer_stop(http);
-    if (fd >= 0) {
-        (void)close(fd);
-    }
     http_free(http);
 }

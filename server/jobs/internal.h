@@ -92,6 +92,7 @@ struct jobs {
     atomic_size_t tickets; /* at least as many as there are accepted rows that nobody is claiming */
     size_t accepted; /* accepted rows and those about to be; the limit of the queue is on these */
     size_t idle;     /* workers that wait */
+    size_t alive;    /* workers whose thread was started and has not ended */
     struct jobs_run **slots; /* [n_workers]: what each worker runs, or NULL */
     size_t running;          /* workers between taking a ticket and the end of its run */
     uint64_t

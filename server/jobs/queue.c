@@ -200,6 +200,12 @@ int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
     for (int look = 0; look < LOOKS_MAX && status == STORE_CONFLICT; look++) {
         status = submit_once(jobs, &s, job, how);
     }
+    if (status == JOBS_OK) {
+        static const char *const names[] = {"new", "joined", "cached"};
+
+        metrics_add(jobs->config.metrics, METRIC_JOBS_SUBMITTED,
+                    METRIC_LABELS(s.process->id, names[*how]), 1);
+    }
     return status;
 }
 
@@ -227,6 +233,8 @@ static int dismiss(struct jobs *jobs, const struct store_job *job)
     if (status == STORE_OK) {
         unreserve(jobs);
         jobs_log(jobs, "job-dismissed", job->id, "");
+        metrics_add(jobs->config.metrics, METRIC_JOBS_ENDED,
+                    METRIC_LABELS(job->process, store_job_status_name(STORE_JOB_DISMISSED)), 1);
         jobs_changed(jobs, job->id);
     }
     return status;

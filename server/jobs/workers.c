@@ -110,6 +110,7 @@ void *jobs_worker_main(void *argument)
             jobs->idle--;
         }
     }
+    jobs->alive--;
     pthread_mutex_unlock(&jobs->mutex);
     return NULL;
 }

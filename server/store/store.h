@@ -247,4 +247,25 @@ int store_checkpoint_get(struct store *store, const char *job, unsigned char **b
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
 
+/* ---- For monitoring (usage.c) ---------------------------------------------------------------- */
+
+/* Whether a write gets through to the disk: commits one that changes nothing. */
+int store_probe(struct store *store);
+
+struct store_usage {
+    int64_t database, log, blobs; /* bytes */
+    int64_t free;                 /* bytes left on the file system */
+};
+int store_usage(struct store *store, struct store_usage *usage);
+int store_free_bytes(struct store *store, int64_t *bytes);
+
+/* The jobs of one process that are accepted, or running. */
+struct store_load {
+    const char *process, *status;
+    size_t count;
+    int64_t oldest_ms; /* when the oldest of them was created */
+};
+int store_job_load(struct store *store, void (*visit)(void *user, const struct store_load *load),
+                   void *user);
+
 #endif

@@ -13,7 +13,6 @@
 #include "http/http.h"
 
 #include <arpa/inet.h>
-#include <errno.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
@@ -40,6 +39,8 @@ static struct {
     atomic_bool in_handler; /* a /race request is inside api_handle */
     atomic_bool leave;      /* ... and may leave */
     atomic_int on_request_thread;
+    atomic_int state; /* what a stream tells of; below 0: the last */
+    atomic_int pieces;
 } fake;
 
 const char *api_request_header(const struct api_request *request, const char *name)
@@ -58,6 +59,7 @@ void api_response_clear(struct api_response *response)
         free((void *)(uintptr_t)response->headers[i].value);
     }
     free(response->body);
+    free(response->stream.state);
     memset(response, 0, sizeof *response);
 }
 
@@ -90,6 +92,7 @@ void api_problem(const struct api_request *request, struct api_response *respons
     (void)snprintf(text, sizeof text, "%s: %s", code, detail);
     api_response_clear(response);
     answer(response, status, text);
+    response->problem = code;
 }
 
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
@@ -123,6 +126,12 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     for (size_t i = 0; i < request->body_size; i++) {
         sum += request->body[i];
     }
+    if (strcmp(request->path, "/stream") == 0) {
+        response->stream.state = calloc(1, sizeof(int));
+        (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "job-1");
+        answer(response, 200, "first\n");
+        return;
+    }
     if (strncmp(request->path, "/wait", 5) == 0 || strcmp(request->path, "/race") == 0) {
         if (strcmp(request->path, "/race") == 0) {
             atomic_store(&fake.in_handler, true);
@@ -148,6 +157,30 @@ void api_resume(struct api *api, const struct api_request *request, struct api_r
     }
     response->wait.job_id[0] = '\0';
     answer(response, atomic_load(&fake.job_ended) ? 200 : 201, "resumed");
+}
+
+/* "state N" where N differs from what this stream told before, padded to a size that no socket's
+   buffer holds often; "alive" where it is asked for. */
+void api_stream_next(struct api *api, struct api_response *response, bool alive)
+{
+    int *told = response->stream.state, state = atomic_load(&fake.state);
+
+    (void)api;
+    free(response->body);
+    response->body = NULL;
+    response->body_size = 0;
+    if (state != *told) {
+        response->body = malloc(2000);
+        assert_non_null(response->body);
+        response->body_size =
+            (size_t)snprintf((char *)response->body, 2000, "state %-1000d\n", state);
+        *told = state;
+        response->stream.ended = state < 0;
+        atomic_fetch_add(&fake.pieces, 1);
+    } else if (alive) {
+        response->body = (unsigned char *)strdup("alive\n");
+        response->body_size = 6;
+    }
 }
 
 /* ---- A client
@@ -256,6 +289,8 @@ static struct http *serve(struct http_config config)
     atomic_store(&fake.job_ended, false);
     atomic_store(&fake.in_handler, false);
     atomic_store(&fake.leave, false);
+    atomic_store(&fake.state, 0);
+    atomic_store(&fake.pieces, 0);
     config.listen = "127.0.0.1:0";
     assert_int_equal(http_start(&http, &config, message, sizeof message), 0);
     return http;
@@ -517,9 +552,11 @@ static void test_dawdlers_are_cut_off(void **state)
         say(head, "a");
         say(body, "b");
         nap(100);
-        ended = recv(head, &byte, 1, MSG_DONTWAIT) == 0 || errno == ECONNRESET;
+        ended = recv(head, &byte, 1, MSG_DONTWAIT | MSG_PEEK) == 1;
     }
     assert_true(ended);
+    assert_int_equal(hear(head, text, false, NULL), 408);
+    assert_true(closes(head));
     assert_true(closes(body));
     (void)close(head);
     (void)close(body);
@@ -665,6 +702,188 @@ static void test_foreign_sites_are_kept_out(void **state)
     http_stop(http, 5);
 }
 
+/* Reads until the text has come, or the peer has closed. */
+static bool hear_until(int fd, const char *wanted)
+{
+    size_t used = 0;
+    double start = now();
+
+    text[0] = '\0';
+    while (!strstr(text, wanted) && now() - start < PATIENCE_MS / 1000.0) {
+        struct pollfd poll_fd = {.fd = fd, .events = POLLIN};
+        ssize_t n =
+            poll(&poll_fd, 1, 100) > 0 ? recv(fd, text + used, ANSWER_MAX - 1 - used, 0) : -1;
+
+        if (n == 0) {
+            break;
+        }
+        used += n > 0 ? (size_t)n : 0;
+        text[used] = '\0';
+    }
+    return strstr(text, wanted) != NULL;
+}
+
+static void test_streams_follow_the_job(void **state)
+{
+    struct http *http = serve((struct http_config){.heartbeat_seconds = 0.3});
+    int fd = dial(http), old = dial(http);
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    say(old, "GET /stream HTTP/1.0\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    assert_true(hear_until(fd, "alive\n"));
+    atomic_store(&fake.state, 1);
+    http_job_changed(http, "job-2");
+    http_job_progressed(http, "job-1");
+    assert_true(hear_until(fd, "state 1 "));
+    atomic_store(&fake.state, -1);
+    http_job_changed(http, "job-1");
+    assert_true(hear_until(fd, "\r\n0\r\n\r\n"));
+    assert_non_null(strstr(text, "state -1 "));
+    assert_true(hear_until(old, "state -1 "));
+    assert_true(closes(old));
+    /* The connection of HTTP/1.1 goes on. */
+    say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(fd, text, false, NULL), 200);
+    (void)close(fd);
+    (void)close(old);
+    http_stop(http, 5);
+}
+
+/* However often the job changes, pieces follow each other at a pace, and the last state comes. */
+static void test_streams_pass_over_what_is_stale(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http);
+    double start;
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    start = now();
+    for (int i = 1; i <= 500; i++) {
+        atomic_store(&fake.state, i);
+        http_job_progressed(http, "job-1");
+        nap(1);
+    }
+    assert_true(hear_until(fd, "state 500 "));
+    assert_true(atomic_load(&fake.pieces) <= 2 + (int)((now() - start) / 0.1));
+    (void)close(fd);
+    http_stop(http, 5);
+}
+
+static void test_streams_are_limited(void **state)
+{
+    struct http *http = serve((struct http_config){.max_streams = 1});
+    int first = dial(http), second = dial(http);
+
+    (void)state;
+    say(first, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(first, "first\n"));
+    say(second, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(second, text, false, NULL), 503);
+    atomic_store(&fake.state, -1);
+    http_job_changed(http, "job-1");
+    assert_true(hear_until(first, "state -1 "));
+    nap(200);
+    say(second, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(second, "state -1 "));
+    (void)close(first);
+    (void)close(second);
+    http_stop(http, 5);
+}
+
+/* A reader that takes nothing is cut off, and its stream is free again. */
+static void test_streams_do_not_wait_for_readers(void **state)
+{
+    struct http *http =
+        serve((struct http_config){.max_streams = 1, .transfer_seconds = 0.5, .idle_seconds = 60});
+    int fd = dial(http), small = 1000, status = 503;
+    double start = now();
+
+    (void)state;
+    (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    nap(100);
+    for (int i = 1; status != 200 && now() - start < PATIENCE_MS / 1000.0; i++) {
+        int other = dial(http);
+
+        atomic_store(&fake.state, i);
+        http_job_progressed(http, "job-1");
+        say(other, "HEAD /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+        status = hear(other, text, true, NULL);
+        (void)close(other);
+        nap(50);
+    }
+    assert_int_equal(status, 200);
+    (void)close(fd);
+    http_stop(http, 5);
+}
+
+static void test_stopping_ends_streams(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http);
+    double start;
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    nap(200);
+    start = now();
+    http_stop(http, 20);
+    assert_true(now() - start < 8);
+    assert_true(hear_until(fd, "0\r\n\r\n"));
+    assert_true(closes(fd));
+    (void)close(fd);
+}
+
+/* Zero bytes in the target of a second request, which no front has seen. */
+static void test_later_requests_are_guarded(void **state)
+{
+    static const char *const lines[] = {"GET /quick\0x HTTP/1.1", "GET /quick\0HTTP/1.1 HTTP/1.1",
+                                        "GET /quick\0 HTTP/1.1"};
+    static const size_t lengths[] = {21, 28, 20};
+    struct http *http = serve((struct http_config){0});
+
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        int fd = dial(http), status;
+
+        say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+        assert_int_equal(hear(fd, text, false, NULL), 200);
+        assert_int_equal(send(fd, lines[i], lengths[i], MSG_NOSIGNAL), lengths[i]);
+        say(fd, "\r\nHost: x\r\n\r\n");
+        status = hear(fd, text, false, NULL);
+        assert_int_equal(status, 400);
+        assert_true(closes(fd));
+        (void)close(fd);
+    }
+    http_stop(http, 5);
+}
+
+/* Those who say nothing make room for those who do. */
+static void test_idle_connections_keep_nobody_out(void **state)
+{
+    struct http *http = serve((struct http_config){.max_waiting = 5, .max_connections = 2});
+    int idle[50];
+
+    (void)state;
+    for (size_t i = 0; i < 50; i++) {
+        idle[i] = dial(http);
+    }
+    assert_int_equal(ask(http, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    assert_int_equal(hear(idle[0], text, false, NULL), 503);
+    assert_true(closes(idle[0]));
+    say(idle[49], "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(idle[49], text, false, NULL), 200);
+    for (size_t i = 0; i < 50; i++) {
+        (void)close(idle[i]);
+    }
+    http_stop(http, 5);
+}
+
 static void test_too_many_connections_are_told(void **state)
 {
     struct http *http = serve((struct http_config){.max_connections = 2});
@@ -717,6 +936,13 @@ int main(void)
         cmocka_unit_test(test_half_closed_clients_are_answered),
         cmocka_unit_test(test_refusals_have_one_head),
         cmocka_unit_test(test_foreign_sites_are_kept_out),
+        cmocka_unit_test(test_streams_follow_the_job),
+        cmocka_unit_test(test_streams_pass_over_what_is_stale),
+        cmocka_unit_test(test_streams_are_limited),
+        cmocka_unit_test(test_streams_do_not_wait_for_readers),
+        cmocka_unit_test(test_stopping_ends_streams),
+        cmocka_unit_test(test_later_requests_are_guarded),
+        cmocka_unit_test(test_idle_connections_keep_nobody_out),
         cmocka_unit_test(test_too_many_connections_are_told),
         cmocka_unit_test(test_loopback_is_told_from_the_rest),
     };
