@@ -24,11 +24,17 @@ static const char *method_label(const char *method)
     return "other";
 }
 
+/* What a client cannot have caused, and no other moment will cure. */
+static bool is_fault(int status)
+{
+    return status == 500 || status == 507;
+}
+
 void account_log(const struct exchange *exchange, bool whole)
 {
     const struct api_request *request = &exchange->request;
     const char *code = exchange->response.problem;
-    const char *level = exchange->status >= 500 ? "error" : code ? "warn" : "info";
+    const char *level = is_fault(exchange->status) ? "error" : code ? "warn" : "info";
     struct log_field fields[10] = {
         log_text("id", request->id),
         log_text("method", request->method),

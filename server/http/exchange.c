@@ -19,9 +19,54 @@
 
 #define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
 #define BODY_FIRST ((size_t)64 << 10)
+#define RESPONSE_FREE ((size_t)64 << 10) /* bytes of a response that are not counted */
 
 /* ---- The response
    -------------------------------------------------------------------------------------- */
+
+/* Bytes that are held for clients: bodies that come, and large ones that go. False when they would
+   be more than max_buffered. */
+static bool hold(struct http *http, size_t bytes)
+{
+    bool granted;
+
+    (void)pthread_mutex_lock(&http->mutex);
+    granted =
+        bytes <= http->config.max_buffered && http->buffered <= http->config.max_buffered - bytes;
+    http->buffered += granted ? bytes : 0;
+    (void)pthread_mutex_unlock(&http->mutex);
+    if (granted && bytes > 0) {
+        metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, (double)bytes);
+    }
+    return granted;
+}
+
+static void release(struct http *http, size_t bytes)
+{
+    if (bytes == 0) {
+        return;
+    }
+    (void)pthread_mutex_lock(&http->mutex);
+    http->buffered -= bytes;
+    (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, -(double)bytes);
+}
+
+/* A response that is held while a slow client takes it counts as a body does. */
+static void hold_response(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+
+    if (response->body_size <= RESPONSE_FREE || response->stream.job_id[0]) {
+        return;
+    }
+    if (hold(exchange->http, response->body_size)) {
+        exchange->held = response->body_size;
+    } else {
+        api_problem(&exchange->request, response, 503, "server-busy",
+                    "Too many responses are being sent at once; try again in a moment.");
+    }
+}
 
 static enum MHD_Result send_response(struct exchange *exchange)
 {
@@ -30,6 +75,7 @@ static enum MHD_Result send_response(struct exchange *exchange)
     struct MHD_Response *mhd = NULL;
     enum MHD_Result result;
 
+    hold_response(exchange);
     if (response->stream.job_id[0]) {
         mhd = stream_open(exchange);
         if (!mhd) {
@@ -81,10 +127,7 @@ static void drop_body(struct exchange *exchange)
     free(exchange->body);
     exchange->body = NULL;
     exchange->request.body = NULL;
-    (void)pthread_mutex_lock(&http->mutex);
-    http->buffered -= exchange->body_capacity;
-    (void)pthread_mutex_unlock(&http->mutex);
-    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, -(double)exchange->body_capacity);
+    release(http, exchange->body_capacity);
     exchange->body_capacity = 0;
 }
 
@@ -95,7 +138,6 @@ static bool grow_body(struct exchange *exchange, size_t size)
     struct http *http = exchange->http;
     size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
     unsigned char *body;
-    bool granted;
 
     while (capacity < size) {
         capacity *= 2;
@@ -103,24 +145,14 @@ static bool grow_body(struct exchange *exchange, size_t size)
     if (capacity > exchange->max_body) {
         capacity = exchange->max_body;
     }
-    (void)pthread_mutex_lock(&http->mutex);
-    granted = http->buffered + capacity - exchange->body_capacity <= http->config.max_buffered;
-    if (granted) {
-        http->buffered += capacity - exchange->body_capacity;
-    }
-    (void)pthread_mutex_unlock(&http->mutex);
-    if (!granted) {
+    if (!hold(http, capacity - exchange->body_capacity)) {
         return false;
     }
     body = realloc(exchange->body, capacity);
     if (!body) {
-        (void)pthread_mutex_lock(&http->mutex);
-        http->buffered -= capacity - exchange->body_capacity;
-        (void)pthread_mutex_unlock(&http->mutex);
+        release(http, capacity - exchange->body_capacity);
         return false;
     }
-    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL,
-                (double)(capacity - exchange->body_capacity));
     exchange->body = body;
     exchange->body_capacity = capacity;
     return true;
@@ -320,6 +352,7 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                             true);
     }
     drop_body(exchange);
+    release(http, exchange->held);
     api_response_clear(&exchange->response);
     free(exchange->path);
     free(exchange);

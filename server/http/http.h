@@ -22,7 +22,7 @@ struct http_config {
     size_t max_connections; /* beyond them requests are answered 503; 0: 1024 */
     size_t max_waiting;     /* connections without a request; the oldest goes; 0: 4096 */
     size_t max_streams;     /* of server-sent events; 0: 128 */
-    size_t max_buffered;    /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
+    size_t max_buffered;    /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
     double header_seconds;     /* from connecting to the end of the headers; 0: 15 */

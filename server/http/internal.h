@@ -69,6 +69,7 @@ struct exchange {
     bool resumed;                /* api_resume is next, not api_handle */
     bool woken;                  /* [m] the job changed while this was queued or running */
     bool waits;                  /* [m] in the list of waits */
+    size_t held;                 /* bytes of the response that are counted in buffered */
     bool streams;                /* the response is a stream (stream.c) */
     size_t piece_sent;           /* of a stream's piece */
     double alive_at;             /* when a stream is to give a sign of life */

@@ -94,11 +94,13 @@ static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *in
         goto out;
     }
     if (inputs->registration) {
+        jobs_run_phase(run, 0.2, 0.6);
         status = register_end(run, inputs, sht, padded, count, outputs, result);
         if (status) {
             goto out;
         }
     }
+    jobs_run_phase(run, inputs->registration ? 0.6 : 0.2, 1.0);
     status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
                            &outputs->geodesic, &error);
     if (status < 0) {
@@ -121,8 +123,10 @@ int compute_geodesic(struct jobs_run *run, const struct compute_geodesic_inputs 
     int status;
 
     *outputs = (struct compute_geodesic_outputs){0};
+    jobs_run_phase(run, 0.0, 0.1);
     status = compute_surface_load(run, inputs->from, &outputs->ends[0], result);
     if (status == 0) {
+        jobs_run_phase(run, 0.1, 0.2);
         status = compute_surface_load(run, inputs->to, &outputs->ends[1], result);
     }
     if (status == 0) {

@@ -57,11 +57,14 @@ int compute_register(struct jobs_run *run, const struct compute_register_inputs 
     int status;
 
     *outputs = (struct compute_register_outputs){0};
+    jobs_run_phase(run, 0.0, 0.15);
     status = compute_surface_load(run, inputs->template_id, &outputs->ends[0], result);
     if (status == 0) {
+        jobs_run_phase(run, 0.15, 0.3);
         status = compute_surface_load(run, inputs->moving, &outputs->ends[1], result);
     }
     if (status == 0) {
+        jobs_run_phase(run, 0.3, 1.0);
         status = register_ends(run, inputs, outputs, result);
     }
     if (status == 0) {

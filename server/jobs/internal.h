@@ -47,7 +47,8 @@ struct jobs_run {
     struct jobs_loop loop;
     atomic_bool cancel; /* a user has asked for it */
     pthread_mutex_t mutex;
-    double progress;                /* 0 .. 100, < 0: unknown; mutex */
+    double progress;                /* 0 .. 100, never back; mutex */
+    double from, to;                /* of the whole, what the core calls 0 and 1 now; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
 };
 

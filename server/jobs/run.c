@@ -30,7 +30,10 @@ static void on_progress(void *user, double fraction, const char *message)
     double percent = fraction * 100.0;
 
     pthread_mutex_lock(&run->mutex);
-    run->progress = isfinite(percent) ? fmin(fmax(percent, 0.0), 100.0) : -1.0;
+    percent = 100.0 * run->from + (run->to - run->from) * percent;
+    if (isfinite(percent)) {
+        run->progress = fmax(run->progress, fmin(fmax(percent, 0.0), 100.0));
+    }
     if (message) {
         snprintf(run->message, sizeof run->message, "%s", message);
     }
@@ -59,7 +62,7 @@ static double on_seconds(void *user)
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
 {
-    *run = (struct jobs_run){.jobs = jobs, .job = job, .progress = 0.0};
+    *run = (struct jobs_run){.jobs = jobs, .job = job, .progress = 0.0, .to = 1.0};
     run->context = (struct srnf_context){
         .user = run,
         .progress = on_progress,
@@ -93,6 +96,14 @@ const char *jobs_run_job_id(const struct jobs_run *run)
 const struct srnf_context *jobs_run_context(struct jobs_run *run)
 {
     return &run->context;
+}
+
+void jobs_run_phase(struct jobs_run *run, double from, double to)
+{
+    pthread_mutex_lock(&run->mutex);
+    run->from = from;
+    run->to = to;
+    pthread_mutex_unlock(&run->mutex);
 }
 
 struct jobs *jobs_run_jobs(struct jobs_run *run)
