@@ -5,6 +5,7 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make load      requests a second, and the time of one beside thousands of hostile clients
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -60,7 +61,7 @@ TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench load fuzz install deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -154,6 +155,9 @@ format:
 
 bench: $(BENCHES) $(B)/srnfd
 	@tests/bench/run.sh $(B)
+
+load: $(B)/srnfd $(B)/tests/load/test_load
+	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

@@ -17,8 +17,9 @@ struct config {
     double http_threads;
     double request_threads;
     double max_connections;
-    double max_waiting;  /* connections without a request */
-    double max_streams;  /* of server-sent events */
+    double max_waiting; /* connections without a request */
+    double max_streams; /* of server-sent events */
+    double header_seconds, transfer_seconds, idle_seconds;
     double max_body;     /* bytes */
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */

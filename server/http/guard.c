@@ -12,15 +12,22 @@
  * The first request of a connection has been judged by its bytes before (front.c), the later ones
  * have not. Of these libmicrohttpd answers some by itself before anything here is called, with 400,
  * 413 or 431 and a page of its own, and closes: a Content-Length that is no number, a head beyond
- * its memory for a connection.
+ * its memory for a connection. It joins folded lines, as RFC 9112 (5.2) allows; and it takes a
+ * line feed alone for the end of a line, and zero bytes for the end of a value. Of that the
+ * strings that it hands out still tell, since they are cut in place from the lines: line_is_whole
+ * looks at what lies between two of them. The last line of a head, with nothing behind it, is not
+ * judged so.
  */
 #include "http/internal.h"
 
 #include <sodium.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+#define LINE_GAP_MAX 4096 /* between two lines that lie in the same buffer */
 
 /* What a header's name allows (RFC 9110, 5.6.2). */
 static bool is_token(const char *text, size_t length)
@@ -63,6 +70,41 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
         return MHD_NO;
     }
     return MHD_YES;
+}
+
+/* Whether a line's text, which ends at end with its zero, is followed by the next line as after
+   CR LF, of which both bytes have become zero. Strings that do not lie one behind the other, since
+   one was moved, prove nothing. */
+static bool line_is_whole(const char *end, const char *next)
+{
+    uintptr_t from = (uintptr_t)end, to = (uintptr_t)next;
+
+    if (to <= from || to - from > LINE_GAP_MAX) {
+        return true;
+    }
+    if (to - from == 1) {
+        return false;
+    }
+    for (const char *at = end + 1; at + 1 < next; at++) {
+        if (*at != '\0' && *at != ' ' && *at != '\t') {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The same for the request line and all fields but the last. */
+static bool lines_are_whole(const struct exchange *exchange, const char *version)
+{
+    const char *end = version + strlen(version);
+
+    for (size_t i = 0; i < exchange->request.n_headers; i++) {
+        if (!line_is_whole(end, exchange->headers[i].name)) {
+            return false;
+        }
+        end = exchange->headers[i].value + strlen(exchange->headers[i].value);
+    }
+    return true;
 }
 
 static size_t count_headers(const struct exchange *exchange, const char *name, const char **value)
@@ -214,6 +256,9 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     choose_trace(exchange);
     if (version != exchange->connection->target_end) {
         return "The request line has a zero byte, or is not a method, a target and a version.";
+    }
+    if (!lines_are_whole(exchange, version)) {
+        return "The head has a zero byte, or a line that does not end in CR LF.";
     }
     if (exchange->header_overflow) {
         *status = 431;
