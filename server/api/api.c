@@ -175,6 +175,14 @@ static void answer_no_route(struct api_call *call, const char *allow)
     }
 }
 
+/* Whether a slow route needs no request thread this time: small results that are in memory. */
+static bool is_at_hand(struct api *api, const struct route_match *match)
+{
+    return match->route->handler == jobs_results &&
+           store_job_results_recent(api->config.store, match->parameters[0], NULL, NULL) ==
+               STORE_OK;
+}
+
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
@@ -208,7 +216,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         void *pointer;
     } route = {match.route};
     request->route = route.pointer;
-    return match.route->slow ? API_SLOW : API_QUICK;
+    return match.route->slow && !is_at_hand(api, &match) ? API_SLOW : API_QUICK;
 }
 
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response)

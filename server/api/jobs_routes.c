@@ -162,12 +162,33 @@ static void respond_form(struct api_call *call, const struct store_job *job, enu
     }
 }
 
+/* The results as JSON from memory, if they are there; then they are of a successful job. */
+static bool respond_recent(struct api_call *call)
+{
+    const char *id = call->parameters[0];
+    char *results = NULL, tag[STORE_ID_MAX + 8];
+    size_t size = 0;
+
+    if (store_job_results_recent(call->api->config.store, id, &results, &size) != STORE_OK) {
+        return false;
+    }
+    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)snprintf(tag, sizeof tag, "%s.%s", id, table_form_name(TABLE_JSON));
+    if (respond_not_modified(call, tag)) {
+        free(results);
+    } else {
+        respond_bytes(call, 200, "application/json", (unsigned char *)results, size);
+    }
+    return true;
+}
+
 void jobs_results(struct api_call *call)
 {
     struct store_job job = {0};
     enum table_form form;
 
-    if (!table_choose(call, &form) || !find_job(call, &job)) {
+    if (!table_choose(call, &form) || (form == TABLE_JSON && respond_recent(call)) ||
+        !find_job(call, &job)) {
         return;
     }
     if (job.status != STORE_JOB_SUCCESSFUL) {

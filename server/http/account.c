@@ -73,8 +73,10 @@ void account_count(const struct exchange *exchange)
     metrics_add(metrics, METRIC_HTTP_REQUESTS,
                 METRIC_LABELS(route, method_label(request->method), status), 1);
     metrics_observe(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route), 1e-3 * exchange->total_ms);
-    metrics_add(metrics, METRIC_HTTP_RECEIVED, NULL,
-                (double)(request->body_size + exchange->drained));
+    if (request->body_size + exchange->drained > 0) {
+        metrics_add(metrics, METRIC_HTTP_RECEIVED, NULL,
+                    (double)(request->body_size + exchange->drained));
+    }
     metrics_add(metrics, METRIC_HTTP_SENT, NULL, (double)exchange->sent);
     metrics_add(metrics, METRIC_HTTP_IN_PROGRESS, NULL, -1);
     if (exchange->response.problem) {

@@ -201,11 +201,15 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
 static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
                                      const char *method)
 {
-    struct exchange *exchange = calloc(1, sizeof *exchange);
+    struct exchange *exchange = malloc(sizeof *exchange);
 
     if (!exchange) {
         return NULL;
     }
+    /* All but the headers, which n_headers tells the use of. */
+    memset(exchange, 0, offsetof(struct exchange, headers));
+    memset((char *)exchange + offsetof(struct exchange, header_bytes), 0,
+           sizeof *exchange - offsetof(struct exchange, header_bytes));
     exchange->http = http;
     exchange->mhd = mhd;
     exchange->connection = connection_of(mhd);

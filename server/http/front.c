@@ -24,7 +24,6 @@
 #include "log.h"
 
 #include <errno.h>
-#include <sodium.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,15 +110,6 @@ static void hang_up(struct front *front, struct waiting *w)
 
 /* ---- Refusing -------------------------------------------------------------------------------- */
 
-static void make_id(char id[40])
-{
-    unsigned char bytes[12];
-
-    randombytes_buf(bytes, sizeof bytes);
-    memcpy(id, "req-", 4);
-    (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
-}
-
 /* The answer as it goes over the wire; its length, 0 where it cannot be. */
 static size_t write_answer(char text[ANSWER_MAX], const struct api_request *request,
                            const struct api_response *response)
@@ -195,7 +185,7 @@ static void refuse(struct front *front, struct waiting *w, const struct head_ref
         memcmp(start, "HEAD ", sizeof start) == 0) {
         request.method = "HEAD";
     }
-    make_id(request.id);
+    http_make_id(front->http, request.id);
     api_problem(&request, &response, refusal->status, refusal->code, refusal->detail);
     length = write_answer(text, &request, &response);
     note_refusal(front, &request, &response);

@@ -20,7 +20,6 @@
  */
 #include "http/internal.h"
 
-#include <sodium.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -196,13 +195,12 @@ static const char *check_target(struct exchange *exchange)
     return NULL;
 }
 
-/* The client's X-Request-Id where it is harmless in headers and logs, otherwise a random one. */
+/* The client's X-Request-Id where it is harmless in headers and logs, otherwise one of ours. */
 static void choose_id(struct exchange *exchange)
 {
     static const char allowed[] =
         "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._-";
     const char *given = NULL;
-    unsigned char bytes[12];
     char *id = exchange->request.id;
 
     if (count_headers(exchange, "X-Request-Id", &given) == 1 && given[0] &&
@@ -210,9 +208,7 @@ static void choose_id(struct exchange *exchange)
         (void)snprintf(id, sizeof exchange->request.id, "%s", given);
         return;
     }
-    randombytes_buf(bytes, sizeof bytes);
-    memcpy(id, "req-", 4);
-    (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
+    http_make_id(exchange->http, id);
 }
 
 /* Whether the request is part of a trace. */

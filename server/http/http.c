@@ -13,6 +13,7 @@
 
 #include "log.h"
 
+#include <sodium.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#define CONNECTION_MEMORY ((size_t)64 << 10) /* for the headers, beyond our own limits */
+#define CONNECTION_MEMORY \
+    ((size_t)40 << 10) /* for a head within head.h's limits and ours; cleared for each request */
 #define CONNECTIONS_SPARE \
     128 /* beyond max_connections, to be answered 503 instead of left waiting */
 
@@ -107,6 +109,23 @@ static void http_free(struct http *http)
     free(http);
 }
 
+/* Ids of requests are a random start, the daemon's own, and a count: no two are the same, and
+   none costs a system call. */
+static void choose_id_start(struct http *http)
+{
+    unsigned char bytes[6];
+
+    randombytes_buf(bytes, sizeof bytes);
+    (void)sodium_bin2hex(http->id_start, sizeof http->id_start, bytes, sizeof bytes);
+}
+
+void http_make_id(struct http *http, char id[40])
+{
+    unsigned long long count = atomic_fetch_add_explicit(&http->ids, 1, memory_order_relaxed);
+
+    (void)snprintf(id, 40, "req-%s%012llx", http->id_start, count & 0xffffffffffffULL);
+}
+
 int http_start(struct http **out, const struct http_config *config, char *message, size_t size)
 {
     struct http *http = calloc(1, sizeof *http);
@@ -119,6 +138,7 @@ int http_start(struct http **out, const struct http_config *config, char *messag
     }
     http->config = *config;
     set_defaults(&http->config);
+    choose_id_start(http);
     http->listen_fd =
         listen_open(config->listen, http->address, sizeof http->address, message, size);
     if (http->listen_fd < 0) {

@@ -99,6 +99,8 @@ struct http {
     size_t n_connections, n_exchanges, buffered; /* [m] */
     size_t n_streams;                            /* [m] */
     struct front *front;
+    char id_start[13]; /* of the ids of requests */
+    atomic_ullong ids;
     atomic_bool draining;          /* written under the mutex, read anywhere */
     bool stopping, timer_stopping; /* [m] */
     pthread_t request_threads[HTTP_REQUEST_THREADS_MAX];
@@ -109,6 +111,8 @@ struct http {
 
 /* Monotonic seconds. */
 double http_now(void);
+/* An id for a request that brings none. */
+void http_make_id(struct http *http, char id[40]);
 
 /* ---- listen.c -------------------------------------------------------------------------------- */
 

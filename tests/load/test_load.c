@@ -36,7 +36,7 @@
 #include <unistd.h>
 
 #define CONNECTIONS 16 /* of the client that counts requests */
-#define ROUNDS 5
+#define ROUNDS 15
 #define IDLE_MAX 10000
 #define SENDERS_MAX 500
 #define READERS_MAX 100
@@ -300,7 +300,7 @@ static int tear_down(void **state)
 static void test_cheap_routes_keep_up(void **state)
 {
     double one[ROUNDS], two[ROUNDS], health[ROUNDS], result[ROUNDS], best;
-    double seconds = full ? 2.0 : 0.3;
+    double seconds = full ? 0.7 : 0.1;
     char path[120];
     int ports[2];
     pid_t children[2] = {start_minimal(0, &ports[0]), start_minimal(2, &ports[1])};
@@ -382,7 +382,7 @@ static void keep_busy(void)
 
     upload("tests/data/aal_subcortex/L_thalamus.ply", left);
     upload("tests/data/aal_subcortex/R_thalamus.ply", right);
-    for (long i = 0; i < 2 * workers; i++) {
+    for (long i = 0; i < 16 * workers; i++) {
         (void)snprintf(inputs, sizeof inputs,
                        "{\"inputs\":{\"from\":\"%s\",\"to\":\"%s\",\"steps\":%ld}}", left, right,
                        60 + i);
@@ -421,9 +421,10 @@ static void test_crowds_do_not_slow_others(void **state)
         wire_nap(0.003);
     }
     (void)close(fd);
+    qsort(times, asks, sizeof *times, by_value);
     print_message("beside %zu idle, %zu slow senders, %zu slow readers: median %.2f ms, p99 %.2f "
                   "ms, slowest %.2f ms; resident %ld MiB\n",
-                  n_idle, n_senders, n_readers, median(times, asks), times[asks * 99 / 100],
+                  n_idle, n_senders, n_readers, times[asks / 2], times[asks * 99 / 100],
                   times[asks - 1], wire_status_number(&service, "VmRSS") / 1024);
     assert_true(!job_is(long_job, "successful"));
     assert_true(times[asks * 99 / 100] < (full ? 10.0 : 100.0));
