@@ -118,6 +118,7 @@ void srnf_free(void *pointer);
 #include "srnf/shape.h"
 #include "srnf/register.h"
 #include "srnf/stats.h"
+#include "srnf/groups.h"
 
 #ifdef __cplusplus
 }

@@ -67,11 +67,12 @@ static int put_field(struct line *line, const struct log_field *field)
 
 void log_line(const char *level, const char *event, const struct log_field *fields, size_t n_fields)
 {
-    struct line line = {.length = 0};
+    struct line line;
     struct timespec now;
     struct tm parts;
     char stamp[96], day[32];
 
+    line.length = 0;
     (void)clock_gettime(CLOCK_REALTIME, &now);
     (void)gmtime_r(&now.tv_sec, &parts);
     (void)strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &parts);

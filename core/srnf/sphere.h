@@ -91,12 +91,21 @@ void srnf_sht_gradient_adjoint(const struct srnf_sht *sht, size_t batch, const d
  *   coefficients  [in]  double[batch][(L+1)^2]
  *   values        [out] double[batch][n], or NULL
  *   gradients     [out] double[batch][n][3], the tangential gradient as a vector of R^3 (regular at
- *   the
- *                       poles), or NULL
+ *                       the poles), or NULL
  * Cost O(n L^2 batch). Errors: SRNF_EINVAL (degree above 1000), SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients,
                                           size_t n, const double *points, double *values,
                                           double *gradients);
+
+/*
+ * A scalar on the grid at arbitrary points, linearly between the nodes: never beyond the values
+ * about it.
+ *   values [in]  double[n_theta][n_phi]
+ *   points [in]  double[n][3], unit vectors
+ *   out    [out] double[n]
+ */
+void srnf_grid_interpolate(const struct srnf_grid *grid, const double *values, size_t n,
+                           const double *points, double *out);
 
 #endif

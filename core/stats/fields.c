@@ -3,6 +3,7 @@
  */
 #include "stats.h"
 
+#include <cblas.h>
 #include <math.h>
 
 int stats_check_surfaces(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
@@ -92,6 +93,37 @@ void stats_average(const struct srnf_grid *grid, size_t n, const double *q, doub
     for (size_t k = 0; k < size; k++) {
         mean[k] /= (double)n;
     }
+}
+
+void stats_weight(const struct srnf_grid *grid, size_t n, const double *q, const double *centre,
+                  double *out)
+{
+    size_t points = stats_points(grid);
+    size_t size = 3 * points;
+
+    for (size_t k = 0; k < size; k++) {
+        double root = sqrt(grid->weight[k % points / grid->n_phi]);
+
+        for (size_t i = 0; i < n; i++) {
+            out[i * size + k] = root * (q[i * size + k] - (centre ? centre[k] : 0.0));
+        }
+    }
+}
+
+int stats_gram(size_t n, size_t size, const double *x, double *gram, struct srnf_error *error)
+{
+    cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, (int)n, (int)size, 1.0, x, (int)size, 0.0,
+                gram, (int)n);
+    for (size_t i = 0; i < n; i++) {
+        if (!isfinite(gram[i * n + i])) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
+                             "the SRNF of surface %zu is not finite", i);
+        }
+        for (size_t j = 0; j < i; j++) {
+            gram[i * n + j] = gram[j * n + i];
+        }
+    }
+    return SRNF_OK;
 }
 
 void stats_nodes(const struct srnf_grid *grid, double *nodes)

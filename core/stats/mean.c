@@ -432,10 +432,7 @@ int stats_mean(const struct srnf_sht *sht, size_t n, const double *const *surfac
     }
 out:
     if (status < 0) {
-        bool told = first.status == status;
-
-        (void)srnf_fail(error, status, told ? first.element : -1, "%s",
-                        told ? first.message : srnf_strerror(status));
+        (void)stats_fail(error, status, &first);
         srnf_mean_clear(mean);
     }
     clear_run(&run);

@@ -105,16 +105,9 @@ static void clear_fit(struct fit *fit)
 /* Eigenvalues and eigenvectors of G; the trace is what G has on its diagonal. */
 static int decompose(struct fit *fit, double *trace)
 {
-    size_t points = fit->size / 3;
     lapack_int n = (lapack_int)fit->n;
 
-    for (size_t k = 0; k < fit->size; k++) {
-        double root = sqrt(fit->grid->weight[k % points / fit->grid->n_phi]);
-
-        for (size_t i = 0; i < fit->n; i++) {
-            fit->weighted[i * fit->size + k] = root * (fit->q[i * fit->size + k] - fit->mean_q[k]);
-        }
-    }
+    stats_weight(fit->grid, fit->n, fit->q, fit->mean_q, fit->weighted);
     cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, n, (int)fit->size,
                 1.0 / (double)(fit->n - 1), fit->weighted, (int)fit->size, 0.0, fit->gram, n);
     *trace = 0.0;

@@ -36,6 +36,10 @@ SRNF_CHECKED int stats_run(const struct srnf_context *context, size_t count, sta
                            void *argument, struct stats_progress progress,
                            struct srnf_error *error);
 
+/* Fills error from the first failure inside, where that is the one of this status, and returns
+   status. */
+int stats_fail(struct srnf_error *error, int status, const struct srnf_error *first);
+
 /* ---- fields.c: the surfaces of a group and their fields -------------------------------------- */
 
 /* SRNF_EINVAL where there is no surface or a coefficient is not finite. */
@@ -53,8 +57,42 @@ SRNF_CHECKED int stats_fields(const struct srnf_sht *sht, size_t n, const double
 double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
 /* mean = sum of q_i / n, in the order of i. */
 void stats_average(const struct srnf_grid *grid, size_t n, const double *q, double *mean);
+/* out = sqrt(weight) (q_i - centre), double[n][3][P], whose plain products are those of L2.
+   centre NULL: 0. */
+void stats_weight(const struct srnf_grid *grid, size_t n, const double *q, const double *centre,
+                  double *out);
+/* The matrix of products of the n rows of x, double[n][size]. SRNF_EINVAL: one is not finite. */
+SRNF_CHECKED int stats_gram(size_t n, size_t size, const double *x, double *gram,
+                            struct srnf_error *error);
 /* Unit vectors of the nodes, double[P][3]. */
 void stats_nodes(const struct srnf_grid *grid, double *nodes);
+
+/* ---- embedding.c: registered surfaces as points of a Euclidean space ------------------------- */
+
+struct stats_embedding {
+    const struct srnf_sht *sht;
+    size_t points;
+    double *root; /* [P] root of each node's share of the mean's area */
+};
+
+/* mean: double[3][(L+1)^2]. SRNF_EDEGENERATE: it has no area. */
+SRNF_CHECKED int stats_embedding_create(const struct srnf_sht *sht, const double *mean,
+                                        struct stats_embedding *embedding);
+void stats_embedding_clear(struct stats_embedding *embedding);
+/* The point of a surface, double[3][P]; workspace: stats_embedding_workspace_size bytes. */
+size_t stats_embedding_workspace_size(const struct stats_embedding *embedding);
+void stats_embed(const struct stats_embedding *embedding, const double *coefficients,
+                 double *vector, void *workspace);
+/* Points of n fields that are inverted from the mean surface on: double[n][3][P], in parallel. */
+SRNF_CHECKED int stats_embed_fields(const struct stats_embedding *embedding, const double *mean,
+                                    size_t n, const double *q, const struct srnf_context *context,
+                                    struct stats_progress progress, double *vectors,
+                                    struct srnf_error *error);
+/* The surface whose SRNF comes nearest to q, searched from another. Where q is the SRNF of no
+   surface its energy stays positive: that is no failure. */
+SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, const double *start,
+                                   const struct srnf_context *context, double *coefficients,
+                                   struct srnf_error *error);
 
 /* ---- The group mean (mean.c and its parts) --------------------------------------------------- */
 

@@ -94,10 +94,7 @@ static int judge(struct tasks *tasks, struct srnf_error *error)
         status = first->status;
     }
     if (status) {
-        bool told = first && status == first->status && first->error.status == status;
-
-        (void)srnf_fail(error, status, told ? first->error.element : -1, "%s",
-                        told ? first->error.message : srnf_strerror(status));
+        (void)stats_fail(error, status, first ? &first->error : NULL);
     }
     while (failure) {
         struct failure *next = failure->next;
@@ -127,4 +124,12 @@ int stats_run(const struct srnf_context *context, size_t count, stats_body *body
     atomic_init(&tasks.failures, NULL);
     srnf_parallel_for(context, count, run_one, &tasks);
     return judge(&tasks, error);
+}
+
+int stats_fail(struct srnf_error *error, int status, const struct srnf_error *first)
+{
+    bool told = first && first->status == status;
+
+    return srnf_fail(error, status, told ? first->element : -1, "%s",
+                     told ? first->message : srnf_strerror(status));
 }

@@ -48,6 +48,10 @@
 #define PROCESS_COEFFICIENTS_MAX 41 /* points along a mode */
 #define PROCESS_DEVIATIONS_MAX 10   /* how far out they may be */
 #define PROCESS_SAMPLES_MAX 200
+#define PROCESS_QUALITY_SAMPLES_DEFAULT 1000
+#define PROCESS_QUALITY_SAMPLES_MAX 10000
+#define PROCESS_PERMUTATIONS_DEFAULT 10000
+#define PROCESS_PERMUTATIONS_MAX 1000000
 #define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
 
 /* Patterns of ids in schemas. */
@@ -148,6 +152,8 @@ extern const char pca_inputs_schema[], pca_outputs_schema[];
 extern const char modes_inputs_schema[], modes_outputs_schema[];
 extern const char sample_inputs_schema[], sample_outputs_schema[];
 extern const char project_inputs_schema[], project_outputs_schema[];
+extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
+extern const char compare_inputs_schema[], compare_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -163,6 +169,10 @@ json_t *modes_canonicalise(struct api_call *call, const json_t *inputs, struct p
 json_t *sample_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *project_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
+json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
+json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
+                             struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -173,5 +183,7 @@ void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_re
 void modes_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

@@ -17,6 +17,10 @@ size_t inputs_group(struct process_inputs *inputs, long *degree);
    limit on memory. */
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies);
 
+/* Reads "model": canonical, and the stored model without its arrays (store_model_clear). False with
+   a problem noted or answered. */
+bool inputs_model(struct process_inputs *inputs, struct store_model *model);
+
 /* The ids of canonical inputs, borrowed from them; srnf_free. */
 const char **group_ids(const json_t *inputs, size_t *n);
 /* A name for each surface: the label of the member, or else its subject, or else the name that the

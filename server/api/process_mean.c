@@ -8,14 +8,14 @@
  * content. Its record keeps what it was made from and how its members were registered, which is
  * how project registers others.
  */
+#include "api/process_mean.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/models.h"
-#include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
-#include "jobs/compute_mean.h"
 
 static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
                                          "commonPose", "tolerance",     "method",
@@ -31,13 +31,8 @@ static const char *const methods[] = {"srnf", "pullback", NULL};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-/* All but components. */
-static void read_inputs(struct process_inputs *inputs, size_t copies)
+void inputs_mean_options(struct process_inputs *inputs)
 {
-    struct problem_list *list = inputs->list;
-    long degree = PROCESS_DEGREE_DEFAULT;
-    size_t n = 0;
-
     (void)inputs_boolean(inputs, "register", true);
     (void)inputs_boolean(inputs, "commonPose", false);
     (void)inputs_real(inputs, "tolerance", PROCESS_MEAN_TOLERANCE_MIN, PROCESS_MEAN_TOLERANCE_MAX,
@@ -45,15 +40,30 @@ static void read_inputs(struct process_inputs *inputs, size_t copies)
     (void)inputs_integer(inputs, "maxIterations", 1, PROCESS_MEAN_ITERATIONS_MAX,
                          PROCESS_MEAN_ITERATIONS_DEFAULT);
     if (strcmp(inputs_choice(inputs, "method", methods), "pullback") == 0) {
-        problem_add(list, "/inputs/method", "pullback is not available in this version; srnf is");
+        problem_add(inputs->list, "/inputs/method",
+                    "pullback is not available in this version; srnf is");
     }
-    if (!list->errors) {
-        n = inputs_group(inputs, &degree);
-    }
+}
+
+void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, size_t copies)
+{
     degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
     if (n) {
         inputs_check_memory(inputs, n, degree, copies);
     }
+}
+
+/* All but components. */
+static void read_inputs(struct process_inputs *inputs, size_t copies)
+{
+    long degree = PROCESS_DEGREE_DEFAULT;
+    size_t n = 0;
+
+    inputs_mean_options(inputs);
+    if (!inputs->list->errors) {
+        n = inputs_group(inputs, &degree);
+    }
+    inputs_mean_degree(inputs, n, degree, copies);
 }
 
 json_t *mean_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
@@ -79,19 +89,14 @@ json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct prob
     return inputs_close(&inputs);
 }
 
-/* Fills typed, which borrows options and ids (to be freed with srnf_free). False with the problem
-   set. */
-static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
-                         struct srnf_register_options *options, const char ***ids,
-                         struct jobs_result *result)
+bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
+                 struct compute_mean_inputs *typed, struct srnf_register_options *options,
+                 struct jobs_result *result)
 {
-    size_t n = 0;
-
-    *ids = group_ids(inputs, &n);
     *options = registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
     *typed = (struct compute_mean_inputs){
         .n = n,
-        .ids = *ids,
+        .ids = ids,
         .degree = (size_t)json_integer_value(json_object_get(inputs, "lmax")),
         .tolerance = json_number_value(json_object_get(inputs, "tolerance")),
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
@@ -100,26 +105,38 @@ static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
     }
-    if (!*ids) {
+    if (!ids) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
-    return *ids != NULL;
+    return ids != NULL;
+}
+
+/* The same with the ids of the group, to be freed with srnf_free. */
+static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
+                         struct srnf_register_options *options, const char ***ids,
+                         struct jobs_result *result)
+{
+    size_t n = 0;
+
+    *ids = group_ids(inputs, &n);
+    return mean_inputs(inputs, n, *ids, typed, options, result);
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */
 
-/* Stores the mean surface; its record, or NULL with the problem set. */
-static json_t *keep_mean(struct jobs_run *run, const char *process,
-                         const struct compute_mean_inputs *typed,
-                         const struct compute_mean_outputs *outputs, struct jobs_result *result)
+json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char *name,
+                          const struct compute_mean_inputs *typed,
+                          const struct compute_mean_outputs *outputs, const struct store_maps *maps,
+                          struct jobs_result *result)
 {
     struct surface_description description = {
-        .name = "mean",
+        .name = name,
         .degree = outputs->group.degree,
         .coefficients = outputs->mean.coefficients,
         .measures = &outputs->measures,
         .parameterization = "inherited",
         .source = process_source(run, process, NULL, NULL),
+        .maps = maps,
     };
     json_t *record = NULL;
     int status;
@@ -149,21 +166,29 @@ static json_t *history_json(const struct srnf_mean *mean)
     return history;
 }
 
-/* What both results tell of the mean. */
-static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
-                        const struct compute_mean_inputs *typed,
-                        const struct compute_mean_outputs *outputs)
+void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
+                      const struct compute_mean_outputs *outputs)
 {
     const struct srnf_mean *mean = &outputs->mean;
 
     (void)json_object_set_new(document, "iterations", json_integer((json_int_t)mean->iterations));
     (void)json_object_set_new(document, "converged", json_boolean(mean->converged));
     (void)json_object_set_new(document, "history", history_json(mean));
-    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
-    (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     (void)json_object_set_new(document, "relativeEnergy", json_finite(mean->relative_energy));
     (void)json_object_set_new(document, "seconds", json_finite(outputs->seconds));
     (void)json_object_set_new(document, "registration", registration_json(typed->registration));
+}
+
+/* What the results of mean and pca tell beside. */
+static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
+                        const struct compute_mean_inputs *typed,
+                        const struct compute_mean_outputs *outputs)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+
+    mean_set_members(document, typed, outputs);
+    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
+    (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
 }
 
 void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
@@ -182,7 +207,7 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
         compute_mean(run, &typed, &outputs, result)) {
         goto out;
     }
-    surface = keep_mean(run, "mean", &typed, &outputs, result);
+    surface = mean_keep_surface(run, "mean", "mean", &typed, &outputs, NULL, result);
     if (surface) {
         document = json_object();
         (void)json_object_set_new(document, "surface", surface);
@@ -294,7 +319,7 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
         compute_pca(run, &typed, &outputs, result)) {
         goto out;
     }
-    record = keep_mean(run, "pca", &typed, &outputs, result);
+    record = mean_keep_surface(run, "pca", "mean", &typed, &outputs, NULL, result);
     if (record) {
         record = keep_model(run, inputs, &typed, &outputs, record, result);
     }

@@ -16,7 +16,7 @@
 #include <string.h>
 
 #include "api/models.h"
-#include "api/process.h"
+#include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_model.h"
@@ -27,28 +27,34 @@ static const char *const project_names[] = {"model", "surface", NULL};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-/* The model of the input; its components, or 0 with a problem noted or answered. */
-static long read_model(struct process_inputs *inputs)
+bool inputs_model(struct process_inputs *inputs, struct store_model *model)
 {
     const char *id = json_string_value(json_object_get(inputs->given, "model"));
-    struct store_model model = {.record = NULL};
-    long components;
     int status;
 
+    *model = (struct store_model){.record = NULL};
     if (!id || strncmp(id, "model-", 6) != 0 || strlen(id) != 38 ||
         strspn(id + 6, "0123456789abcdef") != 32) {
         problem_add(inputs->list, "/inputs/model",
                     "must be the id of a model: model- and 32 hexadecimal digits");
-        return 0;
+        return false;
     }
-    status = store_model_get(inputs->call->api->config.store, id, 0, &model);
+    status = store_model_get(inputs->call->api->config.store, id, 0, model);
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-model", id);
         inputs->answered = true;
-        return 0;
+        return false;
     }
     (void)json_object_set_new(inputs->canonical, "model", json_string(id));
-    components = (long)model.components;
+    return true;
+}
+
+/* The model of the input; its components, or 0 with a problem noted or answered. */
+static long read_model(struct process_inputs *inputs)
+{
+    struct store_model model;
+    long components = inputs_model(inputs, &model) ? (long)model.components : 0;
+
     store_model_clear(&model);
     return components;
 }

@@ -51,6 +51,14 @@ const struct api_process api_processes[] = {
      "The scores of a surface in a model that is not fitted again, and what its "
      "components cannot represent.",
      project_inputs_schema, project_outputs_schema, project_canonicalise, project_run},
+    {"evaluate-model", "Quality of a model",
+     "Compactness, generalisation and specificity of a model or of the model that a group makes, "
+     "as curves over the number of components with standard errors.",
+     evaluate_inputs_schema, evaluate_outputs_schema, evaluate_canonicalise, evaluate_run},
+    {"compare-groups", "Comparison of two groups",
+     "A permutation test of the difference between the means of two groups, and a map of where "
+     "they differ, corrected for multiple comparisons, with covariates regressed out.",
+     compare_inputs_schema, compare_outputs_schema, compare_canonicalise, compare_run},
     {NULL, NULL, NULL, NULL, NULL, NULL, NULL},
 };
 

@@ -27,7 +27,8 @@ struct surface_description {
     /* "star", "area", "given", or "inherited" from what it was made of. */
     const char *parameterization;
     json_t *source, *fit, *star;
-    const double *origin; /* of the stored surface in the frame of the mesh */
+    const double *origin;          /* of the stored surface in the frame of the mesh */
+    const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
 };
 
 /*

@@ -5,7 +5,8 @@
  * Coordinates are those of the surface as stored; the record's scale multiplies them back to the
  * units of the mesh it came from. A surface whose source names a reference (those of a geodesic,
  * deformed from its first) carries the scalar field "deformation": at each vertex, the distance
- * to the point of the reference with the same parameter.
+ * to the point of the reference with the same parameter. Maps that were stored with the surface
+ * (significance and effect of a comparison) ride along, interpolated between their nodes.
  */
 #include <math.h>
 #include <stdio.h>
@@ -86,62 +87,112 @@ static bool reference_of(const struct store_surface *surface, char id[STORE_ID_M
     return found;
 }
 
-/* Distance at each vertex to the same parameter of the reference, or NULL where there is no
-   reference of this degree (or no memory: the field is an extra). */
-static double *deformation(struct api_call *call, const struct store_surface *surface,
-                           size_t resolution)
+/* What rides along with a mesh. */
+struct riders {
+    size_t count;
+    double *values[1 + STORE_MAPS_MAX]; /* owned */
+    struct srnf_mesh_field fields[1 + STORE_MAPS_MAX];
+    struct store_maps maps; /* holds names */
+};
+
+static void add_rider(struct riders *riders, const char *name, double *values)
+{
+    riders->values[riders->count] = values;
+    riders->fields[riders->count++] = (struct srnf_mesh_field){.name = name, .values = values};
+}
+
+static void clear_riders(struct riders *riders)
+{
+    for (size_t i = 0; i < riders->count; i++) {
+        srnf_free(riders->values[i]);
+    }
+    store_maps_clear(&riders->maps);
+}
+
+/* Distance at each vertex to the same parameter of the reference, where there is one of this
+   degree. Without memory there is none: the field is an extra. */
+static void add_deformation(struct api_call *call, const struct store_surface *surface,
+                            const struct srnf_mesh *sphere, struct riders *riders)
 {
     struct store_surface reference = {0};
-    struct srnf_mesh sphere = {0};
     char id[STORE_ID_MAX];
-    size_t count = surface->coefficient_count, n;
+    size_t count = surface->coefficient_count, n = sphere->n_vertices;
     double *difference = srnf_alloc(count, sizeof(double)), *values = NULL, *field = NULL;
 
     if (!difference || !reference_of(surface, id) ||
         store_surface_get(call->api->config.store, id, true, &reference) ||
-        reference.lmax != surface->lmax || srnf_mesh_icosphere(resolution, &sphere)) {
+        reference.lmax != surface->lmax) {
         goto out;
     }
-    n = sphere.n_vertices;
     for (size_t i = 0; i < count; i++) {
         difference[i] = surface->coefficients[i] - reference.coefficients[i];
     }
     values = srnf_alloc(n, 3 * sizeof(double));
     field = srnf_alloc(n, sizeof(double));
     if (!values || !field ||
-        srnf_harmonics_at_points((size_t)surface->lmax, 3, difference, n, sphere.vertices, values,
+        srnf_harmonics_at_points((size_t)surface->lmax, 3, difference, n, sphere->vertices, values,
                                  NULL)) {
         srnf_free(field);
-        field = NULL;
         goto out;
     }
     for (size_t i = 0; i < n; i++) {
         field[i] = sqrt(values[i] * values[i] + values[n + i] * values[n + i] +
                         values[2 * n + i] * values[2 * n + i]);
     }
+    add_rider(riders, "deformation", field);
 out:
     srnf_free(values);
-    srnf_mesh_clear(&sphere);
     store_surface_clear(&reference);
     srnf_free(difference);
-    return field;
+}
+
+/* The stored maps at each vertex. */
+static void add_maps(struct api_call *call, const struct store_surface *surface,
+                     const struct srnf_mesh *sphere, struct riders *riders)
+{
+    struct store_maps *maps = &riders->maps;
+    struct jobs *jobs = call->api->config.jobs;
+    const struct srnf_sht *sht = NULL;
+    size_t points;
+
+    if (store_surface_maps(call->api->config.store, surface->id, maps) ||
+        jobs_transform_acquire(jobs, (size_t)surface->lmax, SRNF_GRID_GAUSS_LEGENDRE,
+                               (size_t)maps->n_theta, (size_t)maps->n_phi, &sht)) {
+        return;
+    }
+    points = (size_t)maps->n_theta * (size_t)maps->n_phi;
+    for (size_t i = 0; i < maps->count; i++) {
+        double *field = srnf_alloc(sphere->n_vertices, sizeof(double));
+
+        if (!field) {
+            break;
+        }
+        srnf_grid_interpolate(srnf_sht_grid(sht), maps->values + i * points, sphere->n_vertices,
+                              sphere->vertices, field);
+        add_rider(riders, maps->names[i], field);
+    }
+    jobs_transform_release(jobs, sht);
 }
 
 static void respond_mesh(struct api_call *call, const struct store_surface *surface,
                          const char *format, size_t resolution)
 {
-    struct srnf_mesh mesh = {0};
+    struct srnf_mesh mesh = {0}, sphere = {0};
     struct srnf_buffer buffer = {0};
-    struct srnf_mesh_field field = {.name = "deformation"};
-    double *normals = NULL, *values = deformation(call, surface, resolution);
+    struct riders riders = {.count = 0};
+    double *normals = NULL;
     unsigned char *bytes = NULL;
     int status = srnf_surface_triangulate((size_t)surface->lmax, surface->coefficients, resolution,
                                           &mesh, &normals);
 
-    field.values = values;
+    if (status == 0 && srnf_mesh_icosphere(resolution, &sphere) == 0) {
+        add_deformation(call, surface, &sphere, &riders);
+        add_maps(call, surface, &sphere, &riders);
+        srnf_mesh_clear(&sphere);
+    }
     if (status == 0) {
-        status = srnf_mesh_write(&mesh, srnf_mesh_format_from_name(format), normals, &field,
-                                 values ? 1 : 0, &buffer);
+        status = srnf_mesh_write(&mesh, srnf_mesh_format_from_name(format), normals, riders.fields,
+                                 riders.count, &buffer);
     }
     /* The buffer is the core's; a response owns memory of malloc. */
     bytes = status == 0 ? malloc(buffer.size ? buffer.size : 1) : NULL;
@@ -155,7 +206,7 @@ static void respond_mesh(struct api_call *call, const struct store_surface *surf
         (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
     }
     srnf_buffer_clear(&buffer);
-    srnf_free(values);
+    clear_riders(&riders);
     srnf_free(normals);
     srnf_mesh_clear(&mesh);
 }

@@ -77,6 +77,29 @@ static json_t *or_null(json_t *value)
     return value ? value : json_null();
 }
 
+static json_t *map_names(const struct store_maps *maps)
+{
+    json_t *names = json_array();
+
+    for (size_t i = 0; i < maps->count; i++) {
+        (void)json_array_append_new(names, json_string(maps->names[i]));
+    }
+    return names;
+}
+
+/* A copy of the maps that the store can own; false without memory. */
+static bool copy_maps(struct store_maps *copy, const struct store_maps *maps)
+{
+    size_t size = store_maps_values(maps) * sizeof(double);
+
+    *copy = *maps;
+    copy->values = malloc(size ? size : 1);
+    if (copy->values) {
+        memcpy(copy->values, maps->values, size);
+    }
+    return copy->values != NULL;
+}
+
 /* What the store keeps beside id, name, degree and time. */
 static char *record_text(struct surface_description *d)
 {
@@ -93,6 +116,9 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "starShaped", or_null(d->star));
     (void)json_object_set_new(record, "origin",
                               d->origin ? json_vector(d->origin, 3) : json_null());
+    if (d->maps) {
+        (void)json_object_set_new(record, "maps", map_names(d->maps));
+    }
     d->source = d->fit = d->star = NULL;
     text = json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
@@ -120,6 +146,12 @@ int surface_save(struct store *store, struct surface_description *description, j
         goto out;
     }
     memcpy(surface.coefficients, description->coefficients, count * sizeof(double));
+    if (description->maps) {
+        if (!copy_maps(&surface.maps, description->maps)) {
+            goto out;
+        }
+        store_surface_id_maps(surface.id, &surface.maps);
+    }
     surface.created_ms = store_now_ms();
     own = of_job ? surface_record(&surface) : NULL;
     status = store_surface_put(store, &surface, &is_new);

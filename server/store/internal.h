@@ -176,6 +176,15 @@ void store_put_doubles(unsigned char *bytes, const double *values, size_t count)
 int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
                        double **values);
 
+/* ---- Maps of a surface (surface_maps.c) ------------------------------------------------------ */
+
+/* Their bytes, which the caller frees after the write, and the staged blob. */
+int store_maps_stage(struct store *store, const struct store_maps *maps, unsigned char **bytes,
+                     struct store_content *content);
+/* On the writer thread, in the transaction that inserts the surface. */
+int store_maps_insert(struct store *store, sqlite3 *db, const char *surface,
+                      const struct store_maps *maps, const struct store_content *content);
+
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 
 /* On the writer thread: the job has ended, and so its checkpoint goes, if it has one. The blob

@@ -44,6 +44,7 @@ void store_surface_clear(struct store_surface *surface)
     free(surface->name);
     free(surface->record);
     free(surface->coefficients);
+    store_maps_clear(&surface->maps);
     *surface = (struct store_surface){0};
 }
 
@@ -107,7 +108,7 @@ int store_surface_get(struct store *store, const char *id, bool with_coefficient
 
 struct put {
     const struct store_surface *surface;
-    const struct store_content *content;
+    const struct store_content *content, *maps; /* maps NULL: it has none */
     int64_t now;
     bool created;
 };
@@ -128,6 +129,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
                                put->content->hash);
     }
     put->created = changed > 0;
+    if (status == STORE_OK && put->maps) {
+        status = store_maps_insert(store, db, surface->id, &surface->maps, put->maps);
+    }
     return status;
 }
 
@@ -149,10 +153,10 @@ static int adopt(struct store *store, struct store_surface *surface)
 
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created)
 {
-    struct store_content staged;
+    struct store_content staged = {.size = 0}, maps = {.size = 0};
     struct put put = {.surface = surface, .content = &staged, .now = store_now_ms()};
     size_t count = count_of(surface->lmax);
-    unsigned char *bytes;
+    unsigned char *bytes, *map_bytes = NULL;
     int status = adopt(store, surface);
 
     assert(surface->coefficient_count == count);
@@ -166,11 +170,17 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     }
     store_put_doubles(bytes, surface->coefficients, count);
     status = store_blob_stage(store, bytes, count * 8, &staged);
+    if (status == STORE_OK && surface->maps.count) {
+        put.maps = &maps;
+        status = store_maps_stage(store, &surface->maps, &map_bytes, &maps);
+    }
     if (status == STORE_OK) {
         status = store_write(store, run_put, &put);
-        store_blob_unstage(store, &staged);
     }
+    store_blob_unstage(store, &staged);
+    store_blob_unstage(store, &maps);
     free(bytes);
+    free(map_bytes);
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, surface);

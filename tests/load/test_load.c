@@ -178,6 +178,40 @@ static double rate(int port, const char *path, double seconds)
     return (double)done / seconds;
 }
 
+/* Microseconds that the process has spent, user and system. */
+static double processor_time(pid_t pid)
+{
+    char path[64], text[1024];
+    double fields[16] = {0};
+    FILE *file;
+    size_t size;
+    char *at;
+
+    (void)snprintf(path, sizeof path, "/proc/%d/stat", (int)pid);
+    file = fopen(path, "r");
+    assert_non_null(file);
+    size = fread(text, 1, sizeof text - 1, file);
+    (void)fclose(file);
+    text[size] = '\0';
+    at = strrchr(text, ')');
+    assert_non_null(at);
+    at += 3; /* the fourth field; 14 and 15 are the times (proc(5)) */
+    for (int i = 4; i < 16; i++) {
+        fields[i] = strtod(at, &at);
+    }
+    return 1e6 * (fields[14] + fields[15]) / (double)sysconf(_SC_CLK_TCK);
+}
+
+static double total(const double *values)
+{
+    double sum = 0;
+
+    for (size_t i = 0; i < ROUNDS; i++) {
+        sum += values[i];
+    }
+    return sum;
+}
+
 static int by_value(const void *a, const void *b)
 {
     const double *x = a, *y = b;
@@ -299,8 +333,8 @@ static int tear_down(void **state)
 
 static void test_cheap_routes_keep_up(void **state)
 {
-    double one[ROUNDS], two[ROUNDS], health[ROUNDS], result[ROUNDS], best;
-    double seconds = full ? 0.7 : 0.1;
+    double one[ROUNDS], two[ROUNDS], health[ROUNDS], result[ROUNDS], best, before, served = 0;
+    double seconds = full ? 0.7 : 0.1, spent[3];
     char path[120];
     int ports[2];
     pid_t children[2] = {start_minimal(0, &ports[0]), start_minimal(2, &ports[1])};
@@ -311,17 +345,26 @@ static void test_cheap_routes_keep_up(void **state)
     assert_int_equal(ask("GET", path, "", "", 0), 200);
     print_message("the stored result has %zu bytes with its head\n", answer.size);
     assert_true(answer.size <= 4096 + 600);
+    before = processor_time(service.pid);
     for (size_t i = 0; i < ROUNDS; i++) {
         one[i] = rate(ports[0], "/", seconds);
         two[i] = rate(ports[1], "/", seconds);
         best = one[i] > two[i] ? one[i] : two[i];
         health[i] = rate(service.port, "/healthz", seconds) / best;
-        result[i] = rate(service.port, path, seconds) / best;
+        result[i] = rate(service.port, path, seconds);
+        served += seconds * (health[i] * best + result[i]);
+        result[i] /= best;
     }
+    spent[2] = (processor_time(service.pid) - before) / served;
+    spent[0] = processor_time(children[0]) / (seconds * total(one));
+    spent[1] = processor_time(children[1]) / (seconds * total(two));
     for (size_t i = 0; i < 2; i++) {
         (void)kill(children[i], SIGKILL);
         (void)waitpid(children[i], NULL, 0);
     }
+    print_message("processor time of a request: minimal example %.1f and %.1f us, the service over "
+                  "both routes %.1f us\n",
+                  spent[0], spent[1], spent[2]);
     print_message("minimal example %.0f requests/s with one thread, %.0f with two; of the better "
                   "GET /healthz has %.0f %%, a stored result %.0f %%\n",
                   median(one, ROUNDS), median(two, ROUNDS), 100 * median(health, ROUNDS),

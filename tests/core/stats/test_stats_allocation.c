@@ -1,6 +1,7 @@
 /*
- * test_stats_allocation.c - distances, mean and principal components when memory runs out: each
- * allocation in turn is refused; the call fails cleanly and nothing leaks.
+ * test_stats_allocation.c - distances, mean, principal components, the quality of a model and the
+ * comparison of groups when memory runs out: each allocation in turn is refused; the call fails
+ * cleanly and nothing leaks.
  *
  * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
  * library. They count what is alive and refuse the n-th request.
@@ -33,11 +34,13 @@ void srnf_free(void *pointer)
 }
 
 #define N ((size_t)3)
+#define COMPARED ((size_t)6)
 #define DEGREE 5
 
 /* What the runs work on. */
 static struct group g;
-static double *fields; /* [N + 1][3][P]: the mean and N fields */
+static double *fields;   /* [N + 1][3][P]: the mean and N fields */
+static double *compared; /* [COMPARED][3][P]: the N fields again and again */
 static struct srnf_register_options registration;
 
 static int run_distances(void)
@@ -101,6 +104,36 @@ static int run_pca(void)
     return status;
 }
 
+static int run_quality(void)
+{
+    struct srnf_quality_options options = srnf_quality_options_defaults();
+    struct srnf_quality quality = {0};
+    int status;
+
+    options.samples = 2;
+    status = srnf_model_quality(g.sht, N, g.f[0], fields, fields + 3 * g.points, &options, NULL,
+                                &quality, NULL);
+    assert_true((status < 0) == (quality.specificity.value == NULL));
+    srnf_quality_clear(&quality);
+    return status;
+}
+
+static int run_comparison(void)
+{
+    static const int group[COMPARED] = {0, 1, 0, 1, 1, 0};
+    double covariate[COMPARED] = {1.0, 2.0, 4.0, 3.0, 7.0, 6.0};
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    struct srnf_comparison comparison = {0};
+    int status;
+
+    options.permutations = 40;
+    status = srnf_compare_groups(g.sht, COMPARED, g.f[0], compared, group, 1, covariate, &options,
+                                 NULL, &comparison, NULL);
+    assert_true((status < 0) == (comparison.statistic == NULL));
+    srnf_comparison_clear(&comparison);
+    return status;
+}
+
 /* Refuses the first 200 requests, then every stride-th, until a run makes it to the end. */
 static void sweep(const char *name, int (*run)(void), size_t stride)
 {
@@ -142,12 +175,20 @@ static void components_survive(void **state)
     sweep("principal components", run_pca, 1);
 }
 
+static void judging_survives(void **state)
+{
+    (void)state;
+    sweep("quality of a model", run_quality, 3);
+    sweep("comparison of groups", run_comparison, 3);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(distances_survive),
         cmocka_unit_test(mean_survives),
         cmocka_unit_test(components_survive),
+        cmocka_unit_test(judging_survives),
     };
     void *workspace;
     int failed;
@@ -162,11 +203,17 @@ int main(void)
         srnf_field(g.sht, g.f[i], fields + (i + 1) * 3 * g.points, workspace);
     }
     stats_average(g.grid, N, fields + 3 * g.points, fields);
+    compared = shapes_doubles(COMPARED * 3 * g.points);
+    for (size_t i = 0; i < COMPARED; i++) {
+        memcpy(compared + i * 3 * g.points, fields + (1 + i % N) * 3 * g.points,
+               3 * g.points * sizeof(double));
+    }
     registration = srnf_register_options_defaults();
     registration.degree = 2;
     registration.common_pose = true;
     failed = cmocka_run_group_tests(tests, NULL, NULL);
     srnf_free(workspace);
+    srnf_free(compared);
     srnf_free(fields);
     group_close(&g);
     return failed;

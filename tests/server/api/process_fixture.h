@@ -108,6 +108,35 @@ static void put_cohort(struct fixture *fixture)
     store_cohort_clear(&cohort);
 }
 
+/* A cohort "patients" of the surface, six times, in the groups "sick" and "well", with the
+   covariates age, treated, and one that is missing for the last. */
+static void put_patients(struct fixture *fixture)
+{
+    struct store_cohort cohort = {.name = "patients", .n_members = 6};
+    json_t *members = json_array();
+    bool created;
+    size_t missing;
+
+    cohort.members = calloc(cohort.n_members, sizeof *cohort.members);
+    assert_non_null(cohort.members);
+    for (size_t i = 0; i < cohort.n_members; i++) {
+        json_t *member = json_pack("{s:s, s:s, s:n, s:{s:i, s:b}}", "id", fixture->surface, "label",
+                                   i % 2 ? "sick" : "well", "subject", "covariates", "age",
+                                   40 + (int)(i * i), "treated", i == 3);
+
+        if (i < 5) {
+            (void)json_object_set_new(json_object_get(member, "covariates"), "volume",
+                                      json_real(1.5));
+        }
+        (void)json_array_append_new(members, member);
+        memcpy(cohort.members[i], fixture->surface, STORE_ID_MAX);
+    }
+    cohort.record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS);
+    json_decref(members);
+    assert_int_equal(store_cohort_put(fixture->store, &cohort, &created, &missing), 0);
+    store_cohort_clear(&cohort);
+}
+
 static int fixture_open(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
@@ -128,6 +157,7 @@ static int fixture_open(void **state)
     put_surface(fixture);
     put_model(fixture);
     put_cohort(fixture);
+    put_patients(fixture);
     *state = fixture;
     return 0;
 }

@@ -20,6 +20,8 @@ static const struct {
     {"modes", "{\"model\":\"%\"}"},
     {"sample", "{\"model\":\"%\"}"},
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
+    {"compare-groups", "{\"cohort\":\"patients\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)

@@ -1,0 +1,529 @@
+/*
+ * compare.c - whether two groups of registered surfaces differ, and where.
+ *
+ * Data y, with one row a subject, are made free of the nuisance (compare_design.c): Y = R y. For a
+ * permutation P of the subjects the adjusted difference of the groups is b = c' Y / <g~, g~> with
+ * c = P' g~; P = 1 is what was observed.
+ *
+ *   Globally, y are the SRNFs, and the statistic is the square of the distance of the adjusted
+ *   means, |b|^2 = c' (Y Y') c / <g~, g~>^2: only the Gram matrix is needed.
+ *
+ *   Locally, y are the displacements of the subjects' surfaces at each node of the grid, and the
+ *   statistic is Hotelling's (1931)
+ *
+ *       T^2 = <g~, g~> b' (E / freedom)^(-1) b,    E = Y'Y - sum_u z_u z_u' - <g~, g~> b b',
+ *
+ *   with z_u = u' P Y for the columns u of U but the constant: E is the matrix of squares and
+ *   products of the residuals of the whole model. All b and z_u of a block of permutations are one
+ *   dgemm.
+ *
+ * With m permutations and the observed order as one more, p = (1 + #{as large}) / (1 + m) (B.
+ * Phipson, G. K. Smyth 2010). Corrected for all points: the largest T^2 over the map takes the
+ * place of the point's own (T. E. Nichols, A. P. Holmes 2002): the chance of reporting any point
+ * of equal groups is at most the level. False discovery rate (Y. Benjamini, Y. Hochberg 1995, with
+ * weights as in their paper of 1997): points count by their area on the mean surface, as nodes
+ * crowd at the poles.
+ *
+ * "As large" leaves room for rounding: permutations that exchange subjects within a group only give
+ * the observed value again. Counts are whole numbers, so that the sum over blocks does not depend
+ * on which thread ran which.
+ */
+#include "compare.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PERMUTATIONS 10000
+#define PERMUTATIONS_MAX ((size_t)10000000)
+#define N_MAX ((size_t)10000)
+#define BLOCK ((size_t)32) /* permutations of one task */
+#define TIE 1e-9           /* relative: what counts as the same statistic */
+/* A covariance whose pivot falls below this part of its trace is singular: nothing moves there, or
+   only in a plane, and the point is given no statistic. */
+#define SINGULAR 1e-12
+#define PROGRESS_EMBED 0.3
+
+struct srnf_compare_options srnf_compare_options_defaults(void)
+{
+    return (struct srnf_compare_options){.permutations = PERMUTATIONS};
+}
+
+struct compare_run {
+    const struct srnf_sht *sht;
+    size_t n, points, permutations;
+    uint64_t seed;
+    struct compare_design design;
+    struct stats_embedding embedding;
+    double *q;          /* [n][3][P] residual SRNFs times the roots of the weights */
+    double *vectors;    /* [n][3][P] residual displacements */
+    double *gram;       /* [n][n] of q */
+    double *squares;    /* [P][6] Y'Y: xx xy xz yy yz zz */
+    double observed;    /* global statistic */
+    double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
+    atomic_uint global; /* permutations as far apart */
+    atomic_uint *count; /* [P] permutations with as large a T^2 */
+    struct srnf_comparison *out;
+};
+
+/* ---- Statistics ------------------------------------------------------------------------------ */
+
+/* b' E^(-1) b by Cholesky; 0 where E is singular. e: xx xy xz yy yz zz. */
+static double quadratic_form(const double e[6], const double b[3])
+{
+    double floor = SINGULAR * (e[0] + e[3] + e[5]);
+    double a = e[0];
+    double l10;
+    double l20;
+    double p;
+    double l21;
+    double q;
+    double x1;
+    double x2;
+
+    if (!(a > floor)) {
+        return 0.0;
+    }
+    l10 = e[1] / a;
+    l20 = e[2] / a;
+    p = e[3] - l10 * e[1];
+    if (!(p > floor)) {
+        return 0.0;
+    }
+    l21 = (e[4] - l10 * e[2]) / p;
+    q = e[5] - l20 * e[2] - l21 * l21 * p;
+    if (!(q > floor)) {
+        return 0.0;
+    }
+    x1 = b[1] - l10 * b[0];
+    x2 = b[2] - l20 * b[0] - l21 * x1;
+    return b[0] * b[0] / a + x1 * x1 / p + x2 * x2 / q;
+}
+
+/* T^2 at a node. rows: the products of c and of the P'u with Y, one after another, [3][P] each. */
+static double hotelling(const struct compare_run *run, const double *rows, size_t node)
+{
+    const struct compare_design *design = &run->design;
+    size_t size = 3 * run->points;
+    double e[6];
+    double b[3] = {0.0, 0.0, 0.0};
+
+    memcpy(e, run->squares + 6 * node, sizeof e);
+    for (size_t r = 0; r < design->nuisance; r++) {
+        /* the first row is <g~, g~> b, the others are z */
+        double scale = r == 0 ? 1.0 / design->squared : 1.0;
+        double z[3];
+
+        for (size_t c = 0; c < 3; c++) {
+            z[c] = rows[r * size + c * run->points + node];
+        }
+        e[0] -= scale * z[0] * z[0];
+        e[1] -= scale * z[0] * z[1];
+        e[2] -= scale * z[0] * z[2];
+        e[3] -= scale * z[1] * z[1];
+        e[4] -= scale * z[1] * z[2];
+        e[5] -= scale * z[2] * z[2];
+        if (r == 0) {
+            memcpy(b, z, sizeof b);
+        }
+    }
+    return quadratic_form(e, b) / design->squared * (double)compare_design_freedom(design);
+}
+
+/* Row of P'v for a permutation: entry order[i] gets v[i]. */
+static void permute(size_t n, const uint32_t *order, const double *v, double *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        out[order[i]] = v[i];
+    }
+}
+
+/* |b|^2 of the SRNFs for the contrast c. */
+static double global_statistic(const struct compare_run *run, const double *c)
+{
+    double sum = 0.0;
+
+    for (size_t i = 0; i < run->n; i++) {
+        sum += c[i] * cblas_ddot((int)run->n, run->gram + i * run->n, 1, c, 1);
+    }
+    return fmax(sum, 0.0) / (run->design.squared * run->design.squared);
+}
+
+/* ---- Permutations ---------------------------------------------------------------------------- */
+
+struct block {
+    size_t first, count; /* numbers of the permutations */
+    uint32_t *order;     /* [n] */
+    double *contrasts;   /* [count][nuisance][n] */
+    double *rows;        /* [count][nuisance][3][P] */
+};
+
+static int open_block(struct block *block, const struct compare_run *run, size_t first,
+                      size_t count)
+{
+    size_t each = run->design.nuisance;
+
+    *block = (struct block){.first = first, .count = count};
+    block->order = srnf_alloc(run->n, sizeof *block->order);
+    block->contrasts = srnf_alloc(count * each, run->n * sizeof(double));
+    block->rows = srnf_alloc(count * each, 3 * run->points * sizeof(double));
+    if (!block->order || !block->contrasts || !block->rows) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t k = 0; k < count; k++) {
+        double *c = block->contrasts + k * each * run->n;
+
+        compare_permutation(run->seed, first + k, run->n, block->order);
+        permute(run->n, block->order, run->design.contrast, c);
+        for (size_t u = 1; u < each; u++) {
+            permute(run->n, block->order, run->design.basis + u * run->n, c + u * run->n);
+        }
+    }
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)(count * each),
+                (int)(3 * run->points), (int)run->n, 1.0, block->contrasts, (int)run->n,
+                run->vectors, (int)(3 * run->points), 0.0, block->rows, (int)(3 * run->points));
+    return SRNF_OK;
+}
+
+static void close_block(struct block *block)
+{
+    srnf_free(block->order);
+    srnf_free(block->contrasts);
+    srnf_free(block->rows);
+}
+
+static bool as_large(double value, double observed)
+{
+    return value >= observed * (1.0 - TIE);
+}
+
+static int run_block(void *argument, size_t index, const struct srnf_context *context,
+                     struct srnf_error *error)
+{
+    struct compare_run *run = argument;
+    size_t each = run->design.nuisance;
+    size_t first = 1 + index * BLOCK;
+    size_t left = run->permutations + 1 - first;
+    struct block block;
+    int status = open_block(&block, run, first, left < BLOCK ? left : BLOCK);
+
+    (void)context;
+    (void)error;
+    for (size_t k = 0; k < block.count && status == SRNF_OK; k++) {
+        const double *rows = block.rows + k * each * 3 * run->points;
+        double largest = 0.0;
+
+        for (size_t p = 0; p < run->points; p++) {
+            double t2 = hotelling(run, rows, p);
+
+            largest = fmax(largest, t2);
+            if (as_large(t2, run->out->statistic[p])) {
+                atomic_fetch_add_explicit(&run->count[p], 1, memory_order_relaxed);
+            }
+        }
+        run->largest[first + k] = largest;
+        if (as_large(global_statistic(run, block.contrasts + k * each * run->n), run->observed)) {
+            atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
+        }
+    }
+    close_block(&block);
+    return status;
+}
+
+/* ---- What was observed ----------------------------------------------------------------------- */
+
+/* The mean displacement, its length and its part along the normal of the mean surface. */
+static int describe(const struct compare_run *run, const double *mean, const double *rows)
+{
+    size_t points = run->points;
+    double *q = srnf_alloc(3 * points, sizeof(double));
+    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(run->sht));
+    int status = q && workspace ? SRNF_OK : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        srnf_field(run->sht, mean, q, workspace);
+    }
+    for (size_t p = 0; p < points && status == SRNF_OK; p++) {
+        double root = run->embedding.root[p];
+        double square = 0.0;
+        double along = 0.0;
+        double length = 0.0;
+
+        for (size_t c = 0; c < 3 && root > 0.0; c++) {
+            double b = rows[c * points + p] / run->design.squared / root;
+            double normal = q[c * points + p];
+
+            square += b * b;
+            along += b * normal;
+            length += normal * normal;
+        }
+        run->out->effect[p] = sqrt(square);
+        run->out->normal[p] = length > 0.0 ? along / sqrt(length) : 0.0;
+    }
+    srnf_free(q);
+    srnf_free(workspace);
+    return status;
+}
+
+static int observe(struct compare_run *run, const double *mean)
+{
+    struct block block;
+    int status = open_block(&block, run, 0, 1);
+
+    for (size_t p = 0; p < run->points && status == SRNF_OK; p++) {
+        run->out->statistic[p] = hotelling(run, block.rows, p);
+        run->largest[0] = fmax(run->largest[0], run->out->statistic[p]);
+    }
+    if (status == SRNF_OK) {
+        run->observed = global_statistic(run, block.contrasts);
+        run->out->distance = sqrt(run->observed);
+        status = describe(run, mean, block.rows);
+    }
+    close_block(&block);
+    return status;
+}
+
+/* ---- From counts to p ------------------------------------------------------------------------ */
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a;
+    double y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+/* How many of the m sorted values are as large as the observed one. */
+static size_t count_as_large(size_t m, const double *sorted, double observed)
+{
+    size_t low = 0;
+    size_t high = m;
+
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+
+        if (as_large(sorted[middle], observed)) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    return m - low;
+}
+
+struct ranked {
+    double p, area;
+    size_t node;
+};
+
+static int compare_ranked(const void *a, const void *b)
+{
+    const struct ranked *x = a;
+    const struct ranked *y = b;
+
+    if (x->p != y->p) {
+        return x->p < y->p ? -1 : 1;
+    }
+    return (x->node > y->node) - (x->node < y->node);
+}
+
+/* The step-up procedure as adjusted p: the least over larger p of p / (share of area up to it). */
+static int control_discoveries(const struct compare_run *run)
+{
+    struct ranked *ranked = srnf_alloc(run->points, sizeof *ranked);
+    double area = 0.0;
+    double least = 1.0;
+
+    if (!ranked) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t p = 0; p < run->points; p++) {
+        double root = run->embedding.root[p];
+
+        ranked[p] = (struct ranked){run->out->p[p], root * root, p};
+        area += root * root;
+    }
+    qsort(ranked, run->points, sizeof *ranked, compare_ranked);
+    for (size_t k = run->points; k-- > 0;) {
+        if (area > 0.0) {
+            least = fmin(least, ranked[k].p / fmin(area, 1.0));
+        }
+        area -= ranked[k].area;
+        run->out->fdr[ranked[k].node] = least;
+    }
+    srnf_free(ranked);
+    return SRNF_OK;
+}
+
+static int conclude(struct compare_run *run)
+{
+    struct srnf_comparison *out = run->out;
+    double all = 1.0 + (double)run->permutations;
+    size_t m = run->permutations;
+
+    out->p_value = (1.0 + (double)atomic_load(&run->global)) / all;
+    qsort(run->largest + 1, m, sizeof(double), compare_doubles);
+    out->max_p_value = (1.0 + (double)count_as_large(m, run->largest + 1, run->largest[0])) / all;
+    for (size_t p = 0; p < run->points; p++) {
+        size_t above = count_as_large(m, run->largest + 1, out->statistic[p]);
+
+        out->p[p] = (1.0 + (double)atomic_load(&run->count[p])) / all;
+        out->significance[p] = (1.0 + (double)above) / all;
+    }
+    return control_discoveries(run);
+}
+
+/* ---- The run --------------------------------------------------------------------------------- */
+
+void srnf_comparison_clear(struct srnf_comparison *comparison)
+{
+    srnf_free(comparison->statistic);
+    srnf_free(comparison->p);
+    srnf_free(comparison->significance);
+    srnf_free(comparison->fdr);
+    srnf_free(comparison->effect);
+    srnf_free(comparison->normal);
+    *comparison = (struct srnf_comparison){0};
+}
+
+static int open_run(struct compare_run *run)
+{
+    struct srnf_comparison *out = run->out;
+    double **maps[] = {&out->statistic, &out->p,      &out->significance,
+                       &out->fdr,       &out->effect, &out->normal};
+    size_t all;
+
+    if (__builtin_mul_overflow(run->n, 3 * run->points, &all)) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++) {
+        *maps[i] = srnf_alloc(run->points, sizeof(double));
+        if (!*maps[i]) {
+            return SRNF_ENOMEM;
+        }
+    }
+    run->q = srnf_alloc(all, sizeof(double));
+    run->vectors = srnf_alloc(all, sizeof(double));
+    run->gram = srnf_alloc(run->n, run->n * sizeof(double));
+    run->squares = srnf_alloc(run->points, 6 * sizeof(double));
+    run->largest = srnf_alloc(run->permutations + 1, sizeof(double));
+    run->count = srnf_alloc(run->points, sizeof *run->count);
+    return run->q && run->vectors && run->gram && run->squares && run->largest && run->count
+               ? SRNF_OK
+               : SRNF_ENOMEM;
+}
+
+static void close_run(struct compare_run *run)
+{
+    compare_design_clear(&run->design);
+    stats_embedding_clear(&run->embedding);
+    srnf_free(run->q);
+    srnf_free(run->vectors);
+    srnf_free(run->gram);
+    srnf_free(run->squares);
+    srnf_free(run->largest);
+    srnf_free(run->count);
+}
+
+/* Residuals of the SRNFs and their Gram matrix. */
+static int fill_gram(struct compare_run *run, const double *registered_q, struct srnf_error *error)
+{
+    size_t size = 3 * run->points;
+
+    stats_weight(srnf_sht_grid(run->sht), run->n, registered_q, NULL, run->q);
+    compare_design_residuals(&run->design, size, run->q);
+    return stats_gram(run->n, size, run->q, run->gram, error);
+}
+
+/* Residuals of the displacements and their squares at each node. */
+static void fill_squares(struct compare_run *run)
+{
+    size_t points = run->points;
+
+    compare_design_residuals(&run->design, 3 * points, run->vectors);
+    for (size_t i = 0; i < run->n; i++) {
+        const double *x = run->vectors + i * 3 * points;
+        const double *y = x + points;
+        const double *z = y + points;
+
+        for (size_t p = 0; p < points; p++) {
+            double *s = run->squares + 6 * p;
+
+            s[0] += x[p] * x[p];
+            s[1] += x[p] * y[p];
+            s[2] += x[p] * z[p];
+            s[3] += y[p] * y[p];
+            s[4] += y[p] * z[p];
+            s[5] += z[p] * z[p];
+        }
+    }
+}
+
+static int check(size_t n, const struct srnf_compare_options *options, struct srnf_error *error)
+{
+    if (n < 4 || n > N_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces; 4 to %zu are needed", n, N_MAX);
+    }
+    if (options->permutations == 0 || options->permutations > PERMUTATIONS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "permutations is %zu, not 1 to %zu",
+                         options->permutations, PERMUTATIONS_MAX);
+    }
+    return SRNF_OK;
+}
+
+static int compute(struct compare_run *run, const double *mean, const double *registered_q,
+                   const struct srnf_context *context, struct srnf_error *error)
+{
+    size_t blocks = (run->permutations + BLOCK - 1) / BLOCK;
+    int status = open_run(run);
+
+    status = status ? status : fill_gram(run, registered_q, error);
+    status = status ? status : stats_embedding_create(run->sht, mean, &run->embedding);
+    if (status == SRNF_OK) {
+        status = stats_embed_fields(
+            &run->embedding, mean, run->n, registered_q, context,
+            (struct stats_progress){0.0, PROGRESS_EMBED, "inverting the subjects"}, run->vectors,
+            error);
+    }
+    if (status == SRNF_OK) {
+        fill_squares(run);
+        status = observe(run, mean);
+    }
+    status = status ? status
+                    : stats_run(context, blocks, run_block, run,
+                                (struct stats_progress){PROGRESS_EMBED, 1.0, "permuting"}, error);
+    return status ? status : conclude(run);
+}
+
+int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean,
+                        const double *registered_q, const int *group, size_t n_covariates,
+                        const double *covariates, const struct srnf_compare_options *options,
+                        const struct srnf_context *context, struct srnf_comparison *comparison,
+                        struct srnf_error *error)
+{
+    struct srnf_compare_options defaults = srnf_compare_options_defaults();
+    struct srnf_comparison found = {.n = n};
+    struct srnf_error first = {0};
+    struct compare_run run = {
+        .sht = sht, .n = n, .points = stats_points(srnf_sht_grid(sht)), .out = &found};
+    int status;
+
+    options = options ? options : &defaults;
+    found.permutations = run.permutations = options->permutations;
+    run.seed = options->seed;
+    atomic_init(&run.global, 0);
+    status = check(n, options, &first);
+    if (status == SRNF_OK) {
+        status = compare_design_create(&run.design, n, group, n_covariates, covariates, &first);
+    }
+    status = status ? status : compute(&run, mean, registered_q, context, &first);
+    close_run(&run);
+    if (status) {
+        srnf_comparison_clear(&found);
+        return stats_fail(error, status, &first);
+    }
+    *comparison = found;
+    return SRNF_OK;
+}

@@ -1,0 +1,34 @@
+/*
+ * compare.h - what the files of the comparison of two groups share.
+ */
+#ifndef SRNF_STATS_COMPARE_H
+#define SRNF_STATS_COMPARE_H
+
+#include "stats.h"
+
+/* The linear model of a comparison (compare_design.c). */
+struct compare_design {
+    size_t n, nuisance; /* subjects; columns of U: the constant and the covariates */
+    double *basis;      /* [nuisance][n] U: orthonormal, the constant first */
+    double *contrast;   /* [n] what U leaves of the group's indicator */
+    double squared;     /* its square */
+};
+
+/* Orthonormalises covariates and group. SRNF_EINVAL with a sentence where they depend on one
+   another, or where too few degrees of freedom are left. */
+SRNF_CHECKED int compare_design_create(struct compare_design *design, size_t n, const int *group,
+                                       size_t n_covariates, const double *covariates,
+                                       struct srnf_error *error);
+void compare_design_clear(struct compare_design *design);
+/* Takes out of data, double[n][m], what U explains. */
+void compare_design_residuals(const struct compare_design *design, size_t m, double *data);
+/* Degrees of freedom of the residuals. */
+static inline size_t compare_design_freedom(const struct compare_design *design)
+{
+    return design->n - design->nuisance - 1;
+}
+
+/* A permutation of 0 .. n-1 from a seed and its number; number 0 is the identity. */
+void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *order);
+
+#endif

@@ -1,0 +1,367 @@
+/*
+ * process_compare.c - the process compare-groups over HTTP: canonical inputs and result document.
+ *
+ * The canonical cohort holds all that the computation needs of it, as it is now: the surfaces, the
+ * two labels in the order of their spelling with the group of each member, and the values of the
+ * covariates that are regressed out. The map is stored with the mean surface, whose id it is part
+ * of.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/cohorts.h"
+#include "api/process_mean.h"
+#include "jobs/compute_quality.h"
+
+static const char *const names[] = {
+    "cohort",    "covariates", "permutations",  "seed", "register", "commonPose",
+    "tolerance", "method",     "maxIterations", "lmax", NULL};
+
+#define COPIES 7 /* fields of each surface: those of the mean, residuals and displacements */
+
+/* The constant, the group, and what a covariance of displacements in space needs. */
+#define SUBJECTS_MIN(covariates) ((covariates) + 5)
+
+#define MAPS_TOLD 3 /* of the maps, in the document; all of them ride along in meshes */
+
+/* ---- Canonical inputs ------------------------------------------------------------------------ */
+
+/* The two labels, in the order of strcmp; false with a problem noted. */
+static bool find_labels(struct process_inputs *inputs, const json_t *members, const char *labels[2])
+{
+    size_t found = 0;
+
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        const char *label = json_string_value(json_object_get(json_array_get(members, i), "label"));
+        bool known = false;
+
+        if (!label) {
+            problem_add(inputs->list, "/inputs/cohort", "member %zu has no label", i);
+            return false;
+        }
+        for (size_t k = 0; k < found; k++) {
+            known = known || strcmp(label, labels[k]) == 0;
+        }
+        if (!known && found == 2) {
+            problem_add(inputs->list, "/inputs/cohort",
+                        "has more than two labels: %.60s, %.60s, %.60s", labels[0], labels[1],
+                        label);
+            return false;
+        }
+        if (!known) {
+            labels[found++] = label;
+        }
+    }
+    if (found < 2) {
+        problem_add(inputs->list, "/inputs/cohort", "has one label only: %.60s",
+                    found ? labels[0] : "none");
+        return false;
+    }
+    if (strcmp(labels[0], labels[1]) > 0) {
+        const char *swap = labels[0];
+        labels[0] = labels[1];
+        labels[1] = swap;
+    }
+    return true;
+}
+
+/* labels, and the group of each member; each must have two at least. */
+static bool set_groups(struct process_inputs *inputs, const json_t *members, json_t *cohort)
+{
+    const char *labels[2] = {NULL, NULL};
+    json_t *group = json_array();
+    size_t count[2] = {0, 0};
+
+    if (!find_labels(inputs, members, labels)) {
+        json_decref(group);
+        return false;
+    }
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        const json_t *label = json_object_get(json_array_get(members, i), "label");
+        int which = strcmp(json_string_value(label), labels[1]) == 0;
+
+        count[which]++;
+        (void)json_array_append_new(group, json_integer(which));
+    }
+    (void)json_object_set_new(cohort, "groups", json_pack("[s, s]", labels[0], labels[1]));
+    (void)json_object_set_new(cohort, "group", group);
+    if (count[0] < 2 || count[1] < 2) {
+        problem_add(inputs->list, "/inputs/cohort",
+                    "has %zu members of label %.60s and %zu of %.60s; each group needs two",
+                    count[0], labels[0], count[1], labels[1]);
+        return false;
+    }
+    return true;
+}
+
+/* The values of one covariate, or NULL with a problem noted. */
+static json_t *covariate_values(struct process_inputs *inputs, const json_t *members,
+                                const char *name, const char *pointer)
+{
+    json_t *values = json_array();
+
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        const json_t *all = json_object_get(json_array_get(members, i), "covariates");
+        const json_t *value = json_object_get(all, name);
+
+        if (json_is_boolean(value)) {
+            (void)json_array_append_new(values, json_real(json_is_true(value) ? 1.0 : 0.0));
+        } else if (json_is_number(value)) {
+            (void)json_array_append_new(values, json_real(json_number_value(value) + 0.0));
+        } else {
+            problem_add(inputs->list, pointer,
+                        "%.60s is not a number, true or false for member %zu of the cohort", name,
+                        i);
+            json_decref(values);
+            return NULL;
+        }
+    }
+    return values;
+}
+
+/* Names of the covariates, and their values into the cohort. */
+static void read_covariates(struct process_inputs *inputs, const json_t *members, json_t *cohort)
+{
+    const json_t *given = json_object_get(inputs->given, "covariates");
+    json_t *chosen = json_array(), *values = json_array();
+    char pointer[64];
+
+    if (given && !json_is_array(given) && !json_is_null(given)) {
+        problem_add(inputs->list, "/inputs/covariates", "must be an array of names");
+    }
+    if (json_array_size(given) > COHORT_COVARIATES_MAX) {
+        problem_add(inputs->list, "/inputs/covariates", "has %zu names; at most %d are taken",
+                    json_array_size(given), COHORT_COVARIATES_MAX);
+        given = NULL;
+    }
+    for (size_t i = 0; i < json_array_size(given); i++) {
+        const char *name = json_string_value(json_array_get(given, i));
+        json_t *one = NULL;
+
+        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+        if (!name) {
+            problem_add(inputs->list, pointer, "must be the name of a covariate");
+        } else if (members) {
+            one = covariate_values(inputs, members, name, pointer);
+        }
+        if (one) {
+            (void)json_array_append_new(chosen, json_string(name));
+            (void)json_array_append_new(values, one);
+        }
+    }
+    (void)json_object_set_new(inputs->canonical, "covariates", chosen);
+    (void)json_object_set_new(cohort, "covariates", values);
+}
+
+/* What the comparison needs beside the surfaces, into the canonical cohort. */
+static void describe_cohort(struct process_inputs *inputs, size_t n)
+{
+    json_t *cohort = json_object_get(inputs->canonical, "cohort");
+    struct store_cohort stored = {.record = NULL};
+    json_t *members = NULL;
+
+    if (store_cohort_get(inputs->call->api->config.store,
+                         json_string_value(json_object_get(cohort, "name")), &stored) == 0) {
+        members = cohort_members(&stored);
+    }
+    if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */
+        problem_add(inputs->list, "/inputs/cohort", "has changed while it was read: send it again");
+    } else if (set_groups(inputs, members, cohort)) {
+        size_t covariates;
+
+        read_covariates(inputs, members, cohort);
+        covariates = json_array_size(json_object_get(inputs->canonical, "covariates"));
+        if (n < SUBJECTS_MIN(covariates)) {
+            problem_add(inputs->list, "/inputs/cohort",
+                        "has %zu members, too few for %zu covariates: %zu are needed", n,
+                        covariates, SUBJECTS_MIN(covariates));
+        }
+    }
+    json_decref(members);
+    store_cohort_clear(&stored);
+}
+
+json_t *compare_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    long degree = PROCESS_DEGREE_DEFAULT;
+    size_t n = 0;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_integer(&inputs, "permutations", 1, PROCESS_PERMUTATIONS_MAX,
+                         PROCESS_PERMUTATIONS_DEFAULT);
+    (void)inputs_integer(&inputs, "seed", 0, PROCESS_SEED_MAX, 0);
+    inputs_mean_options(&inputs);
+    if (!json_is_string(json_object_get(given, "cohort"))) {
+        problem_add(list, "/inputs/cohort", "is required: the name of a cohort of two labels");
+    } else if (!list->errors) {
+        n = inputs_group(&inputs, &degree);
+    }
+    inputs_mean_degree(&inputs, n, degree, COPIES);
+    if (n && !list->errors) {
+        describe_cohort(&inputs, n);
+        (void)json_object_set(json_object_get(inputs.canonical, "cohort"), "surfaces",
+                              json_object_get(inputs.canonical, "surfaces"));
+    }
+    (void)json_object_del(inputs.canonical, "surfaces");
+    return inputs_close(&inputs);
+}
+
+/* ---- Results --------------------------------------------------------------------------------- */
+
+/* Typed inputs from the canonical ones; arrays to be freed with free. */
+struct design {
+    int *group;
+    double *covariates;
+};
+
+static bool read_design(const json_t *cohort, struct compute_comparison_inputs *typed,
+                        struct design *design)
+{
+    const json_t *group = json_object_get(cohort, "group");
+    const json_t *columns = json_object_get(cohort, "covariates");
+    size_t n = json_array_size(group), m = json_array_size(columns);
+
+    design->group = calloc(n ? n : 1, sizeof *design->group);
+    design->covariates = calloc(n * m > 0 ? n * m : 1, sizeof *design->covariates);
+    if (!design->group || !design->covariates) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        design->group[i] = (int)json_integer_value(json_array_get(group, i));
+        for (size_t j = 0; j < m; j++) {
+            design->covariates[i * m + j] =
+                json_number_value(json_array_get(json_array_get(columns, j), i));
+        }
+    }
+    typed->group = design->group;
+    typed->covariates = design->covariates;
+    typed->n_covariates = m;
+    return true;
+}
+
+/* The maps in one array; count 0 without memory. */
+static struct store_maps make_maps(const struct compute_mean_outputs *mean,
+                                   const struct srnf_comparison *comparison)
+{
+    static const char *const titles[] = {"significance", "fdr",        "effect",
+                                         "normalEffect", "pointwiseP", "statistic"};
+    const double *const values[] = {
+        comparison->significance, comparison->fdr, comparison->effect,
+        comparison->normal,       comparison->p,   comparison->statistic};
+    struct store_maps maps = {.n_theta = (int64_t)mean->n_theta, .n_phi = (int64_t)mean->n_phi};
+    size_t count = sizeof titles / sizeof titles[0], points = mean->n_theta * mean->n_phi;
+
+    maps.values = malloc(count * points * sizeof(double));
+    if (!maps.values) {
+        return maps;
+    }
+    maps.count = count;
+    for (size_t i = 0; i < count; i++) {
+        (void)snprintf(maps.names[i], sizeof maps.names[i], "%s", titles[i]);
+        memcpy(maps.values + i * points, values[i], points * sizeof(double));
+    }
+    return maps;
+}
+
+/* The ends of the maps, for those who do not draw them. */
+static json_t *summary(const struct compute_mean_outputs *mean,
+                       const struct srnf_comparison *comparison)
+{
+    size_t points = mean->n_theta * mean->n_phi;
+    double least = 1.0, least_fdr = 1.0, largest = 0.0;
+
+    for (size_t p = 0; p < points; p++) {
+        least = comparison->significance[p] < least ? comparison->significance[p] : least;
+        least_fdr = comparison->fdr[p] < least_fdr ? comparison->fdr[p] : least_fdr;
+        largest = comparison->effect[p] > largest ? comparison->effect[p] : largest;
+    }
+    return json_pack("{s:o, s:o, s:o}", "leastSignificance", json_finite(least), "leastFdr",
+                     json_finite(least_fdr), "largestEffect", json_finite(largest));
+}
+
+static json_t *map_json(const struct store_maps *maps)
+{
+    size_t points = (size_t)maps->n_theta * (size_t)maps->n_phi;
+    json_t *map = json_pack("{s:I, s:I}", "nTheta", (json_int_t)maps->n_theta, "nPhi",
+                            (json_int_t)maps->n_phi);
+
+    for (size_t i = 0; i < MAPS_TOLD && i < maps->count; i++) {
+        (void)json_object_set_new(map, maps->names[i],
+                                  json_vector(maps->values + i * points, points));
+    }
+    return map;
+}
+
+static json_t *comparison_json(const json_t *inputs, const struct compute_mean_outputs *mean,
+                               const struct srnf_comparison *comparison,
+                               const struct store_maps *maps)
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    json_t *document = summary(mean, comparison);
+
+    (void)json_object_set_new(document, "pValue", json_finite(comparison->p_value));
+    (void)json_object_set_new(document, "distance", json_finite(comparison->distance));
+    (void)json_object_set(document, "groups", json_object_get(cohort, "groups"));
+    (void)json_object_set_new(document, "permutations",
+                              json_integer((json_int_t)comparison->permutations));
+    (void)json_object_set(document, "regressedOut", json_object_get(inputs, "covariates"));
+    (void)json_object_set_new(document, "map", map_json(maps));
+    return document;
+}
+
+void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document, *surface = NULL;
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    struct compute_comparison_inputs typed = {.options = srnf_compare_options_defaults()};
+    struct compute_mean_outputs mean = {0};
+    struct srnf_register_options registration;
+    struct srnf_comparison comparison = {0};
+    struct store_maps maps = {0};
+    struct design design = {NULL, NULL};
+    const char **ids;
+    size_t n = 0;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    ids = group_ids(cohort, &n);
+    typed.options.permutations =
+        (size_t)json_integer_value(json_object_get(inputs, "permutations"));
+    typed.options.seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
+    if (!mean_inputs(inputs, n, ids, &typed.mean, &registration, result)) {
+        goto out;
+    }
+    if (!read_design(cohort, &typed, &design)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+        goto out;
+    }
+    if (compute_comparison(run, &typed, &mean, &comparison, result)) {
+        goto out;
+    }
+    maps = make_maps(&mean, &comparison);
+    if (maps.count) {
+        surface = mean_keep_surface(run, "compare-groups", "mean with the map of a comparison",
+                                    &typed.mean, &mean, &maps, result);
+    } else {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "keeping the map");
+    }
+    if (surface) {
+        document = comparison_json(inputs, &mean, &comparison, &maps);
+        (void)json_object_set_new(document, "surface", surface);
+        mean_set_members(document, &typed.mean, &mean);
+        process_finish(run, document, inputs, result);
+    }
+out:
+    store_maps_clear(&maps);
+    srnf_comparison_clear(&comparison);
+    compute_mean_clear(&mean);
+    free(design.group);
+    free(design.covariates);
+    srnf_free(ids);
+    json_decref(inputs);
+}

@@ -1,0 +1,210 @@
+/*
+ * process_quality.c - the process evaluate-model over HTTP: canonical inputs and result document.
+ *
+ * Either a stored model is evaluated, whose mean and registration are what they were, or a group,
+ * whose mean is computed first; the options of the mean then belong to the inputs, and with a model
+ * they are refused.
+ */
+#include <string.h>
+
+#include "api/models.h"
+#include "api/process_mean.h"
+#include "api/registration_options.h"
+#include "jobs/compute_quality.h"
+
+static const char *const names[] = {
+    "model", "surfaces",      "cohort",     "register", "commonPose", "tolerance", "method",
+    "lmax",  "maxIterations", "components", "samples",  "seed",       NULL};
+/* What a model already has. */
+static const char *const of_groups[] = {"surfaces",   "cohort",        "register",
+                                        "commonPose", "tolerance",     "method",
+                                        "lmax",       "maxIterations", NULL};
+
+#define COPIES 6 /* fields of each surface: those of the mean, points, and a copy for the Gram */
+
+/* ---- Canonical inputs ------------------------------------------------------------------------ */
+
+/* Leaving one of n out takes three, and leaves n - 2 components. */
+static void check_subjects(struct process_inputs *inputs, const char *pointer, size_t n)
+{
+    json_int_t asked = json_integer_value(json_object_get(inputs->canonical, "components"));
+
+    if (n < 3) {
+        problem_add(inputs->list, pointer, "has %zu surfaces; leaving one out takes three at least",
+                    n);
+    } else if (asked > (json_int_t)n - 2) {
+        problem_add(inputs->list, "/inputs/components",
+                    "is %lld; without one of %zu surfaces there are at most %zu components",
+                    (long long)asked, n, n - 2);
+    }
+}
+
+static void read_model_input(struct process_inputs *inputs)
+{
+    char pointer[48];
+    struct store_model model = {.record = NULL};
+
+    if (inputs_model(inputs, &model)) {
+        check_subjects(inputs, "/inputs/model", (size_t)model.subjects);
+        store_model_clear(&model);
+    }
+    for (const char *const *name = of_groups; *name; name++) {
+        const json_t *given = json_object_get(inputs->given, *name);
+
+        if (given && !json_is_null(given)) {
+            (void)snprintf(pointer, sizeof pointer, "/inputs/%s", *name);
+            problem_add(inputs->list, pointer, "belongs to a group; a model has its own");
+        }
+        (void)json_object_set_new(inputs->canonical, *name, json_null());
+    }
+}
+
+static void read_group_input(struct process_inputs *inputs)
+{
+    long degree = PROCESS_DEGREE_DEFAULT;
+    size_t n = 0;
+
+    (void)json_object_set_new(inputs->canonical, "model", json_null());
+    inputs_mean_options(inputs);
+    if (!inputs->list->errors) {
+        n = inputs_group(inputs, &degree);
+    }
+    if (n > 0) {
+        check_subjects(inputs, "/inputs/surfaces", n);
+    }
+    inputs_mean_degree(inputs, n, degree, COPIES);
+}
+
+json_t *evaluate_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    const json_t *model;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    (void)inputs_integer(&inputs, "samples", 2, PROCESS_QUALITY_SAMPLES_MAX,
+                         PROCESS_QUALITY_SAMPLES_DEFAULT);
+    (void)inputs_integer(&inputs, "seed", 0, PROCESS_SEED_MAX, 0);
+    (void)inputs_integer_or_null(&inputs, "components", 1, PROCESS_COMPONENTS_MAX);
+    model = json_object_get(given, "model");
+    if (model && !json_is_null(model)) {
+        read_model_input(&inputs);
+    } else {
+        read_group_input(&inputs);
+    }
+    return inputs_close(&inputs);
+}
+
+/* ---- Results --------------------------------------------------------------------------------- */
+
+/* [{components, value, standardError, ..}]; elastic may be NULL. */
+static json_t *curve_json(size_t components, const struct srnf_curve *curve,
+                          const struct srnf_curve *elastic)
+{
+    json_t *array = json_array();
+
+    for (size_t k = 0; k < components; k++) {
+        json_t *point = json_pack("{s:I, s:o, s:o}", "components", (json_int_t)k + 1, "value",
+                                  json_finite(curve->value[k]), "standardError",
+                                  json_finite(curve->standard_error[k]));
+
+        if (elastic) {
+            (void)json_object_set_new(point, "elastic", json_finite(elastic->value[k]));
+            (void)json_object_set_new(point, "elasticStandardError",
+                                      json_finite(elastic->standard_error[k]));
+        }
+        (void)json_array_append_new(array, point);
+    }
+    return array;
+}
+
+static json_t *quality_json(const struct srnf_quality *quality)
+{
+    size_t k = quality->components;
+    json_t *document = json_object();
+
+    (void)json_object_set_new(document, "subjects", json_integer((json_int_t)quality->n));
+    (void)json_object_set_new(document, "compactness", curve_json(k, &quality->compactness, NULL));
+    (void)json_object_set_new(
+        document, "generalisation",
+        curve_json(k, &quality->generalisation, &quality->generalisation_elastic));
+    (void)json_object_set_new(document, "specificity",
+                              curve_json(k, &quality->specificity, &quality->specificity_elastic));
+    (void)json_object_set_new(document, "refitted", json_pack("[s, s]", "mean", "components"));
+    (void)json_object_set_new(document, "shared", json_pack("[s]", "registration"));
+    return document;
+}
+
+static double total_variance(struct jobs_run *run, const char *id)
+{
+    struct store_model model = {.record = NULL};
+    json_t *record = NULL;
+    double total = 0.0;
+
+    if (store_model_get(jobs_run_store(run), id, 0, &model) == 0) {
+        record = json_loads(model.record ? model.record : "{}", 0, NULL);
+        total = json_number_value(json_object_get(record, "totalVariance"));
+    }
+    json_decref(record);
+    store_model_clear(&model);
+    return total;
+}
+
+static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
+                              const struct srnf_quality_options *options,
+                              struct jobs_result *result)
+{
+    struct compute_mean_inputs typed;
+    struct compute_mean_outputs mean = {0};
+    struct srnf_register_options registration;
+    struct srnf_quality quality = {0};
+    json_t *document = NULL;
+    size_t n = 0;
+    const char **ids = group_ids(inputs, &n);
+
+    if (mean_inputs(inputs, n, ids, &typed, &registration, result) &&
+        compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
+        document = quality_json(&quality);
+        mean_set_members(document, &typed, &mean);
+    }
+    srnf_quality_clear(&quality);
+    compute_mean_clear(&mean);
+    srnf_free(ids);
+    return document;
+}
+
+static json_t *evaluate_model(struct jobs_run *run, const char *id,
+                              const struct srnf_quality_options *options,
+                              struct jobs_result *result)
+{
+    struct srnf_quality quality = {0};
+    json_t *document = NULL;
+
+    if (compute_quality_model(run, id, total_variance(run, id), options, &quality, result) == 0) {
+        document = quality_json(&quality);
+    }
+    srnf_quality_clear(&quality);
+    return document;
+}
+
+void evaluate_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result), *document;
+    const char *model = json_string_value(json_object_get(inputs, "model"));
+    struct srnf_quality_options options = srnf_quality_options_defaults();
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    options.components = (size_t)json_integer_value(json_object_get(inputs, "components"));
+    options.samples = (size_t)json_integer_value(json_object_get(inputs, "samples"));
+    options.seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
+    document = model ? evaluate_model(run, model, &options, result)
+                     : evaluate_group(run, inputs, &options, result);
+    if (document) {
+        process_finish(run, document, inputs, result);
+    }
+    json_decref(inputs);
+}
