@@ -23,8 +23,8 @@ static inline struct log_field log_number(const char *name, double number)
     return (struct log_field){name, NULL, number};
 }
 
-/* Writes {"ts":..,"level":level,"event":event, fields ..} in one write, so that lines of several threads do not
-   mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
+/* Writes {"ts":..,"level":level,"event":event, fields ..} in one write, so that lines of several
+   threads do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
 void log_line(const char *level, const char *event, const struct log_field *fields,
               size_t n_fields);
 

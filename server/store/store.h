@@ -229,7 +229,7 @@ int store_job_get(struct store *store, const char *id, struct store_job *job);
 int store_job_find(struct store *store, const char *digest, struct store_job *job);
 /* results is allocated with malloc; STORE_CONFLICT when the job is not successful. */
 int store_job_results(struct store *store, const char *id, char **results, size_t *size);
-/* The same from memory, for small results that were read since the last write to the store (recent.c):
+/* The same from memory, for small results that were read since the last write (recent.c):
    STORE_NOT_FOUND where they are not there. Costs a lock and a copy; results NULL: only asks. */
 int store_job_results_recent(struct store *store, const char *id, char **results, size_t *size);
 /* Oldest accepted job becomes running, attempt + 1; STORE_NOT_FOUND when there is none. */
