@@ -31,8 +31,8 @@ static const char *const methods[] = {"srnf", NULL}; /* of all that needs the me
 /* Fields that are held for each surface: q and the warp on the grid; with modes and their copy. */
 #define COPIES_MEAN 4
 #define COPIES_PCA 6
-/* Of the pulled-back mean: 200 bytes for each point of each surface of its paths, srnf_pullback_mean,
-   in fields of 24. */
+/* Of the pulled-back mean: 200 bytes for each point of each surface of its 8 segments
+   (srnf_pullback_mean), in fields of 24. */
 #define COPIES_PULLBACK (COPIES_MEAN + 8 * 200 / 24)
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */

@@ -43,9 +43,9 @@ static void exponential_inverts_the_logarithm(void **state)
         open_number(&p, k / 3);
         velocity = shapes_doubles(p.from.count);
         options.segments = m;
-        assert_int_equal(
-            srnf_pullback_log(p.from.sht, p.from.f, p.to.f, &options, NULL, velocity, &figures, NULL),
-            SRNF_OK);
+        assert_int_equal(srnf_pullback_log(p.from.sht, p.from.f, p.to.f, &options, NULL, velocity,
+                                           &figures, NULL),
+                         SRNF_OK);
         shoot(&p.from, velocity, m, &shot);
         printf("# m = %zu: %zu Newton steps, %.0f U\n", m, shot.iterations, shot.transforms);
         figure_below("end of exp(log), distance of the fields",
