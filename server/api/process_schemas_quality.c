@@ -30,8 +30,9 @@
     ",\"default\":" TOLERANCE_DEFAULT_TEXT ",\"description\":\"On the change of the mean SRNF "   \
     "in one iteration, relative to its norm. Where surfaces "                                     \
     "are registered, the mean is also found when its objective falls by less than this part of "  \
-    "itself twice in a row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],"                     \
-    "\"default\":\"srnf\",\"description\":\"pullback is not available in this version.\"},"       \
+    "itself twice in a "                                                                          \
+    "row.\"},\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":"               \
+    "\"srnf: of the space of SRNFs, in which components are straight lines.\"},"                  \
     "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
     ",\"description\":\"Degree of the mean. Default: the largest of the surfaces'.\"},"           \
     "\"maxIterations\":{\"type\":\"integer\",\"minimum\":1,\"maximum\":" ITERATIONS_MAX_TEXT      \
