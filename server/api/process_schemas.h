@@ -37,7 +37,7 @@
     "were registered: degree, penalty and all other options; null where they were "    \
     "not.\"},"
 
-/* How the mean of a group is computed. */
+/* How the mean of a group is computed, but for the method. */
 #define MEAN_INPUTS                                                                               \
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \
     "every surface to the mean, with the default options of register; false: as they "            \
@@ -49,8 +49,7 @@
     ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
     "its norm. Where surfaces are registered, the mean is also found when its objective "         \
     "falls by less than this part of itself twice in a "                                          \
-    "row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","                  \
-    "\"description\":\"pullback is not available in this version.\"},"                            \
+    "row.\"},"                                                                                    \
     "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
     ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
     "Default: the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\","                 \

@@ -10,6 +10,7 @@
 #define COEFFICIENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COEFFICIENTS_MAX)
 #define COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COMPONENTS_MAX)
 #define DEVIATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_DEVIATIONS_MAX)
+#define PULLBACK_GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_PULLBACK_GROUP_MAX)
 #define GROUP_MIN_TEXT PROCESS_TEXT(PROCESS_GROUP_MIN)
 #define PENALTY_MAX_TEXT PROCESS_TEXT(PROCESS_PENALTY_MAX)
 #define SAMPLES_MAX_TEXT PROCESS_TEXT(PROCESS_SAMPLES_MAX)
@@ -39,6 +40,18 @@
     "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"              \
     "\"description\":\"Records; the deformation from the mean rides along in their " \
     "meshes.\"},"
+
+/* Of mean alone, and of what is made from the mean SRNF. */
+#define MEAN_METHOD                                                                              \
+    ",\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\",\"description\":"        \
+    "\"srnf: the surface of the mean SRNF. pullback: the surface with the least sum of squared " \
+    "lengths of geodesics within the space of surfaces, of at most " PULLBACK_GROUP_MAX_TEXT     \
+    " surfaces, at many times the cost; they are registered to the mean of srnf first, where "   \
+    "register is true.\"}"
+
+#define PCA_METHOD                                                                              \
+    ",\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":\"srnf: components " \
+    "are straight lines in the space of SRNFs.\"}"
 
 #define MEAN_OUTPUTS                                                                           \
     "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"              \
@@ -124,14 +137,19 @@ const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "from the job's results.\"},\"lmax\":{\"type\":\"integer\"}," REGISTRATION MADE_BY;
 
 const char mean_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS "}}";
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS MEAN_METHOD "}}";
 
 const char mean_outputs_schema[] = OUTPUTS_OPENING
     "\"surface\":{\"type\":\"object\",\"description\":\"Record of the mean surface, "
-    "centred at its area centroid.\"}," MEAN_OUTPUTS;
+    "centred at its area centroid.\"},\"pullback\":{\"type\":[\"object\",\"null\"],"
+    "\"description\":\"Of method pullback, null otherwise: segments of each geodesic, variance "
+    "(mean squared length), meanVelocity (norm of the mean logarithm at the mean: 0 at a minimum), "
+    "moved (distance from the surface of the mean SRNF), iterations, converged, transforms. "
+    "distances are then the lengths, relativeEnergy is of that surface; iterations, history and "
+    "seconds are of the mean SRNF that it starts from.\"}," MEAN_OUTPUTS;
 
 const char pca_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS PCA_METHOD
                    ",\"components\":{\"type\":[\"integer\",\"null\"],\"minimum\":1,"
                    "\"maximum\":" COMPONENTS_MAX_TEXT
                    ",\"default\":null,\"description\":\"How many to keep at most; null: all above "

@@ -10,6 +10,10 @@
 #define SAMPLES_DEFAULT_TEXT PROCESS_TEXT(PROCESS_QUALITY_SAMPLES_DEFAULT)
 #define SAMPLES_MAX_TEXT PROCESS_TEXT(PROCESS_QUALITY_SAMPLES_MAX)
 
+#define METHOD                                                               \
+    ",\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":" \
+    "\"srnf: of the space of SRNFs, in which components are straight lines.\"}"
+
 /* Of the mean that both begin with. */
 #define MEAN_MEMBERS                                                                            \
     "\"iterations\":{\"type\":\"integer\",\"description\":\"Of the mean.\"},\"converged\":{"    \
@@ -27,7 +31,7 @@ const char evaluate_inputs_schema[] = INPUTS_OPENING
     ",\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
     "\"},\"description\":\"The surfaces. Meshes are encoded with the default options.\"},"
     "\"cohort\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_INPUTS
+    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_INPUTS METHOD
     ",\"components\":{\"type\":[\"integer\",\"null\"],\"exclusiveMinimum\":0,"
     "\"default\":null,\"description\":\"The curves run from 1 to this; at most two less than "
     "there are surfaces. null: 10 or what there is.\"},\"samples\":{\"type\":\"integer\","
@@ -60,7 +64,7 @@ const char compare_inputs_schema[] = INPUTS_OPENING
     ",\"default\":" PERMUTATIONS_DEFAULT_TEXT
     ",\"description\":\"No p can be below 1 / (permutations + 1).\"},\"seed\":{"
     "\"type\":\"integer\",\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
-    ",\"default\":0,\"description\":\"Of the permutations.\"}," MEAN_INPUTS "}}";
+    ",\"default\":0,\"description\":\"Of the permutations.\"}," MEAN_INPUTS METHOD "}}";
 
 const char compare_outputs_schema[] = OUTPUTS_OPENING
     "\"pValue\":{\"type\":\"number\",\"description\":\"Permutation p of the "
