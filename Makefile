@@ -5,6 +5,7 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -49,6 +50,7 @@ SUPPORT_SRC:= $(sort $(wildcard tests/support/*.c))
 TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
 BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
+PAPER_SRC  := $(sort $(wildcard tests/paper/*.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
 Q   := $(if $(V),,@)
@@ -60,7 +62,7 @@ TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench paper fuzz install deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -127,6 +129,10 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
+$(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(CORE_LIB)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(CORE_LIBS) -lsharp -lpng -lpthread
+
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
@@ -158,6 +164,12 @@ bench: $(BENCHES) $(B)/srnfd
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers
 	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
+
+# Every figure and table of the paper with the data at hand, as one HTML file.
+paper:
+	@deploy/install-deps.sh --tests
+	@$(MAKE) --no-print-directory -j2 $(B)/paper
+	$(B)/paper $(B)/paper.html
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)

@@ -31,10 +31,11 @@ curl
 jq
 '
 
-# libsharp is the transform's oracle and yardstick. shellcheck and clang-format serve the linter.
+# libsharp is the transform's oracle and yardstick; libpng draws the pictures of `make paper`. shellcheck and clang-format serve the linter.
 TESTS='
 libcmocka-dev
 libsharp-dev
+libpng-dev
 clang
 clang-format
 binutils
