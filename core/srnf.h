@@ -116,6 +116,7 @@ void srnf_free(void *pointer);
 #include "srnf/mesh.h"
 #include "srnf/surface.h"
 #include "srnf/shape.h"
+#include "srnf/transport.h"
 #include "srnf/register.h"
 #include "srnf/stats.h"
 #include "srnf/groups.h"

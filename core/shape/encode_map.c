@@ -6,6 +6,10 @@
  *   2. sampled through the map on a grid with twice the rows of the working grid
  *   3. harmonic analysis of the three coordinates to degree L, optionally damped by the heat kernel
  *      exp(-sigma l (l + 1))
+ *
+ * Step 3 is least squares over the sphere. Least squares over the surface, with the area density of
+ * the map as weight (20 steps of conjugate gradients), changes the fit of real bodies by less than
+ * 1 %: the map has little distortion, and what is left is detail above the degree.
  */
 #include "encode.h"
 #include "mesh/spherical.h"

@@ -23,10 +23,6 @@
 
 #define STEPS_MIN 2
 #define STEPS_MAX 101
-#define LAMBDA 1e-6
-#define INNER_CAP 40
-#define INNER_TOLERANCE 0.05
-#define LM_STEPS 60
 #define DECREASE 1e-3   /* of E: the minimum is then known to a few parts in a thousand */
 #define TOLERANCE 1e-14 /* relative E, where the line stays in the image of Q */
 
@@ -93,32 +89,12 @@ static double distance(const struct geodesic_work *work, const double *a, const 
     return sqrt(srnf_inner_product(grid, difference, difference));
 }
 
-/* Numerical inversion of work->q into f, which holds the start on entry. */
-static int invert_point(struct geodesic_work *work, const struct srnf_context *context, double *f)
-{
-    struct shape_lm_options options = {.lambda = LAMBDA,
-                                       .max_steps = LM_STEPS,
-                                       .inner_cap = INNER_CAP,
-                                       .inner_tolerance = INNER_TOLERANCE,
-                                       .decrease = DECREASE};
-    struct srnf_context quiet = context ? *context : (struct srnf_context){0};
-    struct shape_run run = {.system = work->system,
-                            .context = &quiet,
-                            .f = f,
-                            .tolerance = TOLERANCE,
-                            .max_iterations = LM_STEPS};
-
-    quiet.progress = NULL; /* progress is told in surfaces, not in iterations */
-    run.energy = shape_system_try(work->system, f);
-    shape_system_accept(work->system);
-    return shape_levenberg(&run, &options);
-}
-
 /* Surface k of the path; the ones before it are there. */
 static int path_point(struct geodesic_work *work, const struct srnf_geodesic_options *options,
                       const struct srnf_context *context, struct srnf_geodesic *result, size_t k)
 {
     double *f = result->coefficients + k * work->count;
+    const struct shape_neighbour inversion = {.tolerance = TOLERANCE, .decrease = DECREASE};
     size_t each = work->count / 3;
     int status = SRNF_OK;
 
@@ -145,7 +121,7 @@ static int path_point(struct geodesic_work *work, const struct srnf_geodesic_opt
         if (result->energy_closed_form[k] < start) {
             shape_copy(work->count, work->closed, f);
         }
-        status = invert_point(work, context, f);
+        status = shape_invert_neighbour(work->system, &inversion, context, f, &start);
     }
     for (size_t c = 0; c < 3; c++) {
         f[c * each] = work->blend[c * each];

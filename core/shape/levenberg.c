@@ -2,11 +2,9 @@
  * levenberg.c - Levenberg-Marquardt for E(f) = ||Q(f) - q||^2.
  *
  * Each step solves (J' W J + lambda D) d = -J' W (Q(f) - q), D = diag(1 + l (l + 1) / 4), by
- * conjugate gradients preconditioned with D: J' W J is close to a multiple of l (l + 1) on a round
- * sphere, and D keeps that scaling for any surface, since Q is homogeneous of degree one and J
- * therefore free of scale. The inner tolerance follows sqrt(E), which makes the outer convergence
- * superlinear where the residual vanishes. An accepted step divides lambda by 5, a refused one
- * multiplies it by 8.
+ * conjugate gradients (conjugate.c). The inner tolerance follows sqrt(E), which makes the outer
+ * convergence superlinear where the residual vanishes. An accepted step divides lambda by 5, a
+ * refused one multiplies it by 8.
  *
  * A product costs one gradient transform and one adjoint; a step one transform and one adjoint
  * more.
@@ -24,75 +22,28 @@
 
 struct levenberg {
     double *memory;
-    double *diagonal, *gradient, *step, *r, *z, *p, *product, *candidate;
+    double *gradient, *step, *candidate;
+    struct shape_conjugate conjugate;
 };
 
 static int allocate(struct levenberg *work, const struct shape_system *system)
 {
     size_t n = system->count;
 
-    work->memory = srnf_alloc(8 * n, sizeof(double));
+    work->memory = srnf_alloc(3 * n, sizeof(double));
     if (!work->memory) {
         return SRNF_ENOMEM;
     }
-    work->diagonal = work->memory;
-    work->gradient = work->memory + n;
-    work->step = work->memory + 2 * n;
-    work->r = work->memory + 3 * n;
-    work->z = work->memory + 4 * n;
-    work->p = work->memory + 5 * n;
-    work->product = work->memory + 6 * n;
-    work->candidate = work->memory + 7 * n;
-    shape_diagonal(system->degree, 1.0, 0.25, work->diagonal);
-    return SRNF_OK;
+    work->gradient = work->memory;
+    work->step = work->memory + n;
+    work->candidate = work->memory + 2 * n;
+    return shape_conjugate_create(&work->conjugate, system);
 }
 
-static void precondition(const struct levenberg *work, size_t n, const double *r, double *z)
+static void release(struct levenberg *work)
 {
-    for (size_t i = 0; i < n; i++) {
-        z[i] = work->diagonal[i] > 0.0 ? r[i] / work->diagonal[i] : 0.0;
-    }
-}
-
-/* Conjugate gradients for the step, from 0, down to `tolerance` in the preconditioned norm. */
-static void solve_step(struct shape_system *system, struct levenberg *work, double lambda,
-                       double tolerance, size_t cap)
-{
-    size_t n = system->count;
-    double rz;
-    double goal;
-
-    for (size_t i = 0; i < n; i++) {
-        work->step[i] = 0.0;
-        work->r[i] = -work->gradient[i];
-    }
-    precondition(work, n, work->r, work->z);
-    shape_copy(n, work->z, work->p);
-    rz = shape_dot(n, work->r, work->z);
-    goal = tolerance * tolerance * rz;
-    for (size_t k = 0; k < cap && rz > goal; k++) {
-        double curvature;
-        double alpha;
-        double next;
-
-        shape_system_product(system, work->p, work->product);
-        for (size_t i = 0; i < n; i++) {
-            work->product[i] += lambda * work->diagonal[i] * work->p[i];
-        }
-        curvature = shape_dot(n, work->p, work->product);
-        if (!(curvature > 0.0)) {
-            return;
-        }
-        alpha = rz / curvature;
-        shape_axpy(n, alpha, work->p, work->step);
-        shape_axpy(n, -alpha, work->product, work->r);
-        precondition(work, n, work->r, work->z);
-        next = shape_dot(n, work->r, work->z);
-        for (size_t i = 0; i < n; i++) {
-            work->p[i] = work->z[i] + next / rz * work->p[i];
-        }
-        rz = next;
-    }
+    shape_conjugate_destroy(&work->conjugate);
+    srnf_free(work->memory);
 }
 
 static double inner_tolerance(const struct shape_run *run, const struct shape_lm_options *options)
@@ -122,9 +73,11 @@ static bool advance(struct shape_run *run, struct levenberg *work,
             run->stopped = SRNF_STOP_CANCELED;
             return false;
         }
-        solve_step(system, work, *lambda, inner_tolerance(run, options), options->inner_cap);
+        /* The gradient at the state: the step goes against it. */
+        (void)shape_conjugate_solve(&work->conjugate, system, work->gradient, *lambda,
+                                    inner_tolerance(run, options), options->inner_cap, work->step);
         shape_copy(n, run->f, work->candidate);
-        shape_axpy(n, 1.0, work->step, work->candidate);
+        shape_axpy(n, -1.0, work->step, work->candidate);
         energy = shape_system_try(system, work->candidate);
         (*steps)++;
         run->iterations++;
@@ -157,6 +110,7 @@ int shape_levenberg(struct shape_run *run, const struct shape_lm_options *option
     bool more = true;
 
     if (allocate(&work, run->system)) {
+        release(&work);
         return SRNF_ENOMEM;
     }
     run->stopped = SRNF_STOP_MAX_ITERATIONS;
@@ -169,6 +123,6 @@ int shape_levenberg(struct shape_run *run, const struct shape_lm_options *option
     } else if (steps >= options->max_steps || run->iterations >= run->max_iterations) {
         run->stopped = run->stopped == SRNF_STOP_CANCELED ? run->stopped : SRNF_STOP_MAX_ITERATIONS;
     }
-    srnf_free(work.memory);
+    release(&work);
     return run->stopped == SRNF_STOP_CANCELED ? SRNF_ECANCELED : SRNF_OK;
 }

@@ -298,36 +298,54 @@ static int report_field(const struct call *c, const double *moving, struct searc
     return status;
 }
 
+int srnf_registration_apply(const struct srnf_sht *sht,
+                            const struct srnf_registration *registration,
+                            const double *coefficients, double *out)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+    size_t n = grid->n_theta * grid->n_phi;
+    double *values = srnf_alloc(6 * n, sizeof(double));
+    double *turned = values + 3 * n;
+    void *workspace = srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
+    int status = SRNF_ENOMEM;
+
+    if (values && workspace) {
+        status = srnf_harmonics_at_points(srnf_sht_degree(sht), 3, coefficients, n,
+                                          registration->points, values, NULL);
+    }
+    if (status == SRNF_OK) {
+        for (size_t k = 0; k < 3; k++) {
+            const double *o = registration->rotation + 3 * k;
+
+            for (size_t i = 0; i < n; i++) {
+                turned[k * n + i] =
+                    o[0] * values[i] + o[1] * values[n + i] + o[2] * values[2 * n + i];
+            }
+        }
+        srnf_sht_analysis(sht, 3, turned, out, workspace);
+    }
+    srnf_free(workspace);
+    srnf_free(values);
+    return status;
+}
+
 /* Coefficients of O f2 o gamma and what their truncation costs. */
 static int report_surface(const struct call *c, const double *moving, struct srnf_registration *r)
 {
-    double *values = srnf_alloc(9 * c->n, sizeof(double));
-    double *turned = values + 3 * c->n;
-    double *q = values + 6 * c->n;
+    double *q = srnf_alloc(3 * c->n, sizeof(double));
     double norm;
-    int status;
+    int status = SRNF_ENOMEM;
 
     r->coefficients = srnf_alloc(c->count, sizeof(double));
-    if (!values || !r->coefficients) {
-        srnf_free(values);
-        return SRNF_ENOMEM;
+    if (q && r->coefficients) {
+        status = srnf_registration_apply(c->sht, r, moving, r->coefficients);
     }
-    status = srnf_harmonics_at_points(c->degree, 3, moving, c->n, r->points, values, NULL);
     if (status == SRNF_OK) {
-        for (size_t k = 0; k < 3; k++) {
-            const double *o = r->rotation + 3 * k;
-
-            for (size_t i = 0; i < c->n; i++) {
-                turned[k * c->n + i] =
-                    o[0] * values[i] + o[1] * values[c->n + i] + o[2] * values[2 * c->n + i];
-            }
-        }
-        srnf_sht_analysis(c->sht, 3, turned, r->coefficients, c->workspace);
         srnf_field(c->sht, r->coefficients, q, c->workspace);
         norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
         r->truncation_error = norm > 0.0 ? field_distance(c, q, r->q) / norm : 0.0;
     }
-    srnf_free(values);
+    srnf_free(q);
     return status;
 }
 

@@ -78,6 +78,26 @@ void shape_system_accept(struct shape_system *system);
 void shape_system_gradient(struct shape_system *system, double *g);
 /* out = J' W J w at the state; 0 in the translations. */
 void shape_system_product(struct shape_system *system, const double *w, double *out);
+/* field = J w at the state. */
+void shape_system_push_forward(struct shape_system *system, const double *w);
+/* out = J' W y at the state; 0 in the translations. y must not be w_theta or w_phi. */
+void shape_system_pull_back(struct shape_system *system, const double *y, double *out);
+
+/* ---- conjugate.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) -------- */
+
+struct shape_conjugate {
+    double *memory;
+    double *diagonal, *r, *z, *p, *product;
+    const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
+    size_t iterations;                  /* of the last solve */
+    double residual; /* what it left of b, relative, in the norm of the preconditioner */
+};
+int shape_conjugate_create(struct shape_conjugate *conjugate, const struct shape_system *system);
+void shape_conjugate_destroy(struct shape_conjugate *conjugate);
+/* From x = 0, down to `tolerance` in the preconditioned norm, at most `cap` products. b and x must
+   not overlap. Returns SRNF_OK whether that was reached or not, or SRNF_ECANCELED. */
+int shape_conjugate_solve(struct shape_conjugate *conjugate, struct shape_system *system,
+                          const double *b, double lambda, double tolerance, size_t cap, double *x);
 
 /* ---- The solvers ----------------------------------------------------------------------------- */
 
@@ -110,6 +130,33 @@ struct shape_lm_options {
     double decrease;        /* stop when an accepted step lowers E by less than this part */
 };
 SRNF_CHECKED int shape_levenberg(struct shape_run *run, const struct shape_lm_options *options);
+
+/* neighbour.c */
+struct shape_neighbour {
+    double tolerance; /* on energy / q_norm2 */
+    double decrease;  /* stop when an accepted step lowers E by less than this part */
+    bool refine;      /* take a target that turns out to be exact down to the tolerance */
+};
+/* Inverts the target of the system into f, which holds a surface nearby on entry. E never rises.
+   energy: E at the end. */
+SRNF_CHECKED int shape_invert_neighbour(struct shape_system *system,
+                                        const struct shape_neighbour *options,
+                                        const struct srnf_context *context, double *f,
+                                        double *energy);
+
+/* transport.c: the vector at the state whose Q_* is nearest to a field, as srnf_transport has it,
+   down to `tolerance` on the gradient. tangent is untouched on failure. */
+SRNF_CHECKED int shape_pull_velocity(struct shape_system *system, const double *velocity,
+                                     double tolerance, const struct srnf_context *context,
+                                     struct srnf_tangent *tangent);
+/* True where all n numbers are finite; otherwise error names the first that is not. */
+bool shape_check_finite(size_t n, const double *values, const char *what, struct srnf_error *error);
+
+/* shoot.c: as srnf_shoot, with a start for the surface at the only time, or NULL. */
+SRNF_CHECKED int shape_shoot(const struct srnf_sht *sht, const double *surface,
+                             const double *velocity, size_t n, const double *times,
+                             const double *hint, const struct srnf_context *context,
+                             struct srnf_shot *shot, struct srnf_error *error);
 
 /* descent.c */
 SRNF_CHECKED int shape_descend(struct shape_run *run);

@@ -97,13 +97,12 @@ static void clear_translations(const struct shape_system *system, double *x)
     x[2 * count] = 0.0;
 }
 
-/* out = gradient_adjoint of the pointwise adjoint of field */
-static void pull_back(struct shape_system *system, const double *field, double *out)
+void shape_system_pull_back(struct shape_system *system, const double *y, double *out)
 {
     const struct shape_state *s = &system->state;
 
     shape_differential_adjoint(system->points, s->f_theta, s->f_phi, s->unit, s->inverse,
-                               system->weight, field, system->w_theta, system->w_phi);
+                               system->weight, y, system->w_theta, system->w_phi);
     srnf_sht_gradient_adjoint(system->sht, 3, system->w_theta, system->w_phi, out,
                               system->workspace);
     system->transforms += 1.0;
@@ -112,10 +111,10 @@ static void pull_back(struct shape_system *system, const double *field, double *
 
 void shape_system_gradient(struct shape_system *system, double *g)
 {
-    pull_back(system, system->state.residual, g);
+    shape_system_pull_back(system, system->state.residual, g);
 }
 
-void shape_system_product(struct shape_system *system, const double *w, double *out)
+void shape_system_push_forward(struct shape_system *system, const double *w)
 {
     const struct shape_state *s = &system->state;
 
@@ -123,5 +122,10 @@ void shape_system_product(struct shape_system *system, const double *w, double *
     system->transforms += 1.0;
     shape_differential(system->points, s->f_theta, s->f_phi, s->unit, s->inverse, system->w_theta,
                        system->w_phi, system->field);
-    pull_back(system, system->field, out);
+}
+
+void shape_system_product(struct shape_system *system, const double *w, double *out)
+{
+    shape_system_push_forward(system, w);
+    shape_system_pull_back(system, system->field, out);
 }

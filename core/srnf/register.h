@@ -91,4 +91,18 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
                                const struct srnf_context *context,
                                struct srnf_registration *registration, struct srnf_error *error);
 
+/*
+ * Lays something else along with the surface that was registered: out = O f o gamma, analysed to
+ * the degree of sht. For surfaces in the parameterisation and pose of the moving one (its
+ * deformations), and for vectors on it (motions of its points): both transform in the same way, and
+ * linearly.
+ *   sht           [in]  that of the registration
+ *   coefficients  [in]  double[3][(L+1)^2]
+ *   out           [out] double[3][(L+1)^2], may be coefficients
+ * Errors: SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_registration_apply(const struct srnf_sht *sht,
+                                         const struct srnf_registration *registration,
+                                         const double *coefficients, double *out);
+
 #endif

@@ -44,9 +44,6 @@ json_t *problem_json(const char *code, const char *detail, const char *instance,
 bool problem_known(const char *code);
 /* HTTP status of a code, 500 for one that the table does not have. */
 int problem_status(const char *code);
-/* The code for an error of the core (enum srnf_status): "mesh-not-closed", "not-star-shaped", ...
-   */
-const char *problem_code_of(int srnf_status);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
 int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
                           const char *what);

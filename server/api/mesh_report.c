@@ -12,6 +12,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "jobs/compute.h"
+
 static void set_repair(json_t *repairs, const char *code, size_t count)
 {
     json_t *entry;
@@ -56,8 +58,8 @@ static json_t *problems_json(const struct srnf_mesh_report *report)
         const struct srnf_mesh_problem *problem = &report->problems[i];
 
         (void)json_array_append_new(list,
-                                    problem_entry(problem_code_of(problem->status), problem->count,
-                                                  problem->first, problem->detail));
+                                    problem_entry(compute_problem_code(problem->status),
+                                                  problem->count, problem->first, problem->detail));
     }
     return list;
 }

@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jobs/compute.h"
+
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {
     const char *format, *media_type, *accepted;
@@ -180,13 +182,13 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
     int status = srnf_mesh_prepare(mesh, info->format == SRNF_MESH_STL, &report);
 
     if (status < 0) {
-        (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
+        (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
         return false;
     }
     if (report.n_problems == 0) {
         status = srnf_star_kernel(mesh, &star);
         if (status == SRNF_ENOMEM) {
-            (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
+            (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
             return false;
         }
         have_star = status == 0;

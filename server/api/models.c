@@ -307,7 +307,7 @@ static void respond_modes(struct api_call *call, const struct store_model *model
                                         shape[1], shape[2], &sht);
     }
     if (status) {
-        (void)problem_respond(call, problem_code_of(status), "The modes: %s.",
+        (void)problem_respond(call, compute_problem_code(status), "The modes: %s.",
                               srnf_strerror(status));
         goto out;
     }

@@ -1,6 +1,7 @@
 /*
  * problem.c - problem documents (RFC 9457): one table of codes with their status and title, the
- * documents made from it, and the codes that failures of the core and of the store stand for.
+ * documents made from it, and the codes that failures of the store stand for (those of the core are
+ * in jobs/compute.c).
  *
  * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a
  * sentence about this occurrence, its instance the path asked for (or the job that failed). Clients
@@ -70,26 +71,6 @@ static const struct problem_kind kinds[] = {
 
 static const struct {
     int status;
-    const char *code;
-} core_codes[] = {
-    {SRNF_ENOMEM, "out-of-memory"},
-    {SRNF_EINVAL, "invalid-input"},
-    {SRNF_ELIMIT, "limit-exceeded"},
-    {SRNF_EFORMAT, "unparsable-mesh"},
-    {SRNF_EPARSE, "unparsable-mesh"},
-    {SRNF_ENOT_CLOSED, "mesh-not-closed"},
-    {SRNF_ENOT_MANIFOLD, "mesh-not-manifold"},
-    {SRNF_ENOT_ORIENTED, "mesh-not-oriented"},
-    {SRNF_ECOMPONENTS, "multiple-components"},
-    {SRNF_EGENUS, "not-genus-zero"},
-    {SRNF_EDEGENERATE, "mesh-degenerate"},
-    {SRNF_ENOT_STAR, "not-star-shaped"},
-    {SRNF_ENUMERIC, "numerical-failure"},
-    {SRNF_WNOT_CONVERGED, "not-converged"},
-};
-
-static const struct {
-    int status;
     const char *code, *detail;
 } store_codes[] = {
     {STORE_FULL, "storage-full", "The data directory has no space left."},
@@ -118,16 +99,6 @@ int problem_status(const char *code)
     const struct problem_kind *kind = find_kind(code);
 
     return kind ? kind->status : 500;
-}
-
-const char *problem_code_of(int srnf_status)
-{
-    for (size_t i = 0; i < sizeof core_codes / sizeof core_codes[0]; i++) {
-        if (core_codes[i].status == srnf_status) {
-            return core_codes[i].code;
-        }
-    }
-    return "internal-error";
 }
 
 /* Bytes that are not UTF-8 cannot stand in JSON: each becomes a question mark. */

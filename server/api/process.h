@@ -13,6 +13,7 @@
 #define SRNFD_API_PROCESS_H
 
 #include "api/handler.h"
+#include "api/surfaces.h"
 #include "jobs/compute.h"
 
 /* A macro's value as a string, for schemas. */
@@ -52,6 +53,8 @@
 #define PROCESS_QUALITY_SAMPLES_MAX 10000
 #define PROCESS_PERMUTATIONS_DEFAULT 10000
 #define PROCESS_PERMUTATIONS_MAX 1000000
+#define PROCESS_TIMES_MAX 101 /* of shooting; SRNF_SHOOT_TIMES_MAX, SRNF_SHOOT_TIME_MAX */
+#define PROCESS_TIME_MAX 10
 #define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
 
 /* Patterns of ids in schemas. */
@@ -76,14 +79,19 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 /* The canonical object (new reference), or NULL where there was any problem. */
 json_t *inputs_close(struct process_inputs *inputs);
 
-/* A whole number from lowest to highest; absent or null: fallback. Returns the number. */
+/* A whole number from lowest to highest; absent: fallback. Returns the number. */
 long inputs_integer(struct process_inputs *inputs, const char *name, long lowest, long highest,
                     long fallback);
-/* The same where absence means something: canonical null, returned as 0. */
+/* The same where absence, or null, means something: canonical null, returned as 0. */
 long inputs_integer_or_null(struct process_inputs *inputs, const char *name, long lowest,
                             long highest);
 double inputs_real(struct process_inputs *inputs, const char *name, double lowest, double highest,
                    double fallback);
+/* An array of 1 to `most` numbers, at most INPUTS_NUMBERS_MAX, of at most `limit` in size; absent
+   or null: fallback. */
+#define INPUTS_NUMBERS_MAX 101
+void inputs_numbers(struct process_inputs *inputs, const char *name, size_t most, double limit,
+                    size_t n_fallback, const double *fallback);
 bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallback);
 /* One of the choices (ended by NULL); absent: the first. */
 const char *inputs_choice(struct process_inputs *inputs, const char *name,
@@ -98,6 +106,16 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
                               const char *pointer, long *degree);
 /* The same for a required member, which is set. */
 bool inputs_surface(struct process_inputs *inputs, const char *name, long *degree);
+
+/* ---- Vector fields (process_field.c) --------------------------------------------------------- */
+
+/* Reads {lmax, nTheta, nPhi, q} on a Gauss-Legendre grid, q [nTheta][nPhi][3], nested or flat,
+   nTheta at least lmax + 1 and nPhi at least 2 lmax + 1. pointer is where it stands. Returns the
+   canonical object (new reference), which lacks what has a problem. */
+json_t *inputs_field(struct process_inputs *inputs, const json_t *value, const char *pointer,
+                     long *degree);
+/* Puts the digest of q, as qDigest, in its place; NULL is left alone. */
+void field_by_digest(json_t *field);
 
 /* ---- Numbers (json_numbers.c) ---------------------------------------------------------------- */
 
@@ -125,11 +143,19 @@ json_t *process_parse(const char *inputs, struct jobs_result *result);
    surface that deformation is measured from. */
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference);
-/* Whether a surface can be kept: finite numbers and an area. Otherwise sets the problem of the
-   run. */
-bool process_surface_sound(size_t degree, const double *coefficients,
-                           const struct srnf_surface_measures *measures,
-                           struct jobs_result *result);
+/* Whether all numbers are finite. Otherwise sets the problem of the run: what ("the scores") has
+   numbers beyond the range. */
+bool process_finite(size_t count, const double *values, const char *what,
+                    struct jobs_result *result);
+/*
+ * Stores a surface that a process made, if it can be kept: finite numbers and an area. Otherwise,
+ * and where the store fails, the problem of the run is set.
+ *   description [in] source, fit and star are taken over in any case
+ *   what        [in] "the mean": the surface in the problem's detail
+ * Returns its record (new reference), or NULL.
+ */
+json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
+                             const char *what, struct jobs_result *result);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
@@ -154,6 +180,9 @@ extern const char sample_inputs_schema[], sample_outputs_schema[];
 extern const char project_inputs_schema[], project_outputs_schema[];
 extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
 extern const char compare_inputs_schema[], compare_outputs_schema[];
+extern const char shoot_inputs_schema[], shoot_outputs_schema[];
+extern const char transport_inputs_schema[], transport_outputs_schema[];
+extern const char transfer_inputs_schema[], transfer_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -173,6 +202,11 @@ json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
+json_t *shoot_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
+json_t *transport_canonicalise(struct api_call *call, const json_t *inputs,
+                               struct problem_list *list);
+json_t *transfer_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -185,5 +219,8 @@ void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs
 void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void shoot_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void transport_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void transfer_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

@@ -126,7 +126,7 @@ static void read_covariates(struct process_inputs *inputs, const json_t *members
     json_t *chosen = json_array(), *values = json_array();
     char pointer[64];
 
-    if (given && !json_is_array(given) && !json_is_null(given)) {
+    if (given && !json_is_array(given)) {
         problem_add(inputs->list, "/inputs/covariates", "must be an array of names");
     }
     if (json_array_size(given) > COHORT_COVARIATES_MAX) {

@@ -63,7 +63,8 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_distances(run, shape[0], ids, registration, &matrix, &degree, result)) {
+    if (compute_distances(run, shape[0], ids, registration, &matrix, &degree, result) ||
+        !process_finite(shape[0] * shape[0], matrix, "the distances", result)) {
         goto out;
     }
     shape[1] = shape[0];

@@ -26,7 +26,7 @@ static void read_center(struct process_inputs *inputs)
     const size_t shape[1] = {3};
     double center[3];
 
-    if (!value || json_is_null(value) || (text && strcmp(text, "auto") == 0)) {
+    if (!value || (text && strcmp(text, "auto") == 0)) {
         (void)json_object_set_new(inputs->canonical, "center", json_string("auto"));
         return;
     }
@@ -147,16 +147,12 @@ static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
         .star = process_star_json(&encoded->star),
         .origin = encoded->origin,
     };
-    json_t *record = NULL;
-    int status;
+    json_t *record;
 
     if (store_mesh_get(jobs_run_store(run), mesh_id, &mesh) == 0) {
         description.name = mesh.name;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
-    if (status) {
-        (void)compute_fail_store(result, status, "the surface");
-    }
+    record = process_keep_surface(run, &description, "the surface", result);
     store_mesh_clear(&mesh);
     return record;
 }
@@ -172,7 +168,7 @@ void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_r
         return;
     }
     typed = typed_inputs(inputs);
-    if (compute_encode(run, &typed, &encoded, result)) {
+    if (compute_encode(run, jobs_run_context(run), &typed, &encoded, result)) {
         goto out;
     }
     surface = keep_surface(run, typed.mesh, &encoded, result);

@@ -110,18 +110,10 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .parameterization = parameterization_of(outputs, i),
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
-        int status;
 
-        if (!process_surface_sound(geodesic->degree, description.coefficients,
-                                   &outputs->measures[i], result)) {
-            json_decref(description.source);
-            json_decref(records);
-            return NULL;
-        }
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);
-        status = surface_save(jobs_run_store(run), &description, &record, NULL);
-        if (status) {
-            (void)compute_fail_store(result, status, "a surface of the path");
+        record = process_keep_surface(run, &description, "a surface of the path", result);
+        if (!record) {
             json_decref(records);
             return NULL;
         }

@@ -112,7 +112,7 @@ size_t inputs_group(struct process_inputs *inputs, long *degree)
 {
     const json_t *listed = json_object_get(inputs->given, "surfaces");
     const json_t *cohort = json_object_get(inputs->given, "cohort");
-    bool has_list = listed && !json_is_null(listed), has_cohort = cohort && !json_is_null(cohort);
+    bool has_list = listed != NULL, has_cohort = cohort && !json_is_null(cohort);
     json_t *surfaces = json_array();
     bool good = false;
 

@@ -2,9 +2,13 @@
  * process_inputs.c - readers of inputs: each takes one member, checks it against its limits,
  * notes a problem with a JSON pointer or sets the canonical member.
  *
- * null means the same as absent. A reference to a mesh or surface is looked up in the store at
- * once: a missing one answers 404 by itself, a mesh that cannot be analysed 422 with the code of
- * its first problem, and no job is made.
+ * null is a value like any other, and refused where the schema does not list it: it means what
+ * absence does only for inputs that may have no value (sphere, cohort, components and
+ * maxIterations), which are null in the canonical inputs too.
+ *
+ * A reference to a mesh or surface is looked up in the store at once: a missing one answers 404 by
+ * itself, a mesh that cannot be analysed 422 with the code of its first problem, and no job is
+ * made.
  */
 #include "api/process.h"
 
@@ -32,9 +36,7 @@ static void pointer_to(char pointer[POINTER_MAX], const char *name)
 
 static const json_t *member(const struct process_inputs *inputs, const char *name)
 {
-    const json_t *value = json_object_get(inputs->given, name);
-
-    return json_is_null(value) ? NULL : value;
+    return json_object_get(inputs->given, name);
 }
 
 static void set(struct process_inputs *inputs, const char *name, json_t *value)
@@ -123,7 +125,7 @@ long inputs_integer_or_null(struct process_inputs *inputs, const char *name, lon
     const json_t *value = member(inputs, name);
     long number = 0;
 
-    if (!value) {
+    if (!value || json_is_null(value)) {
         set(inputs, name, json_null());
     } else if (whole_number(inputs, name, value, lowest, highest, &number)) {
         set(inputs, name, json_integer(number));
@@ -151,6 +153,37 @@ double inputs_real(struct process_inputs *inputs, const char *name, double lowes
     /* + 0.0 turns -0 into 0, which means the same and must have the same digest. */
     set(inputs, name, json_real(number + 0.0));
     return number;
+}
+
+void inputs_numbers(struct process_inputs *inputs, const char *name, size_t most, double limit,
+                    size_t n_fallback, const double *fallback)
+{
+    const json_t *value = member(inputs, name);
+    double numbers[INPUTS_NUMBERS_MAX];
+    size_t count = json_array_size(value);
+    char pointer[POINTER_MAX];
+
+    pointer_to(pointer, name);
+    if (!value) {
+        set(inputs, name, json_vector(fallback, n_fallback));
+        return;
+    }
+    if (!json_is_array(value) || count < 1 || count > most) {
+        problem_add(inputs->list, pointer, "must be an array of 1 to %zu numbers", most);
+        return;
+    }
+    if (!json_read_numbers(value, 1, &count, numbers, inputs->list, pointer)) {
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        numbers[i] += 0.0;
+        if (!(fabs(numbers[i]) <= limit)) {
+            problem_add(inputs->list, pointer, "element %zu is %g; it must be from -%g to %g", i,
+                        numbers[i], limit, limit);
+            return;
+        }
+    }
+    set(inputs, name, json_vector(numbers, count));
 }
 
 bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallback)
@@ -231,8 +264,9 @@ bool inputs_mesh(struct process_inputs *inputs, const char *name)
     if (!is_content_id(id, "mesh-")) {
         pointer_to(pointer, name);
         problem_add(inputs->list, pointer,
-                    value ? "must be the id of a mesh: mesh- and 32 hexadecimal digits"
-                          : "is required: the id of a mesh");
+                    value && !json_is_null(value)
+                        ? "must be the id of a mesh: mesh- and 32 hexadecimal digits"
+                        : "is required: the id of a mesh");
         return false;
     }
     if (!check_mesh(inputs, id)) {

@@ -9,8 +9,7 @@
  * "maxIterations"; the method's own limit is a failure, not-converged, which says how far it
  * got.
  *
- * A q that is given is part of the canonical inputs, flat, so that a job can be run again from
- * its row; the result document names it by its digest instead.
+ * A q that is given is read by process_field.c.
  */
 #include <math.h>
 #include <stdio.h>
@@ -41,58 +40,6 @@ static int index_of(const char *name, const char *const *choices)
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-static const char *const given_names[] = {"lmax", "nTheta", "nPhi", "q", NULL};
-
-/* A whole number of srnf: {..}, set in canonical. */
-static long given_integer(struct process_inputs *inputs, const json_t *srnf, json_t *canonical,
-                          const char *name, long lowest, long highest)
-{
-    const json_t *value = json_object_get(srnf, name);
-    double number = json_number_value(value);
-    char pointer[64];
-
-    (void)snprintf(pointer, sizeof pointer, "/inputs/srnf/%s", name);
-    if (!json_is_number(value) || !(number >= (double)lowest && number <= (double)highest) ||
-        number != (double)(long)number) {
-        problem_add(inputs->list, pointer, "must be a whole number from %ld to %ld", lowest,
-                    highest);
-        return 0;
-    }
-    (void)json_object_set_new(canonical, name, json_integer((json_int_t)number));
-    return (long)number;
-}
-
-/* srnf {lmax, nTheta, nPhi, q}: q is checked number by number and kept flat. Returns its lmax. */
-static long read_field(struct process_inputs *inputs, const json_t *srnf)
-{
-    json_t *canonical = json_object(), *object = (json_t *)(uintptr_t)srnf;
-    size_t shape[3] = {0, 0, 3};
-    double *q = NULL;
-    long degree;
-
-    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
-        if (index_of(json_object_iter_key(at), given_names) < 0) {
-            problem_add(inputs->list, "/inputs/srnf",
-                        "has either surface, or lmax, nTheta, nPhi and q, and nothing else");
-        }
-    }
-    degree = given_integer(inputs, srnf, canonical, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX);
-    shape[0] =
-        (size_t)given_integer(inputs, srnf, canonical, "nTheta", degree + 1, PROCESS_ROWS_MAX);
-    shape[1] =
-        (size_t)given_integer(inputs, srnf, canonical, "nPhi", 2 * degree + 1, PROCESS_COLUMNS_MAX);
-    if (!inputs->list->errors) {
-        q = srnf_alloc(shape[0] * shape[1], 3 * sizeof(double));
-    }
-    if (q && json_read_numbers(json_object_get(srnf, "q"), 3, shape, q, inputs->list,
-                               "/inputs/srnf/q")) {
-        (void)json_object_set_new(canonical, "q", json_vector(q, shape[0] * shape[1] * 3));
-    }
-    srnf_free(q);
-    (void)json_object_set_new(inputs->canonical, "srnf", canonical);
-    return degree;
-}
-
 /* srnf in either form; returns the degree that lmax defaults to. */
 static long read_srnf(struct process_inputs *inputs)
 {
@@ -105,7 +52,8 @@ static long read_srnf(struct process_inputs *inputs)
         problem_add(inputs->list, "/inputs/srnf",
                     "is required: {\"surface\": id} or {\"lmax\", \"nTheta\", \"nPhi\", \"q\"}");
     } else if (!surface) {
-        degree = read_field(inputs, srnf);
+        (void)json_object_set_new(inputs->canonical, "srnf",
+                                  inputs_field(inputs, srnf, "/inputs/srnf", &degree));
     } else if (json_object_size(srnf) != 1) {
         problem_add(inputs->list, "/inputs/srnf",
                     "has either surface, or lmax, nTheta, nPhi and q, and nothing else");
@@ -335,36 +283,16 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
         .parameterization = "inherited",
         .source = process_source(run, "invert", NULL, NULL),
     };
-    json_t *record = NULL;
-    int status;
 
-    if (!process_surface_sound(typed->degree, description.coefficients, &outputs->measures,
-                               result)) {
-        json_decref(description.source);
-        return NULL;
-    }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
-
-    if (status) {
-        (void)compute_fail_store(result, status, "the surface");
-    }
-    return record;
+    return process_keep_surface(run, &description, "the surface", result);
 }
 
 /* The inputs of the results document: q by its digest. */
 static json_t *inputs_for_results(const json_t *inputs)
 {
-    json_t *copy = json_deep_copy(inputs), *srnf = json_object_get(copy, "srnf");
-    const json_t *q = json_object_get(srnf, "q");
-    char *text = q ? json_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
-    char digest[65];
+    json_t *copy = json_deep_copy(inputs);
 
-    if (text) {
-        store_sha256_hex(digest, text, strlen(text));
-        (void)json_object_set_new(srnf, "qDigest", json_string(digest));
-        (void)json_object_del(srnf, "q");
-    }
-    free(text);
+    field_by_digest(json_object_get(copy, "srnf"));
     return copy;
 }
 

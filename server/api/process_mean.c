@@ -6,7 +6,8 @@
  *
  * pca makes a model: mean SRNF, modes, eigenvalues and scores, stored under the hash of their
  * content. Its record keeps what it was made from and how its members were registered, which is
- * how project registers others.
+ * how project registers others; and for each member the id of its surface, its distance from the
+ * mean and its residual, by which project knows the member again.
  */
 #include "api/process_mean.h"
 
@@ -138,18 +139,12 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
         .source = process_source(run, process, NULL, NULL),
         .maps = maps,
     };
-    json_t *record = NULL;
-    int status;
 
     for (size_t i = 0; i < typed->n; i++) {
         description.scale +=
             process_scale(run, typed->ids[i], outputs->group.scales[i]) / (double)typed->n;
     }
-    status = surface_save(jobs_run_store(run), &description, &record, NULL);
-    if (status) {
-        (void)compute_fail_store(result, status, "the mean");
-    }
-    return record;
+    return process_keep_surface(run, &description, "the mean", result);
 }
 
 static json_t *history_json(const struct srnf_mean *mean)
@@ -222,18 +217,31 @@ out:
 
 /* ---- Principal components -------------------------------------------------------------------- */
 
+/* The ids that the members have as surfaces, those encoded here too. */
+static json_t *contents_json(const struct compute_group *group)
+{
+    json_t *contents = json_array();
+
+    for (size_t i = 0; i < group->n; i++) {
+        (void)json_array_append_new(contents, json_string(group->contents[i]));
+    }
+    return contents;
+}
+
 /* What the record of the model holds beside its numbers. */
 static char *record_text(struct jobs_run *run, const json_t *inputs,
                          const struct compute_mean_inputs *typed,
                          const struct compute_mean_outputs *outputs)
 {
     const json_t *cohort = json_object_get(json_object_get(inputs, "cohort"), "name");
-    json_t *record =
-        json_pack("{s:o, s:{s:s, s:s, s:O, s:O?, s:o, s:o}}", "totalVariance",
-                  json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
-                  jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort",
-                  cohort, "labels", group_labels(run, inputs), "registration",
-                  registration_json(typed->registration));
+    json_t *record = json_pack(
+        "{s:o, s:{s:s, s:s, s:O, s:O?, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
+        json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
+        jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort", cohort,
+        "labels", group_labels(run, inputs), "registration", registration_json(typed->registration),
+        "contents", contents_json(&outputs->group), "residuals",
+        json_vector(outputs->residuals, outputs->mean.n), "distances",
+        json_vector(outputs->mean.distances, outputs->mean.n));
     char *text =
         record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
 
@@ -251,6 +259,17 @@ static bool copy_array(struct store_model *model, enum store_model_array array, 
         memcpy(model->arrays[array], from, count * sizeof(double));
     }
     return model->arrays[array] != NULL;
+}
+
+static bool model_sound(const struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_pca *pca = &outputs->pca;
+    size_t field = 3 * outputs->n_theta * outputs->n_phi;
+
+    return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
+           process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
+           process_finite(pca->components * field, pca->modes, "the modes", result) &&
+           process_finite(field, outputs->mean.mean_q, "the mean SRNF", result);
 }
 
 /* Stores the model; its record with the mean's (taken over) in it, or NULL with the problem set. */
@@ -316,7 +335,7 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
         return;
     }
     if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
-        compute_pca(run, &typed, &outputs, result)) {
+        compute_pca(run, &typed, &outputs, result) || !model_sound(&outputs, result)) {
         goto out;
     }
     record = mean_keep_surface(run, "pca", "mean", &typed, &outputs, NULL, result);

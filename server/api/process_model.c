@@ -59,47 +59,17 @@ static long read_model(struct process_inputs *inputs)
     return components;
 }
 
-/* coefficients: up to so many numbers; by default from -2 to 2. */
-static void read_coefficients(struct process_inputs *inputs)
-{
-    static const double fallback[] = {-2.0, -1.0, 0.0, 1.0, 2.0};
-    const json_t *value = json_object_get(inputs->given, "coefficients");
-    double numbers[PROCESS_COEFFICIENTS_MAX];
-    size_t count = json_array_size(value);
-
-    if (!value || json_is_null(value)) {
-        (void)json_object_set_new(inputs->canonical, "coefficients", json_vector(fallback, 5));
-        return;
-    }
-    if (!json_is_array(value) || count < 1 || count > PROCESS_COEFFICIENTS_MAX) {
-        problem_add(inputs->list, "/inputs/coefficients", "must be an array of 1 to %d numbers",
-                    PROCESS_COEFFICIENTS_MAX);
-        return;
-    }
-    if (!json_read_numbers(value, 1, &count, numbers, inputs->list, "/inputs/coefficients")) {
-        return;
-    }
-    for (size_t i = 0; i < count; i++) {
-        numbers[i] += 0.0;
-        if (!(fabs(numbers[i]) <= PROCESS_DEVIATIONS_MAX)) {
-            problem_add(inputs->list, "/inputs/coefficients",
-                        "element %zu is %g; it must be from -%d to %d standard deviations", i,
-                        numbers[i], PROCESS_DEVIATIONS_MAX, PROCESS_DEVIATIONS_MAX);
-            return;
-        }
-    }
-    (void)json_object_set_new(inputs->canonical, "coefficients", json_vector(numbers, count));
-}
-
 json_t *modes_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
+    static const double fallback[] = {-2.0, -1.0, 0.0, 1.0, 2.0};
     struct process_inputs inputs;
     long components;
 
     if (!inputs_open(&inputs, call, given, list, modes_names)) {
         return NULL;
     }
-    read_coefficients(&inputs);
+    inputs_numbers(&inputs, "coefficients", PROCESS_COEFFICIENTS_MAX, PROCESS_DEVIATIONS_MAX,
+                   sizeof fallback / sizeof fallback[0], fallback);
     components = read_model(&inputs);
     (void)inputs_integer(&inputs, "mode", 1, components ? components : PROCESS_COMPONENTS_MAX, 1);
     return inputs_close(&inputs);
@@ -159,10 +129,9 @@ static json_t *keep_surfaces(struct jobs_run *run, const char *process,
             .parameterization = "inherited",
             .source = process_source(run, process, NULL, model->stored.mean),
         };
-        int status = surface_save(jobs_run_store(run), &description, &record, NULL);
 
-        if (status) {
-            (void)compute_fail_store(result, status, "a surface of the model");
+        record = process_keep_surface(run, &description, "a surface of the model", result);
+        if (!record) {
             json_decref(records);
             return NULL;
         }
@@ -310,6 +279,50 @@ out:
 
 /* ---- Projection ------------------------------------------------------------------------------ */
 
+/* The subjects of a model, from its record; srnf_free releases what subjects points to. */
+struct subjects {
+    struct compute_subjects view;
+    const char **contents;
+    double *numbers; /* residuals, then distances */
+};
+
+static void subjects_clear(struct subjects *subjects)
+{
+    srnf_free(subjects->contents);
+    srnf_free(subjects->numbers);
+}
+
+/* made is borrowed for as long as subjects is used. No subjects where the record does not tell. */
+static int read_subjects(const json_t *made, size_t n, struct subjects *subjects)
+{
+    const json_t *contents = json_object_get(made, "contents");
+    const json_t *residuals = json_object_get(made, "residuals");
+    const json_t *distances = json_object_get(made, "distances");
+
+    *subjects = (struct subjects){0};
+    if (json_array_size(contents) != n || json_array_size(residuals) != n ||
+        json_array_size(distances) != n) {
+        return 0;
+    }
+    subjects->contents = srnf_alloc(n, sizeof *subjects->contents);
+    subjects->numbers = srnf_alloc(2 * n, sizeof(double));
+    if (!subjects->contents || !subjects->numbers) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const char *content = json_string_value(json_array_get(contents, i));
+
+        subjects->contents[i] = content ? content : "";
+        subjects->numbers[i] = json_number_value(json_array_get(residuals, i));
+        subjects->numbers[n + i] = json_number_value(json_array_get(distances, i));
+    }
+    subjects->view = (struct compute_subjects){.n = n,
+                                               .contents = subjects->contents,
+                                               .residuals = subjects->numbers,
+                                               .distances = subjects->numbers + n};
+    return 0;
+}
+
 void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document, *made = NULL;
@@ -317,6 +330,7 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     struct srnf_register_options options;
     struct compute_model model = {0};
     struct compute_projection projection = {0};
+    struct subjects subjects = {0};
 
     (void)api;
     if (!inputs || compute_model_load(run, json_string_value(json_object_get(inputs, "model")),
@@ -327,13 +341,20 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     if (registration_read(json_object_get(made, "registration"), &options)) {
         registration = &options;
     }
+    if (read_subjects(made, model.pca.n, &subjects)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
+        goto out;
+    }
     if (compute_project(run, &model, json_string_value(json_object_get(inputs, "surface")),
-                        registration, &projection, result)) {
+                        registration, &subjects.view, &projection, result) ||
+        !process_finite(model.pca.components, projection.scores, "the scores", result)) {
         goto out;
     }
     document = json_object();
     (void)json_object_set_new(document, "scores",
                               json_vector(projection.scores, model.pca.components));
+    (void)json_object_set_new(document, "trainingSubject",
+                              json_boolean(projection.training_subject));
     (void)json_object_set_new(document, "residual", json_finite(projection.residual));
     (void)json_object_set_new(document, "distance", json_finite(projection.distance));
     (void)json_object_set_new(document, "distanceBefore", json_finite(projection.distance_before));
@@ -341,6 +362,7 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     process_finish(run, document, inputs, result);
 out:
     srnf_free(projection.scores);
+    subjects_clear(&subjects);
     json_decref(made);
     compute_model_clear(&model);
     json_decref(inputs);

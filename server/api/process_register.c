@@ -61,7 +61,7 @@ static void read_penalty(struct process_inputs *inputs)
         }
         jacobian = read_weight(inputs, value, "jacobian", jacobian);
         displacement = read_weight(inputs, value, "displacement", displacement);
-    } else if (value && !json_is_null(value) && !(text && strcmp(text, "default") == 0)) {
+    } else if (value && !(text && strcmp(text, "default") == 0)) {
         problem_add(inputs->list, "/inputs/penalty",
                     "must be default, none or {\"jacobian\", \"displacement\"}");
     }
@@ -229,13 +229,8 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .parameterization = "registered",
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
-    json_t *record = NULL;
-    int status = surface_save(jobs_run_store(run), &description, &record, NULL);
 
-    if (status) {
-        (void)compute_fail_store(result, status, "the surface");
-    }
-    return record;
+    return process_keep_surface(run, &description, "the surface", result);
 }
 
 void register_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)

@@ -42,27 +42,60 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     json_decref(document);
 }
 
-bool process_surface_sound(size_t degree, const double *coefficients,
-                           const struct srnf_surface_measures *measures, struct jobs_result *result)
+bool process_finite(size_t count, const double *values, const char *what,
+                    struct jobs_result *result)
 {
-    size_t count = 3 * srnf_coefficient_count(degree);
-    bool finite = isfinite(measures->area) && isfinite(measures->volume);
+    bool finite = true;
 
     for (size_t i = 0; i < count && finite; i++) {
-        finite = isfinite(coefficients[i]);
+        finite = isfinite(values[i]);
     }
     if (!finite) {
         result->problem_code = "numerical-failure";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                       "The surface that was reached has numbers beyond the range of double "
-                       "precision.");
-    } else if (!(measures->area > DBL_MIN)) {
-        finite = false;
-        result->problem_code = "not-converged";
-        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
-                       "The surface that was reached has shrunk to a point.");
+                       "%s: there are numbers beyond the range of double precision.", what);
     }
     return finite;
+}
+
+/* Finite numbers and an area. */
+static bool surface_sound(const struct surface_description *description, const char *what,
+                          struct jobs_result *result)
+{
+    const struct srnf_surface_measures *measures = description->measures;
+    const double sizes[] = {measures->area, measures->volume, description->scale};
+
+    if (!process_finite(3, sizes, what, result) ||
+        !process_finite(3 * srnf_coefficient_count(description->degree), description->coefficients,
+                        what, result)) {
+        return false;
+    }
+    if (!(measures->area > DBL_MIN)) {
+        result->problem_code = "not-converged";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "%s: the surface that was reached has shrunk to a point.", what);
+        return false;
+    }
+    return true;
+}
+
+json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
+                             const char *what, struct jobs_result *result)
+{
+    json_t *record = NULL;
+    int status;
+
+    if (!surface_sound(description, what, result)) {
+        json_decref(description->source);
+        json_decref(description->fit);
+        json_decref(description->star);
+        return NULL;
+    }
+    status = surface_save(jobs_run_store(run), description, &record, NULL);
+    if (status) {
+        (void)compute_fail_store(result, status, what);
+    }
+    return record;
 }
 
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,

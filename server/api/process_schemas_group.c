@@ -1,6 +1,7 @@
 /*
  * process_schemas_group.c - the inputs and outputs of registration and of the processes on groups
- * and models as JSON Schema (2020-12). As process_schemas.c, which has the others.
+ * and models as JSON Schema (2020-12). As process_schemas.c, which has the others; what several of
+ * them have in common stands once, as macros that end inside an object.
  */
 #include "api/cohorts.h"
 #include "api/process.h"
@@ -23,234 +24,219 @@
 #define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
 #define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
 
-const char register_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"template\",\"moving\"],\"properties\":{"
-    "\"template\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\",\"description\":\"The surface to register to. A mesh is encoded with the default "
-    "options.\"},\"moving\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\",\"description\":\"The surface that is moved. A mesh is encoded with the default "
-    "options.\"},\"rotation\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Rotate "
-    "the moving surface.\"},\"reparameterization\":{\"type\":\"boolean\",\"default\":true,"
+/* ---- What several schemas have in common ----------------------------------------------------- */
+
+#define OUTPUTS_OPENING                                                                  \
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
+    "\"properties\":{"
+
+#define INPUTS_OPENING                                                                   \
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
+    "\"additionalProperties\":false,"
+
+#define MADE_BY                                                                         \
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "             \
+    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made " \
+    "the numbers.\"}}}"
+
+#define GROUP_INPUT                                                                             \
+    "\"surfaces\":{\"type\":\"array\",\"minItems\":" GROUP_MIN_TEXT                             \
+    ",\"maxItems\":" GROUP_MAX_TEXT                                                             \
+    ",\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN                    \
+    "\"},\"description\":\"The surfaces, or cohort instead. Meshes are encoded with "           \
+    "the default "                                                                              \
+    "options.\"},\"cohort\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN \
+    "\",\"default\":null,\"description\":\"Name of a cohort, instead of surfaces.\"},"
+
+#define MODEL_INPUT                                                       \
+    "\"model\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN \
+    "\",\"description\":\"The model.\"},"
+
+#define LABELS                                                        \
+    "\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"}," \
+    "\"description\":\"A name for each surface, in order.\"},"
+
+#define REGISTRATION                                                                   \
+    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How surfaces " \
+    "were registered: degree, penalty and all other options; null where they were "    \
+    "not.\"},"
+
+#define MODEL_SURFACES                                                               \
+    "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"              \
+    "\"description\":\"Records; the deformation from the mean rides along in their " \
+    "meshes.\"},"
+
+#define MEAN_INPUTS                                                                               \
+    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \
+    "every surface to the mean, with the default options of register; false: as they "            \
+    "are parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"               \
+    "\"description\":\"The surfaces share a pose: nothing is rotated. Keeps "                     \
+    "correspondence better in aligned data.\"},\"tolerance\":{\"type\":\"number\","               \
+    "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
+    ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
+    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
+    "its norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","             \
+    "\"description\":\"pullback is not available in this version.\"},"                            \
+    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
+    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
+    "Default: the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\","                 \
+    "\"minimum\":1,\"maximum\":" MEAN_ITERATIONS_MAX_TEXT                                         \
+    ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT                                                  \
+    ",\"description\":\"Iterations after which the mean is a result as it is, with "              \
+    "converged false.\"}"
+
+#define MEAN_OUTPUTS                                                                     \
+    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"        \
+    "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, change (relative, "  \
+    "of the mean SRNF), variance (mean squared distance to it), seconds}].\"}," LABELS   \
+    "\"distances\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"      \
+    "\"description\":\"Of each surface from the mean SRNF.\"},"                          \
+    "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost " \
+    "of the mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\"," \
+    "\"null\"],\"description\":\"Of the iterations, over all attempts.\"}," REGISTRATION MADE_BY
+
+/* ---- Schemas --------------------------------------------------------------------------------- */
+
+const char register_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[\"template\",\"moving\"],"
+    "\"properties\":{\"template\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
+    "\",\"description\":\"The surface to register to. A mesh is encoded with the "
+    "default options.\"},\"moving\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
+    "\",\"description\":\"The surface that is moved. A mesh is encoded with the "
+    "default options.\"},\"rotation\":{\"type\":\"boolean\",\"default\":true,"
+    "\"description\":\"Rotate the moving surface.\"},"
+    "\"reparameterization\":{\"type\":\"boolean\",\"default\":true,"
     "\"description\":\"Warp the sphere under it.\"},\"degree\":{\"type\":\"integer\","
     "\"minimum\":1,\"maximum\":" WARP_DEGREE_MAX_TEXT ",\"default\":" WARP_DEGREE_DEFAULT_TEXT
-    ",\"description\":\"Of the fields that generate the warp.\"},\"penalty\":{\"oneOf\":[{"
-    "\"enum\":[\"default\",\"none\"]},{\"type\":\"object\",\"additionalProperties\":false,"
-    "\"properties\":{\"jacobian\":{\"type\":\"number\",\"minimum\":0,\"maximum\":" PENALTY_MAX_TEXT
-    ",\"default\":0.003},\"displacement\":{\"type\":\"number\","
-    "\"minimum\":0,\"maximum\":" PENALTY_MAX_TEXT ",\"default\":0.01}}}],"
-    "\"default\":\"default\",\"description\":\"Weights of the integrals of (1 + J) (log J)^4 "
-    "and of the squared displacement, against the squared distance relative to the area of the "
-    "template.\"},\"start\":{\"enum\":[\"tournament\",\"rigid\",\"identity\"],"
-    "\"default\":\"tournament\",\"description\":\"tournament: many rotations, narrowed down "
-    "while the warps grow; rigid: the best rotation; identity: as the surfaces are.\"},"
-    "\"commonPose\":{\"type\":\"boolean\",\"default\":false,\"description\":\"The surfaces "
-    "share a pose: nothing is rotated, and the start is identity.\"},\"symmetric\":{"
-    "\"type\":\"boolean\",\"default\":false,\"description\":\"Both ways, and the better one "
-    "counts: the same distance from either side.\"},\"exact\":{\"type\":\"boolean\","
-    "\"default\":false,\"description\":\"For surfaces that differ by a warp alone: no penalty, "
-    "up to degree 32.\"}}}";
+    ",\"description\":\"Of the fields that generate the warp.\"},"
+    "\"penalty\":{\"oneOf\":[{\"enum\":[\"default\",\"none\"]},{\"type\":\"object\","
+    "\"additionalProperties\":false,\"properties\":{\"jacobian\":{\"type\":\"number\","
+    "\"minimum\":0,\"maximum\":" PENALTY_MAX_TEXT
+    ",\"default\":0.003},\"displacement\":{\"type\":\"number\",\"minimum\":0,"
+    "\"maximum\":" PENALTY_MAX_TEXT
+    ",\"default\":0.01}}}],\"default\":\"default\",\"description\":\"Weights of the "
+    "integrals of (1 + J) (log J)^4 and of the squared displacement, against the "
+    "squared distance relative to the area of the template.\"},"
+    "\"start\":{\"enum\":[\"tournament\",\"rigid\",\"identity\"],"
+    "\"default\":\"tournament\",\"description\":\"tournament: many rotations, narrowed "
+    "down while the warps grow; rigid: the best rotation; identity: as the surfaces "
+    "are.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"
+    "\"description\":\"The surfaces share a pose: nothing is rotated, and the start is "
+    "identity.\"},\"symmetric\":{\"type\":\"boolean\",\"default\":false,"
+    "\"description\":\"Both ways, and the better one counts: the same distance from "
+    "either side.\"},\"exact\":{\"type\":\"boolean\",\"default\":false,"
+    "\"description\":\"For surfaces that differ by a warp alone: no penalty, up to "
+    "degree 32.\"}}}";
 
-const char register_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"surface\":{\"type\":\"object\",\"description\":\"Record of the moving "
-    "surface, registered.\"},\"rotation\":{\"type\":\"array\",\"description\":\"3x3, row by "
-    "row: of the moving surface in space.\"},\"distance\":{\"type\":[\"number\",\"null\"]},"
-    "\"distanceBefore\":{\"type\":[\"number\",\"null\"]},\"objective\":{\"type\":[\"number\","
-    "\"null\"],\"description\":\"Squared distance relative to the area of the template, and the "
-    "penalties.\"},\"minJacobian\":{\"type\":[\"number\",\"null\"]},\"maxJacobian\":{"
-    "\"type\":[\"number\",\"null\"]},\"inverseConsistency\":{\"type\":[\"number\",\"null\"],"
-    "\"description\":\"Relative gap between the objectives of the two ways; null unless "
-    "symmetric.\"},\"ambiguity\":{\"type\":\"object\",\"description\":\"objective: of the best "
-    "start in another basin, relative to the best, or null; angle between the two maps; "
+const char register_outputs_schema[] = OUTPUTS_OPENING
+    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the moving surface, "
+    "registered.\"},\"rotation\":{\"type\":\"array\",\"description\":\"3x3, row by "
+    "row: of the moving surface in space.\"},\"distance\":{\"type\":[\"number\","
+    "\"null\"]},\"distanceBefore\":{\"type\":[\"number\",\"null\"]},"
+    "\"objective\":{\"type\":[\"number\",\"null\"],\"description\":\"Squared distance "
+    "relative to the area of the template, and the penalties.\"},"
+    "\"minJacobian\":{\"type\":[\"number\",\"null\"]},"
+    "\"maxJacobian\":{\"type\":[\"number\",\"null\"]},"
+    "\"inverseConsistency\":{\"type\":[\"number\",\"null\"],\"description\":\"Relative "
+    "gap between the objectives of the two ways; null unless symmetric.\"},"
+    "\"ambiguity\":{\"type\":\"object\",\"description\":\"objective: of the best start "
+    "in another basin, relative to the best, or null; angle between the two maps; "
     "rotationalCurvature: smallest eigenvalue over rotations of the sphere.\"},"
-    "\"truncationError\":{\"type\":[\"number\",\"null\"],\"description\":\"Relative distance of "
-    "the registered surface's SRNF from the registered SRNF, which its degree cuts off.\"},"
-    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},\"stopped\":{"
-    "\"type\":\"string\",\"description\":\"stationary or maxIterations.\"},\"registration\":{"
-    "\"type\":\"object\",\"description\":\"Degree, penalty and all other options.\"},\"warp\":{"
-    "\"type\":\"object\",\"description\":\"links: maps of the sphere to be applied in order, "
-    "each a rotation (matrix), or exp or exp-inverse (p to exp_p(w(p)), w = grad phi + p x grad "
-    "psi, and its inverse; harmonic coefficients of phi and psi); grid: where they take the "
-    "nodes of the template's grid, and their Jacobian there.\"},\"inputs\":{\"type\":\"object\","
-    "\"description\":\"Every option after defaulting.\"},\"numericBuild\":{\"type\":\"string\","
-    "\"description\":\"What made the numbers.\"}}}";
+    "\"truncationError\":{\"type\":[\"number\",\"null\"],\"description\":\"Relative "
+    "distance of the registered surface's SRNF from the registered SRNF, which its "
+    "degree cuts off.\"},\"iterations\":{\"type\":\"integer\"},"
+    "\"converged\":{\"type\":\"boolean\"},\"stopped\":{\"type\":\"string\","
+    "\"description\":\"stationary or maxIterations.\"},"
+    "\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty and all "
+    "other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps of "
+    "the sphere to be applied in order, each a rotation (matrix), or exp or "
+    "exp-inverse (p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; "
+    "harmonic coefficients of phi and psi); grid: where they take the nodes of the "
+    "template's grid, and their Jacobian there.\"}," MADE_BY;
 
-const char distances_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[],\"properties\":{\"surfaces\":{"
-    "\"type\":\"array\",\"minItems\":" GROUP_MIN_TEXT ",\"maxItems\":" GROUP_MAX_TEXT ","
-    "\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\"},\"description\":\"The surfaces, or cohort instead. Meshes are encoded with the default "
-    "options.\"},\"cohort\":{\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"},\"register\":{"
-    "\"type\":\"boolean\",\"default\":true,\"description\":\"Register, with the default options "
-    "of register; false: as the surfaces are parameterised.\"},\"metric\":{\"enum\":[\"srnf\","
-    "\"harmonic\",\"srm\",\"icp\"],\"default\":\"srnf\",\"description\":\"harmonic, srm and icp "
-    "are not available in this version.\"}}}";
+const char distances_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[],\"properties\":{" GROUP_INPUT
+    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register, "
+    "with the default options of register; false: as the surfaces are "
+    "parameterised.\"},\"metric\":{\"enum\":[\"srnf\",\"harmonic\",\"srm\",\"icp\"],"
+    "\"default\":\"srnf\",\"description\":\"harmonic, srm and icp are not available in "
+    "this version.\"}}}";
 
-const char distances_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"},"
-    "\"description\":\"A name for each surface, in order.\"},\"matrix\":{\"type\":\"array\","
-    "\"description\":\"Symmetric; also as CSV and .npy from the job's results.\"},\"lmax\":{"
-    "\"type\":\"integer\"},\"registration\":{\"type\":[\"object\",\"null\"],"
-    "\"description\":\"How surfaces were registered: degree, penalty and all other options; "
-    "null where they were not.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every "
-    "option after defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What "
-    "made the numbers.\"}}}";
+const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
+    "\"matrix\":{\"type\":\"array\",\"description\":\"Symmetric; also as CSV and .npy "
+    "from the job's results.\"},\"lmax\":{\"type\":\"integer\"}," REGISTRATION MADE_BY;
 
 const char mean_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[],\"properties\":{\"surfaces\":{"
-    "\"type\":\"array\",\"minItems\":" GROUP_MIN_TEXT ",\"maxItems\":" GROUP_MAX_TEXT ","
-    "\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\"},\"description\":\"The surfaces, or cohort instead. Meshes are encoded with the default "
-    "options.\"},\"cohort\":{\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"},\"register\":{"
-    "\"type\":\"boolean\",\"default\":true,\"description\":\"Register every surface to the "
-    "mean, with the default options of register; false: as they are parameterised.\"},"
-    "\"commonPose\":{\"type\":\"boolean\",\"default\":false,\"description\":\"The surfaces "
-    "share a pose: nothing is rotated. Keeps correspondence better in aligned data.\"},"
-    "\"tolerance\":{\"type\":\"number\",\"minimum\":" MEAN_TOLERANCE_MIN_TEXT
-    ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT
-    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to its "
-    "norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","
-    "\"description\":\"pullback is not available in this version.\"},\"lmax\":{"
-    "\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT
-    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. Default: "
-    "the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\",\"minimum\":1,"
-    "\"maximum\":" MEAN_ITERATIONS_MAX_TEXT ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT
-    ",\"description\":\"Iterations after which the mean is a result as it is, with converged "
-    "false.\"}}}";
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS "}}";
 
-const char mean_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"surface\":{\"type\":\"object\",\"description\":\"Record of the mean "
-    "surface, centred at its area centroid.\"},\"iterations\":{\"type\":\"integer\"},"
-    "\"converged\":{\"type\":\"boolean\"},\"history\":{\"type\":\"array\","
-    "\"description\":\"[{iteration, change (relative, of the mean SRNF), variance (mean squared "
-    "distance to it), seconds}].\"},\"labels\":{\"type\":\"array\",\"items\":{"
-    "\"type\":\"string\"},\"description\":\"A name for each surface, in order.\"},"
-    "\"distances\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"
-    "\"description\":\"Of each surface from the mean SRNF.\"},\"relativeEnergy\":{"
-    "\"type\":[\"number\",\"null\"],\"description\":\"What is lost of the mean SRNF by being "
-    "that of a surface.\"},\"seconds\":{\"type\":[\"number\",\"null\"],\"description\":\"Of the "
-    "iterations, over all attempts.\"},\"registration\":{\"type\":[\"object\",\"null\"],"
-    "\"description\":\"How surfaces were registered: degree, penalty and all other options; "
-    "null where they were not.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every "
-    "option after defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What "
-    "made the numbers.\"}}}";
+const char mean_outputs_schema[] = OUTPUTS_OPENING
+    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the mean surface, "
+    "centred at its area centroid.\"}," MEAN_OUTPUTS;
 
 const char pca_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[],\"properties\":{\"surfaces\":{"
-    "\"type\":\"array\",\"minItems\":" GROUP_MIN_TEXT ",\"maxItems\":" GROUP_MAX_TEXT ","
-    "\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\"},\"description\":\"The surfaces, or cohort instead. Meshes are encoded with the default "
-    "options.\"},\"cohort\":{\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"},\"register\":{"
-    "\"type\":\"boolean\",\"default\":true,\"description\":\"Register every surface to the "
-    "mean, with the default options of register; false: as they are parameterised.\"},"
-    "\"commonPose\":{\"type\":\"boolean\",\"default\":false,\"description\":\"The surfaces "
-    "share a pose: nothing is rotated. Keeps correspondence better in aligned data.\"},"
-    "\"tolerance\":{\"type\":\"number\",\"minimum\":" MEAN_TOLERANCE_MIN_TEXT
-    ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT
-    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to its "
-    "norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","
-    "\"description\":\"pullback is not available in this version.\"},\"lmax\":{"
-    "\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT
-    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. Default: "
-    "the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\",\"minimum\":1,"
-    "\"maximum\":" MEAN_ITERATIONS_MAX_TEXT ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT
-    ",\"description\":\"Iterations after which the mean is a result as it is, with converged "
-    "false.\"},\"components\":{\"type\":[\"integer\",\"null\"],\"minimum\":1,"
-    "\"maximum\":" COMPONENTS_MAX_TEXT
-    ",\"default\":null,\"description\":\"How many to keep at most; null: "
-    "all above rounding.\"}}}";
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS
+                   ",\"components\":{\"type\":[\"integer\",\"null\"],\"minimum\":1,"
+                   "\"maximum\":" COMPONENTS_MAX_TEXT
+                   ",\"default\":null,\"description\":\"How many to keep at most; null: all above "
+                   "rounding.\"}}}";
 
 const char pca_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"model\":{\"type\":\"object\",\"description\":\"Record of the model: "
-    "mean, eigenvalues, explained, cumulative, scores.\"},\"compactness\":{\"type\":\"array\","
-    "\"description\":\"[{components, value}]: variance of the first components together.\"},"
-    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},\"history\":{"
-    "\"type\":\"array\",\"description\":\"[{iteration, change (relative, of the mean SRNF), "
-    "variance (mean squared distance to it), seconds}].\"},\"labels\":{\"type\":\"array\","
-    "\"items\":{\"type\":\"string\"},\"description\":\"A name for each surface, in order.\"},"
-    "\"distances\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"
-    "\"description\":\"Of each surface from the mean SRNF.\"},\"relativeEnergy\":{"
-    "\"type\":[\"number\",\"null\"],\"description\":\"What is lost of the mean SRNF by being "
-    "that of a surface.\"},\"seconds\":{\"type\":[\"number\",\"null\"],\"description\":\"Of the "
-    "iterations, over all attempts.\"},\"registration\":{\"type\":[\"object\",\"null\"],"
-    "\"description\":\"How surfaces were registered: degree, penalty and all other options; "
-    "null where they were not.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every "
-    "option after defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What "
-    "made the numbers.\"}}}";
+    OUTPUTS_OPENING "\"model\":{\"type\":\"object\",\"description\":\"Record of the model: mean, "
+                    "eigenvalues, explained, cumulative, scores.\"},"
+                    "\"compactness\":{\"type\":\"array\",\"description\":\"[{components, value}]: "
+                    "variance of the first components together.\"}," MEAN_OUTPUTS;
 
-const char modes_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"model\"],\"properties\":{\"model\":{"
-    "\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN "\",\"description\":\"The "
-    "model.\"},\"mode\":{\"type\":\"integer\",\"exclusiveMinimum\":0,\"default\":1,"
+const char modes_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[\"model\"],\"properties\":{" MODEL_INPUT
+    "\"mode\":{\"type\":\"integer\",\"exclusiveMinimum\":0,\"default\":1,"
     "\"description\":\"Number of the component, from 1 to those that the model has.\"},"
-    "\"coefficients\":{\"type\":\"array\",\"minItems\":1,\"maxItems\":" COEFFICIENTS_MAX_TEXT ","
-    "\"items\":{\"type\":\"number\",\"minimum\":-" DEVIATIONS_MAX_TEXT
+    "\"coefficients\":{\"type\":\"array\",\"minItems\":1,\"maxItems\":" COEFFICIENTS_MAX_TEXT
+    ",\"items\":{\"type\":\"number\",\"minimum\":-" DEVIATIONS_MAX_TEXT
     ",\"maximum\":" DEVIATIONS_MAX_TEXT
-    "},\"default\":[-2.0,-1.0,0.0,1.0,2.0],\"description\":\"Where along "
-    "it, in standard deviations.\"}}}";
+    "},\"default\":[-2.0,-1.0,0.0,1.0,2.0],\"description\":\"Where along it, in "
+    "standard deviations.\"}}}";
 
-const char modes_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"
-    "\"description\":\"Records; the deformation from the mean rides along in their meshes.\"},"
-    "\"coefficients\":{\"type\":\"array\",\"items\":{\"type\":\"number\"},\"description\":\"In "
-    "standard deviations.\"},\"standardDeviation\":{\"type\":\"number\","
-    "\"description\":\"Square root of the eigenvalue.\"},\"relativeEnergy\":{\"type\":\"array\","
-    "\"items\":{\"type\":[\"number\",\"null\"]},\"description\":\"Of each: squared distance of "
-    "its SRNF from the point of the model, relative to that point's norm. 0 where the shape "
-    "exists.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+const char modes_outputs_schema[] = OUTPUTS_OPENING MODEL_SURFACES
+    "\"coefficients\":{\"type\":\"array\",\"items\":{\"type\":\"number\"},"
+    "\"description\":\"In standard deviations.\"},"
+    "\"standardDeviation\":{\"type\":\"number\",\"description\":\"Square root of the "
+    "eigenvalue.\"},\"relativeEnergy\":{\"type\":\"array\","
+    "\"items\":{\"type\":[\"number\",\"null\"]},\"description\":\"Of each: squared "
+    "distance of its SRNF from the point of the model, relative to the squared norm of "
+    "that point: 0 where the shape exists. Its root, times that of the surface's area, "
+    "is how far the surface is from the point, to be read against coefficient times "
+    "standardDeviation, how far the point is from the mean: where it is a good part of "
+    "it, the shape asked for does not exist, and the surface is only the one nearest "
+    "to it.\"}," MADE_BY;
 
 const char sample_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"model\"],\"properties\":{\"model\":{"
-    "\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN "\",\"description\":\"The "
-    "model.\"},\"count\":{\"type\":\"integer\",\"minimum\":1,\"maximum\":" SAMPLES_MAX_TEXT ","
-    "\"default\":1,\"description\":\"Samples.\"},\"seed\":{\"type\":\"integer\",\"minimum\":0,"
-    "\"maximum\":" SEED_MAX_TEXT ",\"default\":0,\"description\":\"The same seed gives the same "
-    "scores on every machine.\"},\"components\":{\"type\":\"integer\",\"exclusiveMinimum\":0,"
-    "\"description\":\"How many of the model's to vary; default: all.\"}}}";
+    INPUTS_OPENING "\"required\":[\"model\"],\"properties\":{" MODEL_INPUT
+                   "\"count\":{\"type\":\"integer\",\"minimum\":1,\"maximum\":" SAMPLES_MAX_TEXT
+                   ",\"default\":1,\"description\":\"Samples.\"},\"seed\":{\"type\":\"integer\","
+                   "\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
+                   ",\"default\":0,\"description\":\"The same seed gives the same scores on every "
+                   "machine.\"},\"components\":{\"type\":\"integer\",\"exclusiveMinimum\":0,"
+                   "\"description\":\"How many of the model's to vary; default: all.\"}}}";
 
-const char sample_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"
-    "\"description\":\"Records; the deformation from the mean rides along in their meshes.\"},"
-    "\"scores\":{\"type\":\"array\",\"description\":\"[count][components of the model]; 0 in "
-    "those that are not varied.\"},\"relativeEnergy\":{\"type\":\"array\",\"items\":{"
-    "\"type\":[\"number\",\"null\"]},\"description\":\"Of each, as in modes.\"},\"inputs\":{"
-    "\"type\":\"object\",\"description\":\"Every option after defaulting.\"},\"numericBuild\":{"
-    "\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
+const char sample_outputs_schema[] = OUTPUTS_OPENING MODEL_SURFACES
+    "\"scores\":{\"type\":\"array\",\"description\":\"[count][components of the "
+    "model]; 0 in those that are not varied.\"},\"relativeEnergy\":{\"type\":\"array\","
+    "\"items\":{\"type\":[\"number\",\"null\"]},\"description\":\"Of each, as in "
+    "modes.\"}," MADE_BY;
 
 const char project_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"model\",\"surface\"],\"properties\":{"
-    "\"model\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN
-    "\",\"description\":\"The "
-    "model.\"},\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\",\"description\":\"The surface; registered to the mean as "
-    "those of the model were. A mesh is encoded with the default options.\"}}}";
+    INPUTS_OPENING "\"required\":[\"model\",\"surface\"],\"properties\":{" MODEL_INPUT
+                   "\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
+                   "\",\"description\":\"The surface; registered to the mean as those of the model "
+                   "were. A mesh is encoded with the default options.\"}}}";
 
-const char project_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"scores\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"
-    "\"description\":\"One for each component.\"},\"residual\":{\"type\":[\"number\",\"null\"],"
-    "\"description\":\"Norm of what the components cannot represent.\"},\"distance\":{"
-    "\"type\":[\"number\",\"null\"],\"description\":\"From the mean SRNF.\"},"
-    "\"distanceBefore\":{\"type\":[\"number\",\"null\"],\"description\":\"The same before "
-    "registration.\"},\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How "
-    "surfaces were registered: degree, penalty and all other options; null where they were "
-    "not.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+const char project_outputs_schema[] = OUTPUTS_OPENING
+    "\"scores\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"
+    "\"description\":\"One for each component.\"},"
+    "\"trainingSubject\":{\"type\":\"boolean\",\"description\":\"Whether the model was "
+    "made from this surface. In a registered model it then has the scores, residual "
+    "and distance of its registration within the group, and is not registered anew.\"},"
+    "\"residual\":{\"type\":[\"number\",\"null\"],\"description\":\"Norm of what the "
+    "components cannot represent.\"},\"distance\":{\"type\":[\"number\",\"null\"],"
+    "\"description\":\"From the mean SRNF.\"},\"distanceBefore\":{\"type\":[\"number\","
+    "\"null\"],\"description\":\"The same before registration.\"}," REGISTRATION MADE_BY;

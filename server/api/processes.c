@@ -59,6 +59,16 @@ const struct api_process api_processes[] = {
      "A permutation test of the difference between the means of two groups, and a map of where "
      "they differ, corrected for multiple comparisons, with covariates regressed out.",
      compare_inputs_schema, compare_outputs_schema, compare_canonicalise, compare_run},
+    {"shoot", "Shoot from a surface",
+     "The surfaces along the geodesic from a surface with a velocity: toward another surface, or "
+     "given by numbers.",
+     shoot_inputs_schema, shoot_outputs_schema, shoot_canonicalise, shoot_run},
+    {"transport", "Parallel transport of a vector",
+     "A vector at one surface carried to another, and the surface that it leads to from there.",
+     transport_inputs_schema, transport_outputs_schema, transport_canonicalise, transport_run},
+    {"transfer", "Transfer of a deformation",
+     "A surface deformed as another one was, its size included.", transfer_inputs_schema,
+     transfer_outputs_schema, transfer_canonicalise, transfer_run},
     {NULL, NULL, NULL, NULL, NULL, NULL, NULL},
 };
 

@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jobs/compute.h"
+
 static const char *const kinds[] = {
     [SRNF_GRID_GAUSS_LEGENDRE] = "gauss-legendre",
     [SRNF_GRID_EQUIANGULAR] = "equiangular",
@@ -50,7 +52,7 @@ bool surface_transform_open(struct api_call *call, size_t degree, const struct s
     status = jobs_transform_acquire(transform->jobs, degree, grid->kind, grid->n_theta, grid->n_phi,
                                     &transform->sht);
     if (status) {
-        (void)problem_respond(call, problem_code_of(status), "The harmonic transform: %s.",
+        (void)problem_respond(call, compute_problem_code(status), "The harmonic transform: %s.",
                               srnf_strerror(status));
         return false;
     }

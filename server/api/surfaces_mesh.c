@@ -15,6 +15,7 @@
 
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
+#include "jobs/compute.h"
 
 static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
 
@@ -203,7 +204,7 @@ static void respond_mesh(struct api_call *call, const struct store_surface *surf
         respond_bytes(call, 200, mesh_media_type(format), bytes, buffer.size);
     } else {
         status = status ? status : SRNF_ENOMEM;
-        (void)problem_respond(call, problem_code_of(status), "%s.", srnf_strerror(status));
+        (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
     }
     srnf_buffer_clear(&buffer);
     clear_riders(&riders);

@@ -56,9 +56,14 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
     return status;
 }
 
+bool compute_is_mesh(const char *id)
+{
+    return strncmp(id, "mesh-", 5) == 0;
+}
+
 int compute_fail_store(struct jobs_result *result, int status, const char *id)
 {
-    bool mesh = strncmp(id, "mesh-", 5) == 0, model = strncmp(id, "model-", 6) == 0;
+    bool mesh = compute_is_mesh(id), model = strncmp(id, "model-", 6) == 0;
 
     result->problem_code = "internal-error";
     if (status == STORE_NOT_FOUND) {
@@ -78,39 +83,50 @@ void compute_surface_clear(struct compute_surface *surface)
 }
 
 /* A mesh where a surface is wanted: its encoding with the default options. */
-static int load_mesh(struct jobs_run *run, const char *id, struct compute_surface *surface,
-                     struct jobs_result *result)
+static int load_mesh(struct jobs_run *run, const struct srnf_context *context, const char *id,
+                     struct compute_surface *surface, struct jobs_result *result)
 {
     struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults()};
     struct srnf_encoded encoded = {0};
     int status;
 
     (void)snprintf(inputs.mesh, sizeof inputs.mesh, "%s", id);
-    status = compute_encode(run, &inputs, &encoded, result);
+    status = compute_encode(run, context, &inputs, &encoded, result);
     if (status == 0) {
         surface->degree = encoded.degree;
         surface->coefficients = encoded.coefficients;
         surface->scale = encoded.scale;
         surface->route = srnf_parameterization_name(encoded.route);
+        store_surface_id(surface->content, (int64_t)encoded.degree, encoded.coefficients,
+                         encoded.scale);
     }
     return status;
 }
 
-int compute_surface_load(struct jobs_run *run, const char *id, struct compute_surface *surface,
-                         struct jobs_result *result)
+int compute_surface_load(struct jobs_run *run, const char *id, double share,
+                         struct compute_surface *surface, struct jobs_result *result)
+{
+    jobs_run_phase(run, compute_is_mesh(id) ? share : 0.0);
+    return compute_surface_load_within(run, jobs_run_context(run), id, surface, result);
+}
+
+int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
+                                const char *id, struct compute_surface *surface,
+                                struct jobs_result *result)
 {
     struct store_surface stored = {0};
     int status;
 
     *surface = (struct compute_surface){0};
     (void)snprintf(surface->id, sizeof surface->id, "%s", id);
-    if (strncmp(id, "mesh-", 5) == 0) {
-        return load_mesh(run, id, surface, result);
+    if (compute_is_mesh(id)) {
+        return load_mesh(run, context, id, surface, result);
     }
     status = store_surface_get(jobs_run_store(run), id, true, &stored);
     if (status) {
         return compute_fail_store(result, status, id);
     }
+    (void)snprintf(surface->content, sizeof surface->content, "%s", id);
     surface->degree = (size_t)stored.lmax;
     surface->coefficients = srnf_alloc(stored.coefficient_count, sizeof(double));
     if (!surface->coefficients) {

@@ -19,6 +19,7 @@ struct compute_surface {
     double *coefficients; /* [3][(degree+1)^2], owned: compute_surface_clear */
     double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
     const char *route;    /* of a surface encoded here, static; NULL for a stored one */
+    char content[STORE_ID_MAX]; /* surf-...: its own id, or that which the encoded mesh has */
 };
 
 /*
@@ -31,15 +32,24 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
 /* The same for an enum store_status. */
 int compute_fail_store(struct jobs_result *result, int status, const char *id);
 
-/* The problem code of a core status: a static string, never NULL. */
+/* The problem code of a core status (enum srnf_status): "mesh-not-closed", "not-star-shaped", ...;
+   "internal-error" for one that should not have come up. A static string, never NULL. */
 const char *compute_problem_code(int status);
+
+/* Whether the id is that of a mesh, which is to be encoded first. */
+bool compute_is_mesh(const char *id);
 
 /*
  * Loads a surface; a mesh id is encoded with the default options, which takes the time of an
- * encode. Returns 0, or a negative status with the problem set.
+ * encode: a phase of the job of `share` percent. The caller begins the next phase. Returns 0, or a
+ * negative status with the problem set.
  */
-int compute_surface_load(struct jobs_run *run, const char *id, struct compute_surface *surface,
-                         struct jobs_result *result);
+int compute_surface_load(struct jobs_run *run, const char *id, double share,
+                         struct compute_surface *surface, struct jobs_result *result);
+/* The same as part of a phase, with a context of the run's user: for several at a time. */
+int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
+                                const char *id, struct compute_surface *surface,
+                                struct jobs_result *result);
 void compute_surface_clear(struct compute_surface *surface);
 
 /* Copies coefficients to another degree: cut, or filled with zeros. out: [3][(to+1)^2]. */

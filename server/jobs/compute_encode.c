@@ -46,8 +46,9 @@ out:
     return status;
 }
 
-int compute_encode(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                   struct srnf_encoded *encoded, struct jobs_result *result)
+int compute_encode(struct jobs_run *run, const struct srnf_context *context,
+                   const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
+                   struct jobs_result *result)
 {
     struct srnf_encode_options options = inputs->options;
     struct srnf_mesh mesh = {0}, sphere = {0};
@@ -63,7 +64,7 @@ int compute_encode(struct jobs_run *run, const struct compute_encode_inputs *inp
         options.sphere = &sphere;
     }
     if (status == 0) {
-        status = srnf_encode(&mesh, &report, &options, jobs_run_context(run), encoded, &error);
+        status = srnf_encode(&mesh, &report, &options, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
     }
     srnf_mesh_clear(&sphere);

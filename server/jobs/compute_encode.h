@@ -14,10 +14,12 @@ struct compute_encode_inputs {
 
 /*
  * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
+ *   context [in]  of the run's user: whom to tell of progress
  *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure
  * Returns 0, or a negative status with the problem of the job in result (none when cancelled).
  */
-int compute_encode(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                   struct srnf_encoded *encoded, struct jobs_result *result);
+int compute_encode(struct jobs_run *run, const struct srnf_context *context,
+                   const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
+                   struct jobs_result *result);
 
 #endif

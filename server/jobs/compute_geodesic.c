@@ -13,6 +13,10 @@
 
 #include <string.h>
 
+/* Percent of the job: encoding a mesh, and registering one end to the other. */
+#define SHARE_END 15.0
+#define SHARE_REGISTRATION 50.0
+
 void compute_geodesic_clear(struct compute_geodesic_outputs *outputs)
 {
     compute_surface_clear(&outputs->ends[0]);
@@ -94,11 +98,13 @@ static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *in
         goto out;
     }
     if (inputs->registration) {
+        jobs_run_phase(run, SHARE_REGISTRATION);
         status = register_end(run, inputs, sht, padded, count, outputs, result);
         if (status) {
             goto out;
         }
     }
+    jobs_run_phase(run, 100.0);
     status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
                            &outputs->geodesic, &error);
     if (status < 0) {
@@ -121,9 +127,9 @@ int compute_geodesic(struct jobs_run *run, const struct compute_geodesic_inputs 
     int status;
 
     *outputs = (struct compute_geodesic_outputs){0};
-    status = compute_surface_load(run, inputs->from, &outputs->ends[0], result);
+    status = compute_surface_load(run, inputs->from, SHARE_END, &outputs->ends[0], result);
     if (status == 0) {
-        status = compute_surface_load(run, inputs->to, &outputs->ends[1], result);
+        status = compute_surface_load(run, inputs->to, SHARE_END, &outputs->ends[1], result);
     }
     if (status == 0) {
         status = follow(run, inputs, outputs, result);

@@ -7,7 +7,9 @@
  */
 #include "jobs/compute_group.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct slot {
     struct compute_surface surface;
@@ -19,6 +21,9 @@ struct loading {
     struct jobs_run *run;
     const char *const *ids;
     struct slot *slots;
+    struct srnf_context context; /* the run's, without its progress: that is the group's */
+    size_t n;
+    atomic_size_t done;
 };
 
 static void load_one(void *argument, size_t index)
@@ -26,13 +31,16 @@ static void load_one(void *argument, size_t index)
     struct loading *loading = argument;
     struct slot *slot = &loading->slots[index];
     const struct srnf_context *context = jobs_run_context(loading->run);
+    size_t done;
 
     if (context->canceled(context->user)) {
         slot->status = SRNF_ECANCELED;
         return;
     }
-    slot->status =
-        compute_surface_load(loading->run, loading->ids[index], &slot->surface, &slot->result);
+    slot->status = compute_surface_load_within(loading->run, &loading->context, loading->ids[index],
+                                               &slot->surface, &slot->result);
+    done = atomic_fetch_add(&loading->done, 1) + 1;
+    context->progress(context->user, (double)done / (double)loading->n, "loading the surfaces");
 }
 
 void compute_group_clear(struct compute_group *group)
@@ -40,6 +48,7 @@ void compute_group_clear(struct compute_group *group)
     srnf_free(group->coefficients);
     srnf_free(group->surfaces);
     srnf_free(group->scales);
+    srnf_free(group->contents);
     *group = (struct compute_group){0};
 }
 
@@ -58,7 +67,8 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
     group->coefficients = srnf_alloc(n, count * sizeof(double));
     group->surfaces = srnf_alloc(n, sizeof *group->surfaces);
     group->scales = srnf_alloc(n, sizeof(double));
-    if (!group->coefficients || !group->surfaces || !group->scales) {
+    group->contents = srnf_alloc(n, sizeof *group->contents);
+    if (!group->coefficients || !group->surfaces || !group->scales || !group->contents) {
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < n; i++) {
@@ -66,17 +76,34 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
                               group->coefficients + i * count);
         group->surfaces[i] = group->coefficients + i * count;
         group->scales[i] = slots[i].surface.scale;
+        memcpy(group->contents[i], slots[i].surface.content, STORE_ID_MAX);
     }
     return 0;
 }
 
+static size_t count_meshes(size_t n, const char *const *ids)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        count += compute_is_mesh(ids[i]);
+    }
+    return count;
+}
+
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,
-                       struct compute_group *group, struct jobs_result *result)
+                       double share, struct compute_group *group, struct jobs_result *result)
 {
     const struct srnf_context *context = jobs_run_context(run);
-    struct loading loading = {.run = run, .ids = ids, .slots = srnf_alloc(n, sizeof(struct slot))};
+    struct loading loading = {.run = run,
+                              .ids = ids,
+                              .slots = srnf_alloc(n, sizeof(struct slot)),
+                              .context = *context,
+                              .n = n};
     int status = 0;
 
+    loading.context.progress = NULL;
+    jobs_run_phase(run, share * (double)count_meshes(n, ids) / (double)n);
     *group = (struct compute_group){0};
     if (!loading.slots) {
         return compute_fail(result, SRNF_ENOMEM, NULL, "loading the surfaces");

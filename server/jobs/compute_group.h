@@ -8,18 +8,21 @@
 
 struct compute_group {
     size_t n, degree;
-    double *coefficients;    /* [n][3][(degree+1)^2], owned */
-    const double **surfaces; /* [n] into coefficients, owned */
-    double *scales;          /* [n] of members encoded here; 0 for stored ones. Owned */
+    double *coefficients;           /* [n][3][(degree+1)^2], owned */
+    const double **surfaces;        /* [n] into coefficients, owned */
+    double *scales;                 /* [n] of members encoded here; 0 for stored ones. Owned */
+    char (*contents)[STORE_ID_MAX]; /* [n] as in compute_surface. Owned */
 };
 
 /*
  * Loads the members, meshes among them encoded with the default options, several at a time.
  *   degree  [in] of the group; 0: the largest of its members. Others are cut, or filled with zeros
+ *   share   [in] percent of the job that encoding stands for if all of them are meshes: a phase,
+ *           after which the caller begins the next
  * Returns 0, or a negative status with the problem of the first member that has one.
  */
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,
-                       struct compute_group *group, struct jobs_result *result);
+                       double share, struct compute_group *group, struct jobs_result *result);
 void compute_group_clear(struct compute_group *group);
 
 #endif

@@ -15,6 +15,8 @@
 #include <math.h>
 #include <string.h>
 
+#define SHARE_MESH 30.0 /* percent of the job that encoding a mesh takes */
+
 /* The transforms and arrays of one inversion. */
 struct work {
     struct jobs *jobs;
@@ -73,7 +75,7 @@ static int load_initial(struct jobs_run *run, struct work *work, const char *id,
                         struct jobs_result *result)
 {
     struct compute_surface surface = {0};
-    int status = compute_surface_load(run, id, &surface, result);
+    int status = compute_surface_load(run, id, SHARE_MESH, &surface, result);
 
     if (status) {
         return status;
@@ -118,7 +120,7 @@ static int prepare(struct jobs_run *run, const struct compute_invert_inputs *inp
     int status;
 
     if (inputs->surface) {
-        status = compute_surface_load(run, inputs->surface, truth, result);
+        status = compute_surface_load(run, inputs->surface, SHARE_MESH, truth, result);
         if (status == 0) {
             status = sample_truth(work, truth, inputs->degree, result);
         }
@@ -152,6 +154,7 @@ int compute_invert(struct jobs_run *run, const struct compute_invert_inputs *inp
     }
     q = work.q ? work.q : inputs->q;
     options.surface = work.initial;
+    jobs_run_phase(run, 100.0);
     outputs->squared_norm = srnf_inner_product(srnf_sht_grid(work.sht), q, q);
     status = srnf_invert(work.sht, q, &options, jobs_run_context(run), &outputs->inversion, &error);
     if (status < 0) {

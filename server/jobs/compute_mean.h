@@ -14,6 +14,7 @@ struct compute_mean_inputs {
     double tolerance;
     size_t max_iterations;
     size_t components; /* of principal components; 0: all above rounding */
+    double share;      /* percent of the job that the mean is; 0: all that encoding leaves */
 };
 
 struct compute_mean_outputs {
@@ -21,6 +22,7 @@ struct compute_mean_outputs {
     struct srnf_mean mean;
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* of compute_pca only */
+    double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
     size_t n_theta, n_phi;
     double seconds; /* of the iterations, over all attempts of the job */
 };

@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define SHARE_MESH 20.0 /* percent of a projection that encoding a mesh takes */
+
 /* ---- The model ------------------------------------------------------------------------------- */
 
 void compute_model_clear(struct compute_model *model)
@@ -39,7 +41,7 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
                                    .eigenvalues = stored->arrays[STORE_MODEL_EIGENVALUES],
                                    .modes = stored->arrays[STORE_MODEL_MODES],
                                    .scores = stored->arrays[STORE_MODEL_SCORES]};
-    status = compute_surface_load(run, stored->mean, &model->mean, result);
+    status = compute_surface_load(run, stored->mean, 0.0, &model->mean, result);
     if (status) {
         compute_model_clear(model);
     }
@@ -196,6 +198,7 @@ int compute_reconstruct(struct jobs_run *run, const struct compute_model *model,
         (void)compute_fail(result, status, NULL, "inverting points of the model");
         goto out;
     }
+    jobs_run_phase(run, 100.0);
     status = acquire(run, model, &work.sht, result);
     if (status == 0) {
         status = invert_all(run, &work, result);
@@ -255,44 +258,101 @@ static double distance_of(const struct srnf_grid *grid, double *a, const double 
     return sqrt(srnf_inner_product(grid, a, a));
 }
 
-int compute_project(struct jobs_run *run, const struct compute_model *model, const char *surface,
-                    const struct srnf_register_options *registration,
-                    struct compute_projection *out, struct jobs_result *result)
+/* The subject that the surface is, or n. */
+static size_t find_subject(const struct compute_subjects *subjects, const char *content)
+{
+    size_t i = 0;
+
+    while (i < subjects->n && strcmp(subjects->contents[i], content) != 0) {
+        i++;
+    }
+    return i;
+}
+
+/* The surface at the degree of the model (owned by the caller), and which subject it is. */
+static double *load_subject(struct jobs_run *run, const struct compute_model *model, const char *id,
+                            const struct compute_subjects *subjects, size_t *subject,
+                            struct jobs_result *result)
+{
+    size_t degree = (size_t)model->stored.lmax;
+    struct compute_surface loaded = {0};
+    double *coefficients = NULL;
+
+    if (compute_surface_load(run, id, SHARE_MESH, &loaded, result) == 0) {
+        coefficients = srnf_alloc(srnf_coefficient_count(degree), 3 * sizeof(double));
+        if (coefficients) {
+            compute_change_degree(loaded.degree, loaded.coefficients, degree, coefficients);
+            *subject = find_subject(subjects, loaded.content);
+        } else {
+            (void)compute_fail(result, SRNF_ENOMEM, NULL, "projecting");
+        }
+    }
+    compute_surface_clear(&loaded);
+    jobs_run_phase(run, 100.0);
+    return coefficients;
+}
+
+/* What the model tells of its subject. */
+static void project_known(const struct compute_model *model,
+                          const struct compute_subjects *subjects, size_t subject,
+                          struct compute_projection *out)
+{
+    size_t components = model->pca.components;
+
+    memcpy(out->scores, model->pca.scores + subject * components, components * sizeof(double));
+    out->residual = subjects->residuals[subject];
+    out->distance = subjects->distances[subject];
+}
+
+static int project_anew(struct jobs_run *run, const struct compute_model *model,
+                        const struct srnf_sht *sht, const double *coefficients,
+                        const struct srnf_register_options *registration, double *q,
+                        struct compute_projection *out, struct jobs_result *result)
 {
     const double *mean_q = model->stored.arrays[STORE_MODEL_MEAN_Q];
-    size_t degree = (size_t)model->stored.lmax;
     size_t count = store_model_count(&model->stored, STORE_MODEL_MEAN_Q);
-    struct compute_surface loaded = {0};
-    const struct srnf_sht *sht = NULL;
-    double *coefficients = srnf_alloc(srnf_coefficient_count(degree), 3 * sizeof(double));
-    double *q = srnf_alloc(count, sizeof(double));
-    int status = SRNF_ENOMEM;
+    int status = make_field(run, model, sht, coefficients, registration, q, result);
 
-    *out = (struct compute_projection){.scores = srnf_alloc(model->pca.components, sizeof(double))};
-    if (!coefficients || !q || !out->scores) {
-        (void)compute_fail(result, status, NULL, "projecting");
-        goto out;
-    }
-    status = compute_surface_load(run, surface, &loaded, result);
-    if (status == 0) {
-        status = acquire(run, model, &sht, result);
-    }
-    if (status) {
-        goto out;
-    }
-    compute_change_degree(loaded.degree, loaded.coefficients, degree, coefficients);
-    status = make_field(run, model, sht, coefficients, NULL, q, result);
-    if (status == 0) {
-        out->distance_before = distance_of(srnf_sht_grid(sht), q, mean_q, count);
-        status = make_field(run, model, sht, coefficients, registration, q, result);
-    }
     if (status == 0) {
         srnf_pca_project(srnf_sht_grid(sht), &model->pca, mean_q, q, out->scores, &out->residual);
         out->distance = distance_of(srnf_sht_grid(sht), q, mean_q, count);
     }
+    return status;
+}
+
+int compute_project(struct jobs_run *run, const struct compute_model *model, const char *surface,
+                    const struct srnf_register_options *registration,
+                    const struct compute_subjects *subjects, struct compute_projection *out,
+                    struct jobs_result *result)
+{
+    const double *mean_q = model->stored.arrays[STORE_MODEL_MEAN_Q];
+    size_t count = store_model_count(&model->stored, STORE_MODEL_MEAN_Q), subject = 0;
+    const struct srnf_sht *sht = NULL;
+    double *q = srnf_alloc(count, sizeof(double)), *coefficients = NULL;
+    int status = SRNF_ENOMEM;
+
+    *out = (struct compute_projection){.scores = srnf_alloc(model->pca.components, sizeof(double))};
+    if (!q || !out->scores) {
+        (void)compute_fail(result, status, NULL, "projecting");
+        goto out;
+    }
+    coefficients = load_subject(run, model, surface, subjects, &subject, result);
+    status = coefficients ? acquire(run, model, &sht, result) : SRNF_ENOMEM;
+    if (status) {
+        goto out;
+    }
+    out->training_subject = subject < subjects->n;
+    status = make_field(run, model, sht, coefficients, NULL, q, result);
+    if (status == 0) {
+        out->distance_before = distance_of(srnf_sht_grid(sht), q, mean_q, count);
+        if (registration && out->training_subject) {
+            project_known(model, subjects, subject, out);
+        } else {
+            status = project_anew(run, model, sht, coefficients, registration, q, out, result);
+        }
+    }
     jobs_transform_release(jobs_run_jobs(run), sht);
 out:
-    compute_surface_clear(&loaded);
     srnf_free(q);
     srnf_free(coefficients);
     if (status) {

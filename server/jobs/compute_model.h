@@ -38,15 +38,30 @@ int compute_reconstruct(struct jobs_run *run, const struct compute_model *model,
                         struct compute_reconstruction *out, struct jobs_result *result);
 void compute_reconstruction_clear(struct compute_reconstruction *out);
 
+/* The subjects that a model was made from, in the order of its scores. */
+struct compute_subjects {
+    size_t n;                            /* 0: the model does not tell */
+    const char *const *contents;         /* [n] ids of their surfaces: content of compute_surface */
+    const double *residuals, *distances; /* [n] as in compute_projection */
+};
+
 struct compute_projection {
     double *scores; /* [components], owned: srnf_free */
     double residual, distance, distance_before;
+    bool training_subject; /* the surface is one of the model's subjects */
 };
 
-/* Scores of a surface in the frozen model, registered to its mean SRNF unless registration is
-   NULL. */
+/*
+ * Scores of a surface in the frozen model, registered to its mean SRNF unless registration is NULL.
+ *
+ * A subject of a registered model is not registered anew: it has the scores, residual and distance
+ * that it got with the group. Its registration was refined there from one mean to the next, and one
+ * from the start may end in another local minimum: the same surface would then have other scores
+ * than the model says. Subjects are told by the content of the surface, at its own degree.
+ */
 int compute_project(struct jobs_run *run, const struct compute_model *model, const char *surface,
                     const struct srnf_register_options *registration,
-                    struct compute_projection *out, struct jobs_result *result);
+                    const struct compute_subjects *subjects, struct compute_projection *out,
+                    struct jobs_result *result);
 
 #endif

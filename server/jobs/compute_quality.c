@@ -11,6 +11,8 @@
 
 /* What may be missing of the variance of a model that keeps all components. */
 #define VARIANCE_CUT 1e-9
+/* Percent of the job that the mean is. */
+#define SHARE_MEAN 40.0
 
 static size_t limit_components(size_t asked, size_t n)
 {
@@ -31,6 +33,19 @@ static int acquire(struct jobs_run *run, size_t degree, size_t n_theta, size_t n
     return status ? compute_fail(result, status, NULL, "preparing the harmonic transform") : 0;
 }
 
+/* The mean, as the first part of the job. */
+static int begin(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                 struct compute_mean_outputs *mean, struct jobs_result *result)
+{
+    struct compute_mean_inputs part = *inputs;
+    int status;
+
+    part.share = SHARE_MEAN;
+    status = compute_mean(run, &part, mean, result);
+    jobs_run_phase(run, 100.0);
+    return status;
+}
+
 int compute_quality_group(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                           const struct srnf_quality_options *options,
                           struct compute_mean_outputs *mean, struct srnf_quality *quality,
@@ -39,7 +54,7 @@ int compute_quality_group(struct jobs_run *run, const struct compute_mean_inputs
     struct srnf_quality_options limited = *options;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    int status = compute_mean(run, inputs, mean, result);
+    int status = begin(run, inputs, mean, result);
 
     if (status) {
         return status;
@@ -138,7 +153,7 @@ int compute_comparison(struct jobs_run *run, const struct compute_comparison_inp
 {
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    int status = compute_mean(run, &inputs->mean, mean, result);
+    int status = begin(run, &inputs->mean, mean, result);
 
     if (status) {
         return status;

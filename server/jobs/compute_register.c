@@ -5,6 +5,8 @@
  */
 #include "jobs/compute_register.h"
 
+#define SHARE_END 15.0 /* percent of the job that encoding a mesh takes */
+
 void compute_register_clear(struct compute_register_outputs *outputs)
 {
     compute_surface_clear(&outputs->ends[0]);
@@ -57,11 +59,12 @@ int compute_register(struct jobs_run *run, const struct compute_register_inputs 
     int status;
 
     *outputs = (struct compute_register_outputs){0};
-    status = compute_surface_load(run, inputs->template_id, &outputs->ends[0], result);
+    status = compute_surface_load(run, inputs->template_id, SHARE_END, &outputs->ends[0], result);
     if (status == 0) {
-        status = compute_surface_load(run, inputs->moving, &outputs->ends[1], result);
+        status = compute_surface_load(run, inputs->moving, SHARE_END, &outputs->ends[1], result);
     }
     if (status == 0) {
+        jobs_run_phase(run, 100.0);
         status = register_ends(run, inputs, outputs, result);
     }
     if (status == 0) {

@@ -47,7 +47,9 @@ struct jobs_run {
     struct jobs_loop loop;
     atomic_bool cancel; /* a user has asked for it */
     pthread_mutex_t mutex;
-    double progress;                /* 0 .. 100, < 0: unknown; mutex */
+    double progress;                /* 0 .. 100, never falls; mutex */
+    double from, to;                /* of the job, in percent: the phase that runs; mutex */
+    bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
 };
 

@@ -84,6 +84,10 @@ const char *jobs_run_job_id(const struct jobs_run *run);
 /* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,
    for the core. */
 const struct srnf_context *jobs_run_context(struct jobs_run *run);
+/* Begins the next phase of a job that computes one thing after another: progress reported from now
+   on moves that of the job by `share` percent of the whole, from where the phase before ended, to
+   100 at most. Without phases the job is one. A job's progress never falls within an attempt. */
+void jobs_run_phase(struct jobs_run *run, double share);
 /* Where a run can go on from, should the daemon end before the job does. save replaces what was
    saved before, durably; the engine drops it when the job ends. load finds what an earlier attempt
    of this job has saved with the same numeric build (bytes: malloc), otherwise STORE_NOT_FOUND. A

@@ -24,13 +24,33 @@
 
 #define RETRY_SECONDS 1
 
+/* Progress from `fraction` of the phase that runs; run->mutex is held. What a computation reports
+   may fall where it begins anew or its parts run beside each other; what is told does not. */
+static void advance(struct jobs_run *run, double fraction)
+{
+    double percent = run->from + (run->to - run->from) * fmin(fmax(fraction, 0.0), 1.0);
+
+    if (isfinite(fraction)) {
+        run->progress = fmax(run->progress, percent);
+    }
+}
+
+void jobs_run_phase(struct jobs_run *run, double share)
+{
+    pthread_mutex_lock(&run->mutex);
+    run->from = run->phased ? run->to : 0.0;
+    run->to = fmin(run->from + share, 100.0);
+    run->phased = true;
+    advance(run, 0.0);
+    pthread_mutex_unlock(&run->mutex);
+}
+
 static void on_progress(void *user, double fraction, const char *message)
 {
     struct jobs_run *run = user;
-    double percent = fraction * 100.0;
 
     pthread_mutex_lock(&run->mutex);
-    run->progress = isfinite(percent) ? fmin(fmax(percent, 0.0), 100.0) : -1.0;
+    advance(run, fraction);
     if (message) {
         snprintf(run->message, sizeof run->message, "%s", message);
     }
@@ -56,7 +76,7 @@ static double on_seconds(void *user)
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
 {
-    *run = (struct jobs_run){.jobs = jobs, .job = job, .progress = 0.0};
+    *run = (struct jobs_run){.jobs = jobs, .job = job, .to = 100.0};
     run->context = (struct srnf_context){
         .user = run,
         .progress = on_progress,

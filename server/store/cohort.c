@@ -196,35 +196,30 @@ int store_cohort_delete(struct store *store, const char *name)
     return store_write(store, run_delete, &cohort);
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_cohort *cohort);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_cohort cohort;
+    int status = from_row(row, &cohort);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &cohort);
+        store_cohort_clear(&cohort);
+    }
+    return status;
+}
+
 int store_cohort_list(struct store *store, const struct store_page *page,
                       bool (*visit)(void *user, const struct store_cohort *cohort), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT " COLUMNS " FROM cohort "
-                           "WHERE ?1 = '' OR (created_ms, name) < (?2, ?1) "
-                           "ORDER BY created_ms DESC, name DESC LIMIT ?3",
-                           "tii", after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_cohort cohort;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &cohort);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &cohort);
-            store_cohort_clear(&cohort);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_page_walk(store, page,
+                           STORE_PAGE_SQL(COLUMNS, "cohort", "name", STORE_PAGE_UNFILTERED),
+                           list_row, &list);
 }

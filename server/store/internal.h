@@ -119,6 +119,23 @@ void store_readers_stop(struct store *store);
 int store_reader_take(struct store *store, struct store_reader **reader);
 void store_reader_return(struct store *store, struct store_reader *reader);
 
+/* ---- Lists (page.c) -------------------------------------------------------------------------- */
+
+/* The statement of a page: ?1 and ?2 are key and time of the row before it, ?3 its length, ?4 and
+   ?5 the process and the status that are asked for. filter says what the last two mean. */
+#define STORE_PAGE_SQL(columns, table, key, filter)                                              \
+    "SELECT " columns " FROM " table " WHERE (?1 = '' OR (created_ms, " key ") < (?2, ?1)) AND " \
+    "(" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+/* Of tables that have neither: a page that asks for one of them is empty. */
+#define STORE_PAGE_UNFILTERED "?4 IS NULL AND ?5 IS NULL"
+
+/* One row of a page, in order. *more, true before, ends the page early; a status other than
+   STORE_OK ends it as the status of the walk. */
+typedef int store_page_row(void *argument, sqlite3_stmt *row, bool *more);
+/* STORE_OK also for a page without rows. */
+int store_page_walk(struct store *store, const struct store_page *page, const char *sql,
+                    store_page_row *row, void *argument);
+
 /* ---- Blobs (blob.c) -------------------------------------------------------------------------- */
 
 /* Content on its way into the store. */

@@ -164,39 +164,34 @@ int store_job_count(struct store *store, enum store_job_status state, size_t *co
     return status;
 }
 
+/* The process and the status that a page asks for, where it does. */
+#define FILTER "(?4 IS NULL OR process = ?4) AND (?5 IS NULL OR status = ?5)"
+
+struct list {
+    bool (*visit)(void *user, const struct store_job *job);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_job job;
+    int status = store_job_from_row(row, &job);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &job);
+        store_job_clear(&job);
+    }
+    return status;
+}
+
 int store_job_list(struct store *store, const struct store_page *page,
                    bool (*visit)(void *user, const struct store_job *job), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT " STORE_JOB_COLUMNS " FROM job "
-                           "WHERE (?1 = '' OR (created_ms, id) < (?2, ?1)) "
-                           "AND (?3 IS NULL OR process = ?3) AND (?4 IS NULL OR status = ?4) "
-                           "ORDER BY created_ms DESC, id DESC LIMIT ?5",
-                           "titti", after, page->after_ms, page->process, page->status,
-                           (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_job job;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = store_job_from_row(rows, &job);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &job);
-            store_job_clear(&job);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_page_walk(store, page, STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", FILTER),
+                           list_row, &list);
 }
 
 /* ---- Adding and removing --------------------------------------------------------------------- */

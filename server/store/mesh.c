@@ -151,35 +151,29 @@ int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *con
     return status;
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_mesh *mesh);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_mesh mesh;
+    int status = from_row(row, &mesh);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &mesh);
+        store_mesh_clear(&mesh);
+    }
+    return status;
+}
+
 int store_mesh_list(struct store *store, const struct store_page *page,
                     bool (*visit)(void *user, const struct store_mesh *mesh), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT " COLUMNS " FROM mesh "
-                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
-                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
-                           "tii", after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_mesh mesh;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &mesh);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &mesh);
-            store_mesh_clear(&mesh);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_page_walk(
+        store, page, STORE_PAGE_SQL(COLUMNS, "mesh", "id", STORE_PAGE_UNFILTERED), list_row, &list);
 }

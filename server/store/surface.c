@@ -188,35 +188,30 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     return status;
 }
 
+struct list {
+    bool (*visit)(void *user, const struct store_surface *surface);
+    void *user;
+};
+
+static int list_row(void *argument, sqlite3_stmt *row, bool *more)
+{
+    const struct list *list = argument;
+    struct store_surface surface;
+    int status = from_row(row, &surface);
+
+    if (status == STORE_OK) {
+        *more = list->visit(list->user, &surface);
+        store_surface_clear(&surface);
+    }
+    return status;
+}
+
 int store_surface_list(struct store *store, const struct store_page *page,
                        bool (*visit)(void *user, const struct store_surface *surface), void *user)
 {
-    const char *after = page->after_id ? page->after_id : "";
-    struct store_reader *reader = NULL;
-    sqlite3_stmt *rows = NULL;
-    int status = store_reader_take(store, &reader);
+    struct list list = {.visit = visit, .user = user};
 
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_prepare(reader->db, &rows,
-                           "SELECT " COLUMNS " FROM surface "
-                           "WHERE ?1 = '' OR (created_ms, id) < (?2, ?1) "
-                           "ORDER BY created_ms DESC, id DESC LIMIT ?3",
-                           "tii", after, page->after_ms, (int64_t)page->limit);
-    for (bool more = true; status == STORE_OK && more;) {
-        struct store_surface surface;
-
-        status = store_step(reader->db, rows);
-        if (status == STORE_OK) {
-            status = from_row(rows, &surface);
-        }
-        if (status == STORE_OK) {
-            more = visit(user, &surface);
-            store_surface_clear(&surface);
-        }
-    }
-    sqlite3_finalize(rows);
-    store_reader_return(store, reader);
-    return status == STORE_NOT_FOUND ? STORE_OK : status;
+    return store_page_walk(store, page,
+                           STORE_PAGE_SQL(COLUMNS, "surface", "id", STORE_PAGE_UNFILTERED),
+                           list_row, &list);
 }

@@ -137,6 +137,22 @@ while :; do
 done
 is "$(wc -w <<<"$seen") $(tr ' ' '\n' <<<"$seen" | sort -u | wc -l)" '5 5' 'pages have each mesh once'
 is "$(header Link)" '' 'the last has no next'
+
+# Progress of a job that encodes two meshes, registers and follows a path: told as one, and never taken back.
+post /v1/meshes --data-binary @tests/data/aal_subcortex/R_pallidum.ply
+execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":5}" -H 'Prefer: respond-async'
+long=$(json .id)
+for _ in $(seq 6000); do
+    get "/v1/jobs/$long"
+    json '"\(.progress) \(.status) \(.message)"'
+    case $(json .status) in successful | failed | dismissed) break ;; esac
+    sleep 0.02
+done >"$SCRATCH/progress"
+is "$(tail -n 1 "$SCRATCH/progress" | cut -d ' ' -f 1-2)" '100 successful' 'a job of several steps ends at 100 percent'
+note "progress: $(uniq "$SCRATCH/progress" | awk '{ printf "%s%.3g", (NR > 1 ? ", " : ""), $1 }')"
+check 'and its progress never falls' sort -c -n -s -k 1,1 "$SCRATCH/progress"
+compare "$(awk '$2 == "running" && $1 > 0 && $1 < 100' "$SCRATCH/progress" | cut -d ' ' -f 1 | sort -u | wc -l)" '>=' 3 \
+    'through values between'
 get '/v1/meshes?limit=1'
 cursor=$(json .next)
 get "/v1/jobs?cursor=$cursor"

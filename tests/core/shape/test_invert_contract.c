@@ -94,6 +94,69 @@ static void cancels(void **state)
     shapes_close(&s);
 }
 
+/* The certificate as seen by someone who may want it to stop. */
+struct certifying {
+    bool begun;
+    size_t calls, stop_after;
+    double last, total, longest; /* processor seconds between two questions */
+};
+
+static bool certifying_canceled(void *user)
+{
+    struct certifying *c = user;
+    double now = timing_cpu();
+
+    if (!c->begun) {
+        return false;
+    }
+    c->total += now - c->last;
+    c->longest = fmax(c->longest, now - c->last);
+    c->last = now;
+    return c->calls++ >= c->stop_after;
+}
+
+static void certifying_progress(void *user, double fraction, const char *message)
+{
+    struct certifying *c = user;
+
+    (void)fraction;
+    if (strcmp(message, "certifying") == 0) {
+        c->begun = true;
+        c->last = timing_cpu();
+    }
+}
+
+/* The certificate takes longer than all before it: it is asked for often, and stops wherever the
+   answer is yes. At degree 22 it has 1,584 unknowns and so seven panels of columns a factor. */
+static void cancels_the_certificate(void **state)
+{
+    struct certifying c = {.stop_after = SIZE_MAX};
+    struct srnf_context context = {
+        .user = &c, .progress = certifying_progress, .canceled = certifying_canceled};
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    size_t calls;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("5 arms"));
+    assert_true(s.degree == 22);
+    assert_int_equal(srnf_invert(s.sht, s.q, NULL, &context, &result, NULL), SRNF_OK);
+    assert_true(result.certificate.computed);
+    srnf_inversion_clear(&result);
+    printf("# %zu questions in %.2f s of certifying, at most %.0f %% of it between two\n", c.calls,
+           c.total, 100.0 * c.longest / c.total);
+    calls = c.calls;
+    assert_true(calls >= 3 * s.each - 3);
+    assert_true(c.longest < 0.4 * c.total);
+    for (size_t i = 0; i < 5; i += FIGURES_SANITIZED ? 3 : 1) {
+        c = (struct certifying){.stop_after = i < 3 ? i * calls / 3 : calls - i + 2};
+        assert_int_equal(srnf_invert(s.sht, s.q, NULL, &context, &result, NULL), SRNF_ECANCELED);
+        assert_null(result.coefficients);
+        assert_true(c.calls <= c.stop_after + 16);
+    }
+    shapes_close(&s);
+}
+
 static void stops_at_its_limit(void **state)
 {
     const enum srnf_inversion_method methods[] = {SRNF_INVERT_GAUSS_NEWTON, SRNF_INVERT_GRADIENT};
@@ -258,10 +321,15 @@ static void names_of_stops(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_bits_on_any_threads),    cmocka_unit_test(cancels),
-        cmocka_unit_test(stops_at_its_limit),          cmocka_unit_test(refuses_wrong_arguments),
-        cmocka_unit_test(survives_degenerate_targets), cmocka_unit_test(does_not_care_for_the_size),
-        cmocka_unit_test(closed_form_has_no_start),    cmocka_unit_test(names_of_stops),
+        cmocka_unit_test(same_bits_on_any_threads),
+        cmocka_unit_test(cancels),
+        cmocka_unit_test(cancels_the_certificate),
+        cmocka_unit_test(stops_at_its_limit),
+        cmocka_unit_test(refuses_wrong_arguments),
+        cmocka_unit_test(survives_degenerate_targets),
+        cmocka_unit_test(does_not_care_for_the_size),
+        cmocka_unit_test(closed_form_has_no_start),
+        cmocka_unit_test(names_of_stops),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -21,8 +21,8 @@ static const char *const surfaces[] = {
 #define SURFACES (sizeof surfaces / sizeof surfaces[0])
 
 static const char *const bodies[] = {"153591alpha", "apophis", "bacchus",    "elektra",
-                                     "eugenia",     "gaspra",  "geographos", "mathilde",
-                                     "psyche",      "thebe",   "toutatis"};
+                                     "eugenia",     "gaspra",  "geographos", "kleopatra",
+                                     "mathilde",    "psyche",  "thebe",      "toutatis"};
 #define BODIES (sizeof bodies / sizeof bodies[0])
 
 static double symmetric(const struct shapes_surface *a, const double *f, double *gap)

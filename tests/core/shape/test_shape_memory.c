@@ -115,6 +115,67 @@ static int run_geodesic(const struct shapes_surface *s)
     return status;
 }
 
+/* A deformed copy, each coordinate stretched by its own factor. */
+static double *stretched(const struct shapes_surface *s, double step)
+{
+    double *f = malloc(s->count * sizeof *f);
+
+    assert_non_null(f);
+    for (size_t i = 0; i < s->count; i++) {
+        f[i] = (1.0 + step * (double)(i / s->each)) * s->f[i];
+    }
+    return f;
+}
+
+static int run_shoot(const struct shapes_surface *s)
+{
+    const double times[] = {0.5, -0.5};
+    struct srnf_shot shot;
+    struct srnf_error error = {0};
+    double *to = stretched(s, 0.1);
+    double *velocity = malloc(3 * s->points * sizeof *velocity);
+    int status;
+
+    assert_non_null(velocity);
+    status = srnf_velocity_toward(s->sht, s->f, to, velocity);
+    if (status == SRNF_OK) {
+        status = srnf_shoot(s->sht, s->f, velocity, 2, times, NULL, &shot, &error);
+        assert_int_equal(error.status, status);
+        assert_true(status == SRNF_OK || (!shot.coefficients && !shot.energy));
+        srnf_shot_clear(&shot);
+    }
+    free(velocity);
+    free(to);
+    return status;
+}
+
+static int run_transport(const struct shapes_surface *s)
+{
+    struct srnf_tangent tangent;
+    struct srnf_error error = {0};
+    int status = srnf_transport(s->sht, s->f, s->q, NULL, &tangent, &error);
+
+    assert_true(status >= 0 || (!tangent.coefficients && error.status == status));
+    srnf_tangent_clear(&tangent);
+    return status;
+}
+
+static int run_transfer(const struct shapes_surface *s)
+{
+    struct srnf_transferred transferred;
+    struct srnf_error error = {0};
+    double *deformed = stretched(s, 0.1);
+    double *target = stretched(s, -0.2);
+    int status = srnf_transfer(s->sht, s->f, deformed, target, SRNF_TRANSFER_RATIO, NULL,
+                               &transferred, &error);
+
+    assert_true(status >= 0 || (!transferred.coefficients && error.status == status));
+    srnf_transferred_clear(&transferred);
+    free(target);
+    free(deformed);
+    return status;
+}
+
 /* given: by the map that area finds. */
 static int encode_by(enum srnf_parameterization route)
 {
@@ -189,6 +250,9 @@ static void survives_each_refusal(void **state)
         {"srnf_invert, spectral", run_spectral},
         {"srnf_invert, gradient", run_gradient},
         {"srnf_geodesic", run_geodesic},
+        {"srnf_shoot", run_shoot},
+        {"srnf_transport", run_transport},
+        {"srnf_transfer", run_transfer},
         {"srnf_encode, auto", run_encode},
         {"srnf_encode, area", run_encode_area},
         {"srnf_encode, given", run_encode_given},

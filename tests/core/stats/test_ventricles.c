@@ -9,6 +9,7 @@
  * the radial parameterisation of each mesh the correspondence is lost, and the rank with it.
  */
 #include "group.h"
+#include "support/correspondence.h"
 
 #include <fftw3.h>
 
@@ -68,86 +69,6 @@ static double analyse(const char *name, size_t n, const struct srnf_register_opt
 
 /* ---- With the correspondence of the vertices ------------------------------------------------- */
 
-/* Weights of the corners of a face at a point of it: areas of the opposite triangles. */
-static void corner_weights(const struct srnf_mesh *mesh, uint32_t face, const double x[3],
-                           double weights[3])
-{
-    double sum = 0.0;
-
-    for (size_t k = 0; k < 3; k++) {
-        const double *a = mesh->vertices + 3 * mesh->faces[3 * face + (k + 1) % 3];
-        const double *b = mesh->vertices + 3 * mesh->faces[3 * face + (k + 2) % 3];
-        double u[3];
-        double v[3];
-        double square = 0.0;
-
-        for (size_t c = 0; c < 3; c++) {
-            u[c] = a[c] - x[c];
-            v[c] = b[c] - x[c];
-        }
-        for (size_t c = 0; c < 3; c++) {
-            double n = u[(c + 1) % 3] * v[(c + 2) % 3] - u[(c + 2) % 3] * v[(c + 1) % 3];
-
-            square += n * n;
-        }
-        weights[k] = sqrt(square);
-        sum += weights[k];
-    }
-    for (size_t k = 0; k < 3; k++) {
-        weights[k] /= sum;
-    }
-}
-
-/* The rays from the best centre of the average mesh meet it in one face each; every surface is the
-   same combination of its own vertices. At the size of the group, not scaled one by one. */
-static void interpolate_group(struct group *g, struct srnf_mesh *meshes)
-{
-    struct srnf_mesh average = meshes_copy(&meshes[0]);
-    struct srnf_star star;
-    struct srnf_index *index;
-    double *nodes = shapes_doubles(3 * g->points);
-    double *values = shapes_doubles(g->n * 3 * g->points);
-    void *workspace = shapes_doubles(srnf_sht_workspace_size(g->sht, 3) / sizeof(double) + 1);
-
-    for (size_t v = 0; v < 3 * average.n_vertices; v++) {
-        average.vertices[v] = 0.0;
-        for (size_t i = 0; i < g->n; i++) {
-            average.vertices[v] += meshes[i].vertices[v] / (double)g->n;
-        }
-    }
-    stats_nodes(g->grid, nodes);
-    assert_int_equal(srnf_star_kernel(&average, &star), SRNF_OK);
-    assert_true(star.value);
-    assert_int_equal(srnf_index_create(&index, &average), SRNF_OK);
-    for (size_t k = 0; k < g->points; k++) {
-        double x[3];
-        double weights[3];
-        double t;
-        uint32_t face;
-
-        assert_true(srnf_index_ray(index, star.center, nodes + 3 * k, &t, &face));
-        for (size_t c = 0; c < 3; c++) {
-            x[c] = star.center[c] + t * nodes[3 * k + c];
-        }
-        corner_weights(&average, face, x, weights);
-        for (size_t i = 0; i < 3 * g->n; i++) {
-            for (size_t j = 0; j < 3; j++) {
-                size_t vertex = 3 * (size_t)average.faces[3 * face + j] + i % 3;
-
-                values[i * g->points + k] += 0.01 * weights[j] * meshes[i / 3].vertices[vertex];
-            }
-        }
-    }
-    for (size_t i = 0; i < g->n; i++) {
-        srnf_sht_analysis(g->sht, 3, values + i * 3 * g->points, g->f[i], workspace);
-    }
-    srnf_index_destroy(index);
-    srnf_free(workspace);
-    srnf_free(values);
-    srnf_free(nodes);
-    srnf_mesh_clear(&average);
-}
-
 static void nearly_keep_the_rank_of_the_vertices(void **state)
 {
     struct group g;
@@ -164,7 +85,7 @@ static void nearly_keep_the_rank_of_the_vertices(void **state)
         assert_true(group_load_ventricle(i, g.n, &meshes[i]));
         assert_int_equal(meshes[i].n_vertices, meshes[0].n_vertices);
     }
-    interpolate_group(&g, meshes);
+    assert_true(correspondence_surfaces(g.sht, g.n, meshes, 100.0, g.f));
     assert_int_equal(srnf_karcher_mean(g.sht, g.n, g.surfaces, NULL, NULL, &mean, NULL), SRNF_OK);
     assert_int_equal(srnf_pca_fit(g.grid, g.n, mean.mean_q, mean.registered_q, 0, &pca), SRNF_OK);
     printf("# vertices in correspondence: cumulative");

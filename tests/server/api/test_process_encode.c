@@ -11,7 +11,7 @@ static void test_one_meaning_one_text(void **state)
     same(*state, "encode", least,
          "{\"smoothing\":0,\"scale\":\"unit-area\",\"center\":\"auto\",\"mesh\":\"" GOOD_MESH
          "\",\"lmax\":31.0,\"parameterization\":\"auto\",\"sphere\":null}");
-    same(*state, "encode", least, "{\"mesh\":\"" GOOD_MESH "\",\"smoothing\":-0.0,\"lmax\":null}");
+    same(*state, "encode", least, "{\"mesh\":\"" GOOD_MESH "\",\"smoothing\":-0.0}");
     same(*state, "encode", "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1,-0.0,2e0]}",
          "{\"mesh\":\"" GOOD_MESH "\",\"center\":[1.0,0,2]}");
 }

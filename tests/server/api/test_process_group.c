@@ -12,7 +12,7 @@ static void test_register(void **state)
     same(*state, "register", "{\"template\":\"@\",\"moving\":\"" GOOD_MESH "\"}",
          "{\"moving\":\"" GOOD_MESH
          "\",\"template\":\"@\",\"penalty\":{\"jacobian\":0.003},\"degree\":12.0,"
-         "\"start\":\"tournament\",\"symmetric\":null}");
+         "\"start\":\"tournament\",\"symmetric\":false}");
     same(*state, "register", "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":\"none\"}",
          "{\"template\":\"@\",\"moving\":\"@\",\"penalty\":{\"jacobian\":-0.0,"
          "\"displacement\":0}}");

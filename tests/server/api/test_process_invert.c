@@ -140,24 +140,44 @@ static void test_initial_of_direct_methods(void **state)
     }
 }
 
+/* The surface is refused with that code: the store (there is none) is not asked. */
+static void is_unsound(struct surface_description description, const char *code)
+{
+    struct jobs_result result = {0};
+
+    description.source = json_object();
+    description.fit = json_object();
+    assert_null(process_keep_surface(NULL, &description, "the mean", &result));
+    assert_string_equal(result.problem_code, code);
+    assert_int_equal(strncmp(result.problem_detail, "the mean: ", 10), 0);
+    assert_null(strstr(result.problem_detail, "nan"));
+}
+
+/* What every process that makes surfaces asks before it stores one. */
 static void test_unsound_surfaces(void **state)
 {
     double coefficients[3 * 25] = {0};
-    struct srnf_surface_measures measures = {.area = 1.0};
-    struct jobs_result result = {0};
+    struct srnf_surface_measures measures = {.area = 0.0};
+    struct surface_description description = {
+        .degree = 4, .coefficients = coefficients, .scale = 1.0, .measures = &measures};
 
     (void)state;
-    assert_true(process_surface_sound(4, coefficients, &measures, &result));
-    coefficients[74] = NAN;
-    assert_false(process_surface_sound(4, coefficients, &measures, &result));
-    assert_string_equal(result.problem_code, "numerical-failure");
-    coefficients[74] = 0.0;
-    measures.volume = INFINITY;
-    assert_false(process_surface_sound(4, coefficients, &measures, &result));
-    measures = (struct srnf_surface_measures){.area = 0.0};
-    assert_false(process_surface_sound(4, coefficients, &measures, &result));
-    assert_string_equal(result.problem_code, "not-converged");
-    assert_null(strstr(result.problem_detail, "nan"));
+    is_unsound(description, "not-converged");
+    measures.area = 1e-320;
+    is_unsound(description, "not-converged");
+    measures.area = NAN;
+    is_unsound(description, "numerical-failure");
+    measures = (struct srnf_surface_measures){.area = 1.0, .volume = INFINITY};
+    is_unsound(description, "numerical-failure");
+    measures.volume = 1.0;
+    description.scale = INFINITY;
+    is_unsound(description, "numerical-failure");
+    description.scale = 1.0;
+    for (size_t i = 0; i < 3 * 25; i += 37) {
+        coefficients[i] = i % 2 ? NAN : -INFINITY;
+        is_unsound(description, "numerical-failure");
+        coefficients[i] = 0.0;
+    }
 }
 
 static void test_numbers(void **state)

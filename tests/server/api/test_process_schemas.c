@@ -1,8 +1,8 @@
 /*
  * test_process_schemas.c - what the processes' schemas promise is what their validation does: for
  * every input of every process, its default is what absence means, its limits are the last values
- * that are taken, each word of an enumeration is known, other types are refused, and nothing else
- * is an input.
+ * that are taken, each word of an enumeration is known, other types are refused, null is taken
+ * where it is a type and nowhere else, and nothing else is an input.
  */
 #include "server/api/process_fixture.h"
 
@@ -22,6 +22,9 @@ static const struct {
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
     {"compare-groups", "{\"cohort\":\"patients\"}"},
+    {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
+    {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
+    {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
@@ -136,6 +139,31 @@ static void check_words(struct fixture *fixture, const char *process, const char
     expect(fixture, process, name, json_integer(1), false);
 }
 
+/* Where null is a type it means what absence does, be that a default or a refusal; elsewhere it is
+   refused. */
+static void check_null(struct fixture *fixture, const char *process, const char *name,
+                       const json_t *schema)
+{
+    const json_t *types = json_object_get(schema, "type");
+    json_t *inputs = least_inputs(fixture, process);
+    struct outcome absent, null = with(fixture, process, name, json_null());
+    bool nullable = false;
+
+    for (size_t i = 0; i < json_array_size(types); i++) {
+        nullable |= strcmp(json_string_value(json_array_get(types, i)), "null") == 0;
+    }
+    (void)json_object_del(inputs, name);
+    absent = canonicalise(fixture, process, inputs);
+    if (nullable
+            ? !json_equal(null.canonical, absent.canonical) && (null.canonical || absent.canonical)
+            : null.canonical != NULL) {
+        fail_msg("%s: %s = null is %s", process, name, null.canonical ? "accepted" : "refused");
+    }
+    outcome_clear(&null);
+    outcome_clear(&absent);
+    json_decref(inputs);
+}
+
 static void check_input(struct fixture *fixture, const char *process, const char *name,
                         const json_t *schema)
 {
@@ -148,6 +176,7 @@ static void check_input(struct fixture *fixture, const char *process, const char
     if (json_object_get(schema, "minimum")) {
         check_limits(fixture, process, name, schema);
     }
+    check_null(fixture, process, name, schema);
     if (json_object_get(schema, "enum")) {
         check_words(fixture, process, name, json_object_get(schema, "enum"));
     }

@@ -13,6 +13,7 @@
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
+#include "jobs/compute.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -266,7 +267,7 @@ static void test_every_error_of_the_core_has_a_known_code(void **state)
 {
     (void)state;
     for (int status = -40; status <= 10; status++) {
-        const char *code = problem_code_of(status);
+        const char *code = compute_problem_code(status);
 
         assert_true(problem_known(code));
         if (status >= SRNF_ENOT_STAR && status <= SRNF_ENOT_CLOSED) {

@@ -12,6 +12,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <time.h>
@@ -100,9 +101,40 @@ static void run_nothing(struct jobs_run *run, void *user, const char *inputs,
     (void)result;
 }
 
+/* Computes in three phases, of which the first reports twice over; answers with what it sees of its
+   own progress after each report, in percent. */
+static void run_phases(struct jobs_run *run, void *user, const char *inputs,
+                       struct jobs_result *result)
+{
+    static const struct {
+        double share, fraction; /* share > 0: a phase begins */
+    } steps[] = {{20.0, 0.5}, {0.0, 1.0},  {0.0, 0.25}, {0.0, 1.0},   {40.0, 0.0},
+                 {0.0, NAN},  {0.0, 0.5},  {0.0, -3.0}, {100.0, 0.0}, {0.0, 0.5},
+                 {0.0, 0.75}, {0.0, 0.25}, {0.0, 9.0}};
+    const struct srnf_context *context = jobs_run_context(run);
+    char text[128] = "";
+    size_t used = 0;
+
+    (void)user;
+    (void)inputs;
+    for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+        struct store_job job;
+
+        if (steps[i].share > 0.0) {
+            jobs_run_phase(run, steps[i].share);
+        }
+        context->progress(context->user, steps[i].fraction, NULL);
+        if (jobs_get(jobs_run_jobs(run), jobs_run_job_id(run), &job) == STORE_OK) {
+            used += (size_t)snprintf(text + used, sizeof text - used, "%g ", job.progress);
+        }
+        store_job_clear(&job);
+    }
+    result->results = strdup(text);
+}
+
 static const struct jobs_process table[] = {
-    {"count", run_count}, {"wait", run_wait},       {"deaf", run_deaf},
-    {"fail", run_fail},   {"nothing", run_nothing}, {NULL, NULL},
+    {"count", run_count},     {"wait", run_wait},     {"deaf", run_deaf}, {"fail", run_fail},
+    {"nothing", run_nothing}, {"phases", run_phases}, {NULL, NULL},
 };
 
 static void on_changed(void *user, const char *job_id)
@@ -371,6 +403,21 @@ static void progress_is_live(void **state)
     store_job_clear(&job);
 }
 
+/* Each phase has its share of the job, and nothing that is reported takes progress back. */
+static void progress_never_falls(void **state)
+{
+    struct world *world = *state;
+    char id[STORE_ID_MAX], *text = NULL;
+    size_t size;
+
+    open_engine(world, 1, 0);
+    submit(world, "phases", "p", id);
+    await(world, id, STORE_JOB_SUCCESSFUL);
+    assert_int_equal(store_job_results(world->fixture->store, id, &text, &size), STORE_OK);
+    assert_string_equal(text, "10 20 20 20 20 20 40 40 60 80 90 90 100 ");
+    free(text);
+}
+
 /* ---- Cancelling ------------------------------------------------------------------------------ */
 
 static void cancel_in_each_state(void **state)
@@ -592,6 +639,7 @@ int main(void)
         TEST(a_crowd_with_one_wish_is_served_once),
         TEST(keys_name_their_job),
         TEST(progress_is_live),
+        TEST(progress_never_falls),
         TEST(cancel_in_each_state),
         TEST(a_job_being_cancelled_is_not_joined),
         TEST(cancels_at_any_moment),

@@ -1,0 +1,136 @@
+#!/usr/bin/env bash
+# srnfd-test: timeout 900
+#
+# test_projection.sh - what a model says of surfaces, against the surfaces: samples that are projected back have
+# the scores that they were drawn with, and the covariance of the model; subjects of the model have their own
+# scores, registered or not, however they are named; and points far out that no surface has are told by their
+# relative energy.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+LMAX=6
+REQUEST_SECONDS=400
+NAMES='L_pallidum R_pallidum L_thalamus R_thalamus'
+SAMPLES=100
+
+# Runs a process to its end, however long it takes.
+run() { # PROCESS INPUTS
+    execute "$1" "$2" --header 'Prefer: wait=300'
+}
+
+# Like json, with more arguments of jq.
+query() { # FILTER ARGUMENTS..
+    jq -r "$@" "$BODY"
+}
+
+# Largest difference between the scores of the last body and those in row $2 of a file's .model.scores, in
+# standard deviations of the components.
+off() { # FILE ROW
+    query --slurpfile from "$1" --argjson row "$2" '$from[0].model as $m | [.scores, $m.scores[$row], $m.eigenvalues] |
+        transpose | map((.[0] - .[1]) / (.[2] | sqrt) | fabs) | max'
+}
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+S=() M=()
+for name in $NAMES; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+    M+=("$(json .id)")
+    execute encode "{\"mesh\":\"${M[-1]}\",\"lmax\":$LMAX}"
+    S+=("$(json .surface.id)")
+done
+FOUR=$(printf '"%s",' "${S[@]}")
+
+# ---- Samples come back -------------------------------------------------------------------------------
+
+run pca "{\"surfaces\":[${FOUR%,}],\"register\":false}"
+is "$STATUS" 200 'a model of surfaces as they are'
+cp "$BODY" "$SCRATCH/plain.json"
+PLAIN=$(json .model.id)
+run sample "{\"model\":\"$PLAIN\",\"count\":$SAMPLES,\"seed\":11}"
+is "$STATUS" 200 "$SAMPLES samples"
+cp "$BODY" "$SCRATCH/samples.json"
+for surface in $(json '.surfaces[].id'); do
+    run project "{\"model\":\"$PLAIN\",\"surface\":\"$surface\"}"
+    json '{scores, residual, trainingSubject}'
+done | jq -s . >"$SCRATCH/back.json"
+is "$(jq length "$SCRATCH/back.json")" "$SAMPLES" 'are projected back'
+is "$(jq 'map(.trainingSubject) | any' "$SCRATCH/back.json")" false 'none of them a subject of the model'
+
+# Of drawn scores and those that came back, each in standard deviations of its component: the median and the
+# largest distance between them, and the covariance of those that came back, whose expectation is the identity.
+jq -n --slurpfile model "$SCRATCH/plain.json" --slurpfile drawn "$SCRATCH/samples.json" \
+    --slurpfile back "$SCRATCH/back.json" '
+    $model[0].model.eigenvalues as $l | ($drawn[0].scores | length) as $n |
+    def unit: [., $l] | transpose | map(.[0] / (.[1] | sqrt));
+    ($drawn[0].scores | map(unit)) as $a | ($back[0] | map(.scores | unit)) as $b |
+    ([$a, $b] | transpose | map(. as $p | [range($l | length) | ($p[0][.] - $p[1][.]) | . * .] | add | sqrt) | sort) as $off |
+    def covariance: . as $s | [range($l | length) as $i | [range($l | length) as $j |
+        ($s | map(.[$i] * .[$j]) | add) / $n]];
+    {median: $off[$n / 2 | floor], largest: $off[-1], covariance: ($b | covariance), drawn: ($a | covariance)}' \
+    >"$SCRATCH/agreement.json"
+cp "$SCRATCH/agreement.json" "$BODY"
+note "$(json '"off by \(.median) (median), \(.largest) (largest) of a standard deviation"')"
+note "$(json '"covariance \(.covariance | map(map(. * 1e3 | round / 1e3)) | tojson), drawn \(.drawn | map(map(. * 1e3 | round / 1e3)) | tojson)"')"
+compare "$(json .median)" '<' 0.05 'with the scores that they were drawn with'
+compare "$(json '[.covariance, .drawn] | transpose | map(transpose | map(.[0] - .[1] | fabs)) | flatten | max')" '<' 0.12 \
+    'and so with their covariance'
+compare "$(json "[.covariance | range(length) as \$i | .[\$i][\$i] - 1 | fabs] | max / (2 / $SAMPLES | sqrt)")" '<' 4 \
+    'whose variances are the eigenvalues, to four standard errors of so many'
+compare "$(json "[.covariance | range(length) as \$i | range(\$i) as \$j | .[\$i][\$j] | fabs] | max * ($SAMPLES | sqrt)")" \
+    '<' 4 'and whose components do not go together'
+
+# ---- Shapes that do not exist ------------------------------------------------------------------------
+
+run modes "{\"model\":\"$PLAIN\",\"mode\":1,\"coefficients\":[-3,-2,-1,0,1,2,3]}"
+note "$(json '"relative energy from -3 to 3 sd: \(.relativeEnergy | map(. * 1e6 | round / 1e6) | tojson)"')"
+is "$(json '.relativeEnergy | [.[0] > .[1], .[1] > .[2], .[6] > .[5], .[5] > .[4]] | all')" true \
+    'the farther out, the less a shape exists'
+# The distance of the surface from the point of the model, as a part of that of the point from the mean.
+cp "$BODY" "$SCRATCH/modes.json"
+MISSED=$(json '. as $r | [0, 2, 4, 6] | map(($r.relativeEnergy[.] * $r.surfaces[.].area | sqrt) /
+    ($r.coefficients[.] * $r.standardDeviation | fabs))')
+note "of the way from the mean, at -3, -1, 1 and 3 sd, is not reached: $(jq -c 'map(. * 1e3 | round / 1e3)' <<<"$MISSED")"
+is "$(jq '.[0] > .[1] and .[3] > .[2]' <<<"$MISSED")" true 'which its relative energy tells'
+
+# ---- Subjects of a model as they are -----------------------------------------------------------------
+
+for i in 0 3; do
+    run project "{\"model\":\"$PLAIN\",\"surface\":\"${S[$i]}\"}"
+    is "$STATUS $(json .trainingSubject)" '200 true' 'a subject of the model is known again'
+    compare "$(off "$SCRATCH/plain.json" "$i")" '<' 1e-9 'and has its own scores'
+done
+
+# ---- Subjects of a registered model ------------------------------------------------------------------
+
+run pca "{\"surfaces\":[\"${M[0]}\",\"${S[1]}\",\"${S[2]}\"],\"lmax\":$LMAX,\"maxIterations\":2,\"components\":1}"
+is "$STATUS" 200 'a registered model, of a mesh and two surfaces'
+cp "$BODY" "$SCRATCH/registered.json"
+MODEL=$(json .model.id)
+run encode "{\"mesh\":\"${M[0]}\"}"
+WHOLE=$(json .surface.id)
+is "$(jq -c .model.madeFrom.contents "$SCRATCH/registered.json")" "[\"$WHOLE\",\"${S[1]}\",\"${S[2]}\"]" \
+    'knows its subjects by what their surfaces are'
+known() { # SURFACE ROW DESCRIPTION
+    run project "{\"model\":\"$MODEL\",\"surface\":\"$1\"}"
+    is "$STATUS $(json .trainingSubject) $(off "$SCRATCH/registered.json" "$2")" '200 true 0' "$3"
+    compare "$(query --slurpfile from "$SCRATCH/registered.json" ".distance - \$from[0].distances[$2] | fabs")" '==' 0 \
+        'with its distance from the mean'
+    compare "$(json '(.scores[0] * .scores[0] + .residual * .residual) / (.distance * .distance) - 1 | fabs')" '<' 1e-9 \
+        'and its residual'
+}
+known "${M[0]}" 0 'a mesh among the subjects has its own scores'
+known "$WHOLE" 0 'and so has the surface that it is encoded to'
+known "${S[2]}" 2 'and a surface among the subjects'
+
+# The same but for a hair: no subject, so registered anew, from its pose and parameterisation to the mean.
+get "/v1/surfaces/${S[2]}/coefficients"
+jq '{coefficients: (.x[5] *= 1.000001)}' "$BODY" >"$SCRATCH/hair.json"
+post_json /v1/surfaces "@$SCRATCH/hair.json"
+run project "{\"model\":\"$MODEL\",\"surface\":\"$(json .id)\"}"
+is "$STATUS $(json .trainingSubject)" '200 false' 'a surface that is not quite one of the subjects is registered'
+note "$(query --slurpfile from "$SCRATCH/registered.json" \
+    '"anew at \(.distance) from the mean, within the group at \($from[0].distances[2])"')"
+compare "$(json .distance)" '<' "$(json '.distanceBefore')" 'to the mean'
+stop_server || not_ok 'the server ends well'
+done_testing
