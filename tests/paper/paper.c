@@ -24,10 +24,9 @@ static const struct section {
     const char *name;
     void (*write)(struct paper *paper);
 } sections[] = {
-    {"inversion", paper_inversion},
-    {"geodesics", paper_geodesics},
-    {"synthetic", paper_synthetic},
-    {"ventricles", paper_ventricles},
+    {"inversion", paper_inversion}, {"geodesics", paper_geodesics},
+    {"synthetic", paper_synthetic}, {"ventricles", paper_ventricles},
+    {"transfer", paper_transfer},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
