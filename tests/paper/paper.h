@@ -20,6 +20,7 @@ void paper_inversion(struct paper *paper);  /* Fig. 1 and 2 */
 void paper_geodesics(struct paper *paper);  /* Fig. 4 and 5 */
 void paper_synthetic(struct paper *paper);  /* Fig. 6 */
 void paper_ventricles(struct paper *paper); /* Fig. 7 */
+void paper_transfer(struct paper *paper);   /* Fig. 8 */
 
 /* ---- For the sections (surfaces.c) ----------------------------------------------------------- */
 
