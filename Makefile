@@ -6,6 +6,8 @@
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
+#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
+#   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -42,7 +44,7 @@ CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize%,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
-SERVER_LIBS = -lmicrohttpd -ljansson -lsqlite3 -lsodium -lpthread
+SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lpthread
 
 CORE_SRC   := $(sort $(wildcard core/*.c core/*/*.c))
 SERVER_SRC := $(sort $(filter-out server/main.c,$(wildcard server/*.c server/*/*.c)))
@@ -51,6 +53,7 @@ TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
 BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
 PAPER_SRC  := $(sort $(wildcard tests/paper/*.c))
+SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
 Q   := $(if $(V),,@)
@@ -60,9 +63,10 @@ CORE_LIB   := $(B)/libsrnf.a
 SERVER_LIB := $(B)/libsrnfd.a
 TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
+SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench paper fuzz install deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench paper crash faults fuzz install deb test-deb deps clean build-tests build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -133,12 +137,18 @@ $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(CORE_LIBS) -lsharp -lpng -lpthread
 
+# Loaded into a daemon under test with LD_PRELOAD; never sanitized, so that they load before anything.
+$(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -Itests -O2 -g -shared -fPIC -o $@ $< -ldl
+
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(TESTS)
+build-tests: $(B)/srnfd $(TESTS) $(SHIMS)
 build-benches: $(BENCHES)
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')
@@ -161,6 +171,13 @@ format:
 bench: $(BENCHES) $(B)/srnfd
 	@tests/bench/run.sh $(B)
 
+crash: build-tests
+	CYCLES=$${CYCLES:-50} $(B)/tests/crash/test_crash
+
+faults: build-tests
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
+	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
+
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers
 	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
@@ -182,6 +199,13 @@ install: all
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/srnf core/srnf/*.h
 	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
 	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+
+# A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
+deb: all
+	@deploy/deb.sh build/deb
+
+test-deb: deb
+	@tests/deploy/deb.sh
 
 clean:
 	rm -rf build

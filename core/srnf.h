@@ -120,6 +120,8 @@ void srnf_free(void *pointer);
 #include "srnf/register.h"
 #include "srnf/stats.h"
 #include "srnf/groups.h"
+#include "srnf/pullback.h"
+#include "srnf/classify.h"
 
 #ifdef __cplusplus
 }

@@ -18,6 +18,7 @@ make
 libc6-dev
 pkg-config|pkgconf
 libmicrohttpd-dev
+libgnutls28-dev
 libjansson-dev
 libopenblas-pthread-dev
 liblapacke-dev
@@ -42,6 +43,7 @@ binutils
 sqlite3
 shellcheck
 ca-certificates
+openssl
 '
 
 say() {
@@ -157,10 +159,10 @@ esac
 
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     say 'this system has no apt (Debian and Ubuntu have). Please install, with their headers:'
-    say 'a C17 compiler, make, pkg-config, libmicrohttpd, jansson, OpenBLAS with LAPACKE (threads, not'
-    say 'OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK; and the programs curl and jq.'
+    say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
+    say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3.'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl.'
     exit 1
 fi
 

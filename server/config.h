@@ -21,9 +21,19 @@ struct config {
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */
     double sync_wait_seconds;
+    double job_seconds;                  /* that a job may run; 0: any */
+    double retention_days;               /* that ended jobs are kept; 0: for ever */
+    double sweep_seconds;                /* between two looks for what may go */
     double grace_seconds;                /* that SIGTERM gives requests and jobs */
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
     bool insecure;                       /* listen beyond loopback without tokens */
+    char cors_origins[CONFIG_TEXT_MAX];  /* of pages that may call; "": none */
+    char tls_certificate[CONFIG_TEXT_MAX], tls_key[CONFIG_TEXT_MAX]; /* PEM files; "": no TLS */
+    /* Quotas of tokens that have none of their own; 0: no limit. */
+    double quota_queued, quota_running; /* jobs of an owner */
+    double quota_bytes;                 /* of an owner */
+    double quota_requests;              /* a second, of a token */
+    double quota_streams;               /* answers of a token that wait for jobs */
 };
 
 /* One line of the table of settings, for help and for the tests. */

@@ -10,11 +10,16 @@
  * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
  */
 #include "api/handler.h"
+#include "api/json_memory.h"
 #include "api/routes.h"
 #include "build.h"
+#include "commands.h"
 #include "config.h"
 #include "http/http.h"
 #include "log.h"
+#include "main/token_command.h"
+#include "notify.h"
+#include "store/token.h"
 
 #include <cblas.h>
 #include <fftw3.h>
@@ -24,6 +29,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define PROCESSES_MAX 64
@@ -79,6 +85,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .user = service,
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
+                               .job_seconds = config->job_seconds,
+                               .retention_days = config->retention_days,
+                               .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
                                .changed = job_changed};
     size_t n = 0;
@@ -95,15 +104,26 @@ static int start(struct service *service, const struct config *config, char *mes
 {
     char reason[300] = "";
     struct api_config api = {.max_body = (size_t)config->max_body,
-                             .sync_wait_seconds = config->sync_wait_seconds};
+                             .sync_wait_seconds = config->sync_wait_seconds,
+                             .tokens = config->data,
+                             .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
+                                        [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
+                                        [STORE_QUOTA_BYTES] = (int64_t)config->quota_bytes,
+                                        [STORE_QUOTA_REQUESTS] = (int64_t)config->quota_requests,
+                                        [STORE_QUOTA_STREAMS] = (int64_t)config->quota_streams}};
     struct http_config http = {.listen = config->listen,
                                .threads = (size_t)config->http_threads,
                                .request_threads = (size_t)config->request_threads,
                                .max_connections = (size_t)config->max_connections,
                                .max_buffered = (size_t)config->max_buffered,
                                .local_only = http_is_loopback(config->listen),
-                               .allowed_hosts = config->allowed_hosts};
+                               .allowed_hosts = config->allowed_hosts,
+                               .cors_origins = config->cors_origins};
 
+    if (config->tls_certificate[0]) {
+        http.tls_certificate = config->tls_certificate;
+        http.tls_key = config->tls_key;
+    }
     if (store_open(&service->store, config->data, reason, sizeof reason) != 0) {
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
@@ -150,8 +170,65 @@ static int prepare_process(sigset_t *signals)
     (void)signal(SIGPIPE, SIG_IGN);
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
+    json_memory_watch();
     json_object_seed(0);
     return sodium_init() < 0 ? -1 : 0;
+}
+
+/* Waits for the signal to stop; meanwhile, where the service manager wants signs of life, gives one
+   whenever the store has answered, be it with an error. A daemon that hangs gives none. */
+static int wait_for_signal(const struct service *service, const sigset_t *signals)
+{
+    double seconds = notify_watchdog_seconds() / 3.0;
+    struct timespec pause = {.tv_sec = (time_t)seconds,
+                             .tv_nsec = (long)(1e9 * (seconds - (double)(time_t)seconds))};
+    int received = -1;
+
+    while (received < 0) {
+        if (seconds > 0.0) {
+            (void)store_ping(service->store);
+            notify_manager("WATCHDOG=1");
+            received = sigtimedwait(signals, NULL, &pause);
+        } else {
+            received = sigwaitinfo(signals, NULL);
+        }
+    }
+    return received;
+}
+
+/* Whether the settings are safe together; otherwise a sentence in message. Beyond loopback there
+   must be a token, since whoever reaches the address may call. */
+static bool check_settings(const struct config *config, char *message, size_t size)
+{
+    struct store_tokens tokens;
+    int status = STORE_OK;
+
+    if (!http_is_address(config->listen)) {
+        (void)snprintf(message, size, "listen: " HTTP_NO_ADDRESS, config->listen);
+        return false;
+    }
+    if ((config->tls_certificate[0] == '\0') != (config->tls_key[0] == '\0')) {
+        (void)snprintf(message, size, "--tls-certificate and --tls-key need each other");
+        return false;
+    }
+    if (config->insecure || http_is_loopback(config->listen)) {
+        return true;
+    }
+    status = store_tokens_load(config->data, &tokens);
+    if (status == STORE_OK && tokens.n > 0) {
+        store_tokens_clear(&tokens);
+        return true;
+    }
+    store_tokens_clear(&tokens);
+    if (status == STORE_OK) {
+        (void)snprintf(message, size,
+                       "without tokens the service listens on loopback addresses only; srnfd token "
+                       "add makes one, and --insecure overrides this");
+    } else {
+        (void)snprintf(message, size, "the file of tokens in --data %.200s cannot be used: %s",
+                       config->data, store_strerror(status));
+    }
+    return false;
 }
 
 static int serve(int n_arguments, char **arguments)
@@ -160,22 +237,14 @@ static int serve(int n_arguments, char **arguments)
     struct config config;
     char message[600];
     sigset_t signals;
-    int received = 0;
+    int received;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
         LOG("refused", log_text("message", message));
         return 2;
     }
-    if (!http_is_address(config.listen)) {
-        (void)snprintf(message, sizeof message, "listen: " HTTP_NO_ADDRESS, config.listen);
-        LOG("refused", log_text("message", message));
-        return 2;
-    }
-    if (!config.insecure && !http_is_loopback(config.listen)) {
-        LOG("refused",
-            log_text("message", "without tokens the service listens on loopback "
-                                "addresses only; --insecure overrides this"),
-            log_text("listen", config.listen));
+    if (!check_settings(&config, message, sizeof message)) {
+        LOG("refused", log_text("message", message), log_text("listen", config.listen));
         return 2;
     }
     if (prepare_process(&signals) != 0 || start(&service, &config, message, sizeof message) != 0) {
@@ -183,10 +252,14 @@ static int serve(int n_arguments, char **arguments)
         stop(&service, 0);
         return 1;
     }
-    LOG("listening", log_text("address", http_address(service.http)), log_text("data", config.data),
+    LOG("listening", log_text("address", http_address(service.http)),
+        log_text("scheme", config.tls_certificate[0] ? "https" : "http"),
+        log_text("data", config.data),
         log_number("workers", (double)jobs_worker_count(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
-    (void)sigwait(&signals, &received);
+    notify_manager("READY=1");
+    received = wait_for_signal(&service, &signals);
+    notify_manager("STOPPING=1");
     LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
     stop(&service, config.grace_seconds);
     LOG("stopped", log_number("status", 0));
@@ -229,6 +302,9 @@ static const struct command {
     const char *text; /* NULL: not in the help */
 } commands[] = {
     {"serve", serve, "serve the API until SIGTERM"},
+    {"backup", command_backup, "copy the data to a directory, also while the daemon runs"},
+    {"check", command_check, "verify the data; --repair removes files that nothing needs"},
+    {"token", token_command, "add, list or revoke the tokens of a data directory"},
     {"version", print_version, "print the versions of this build and its libraries"},
     {"help", print_help, "print this"},
     {"routes", print_routes, NULL},
@@ -263,6 +339,6 @@ int main(int argc, char **argv)
             return commands[i].run(argc - 2, argv + 2);
         }
     }
-    (void)fprintf(stderr, "usage: srnfd serve|version|help\n");
+    (void)fprintf(stderr, "usage: srnfd serve|backup|check|token|version|help\n");
     return 2;
 }

@@ -47,9 +47,9 @@ for name in node npm; do
     tool "$name" </dev/null
 done
 
-base='gcc make libc6-dev pkg-config libmicrohttpd-dev libjansson-dev libopenblas-pthread-dev liblapacke-dev
-    libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev curl jq'
-tests='libcmocka-dev libsharp-dev clang clang-format binutils sqlite3 shellcheck ca-certificates
+base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
+    liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev curl jq'
+tests='libcmocka-dev libsharp-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
     libclang-rt-14-dev'
 
 # A system with these packages installed, root, and all packages known.
@@ -142,7 +142,7 @@ system $base
 rm "$FAKE/apt-get"
 install_deps
 is "$RESULT" 1 'on a system without apt it fails'
-for library in libmicrohttpd jansson OpenBLAS LAPACKE SQLite FFTW zlib expat libsodium GLPK; do
+for library in libmicrohttpd GnuTLS jansson OpenBLAS LAPACKE SQLite FFTW zlib expat libsodium GLPK; do
     like "$OUTPUT" "$library" "and names $library"
 done
 

@@ -1,6 +1,6 @@
 /*
- * field.c - SRNF of a surface, its differential, the energy and its derivative, and the closed-form
- * inverse.
+ * field.c - SRNF and square-root map of a surface, the differential of the former, the energy and
+ * its derivative, and the closed-form inverse.
  *
  * Closed form (the paper, Eq. 9): for f = c + r e with r > 0 one has <q, e> = r^2 / |n|^(1/2) and
  * |q|^2 = |n|, hence r = sqrt(|q| <q, e>), without a derivative.
@@ -70,6 +70,31 @@ void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *
         for (size_t i = 0; i < n; i++) {
             q[c * n + i] = work.unit[c * n + i] * work.root[i];
         }
+    }
+}
+
+void srnf_square_root_map(const struct srnf_sht *sht, const double *coefficients, double *q,
+                          void *workspace)
+{
+    struct field_work work = split(sht, workspace);
+    size_t n = points_of(sht);
+
+    linearise(sht, coefficients, &work);
+    srnf_sht_synthesis(sht, 3, coefficients, work.field, work.transform);
+    for (size_t c = 0; c < 3; c++) {
+        for (size_t i = 0; i < n; i++) {
+            q[c * n + i] = work.root[i] * work.field[c * n + i];
+        }
+    }
+}
+
+void shape_represent(const struct srnf_sht *sht, enum srnf_representation representation,
+                     const double *coefficients, double *q, void *workspace)
+{
+    if (representation == SRNF_REPRESENTATION_SRM) {
+        srnf_square_root_map(sht, coefficients, q, workspace);
+    } else {
+        srnf_field(sht, coefficients, q, workspace);
     }
 }
 

@@ -71,9 +71,9 @@ static int call_create(struct call *c, const struct srnf_sht *sht, const double 
     if (template_q) {
         memcpy(c->q1, template_q, 3 * c->n * sizeof(double));
     } else {
-        srnf_field(sht, template_surface, c->q1, c->workspace);
+        shape_represent(sht, c->options->representation, template_surface, c->q1, c->workspace);
     }
-    srnf_field(sht, moving, c->q2, c->workspace);
+    shape_represent(sht, c->options->representation, moving, c->q2, c->workspace);
     return SRNF_OK;
 }
 
@@ -108,7 +108,7 @@ static int one_way(const struct call *c, const double *q_template, const double 
 {
     struct search search;
     int status =
-        search_create(&search, c->sht, q_template, surface, moving, c->options, false, c->context);
+        search_create(&search, c->sht, q_template, surface, moving, c->options, c->context);
 
     if (status) {
         return status;
@@ -228,8 +228,8 @@ static int symmetric_search(const struct call *c, const double *template_surface
         }
     }
     if (status == SRNF_OK) {
-        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, false,
-                               c->context);
+        status =
+            search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
@@ -271,6 +271,7 @@ static int report_field(const struct call *c, const double *moving, struct searc
     struct samples samples = {0};
     int status = moving_create(&m, c->degree, moving, c->degree);
 
+    m.representation = c->options->representation;
     if (status == SRNF_OK) {
         status = samples_create(&samples, c->n);
     }
@@ -341,7 +342,7 @@ static int report_surface(const struct call *c, const double *moving, struct srn
         status = srnf_registration_apply(c->sht, r, moving, r->coefficients);
     }
     if (status == SRNF_OK) {
-        srnf_field(c->sht, r->coefficients, q, c->workspace);
+        shape_represent(c->sht, c->options->representation, r->coefficients, q, c->workspace);
         norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
         r->truncation_error = norm > 0.0 ? field_distance(c, q, r->q) / norm : 0.0;
     }
@@ -408,11 +409,25 @@ static int report(const struct call *c, const double *moving, struct search_resu
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
+int registration_check(const struct srnf_register_options *o, struct srnf_error *error)
+{
+    if (o->degree < 1 || o->degree > DEGREE_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "degree %zu is not in 1 to %d", o->degree,
+                         DEGREE_MAX);
+    }
+    if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
+        !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    }
+    return SRNF_OK;
+}
+
 static int check(const struct srnf_sht *sht, const double *template_surface,
                  const double *template_q, const double *moving,
                  const struct srnf_register_options *o, struct srnf_error *error)
 {
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    int status;
 
     if (!template_surface && !template_q) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the template is missing");
@@ -421,13 +436,9 @@ static int check(const struct srnf_sht *sht, const double *template_surface,
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "symmetric registration needs the template's surface");
     }
-    if (o->degree < 1 || o->degree > DEGREE_MAX) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "degree %zu is not in 1 to %d", o->degree,
-                         DEGREE_MAX);
-    }
-    if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
-        !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    status = registration_check(o, error);
+    if (status) {
+        return status;
     }
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(moving[i]) || (template_surface && !isfinite(template_surface[i]))) {
@@ -479,7 +490,7 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     }
     if (status) {
         (void)srnf_fail(error, status, -1, "%s",
-                        status == SRNF_EINVAL ? "an SRNF is zero or not finite"
+                        status == SRNF_EINVAL ? "a field is zero or not finite"
                                               : srnf_strerror(status));
         srnf_registration_clear(registration);
     }

@@ -25,6 +25,7 @@
    */
 
 struct moving {
+    enum srnf_representation representation; /* of moving_create: the SRNF */
     size_t degree;
     double *coefficients; /* [3][(L+1)^2] */
     struct sphere_jets plan;
@@ -41,7 +42,7 @@ struct samples {
     size_t n;
     double *memory;
     double *q, *q_1, *q_2, *t1, *t2;
-    double *jets; /* scratch of the evaluation */
+    double *jets, *values; /* scratch of the evaluation */
 };
 SRNF_CHECKED int samples_create(struct samples *samples, size_t n);
 void samples_clear(struct samples *samples);
@@ -89,8 +90,21 @@ struct target {
     const double *points; /* [n][3] nodes s_i */
     const double *weight; /* [n] */
     const double *q;      /* [n][3] */
-    double norm2;         /* ||q||^2 */
+    double norm2;         /* ||q||^2, or what energies are told relative to */
+    /* The penalties compare gamma with another warp d than the identity, for a group whose
+       parameterisation is centred elsewhere: that of gamma o d^-1. Both NULL: the identity. */
+    const double *reference; /* [n][3] sqrt(K) d(s_i) */
+    const double *area;      /* [n] K, the Jacobian of d */
 };
+/* What gamma is compared with: (e, d) at all nodes, and K at one. */
+static inline const double *target_reference(const struct target *target)
+{
+    return target->reference ? target->reference : target->points;
+}
+static inline double target_area(const struct target *target, size_t i)
+{
+    return target->area ? target->area[i] : 1.0;
+}
 
 struct penalty {
     double jacobian, displacement;
@@ -115,6 +129,9 @@ SRNF_CHECKED int warp_rotate(struct warp *warp, const struct target *target,
                              const double rotation[9]);
 SRNF_CHECKED int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, size_t degree,
                              const double *values);
+/* Moves points along a chain and multiplies J by its Jacobian, in place. */
+SRNF_CHECKED int warp_follow(const struct srnf_warp *chain, size_t n, double *points,
+                             double *jacobian);
 /* out <- the inverse of the chain; out must be empty. */
 SRNF_CHECKED int warp_invert(const struct srnf_warp *chain, struct srnf_warp *out);
 
@@ -129,6 +146,9 @@ struct problem {
    the penalty. */
 void registration_objective(const struct problem *problem, struct warp *warp,
                             struct samples *samples, double displacement_rotation[9]);
+/* The same with the samples as they are. */
+void registration_measure(const struct problem *problem, struct warp *warp,
+                          const struct samples *samples, double displacement_rotation[9]);
 /* R maximising trace(R' B), B row-major: closest rotation; returns that trace. */
 double registration_closest_rotation(const double b[9], double rotation[9]);
 
@@ -140,6 +160,8 @@ struct level {
     double *matrix; /* relative to ||q1||^2, penalties included */
 };
 SRNF_CHECKED int level_create(struct level *level, const struct problem *problem, size_t degree);
+/* The part of another level, of a degree at least as high, that belongs to fields of a degree. */
+SRNF_CHECKED int level_restrict(struct level *level, const struct level *from, size_t degree);
 void level_clear(struct level *level);
 
 struct schedule {
@@ -153,10 +175,22 @@ SRNF_CHECKED int registration_optimise(const struct problem *problem, const stru
                                        const struct srnf_context *context, struct warp *warp,
                                        struct samples *samples, size_t *iterations);
 /* Minus half the derivative of the objective in the unknowns; samples and rotation as
-   registration_objective left them. gradient: [registration_unknowns]. */
+   registration_objective left them. gradient: [registration_unknowns]. curvature, or NULL: of the
+   Jacobian penalty, times l (l + 1). */
 SRNF_CHECKED int registration_gradient(const struct problem *problem, const struct level *level,
                                        const struct warp *warp, const struct samples *samples,
-                                       const double displacement_rotation[9], double *gradient);
+                                       const double displacement_rotation[9], double *gradient,
+                                       double *curvature);
+/* Cholesky factor of the first so many rows of matrix + curvature + lambda times damping; false
+   when there is none. Column-major, lower triangle. damping: [unknowns] or NULL: as
+   registration_damping fills it. */
+bool registration_factor(const struct level *level, size_t unknowns, double curvature,
+                         double lambda, const double *damping, double *factor);
+/* Diagonal of the damping: trace / k times l (l + 1) / its mean; the value rotation like degree
+   one. damping: [registration_unknowns]; unknowns: those that are free. */
+void registration_damping(const struct level *level, size_t unknowns, double *damping);
+/* The potentials of a step in the unknowns: [2][(D+1)^2]. */
+void registration_potentials(const struct fields *fields, const double *step, double *potentials);
 
 /* ---- Global start (registration_start.c) ----------------------------------------------------- */
 
@@ -184,14 +218,14 @@ struct search {
     struct moving moving_full, moving_coarse;
     struct moving moving_template; /* in exact mode, where the template's surface is known */
     bool has_template;
+    const struct level *top; /* of the full problem at the highest degree, if at hand, or NULL */
     double *memory, *full_memory; /* of the coarse target and of the full one */
 };
-/* own_grid: the nodes of the full target are those of sht, however coarse.
-   q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
+/* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
    NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
                                const double *template_surface, const double *moving,
-                               const struct srnf_register_options *options, bool own_grid,
+                               const struct srnf_register_options *options,
                                const struct srnf_context *context);
 void search_clear(struct search *search);
 
@@ -206,13 +240,15 @@ SRNF_CHECKED int search_run(const struct search *search, struct search_result *r
 /* From a chain that is known: the fields alone. */
 SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
-/* From points, Jacobian and rotation that are known, at the highest degree alone: at most so many
-   steps, which are appended to the chain of the warp. For groups, where a target changes little. */
-SRNF_CHECKED int search_refine(const struct search *search, size_t steps, struct warp *warp);
 /* A chain as it is: points, Jacobian, rotation and objective. result keeps its other members. */
 SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
 void search_result_clear(struct search_result *result);
+/* What register.h allows as degree and penalties. */
+SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
+                                    struct srnf_error *error);
+/* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
+size_t registration_rows(size_t degree);
 /* Nodes and weights of a grid: [n][3] and [n]. */
 void registration_nodes(const struct srnf_grid *grid, double *points, double *weight);
 

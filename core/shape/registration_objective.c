@@ -97,9 +97,11 @@ static double jacobian_penalty(const struct target *t, const struct warp *warp)
     double sum = 0.0;
 
     for (size_t i = 0; i < t->n; i++) {
-        double l = log(warp->jacobian[i]);
+        double area = target_area(t, i);
+        double jacobian = warp->jacobian[i] / area;
+        double l = log(jacobian);
 
-        sum += t->weight[i] * (1.0 + warp->jacobian[i]) * l * l * l * l;
+        sum += t->weight[i] * area * (1.0 + jacobian) * l * l * l * l;
     }
     return sum;
 }
@@ -107,15 +109,21 @@ static double jacobian_penalty(const struct target *t, const struct warp *warp)
 void registration_objective(const struct problem *problem, struct warp *warp,
                             struct samples *samples, double displacement_rotation[9])
 {
+    moving_evaluate(problem->moving, warp->points, samples);
+    registration_measure(problem, warp, samples, displacement_rotation);
+}
+
+void registration_measure(const struct problem *problem, struct warp *warp,
+                          const struct samples *samples, double displacement_rotation[9])
+{
     const struct target *t = &problem->target;
     double b[9];
 
-    moving_evaluate(problem->moving, warp->points, samples);
     set_identity(displacement_rotation);
     if (problem->free_rotation) {
         moments(t, warp, t->q, samples->q, b);
         (void)registration_closest_rotation(b, warp->rotation);
-        moments(t, warp, t->points, warp->points, b);
+        moments(t, warp, target_reference(t), warp->points, b);
         (void)registration_closest_rotation(b, displacement_rotation);
     }
     warp->energy = residual_norm2(t, warp, t->q, samples->q, warp->rotation) / t->norm2;
@@ -124,7 +132,8 @@ void registration_objective(const struct problem *problem, struct warp *warp,
         warp->objective += problem->penalty.jacobian * jacobian_penalty(t, warp);
     }
     if (problem->penalty.displacement > 0.0) {
-        warp->objective += problem->penalty.displacement *
-                           residual_norm2(t, warp, t->points, warp->points, displacement_rotation);
+        warp->objective +=
+            problem->penalty.displacement *
+            residual_norm2(t, warp, target_reference(t), warp->points, displacement_rotation);
     }
 }

@@ -50,6 +50,33 @@ int level_create(struct level *level, const struct problem *problem, size_t degr
     return SRNF_OK;
 }
 
+int level_restrict(struct level *level, const struct level *from, size_t degree)
+{
+    size_t k = registration_unknowns(degree);
+    size_t each = srnf_coefficient_count(degree) - 1;
+    size_t of = registration_unknowns(from->fields.degree);
+    size_t of_each = from->fields.count - 1;
+    int status = fields_create(&level->fields, degree);
+
+    level->matrix = status ? NULL : srnf_alloc(k * k, sizeof(double));
+    if (!level->matrix) {
+        level_clear(level);
+        return SRNF_ENOMEM;
+    }
+    /* Gradients, curls and rotations each keep their order. */
+    for (size_t j = 0; j < k; j++) {
+        size_t column = j + (j >= each ? of_each - each : 0) + (j >= 2 * each ? of_each - each : 0);
+
+        for (size_t i = j; i < k; i++) {
+            size_t row =
+                i + (i >= each ? of_each - each : 0) + (i >= 2 * each ? of_each - each : 0);
+
+            level->matrix[j * k + i] = from->matrix[column * of + row];
+        }
+    }
+    return SRNF_OK;
+}
+
 void level_clear(struct level *level)
 {
     fields_clear(&level->fields);
@@ -137,7 +164,9 @@ static void load_nodes(struct optimiser *o, const struct warp *warp, const struc
         double weight = t->weight[i] * root / t->norm2;
         const double *p = warp->points + 3 * i;
         const double *q = s->q + 3 * i;
-        double l = log(jacobian);
+        double area = target_area(t, i);
+        double ratio = jacobian / area;
+        double l = log(ratio);
         double v[3] = {0.0, 0.0, 0.0};
         double alpha = 0.0;
         double y[3];
@@ -148,16 +177,16 @@ static void load_nodes(struct optimiser *o, const struct warp *warp, const struc
         torque[1] += weight * (q[2] * y[0] - q[0] * y[2]);
         torque[2] += weight * (q[0] * y[1] - q[1] * y[0]);
         if (penalty->displacement > 0.0) {
-            residual(displacement_rotation, t->points + 3 * i, root, p, y);
+            residual(displacement_rotation, target_reference(t) + 3 * i, root, p, y);
             add_load(s, i, y, penalty->displacement * t->weight[i] * root, p, s->t1 + 3 * i,
                      s->t2 + 3 * i, v, &alpha);
         }
         /* J rho' and J^2 rho'' + J rho' of rho = (1 + J) (log J)^4. */
-        alpha -= 0.5 * penalty->jacobian * t->weight[i] *
-                 (jacobian * l * l * l * l + 4.0 * (1.0 + jacobian) * l * l * l);
-        o->curvature += 0.5 * penalty->jacobian * t->weight[i] / (4.0 * SRNF_PI) *
-                        (jacobian * l * l * l * l + 8.0 * fabs(jacobian * l * l * l) +
-                         12.0 * (1.0 + jacobian) * l * l);
+        alpha -= 0.5 * penalty->jacobian * t->weight[i] * area *
+                 (ratio * l * l * l * l + 4.0 * (1.0 + ratio) * l * l * l);
+        o->curvature +=
+            0.5 * penalty->jacobian * t->weight[i] * area / (4.0 * SRNF_PI) *
+            (ratio * l * l * l * l + 8.0 * fabs(ratio * l * l * l) + 12.0 * (1.0 + ratio) * l * l);
         o->functional_values[2 * n + i] = alpha;
         memcpy(o->functional_gradients + 3 * i, v, sizeof v);
         o->functional_gradients[3 * n + 3 * i] = v[1] * p[2] - v[2] * p[1];
@@ -185,49 +214,56 @@ static void assemble_rhs(struct optimiser *o, const struct warp *warp, const dou
     memcpy(o->rhs + 2 * o->fields, torque, 3 * sizeof *torque);
 }
 
-/* Diagonal of the damping: trace / k times l (l + 1) / its mean; the value rotation like degree
-   one. */
-static void prepare_damping(struct optimiser *o)
+void registration_damping(const struct level *level, size_t unknowns, double *damping)
 {
-    size_t k = registration_unknowns(o->level->fields.degree);
+    size_t k = registration_unknowns(level->fields.degree);
+    size_t fields = level->fields.count - 1;
     double trace = 0.0;
     double mean = 0.0;
 
-    for (size_t l = 1; l <= o->level->fields.degree; l++) {
+    for (size_t l = 1; l <= level->fields.degree; l++) {
         for (size_t i = l * l; i < (l + 1) * (l + 1); i++) {
-            o->damping[i - 1] = o->damping[o->fields + i - 1] = (double)(l * (l + 1));
+            damping[i - 1] = damping[fields + i - 1] = (double)(l * (l + 1));
         }
     }
-    o->damping[k - 3] = o->damping[k - 2] = o->damping[k - 1] = 2.0;
-    for (size_t i = 0; i < o->unknowns; i++) {
-        trace += o->level->matrix[i * k + i] / (double)o->unknowns;
-        mean += o->damping[i] / (double)o->unknowns;
+    damping[k - 3] = damping[k - 2] = damping[k - 1] = 2.0;
+    for (size_t i = 0; i < unknowns; i++) {
+        trace += level->matrix[i * k + i] / (double)unknowns;
+        mean += damping[i] / (double)unknowns;
     }
     for (size_t i = 0; i < k; i++) {
-        o->damping[i] *= trace / mean;
+        damping[i] *= trace / mean;
     }
+}
+
+bool registration_factor(const struct level *level, size_t unknowns, double curvature,
+                         double lambda, const double *damping, double *factor)
+{
+    size_t k = registration_unknowns(level->fields.degree);
+    lapack_int n = (lapack_int)unknowns;
+
+    for (size_t j = 0; j < unknowns; j++) {
+        for (size_t i = j; i < unknowns; i++) {
+            factor[j * unknowns + i] = level->matrix[j * k + i];
+        }
+        factor[j * unknowns + j] += lambda * damping[j];
+    }
+    for (size_t l = 1; l <= level->fields.degree; l++) {
+        for (size_t i = l * l - 1; i + 1 < (l + 1) * (l + 1); i++) {
+            factor[i * unknowns + i] += curvature * (double)(l * (l + 1));
+        }
+    }
+    return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, factor, n) == 0;
 }
 
 /* Step for a damping lambda and the gain that the model expects of it; false when the matrix has no
    factor. */
 static bool solve(struct optimiser *o, double lambda, double *expected)
 {
-    size_t k = registration_unknowns(o->level->fields.degree);
     lapack_int n = (lapack_int)o->unknowns;
 
-    for (size_t j = 0; j < o->unknowns; j++) {
-        for (size_t i = j; i < o->unknowns; i++) {
-            o->factor[j * o->unknowns + i] = o->level->matrix[j * k + i];
-        }
-        o->factor[j * o->unknowns + j] += lambda * o->damping[j];
-    }
-    for (size_t l = 1; l <= o->level->fields.degree; l++) {
-        for (size_t i = l * l - 1; i + 1 < (l + 1) * (l + 1); i++) {
-            o->factor[i * o->unknowns + i] += o->curvature * (double)(l * (l + 1));
-        }
-    }
     memcpy(o->step, o->rhs, o->unknowns * sizeof(double));
-    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, o->factor, n) != 0 ||
+    if (!registration_factor(o->level, o->unknowns, o->curvature, lambda, o->damping, o->factor) ||
         LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', n, 1, o->factor, n, o->step, n) != 0) {
         return false;
     }
@@ -239,14 +275,14 @@ static bool solve(struct optimiser *o, double lambda, double *expected)
     return true;
 }
 
-static void step_potentials(struct optimiser *o)
+void registration_potentials(const struct fields *fields, const double *step, double *potentials)
 {
-    const struct fields *f = &o->level->fields;
+    size_t each = fields->count - 1;
 
-    o->potentials[0] = o->potentials[f->count] = 0.0;
-    for (size_t i = 1; i < f->count; i++) {
-        o->potentials[i] = f->scale[i] * o->step[i - 1];
-        o->potentials[f->count + i] = f->scale[i] * o->step[o->fields + i - 1];
+    potentials[0] = potentials[fields->count] = 0.0;
+    for (size_t i = 1; i < fields->count; i++) {
+        potentials[i] = fields->scale[i] * step[i - 1];
+        potentials[fields->count + i] = fields->scale[i] * step[each + i - 1];
     }
 }
 
@@ -280,7 +316,7 @@ static int advance(struct optimiser *o, struct warp *warp, struct samples *sampl
         bool solved = solve(o, *lambda, &expected);
 
         if (solved) {
-            step_potentials(o);
+            registration_potentials(&o->level->fields, o->step, o->potentials);
             least = fields_apply(&o->level->fields, o->potentials, warp->n, warp->points,
                                  warp->jacobian, o->new_points, o->new_jacobian, o->fields_scratch);
         }
@@ -308,7 +344,8 @@ static int advance(struct optimiser *o, struct warp *warp, struct samples *sampl
 
 int registration_gradient(const struct problem *problem, const struct level *level,
                           const struct warp *warp, const struct samples *samples,
-                          const double displacement_rotation[9], double *gradient)
+                          const double displacement_rotation[9], double *gradient,
+                          double *curvature)
 {
     struct optimiser o;
     double torque[3];
@@ -318,6 +355,9 @@ int registration_gradient(const struct problem *problem, const struct level *lev
         load_nodes(&o, warp, samples, displacement_rotation, torque);
         assemble_rhs(&o, warp, torque);
         memcpy(gradient, o.rhs, registration_unknowns(level->fields.degree) * sizeof(double));
+        if (curvature) {
+            *curvature = o.curvature;
+        }
         srnf_free(o.memory);
     }
     return status;
@@ -336,7 +376,7 @@ int registration_optimise(const struct problem *problem, const struct level *lev
     if (status) {
         return status;
     }
-    prepare_damping(&o);
+    registration_damping(level, o.unknowns, o.damping);
     registration_objective(problem, warp, samples, rotation);
     for (size_t step = 0; step < schedule->max_steps && small < 2 && status == SRNF_OK; step++) {
         double gain;

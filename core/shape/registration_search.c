@@ -64,7 +64,8 @@ static void target_place(struct target *target, const struct srnf_grid *grid, co
             norm2 += memory[3 * n + i] * q[3 * i + c] * q[3 * i + c];
         }
     }
-    *target = (struct target){n, memory, memory + 3 * n, q, norm2};
+    *target =
+        (struct target){.n = n, .points = memory, .weight = memory + 3 * n, .q = q, .norm2 = norm2};
 }
 
 /* q1 on the coarse grid, through its harmonics up to the coarse degree. */
@@ -91,8 +92,9 @@ static int coarse_field(const struct srnf_sht *sht, const double *q1, size_t deg
 
 /* q1 on a finer grid of the same kind: from the surface itself, or by the harmonics of q1 that its
    grid resolves. */
-static int fine_field(const struct srnf_sht *sht, const double *q1, const double *template_surface,
-                      size_t rows, struct srnf_sht **fine, double *out)
+static int fine_field(const struct srnf_sht *sht, enum srnf_representation representation,
+                      const double *q1, const double *template_surface, size_t rows,
+                      struct srnf_sht **fine, double *out)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t degree = template_surface ? srnf_sht_degree(sht) : grid->n_theta - 1;
@@ -112,7 +114,7 @@ static int fine_field(const struct srnf_sht *sht, const double *q1, const double
     if (!c || !workspace) {
         status = status ? status : SRNF_ENOMEM;
     } else if (template_surface) {
-        srnf_field(*fine, template_surface, out, workspace);
+        shape_represent(*fine, representation, template_surface, out, workspace);
     } else {
         srnf_sht_analysis(own, 3, q1, c, workspace);
         srnf_sht_synthesis(*fine, 3, c, out, workspace);
@@ -123,19 +125,25 @@ static int fine_field(const struct srnf_sht *sht, const double *q1, const double
     return status;
 }
 
+size_t registration_rows(size_t degree)
+{
+    size_t rows = NODES_PER_DEGREE * degree;
+
+    return rows < FINE_ROWS_MIN ? FINE_ROWS_MIN : rows > FINE_ROWS_MAX ? FINE_ROWS_MAX : rows;
+}
+
 /* The grid of the full problem. On too coarse a one fields of the given degree fit the nodes and
    fold between them; in exact mode the template's own grid is the one on which q1 is exact. */
 static int full_target(struct search *s, const struct srnf_sht *sht, const double *q1,
-                       const double *template_surface, bool own_grid)
+                       const double *template_surface)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
-    size_t rows = NODES_PER_DEGREE * s->options->degree;
+    size_t rows = registration_rows(s->options->degree);
     struct srnf_sht *fine = NULL;
     double *field = NULL;
     int status = SRNF_OK;
 
-    rows = rows < FINE_ROWS_MIN ? FINE_ROWS_MIN : rows > FINE_ROWS_MAX ? FINE_ROWS_MAX : rows;
-    if (own_grid || s->options->exact || grid->n_theta >= rows) {
+    if (s->options->exact || grid->n_theta >= rows) {
         s->full_memory = srnf_alloc(7 * grid->n_theta * grid->n_phi, sizeof(double));
         if (!s->full_memory) {
             return SRNF_ENOMEM;
@@ -145,7 +153,8 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
     }
     field = srnf_alloc(6 * rows * rows, sizeof(double));
     s->full_memory = srnf_alloc(14 * rows * rows, sizeof(double));
-    status = field && s->full_memory ? fine_field(sht, q1, template_surface, rows, &fine, field)
+    status = field && s->full_memory ? fine_field(sht, s->options->representation, q1,
+                                                  template_surface, rows, &fine, field)
                                      : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         target_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
@@ -181,8 +190,7 @@ out:
 
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
                   const double *template_surface, const double *moving,
-                  const struct srnf_register_options *options, bool own_grid,
-                  const struct srnf_context *context)
+                  const struct srnf_register_options *options, const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
@@ -191,7 +199,7 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
                          .context = context,
                          .sht = sht,
                          .has_template = options->exact && template_surface};
-    status = full_target(s, sht, q1, template_surface, own_grid);
+    status = full_target(s, sht, q1, template_surface);
     if (status == SRNF_OK) {
         status = coarse_target(s, sht, q1);
     }
@@ -208,6 +216,9 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
         search_clear(s);
         return status;
     }
+    s->moving_full.representation = options->representation;
+    s->moving_coarse.representation = options->representation;
+    s->moving_template.representation = options->representation;
     s->full.moving = &s->moving_full;
     s->coarse.moving = &s->moving_coarse;
     s->full.free_rotation = s->coarse.free_rotation = options->rotation && !options->common_pose;
@@ -236,6 +247,14 @@ void search_result_clear(struct search_result *result)
 
 /* ---- Rising degrees -------------------------------------------------------------------------- */
 
+static int open_level(const struct search *s, const struct problem *problem, size_t degree,
+                      struct level *level)
+{
+    return problem == &s->full && s->top && s->top->fields.degree >= degree
+               ? level_restrict(level, s->top, degree)
+               : level_create(level, problem, degree);
+}
+
 /* All rungs above `from` and up to the degree of the options; a last one for a degree between two.
    */
 static int climb(const struct search *s, size_t from, struct warp *warp, size_t *iterations)
@@ -251,7 +270,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
         struct level level;
 
         if (degree > from) {
-            status = level_create(&level, &s->full, degree);
+            status = open_level(s, &s->full, degree, &level);
             if (status == SRNF_OK) {
                 status = registration_optimise(&s->full, &level, &schedule, s->context, warp,
                                                &samples, iterations);
@@ -323,7 +342,7 @@ static int play_round(const struct search *s, const struct problem *problem, siz
     struct schedule schedule = {steps, 1e-3};
     struct samples samples = {0};
     struct level level;
-    int status = level_create(&level, problem, degree);
+    int status = open_level(s, problem, degree, &level);
 
     if (status) {
         return status;
@@ -552,27 +571,5 @@ int search_continue(const struct search *s, const struct srnf_warp *chain,
         search_result_clear(result);
     }
     result->distance = distance(s, &result->warp);
-    return status;
-}
-
-int search_refine(const struct search *s, size_t steps, struct warp *warp)
-{
-    size_t degree = s->options->exact && s->options->degree < 32 ? 32 : s->options->degree;
-    struct schedule schedule = {steps, ladder[RUNGS - 1].decrease};
-    struct samples samples = {0};
-    struct level level;
-    size_t iterations = 0;
-    int status = level_create(&level, &s->full, degree);
-
-    if (status) {
-        return status;
-    }
-    status = samples_create(&samples, s->full.target.n);
-    if (status == SRNF_OK) {
-        status = registration_optimise(&s->full, &level, &schedule, s->context, warp, &samples,
-                                       &iterations);
-    }
-    samples_clear(&samples);
-    level_clear(&level);
     return status;
 }

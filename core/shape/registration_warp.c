@@ -49,30 +49,40 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
     return status;
 }
 
+int warp_follow(const struct srnf_warp *warp, size_t n, double *points, double *jacobian)
+{
+    double *scratch = srnf_alloc((FIELDS_SCRATCH + 4) * n, sizeof(double));
+    struct fields fields = {0};
+    int status = scratch ? SRNF_OK : SRNF_ENOMEM;
+
+    for (size_t k = 0; k < warp->n_links && status == SRNF_OK; k++) {
+        status = apply_link(&warp->links[k], &fields, n, points, jacobian, scratch);
+    }
+    fields_clear(&fields);
+    srnf_free(scratch);
+    return status;
+}
+
 int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points, double *warped,
                     double *jacobian)
 {
-    double *scratch = srnf_alloc((FIELDS_SCRATCH + 5) * n, sizeof(double));
-    struct fields fields = {0};
-    int status = SRNF_OK;
+    double *product = srnf_alloc(n, sizeof(double));
+    int status;
 
-    if (!scratch) {
+    if (!product) {
         return SRNF_ENOMEM;
     }
     if (warped != points) {
         memcpy(warped, points, 3 * n * sizeof *warped);
     }
     for (size_t i = 0; i < n; i++) {
-        scratch[i] = 1.0;
+        product[i] = 1.0;
     }
-    for (size_t k = 0; k < warp->n_links && status == SRNF_OK; k++) {
-        status = apply_link(&warp->links[k], &fields, n, warped, scratch, scratch + n);
-    }
+    status = warp_follow(warp, n, warped, product);
     if (jacobian && status == SRNF_OK) {
-        memcpy(jacobian, scratch, n * sizeof *jacobian);
+        memcpy(jacobian, product, n * sizeof *jacobian);
     }
-    fields_clear(&fields);
-    srnf_free(scratch);
+    srnf_free(product);
     return status;
 }
 

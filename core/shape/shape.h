@@ -38,6 +38,10 @@ double shape_norm2(size_t n, const double *weight, const double *a);
 /* Quadrature weights, one for each point. */
 void shape_weights(const struct srnf_grid *grid, double *weight);
 
+/* field.c: the field of a surface in one of its representations; workspace as for srnf_field. */
+void shape_represent(const struct srnf_sht *sht, enum srnf_representation representation,
+                     const double *coefficients, double *q, void *workspace);
+
 /* ---- Vectors of coefficients (vector.c); fixed order of summation ---------------------------- */
 
 double shape_dot(size_t n, const double *a, const double *b);
@@ -76,12 +80,15 @@ double shape_system_try(struct shape_system *system, const double *f);
 void shape_system_accept(struct shape_system *system);
 /* g = J' W (Q(f) - q) at the state: half the gradient of E. */
 void shape_system_gradient(struct shape_system *system, double *g);
+/* out = J' W y at the state; 0 in the translations. y must not be w_theta or w_phi. */
+void shape_system_pull_back(struct shape_system *system, const double *y, double *out);
+/* field = Q_*f(w) at a state of the system. */
+void shape_system_differential(struct shape_system *system, const struct shape_state *at,
+                               const double *w, double *field);
 /* out = J' W J w at the state; 0 in the translations. */
 void shape_system_product(struct shape_system *system, const double *w, double *out);
 /* field = J w at the state. */
 void shape_system_push_forward(struct shape_system *system, const double *w);
-/* out = J' W y at the state; 0 in the translations. y must not be w_theta or w_phi. */
-void shape_system_pull_back(struct shape_system *system, const double *y, double *out);
 
 /* ---- conjugate.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) -------- */
 
@@ -100,6 +107,23 @@ int shape_conjugate_solve(struct shape_conjugate *conjugate, struct shape_system
                           const double *b, double lambda, double tolerance, size_t cap, double *x);
 
 /* ---- The solvers ----------------------------------------------------------------------------- */
+
+/* A x = b for A given by its products. */
+struct shape_linear {
+    size_t n;
+    void (*product)(void *argument, const double *x, double *out);
+    void (*precondition)(void *argument, const double *r, double *z);
+    void *argument;
+    double tolerance; /* on the residual, relative to that of x = 0 */
+    size_t cap;       /* on the products */
+};
+
+/* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns the products. */
+size_t shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
+                                 double *work);
+/* gmres.c; precondition is not used. work: shape_gmres_doubles. Returns the products. */
+size_t shape_gmres_doubles(size_t n, size_t cap);
+size_t shape_gmres(const struct shape_linear *problem, const double *b, double *x, double *work);
 
 /* What a solver reads and writes while it goes on; history grows up to its capacity and then stops.
    */

@@ -109,6 +109,15 @@ void shape_system_pull_back(struct shape_system *system, const double *y, double
     clear_translations(system, out);
 }
 
+void shape_system_differential(struct shape_system *system, const struct shape_state *at,
+                               const double *w, double *field)
+{
+    srnf_sht_gradient(system->sht, 3, w, system->w_theta, system->w_phi, system->workspace);
+    system->transforms += 1.0;
+    shape_differential(system->points, at->f_theta, at->f_phi, at->unit, at->inverse,
+                       system->w_theta, system->w_phi, field);
+}
+
 void shape_system_gradient(struct shape_system *system, double *g)
 {
     shape_system_pull_back(system, system->state.residual, g);
@@ -116,12 +125,7 @@ void shape_system_gradient(struct shape_system *system, double *g)
 
 void shape_system_push_forward(struct shape_system *system, const double *w)
 {
-    const struct shape_state *s = &system->state;
-
-    srnf_sht_gradient(system->sht, 3, w, system->w_theta, system->w_phi, system->workspace);
-    system->transforms += 1.0;
-    shape_differential(system->points, s->f_theta, s->f_phi, s->unit, s->inverse, system->w_theta,
-                       system->w_phi, system->field);
+    shape_system_differential(system, &system->state, w, system->field);
 }
 
 void shape_system_product(struct shape_system *system, const double *w, double *out)

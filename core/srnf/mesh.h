@@ -174,6 +174,33 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
 double srnf_index_distance2(const struct srnf_index *index, const double point[3],
                             double nearest[3], uint32_t *face);
 
+struct srnf_icp_options {
+    size_t max_iterations; /* 0 .. 10000, default 100; 0: the distance where the meshes stand */
+    double tolerance;      /* stop when the residual falls by less than this part; default 1e-3 */
+};
+struct srnf_icp_options srnf_icp_options_defaults(void);
+
+struct srnf_icp {
+    double rotation[9], translation[3]; /* x -> R x + t lays the moving mesh on the fixed one */
+    double distance; /* root of half of: mean squared distance of the vertices of each mesh from the
+                        other one, weighted by area */
+    size_t iterations;
+    bool converged;
+};
+
+/*
+ * Rigid alignment by iterated closest points (core/shape/icp.c). The residual counts both ways, so
+ * that the distance of (a, b) and (b, a) differs by rounding alone. A local minimum, sought from
+ * the pose at hand and from the four in which the principal axes agree.
+ *   options  [in] NULL: defaults
+ * Neither mesh has to be closed. Errors: SRNF_EINVAL (an index out of range, a coordinate not
+ * finite, options), SRNF_EDEGENERATE (no area), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_icp(const struct srnf_mesh *fixed, const struct srnf_mesh *moving,
+                          const struct srnf_icp_options *options,
+                          const struct srnf_context *context, struct srnf_icp *result,
+                          struct srnf_error *error);
+
 /* A bijective map of a closed mesh of genus zero to the unit sphere. */
 struct srnf_spherical_map {
     double *points;             /* [n_vertices][3], unit vectors; owned, freed with srnf_free */

@@ -14,6 +14,21 @@
  */
 void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *q, void *workspace);
 
+/* Fields that stand for a surface. gamma acts on both as (q, gamma) = sqrt(J) q o gamma, isometric
+   in L2, and a rotation as q -> O q. */
+enum srnf_representation {
+    SRNF_REPRESENTATION_SRNF = 0, /* q = n / |n|^(1/2): translations drop out */
+    SRNF_REPRESENTATION_SRM = 1,  /* q = |n|^(1/2) f, the square-root map: f has to be centred */
+};
+
+/*
+ * The square-root map (S. Kurtek, E. Klassen, Z. Ding, A. Srivastava, "A novel Riemannian framework
+ * for shape analysis of 3D objects", CVPR 2010): q = |n|^(1/2) f on the grid of sht,
+ * double[3][n_theta][n_phi]. workspace as for srnf_field.
+ */
+void srnf_square_root_map(const struct srnf_sht *sht, const double *coefficients, double *q,
+                          void *workspace);
+
 /*
  * The differential Q_*f(w) (the paper, section 3; formula in core/README.md): out
  * double[3][n_theta][n_phi]. Where n = 0 the differential does not exist and 0 is returned.

@@ -21,7 +21,8 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
 
 struct srnf_mean_options {
     const struct srnf_register_options *registration; /* NULL: as parameterised */
-    double tolerance;      /* relative change of the mean q; default 1e-3 */
+    double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
+                              which the mean is found; default 1e-3 */
     size_t max_iterations; /* default 20 */
     /* Called after each iteration with all that is needed to go on from there: a caller that keeps
        the bytes can hand them back as `resume`. Optional. */
@@ -32,8 +33,9 @@ struct srnf_mean_options {
 };
 struct srnf_mean_options srnf_mean_options_defaults(void);
 struct srnf_mean_iteration {
-    double change;   /* ||mu_k - mu_k-1|| / ||mu_k|| */
-    double variance; /* mean squared distance to the mean q */
+    double change;    /* ||mu_k - mu_k-1|| / ||mu_k||, as parameterised from the centre */
+    double variance;  /* mean squared distance to the mean q */
+    double objective; /* variance / mean of ||q_i||^2 + mean penalty: never rises */
     double seconds;
 };
 struct srnf_mean {
@@ -52,7 +54,10 @@ void srnf_mean_clear(struct srnf_mean *mean);
 /*
  * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
  * parameterisation centred, repeat; one inversion at the end. Starts from the medoid of the
- * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel.
+ * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel. Fields
+ * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. SRNF_WNOT_CONVERGED: the mean as
+ * it is after max_iterations.
  */
 SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
                                    const double *const *surfaces,

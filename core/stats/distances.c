@@ -1,7 +1,8 @@
 /*
  * distances.c - the symmetric matrix of distances between surfaces.
  *
- * As parameterised: d(i, j) = ||Q(f_i) - Q(f_j)||, a metric; each SRNF is computed once.
+ * As parameterised: d(i, j) = ||Q(f_i) - Q(f_j)||, a metric; each SRNF, or square-root map, is
+ * computed once.
  * Registered: the distance of srnf_register in symmetric mode, equal for (i, j) and (j, i) by
  * construction; the triangle inequality then holds up to the local minima of registration.
  *
@@ -22,8 +23,7 @@ struct distances {
     double *matrix;
 };
 
-/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
-static void pair_of(size_t index, size_t *i, size_t *j)
+void stats_pair(size_t index, size_t *i, size_t *j)
 {
     size_t upper = (size_t)((1.0 + sqrt(1.0 + 8.0 * (double)index)) / 2.0);
 
@@ -66,16 +66,18 @@ static int measure_pair(void *argument, size_t index, const struct srnf_context 
     size_t j;
     int status;
 
-    pair_of(index, &i, &j);
+    stats_pair(index, &i, &j);
     status = measure(d, i, j, context, &distance, error);
     d->matrix[i * d->n + j] = distance;
     d->matrix[j * d->n + i] = distance;
     return status;
 }
 
-int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
-                   const struct srnf_register_options *options, const struct srnf_context *context,
-                   double *matrix, struct srnf_error *error)
+int stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation,
+                          size_t n, const double *const *surfaces,
+                          const struct srnf_register_options *options,
+                          const struct srnf_context *context, double *matrix,
+                          struct srnf_error *error)
 {
     struct srnf_register_options symmetric;
     struct distances d = {.sht = sht, .surfaces = surfaces, .n = n, .matrix = matrix};
@@ -94,15 +96,16 @@ int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *su
     if (options) {
         symmetric = *options;
         symmetric.symmetric = true;
+        symmetric.representation = representation;
         d.options = &symmetric;
     } else {
         size_t all;
 
         if (__builtin_mul_overflow(n, size, &all) || !(q = srnf_alloc(all, sizeof(double)))) {
-            return srnf_fail(error, SRNF_ENOMEM, -1, "no memory for the SRNFs of %zu surfaces", n);
+            return srnf_fail(error, SRNF_ENOMEM, -1, "no memory for the fields of %zu surfaces", n);
         }
         d.q = q;
-        status = stats_fields(sht, n, surfaces, context, q, error);
+        status = stats_represent(sht, representation, n, surfaces, context, q, error);
     }
     for (size_t i = 0; i < n; i++) {
         matrix[i * n + i] = 0.0;
@@ -113,4 +116,12 @@ int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *su
     }
     srnf_free(q);
     return status;
+}
+
+int srnf_distances(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                   const struct srnf_register_options *options, const struct srnf_context *context,
+                   double *matrix, struct srnf_error *error)
+{
+    return stats_field_distances(sht, options ? options->representation : SRNF_REPRESENTATION_SRNF,
+                                 n, surfaces, options, context, matrix, error);
 }

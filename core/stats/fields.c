@@ -2,6 +2,7 @@
  * fields.c - the surfaces of a group and their SRNFs as vectors of L2.
  */
 #include "stats.h"
+#include "shape/shape.h"
 
 #include <cblas.h>
 #include <math.h>
@@ -27,6 +28,7 @@ int stats_check_surfaces(const struct srnf_sht *sht, size_t n, const double *con
 
 struct fields_loop {
     const struct srnf_sht *sht;
+    enum srnf_representation representation;
     const double *const *surfaces;
     double *q;
 };
@@ -42,8 +44,8 @@ static int field_of_one(void *argument, size_t i, const struct srnf_context *con
     if (!workspace) {
         return SRNF_ENOMEM;
     }
-    srnf_field(loop->sht, loop->surfaces[i],
-               loop->q + i * 3 * stats_points(srnf_sht_grid(loop->sht)), workspace);
+    shape_represent(loop->sht, loop->representation, loop->surfaces[i],
+                    loop->q + i * 3 * stats_points(srnf_sht_grid(loop->sht)), workspace);
     srnf_free(workspace);
     return SRNF_OK;
 }
@@ -51,7 +53,14 @@ static int field_of_one(void *argument, size_t i, const struct srnf_context *con
 int stats_fields(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                  const struct srnf_context *context, double *q, struct srnf_error *error)
 {
-    struct fields_loop loop = {sht, surfaces, q};
+    return stats_represent(sht, SRNF_REPRESENTATION_SRNF, n, surfaces, context, q, error);
+}
+
+int stats_represent(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,
+                    const double *const *surfaces, const struct srnf_context *context, double *q,
+                    struct srnf_error *error)
+{
+    struct fields_loop loop = {sht, representation, surfaces, q};
 
     return stats_run(context, n, field_of_one, &loop, (struct stats_progress){0}, error);
 }

@@ -1,30 +1,34 @@
 /*
  * mean.c - the Karcher mean of a group (the paper, Algorithm 2).
  *
- * Minimises the mean of ||mu - O_i (q_i, gamma_i)||^2 over mu, the O_i and the gamma_i in turn:
+ * Minimises the objective G of mean.h over the mean mu, the value rotations O_i and the warps
+ * gamma_i:
  *
  *   1. start: mu is the q of the medoid, the surface with the least sum of unregistered distances;
  *      in a common pose, and where nothing is registered, the plain mean of all q
- *   2. every subject is registered to mu, from where its last registration left it
- *      (mean_subject.c); in parallel
- *   3. all warps take one right step that centres them (mean_center.c)
- *   4. mu <- the mean of the registered q, exactly evaluated on the grid, in the order of the
- *      subjects
- *   5. again from 2, until ||mu_k - mu_k-1|| <= tolerance ||mu_k||
- *   6. mu is inverted once, from the average of the registered surfaces
+ *   2. every subject is registered to mu from nothing (mean_subject.c); mu <- the mean of the
+ *      registered q, exactly evaluated on the grid, in the order of the subjects
+ *   3. the penalties are measured from where they are least (mean_center.c)
+ *   4. all warps take one Gauss-Newton step together, and mu follows (mean_step.c)
+ *   5. again from 3, until mu changes by no more than the tolerance, relative to its norm
+ *      (mean_change.c), or G has twice in a row fallen by less than that part of itself. Very
+ *      different surfaces end the second way: their warps can be refined without end, each time
+ *      for less
+ *   6. mu is inverted once, from the average of the registered surfaces (mean_surface.c)
  *
- * No inversion happens inside the loop: mu need not be the SRNF of any surface, and how far it is
- * from one is told as the relative energy of step 6. Where nothing is registered steps 2 and 3 are
- * void, and one iteration is exact.
+ * G never rises. No inversion happens inside the loop: mu need not be the SRNF of any surface, and
+ * how far it is from one is told as the relative energy of step 6. Where nothing is registered one
+ * iteration is exact; where the domain is only rotated, step 2 is all there is.
  *
- * Between iterations the state is mu, the centring, and O_i and a chain for each subject: that is
+ * Between iterations the state is mu, the centre, and O_i and a chain for each subject: that is
  * what a checkpoint holds (mean_checkpoint.c). A resumed run ends with the same bits as one that
  * was never stopped, and so does a run on any number of threads.
  *
- * Memory: 24 P bytes a subject for its q, and 32 P for its warp on the grid; the chains. Cost of an
- * iteration: n registrations, the first time from a cold start, then warm.
+ * Memory, on a working grid of P nodes: 208 P bytes a subject for its q, its warp and what they are
+ * computed from; 32 (D+1)^4 bytes for its Gauss-Newton matrix in fields of degree D; the chains.
+ * At the default degree, 12, P is 4608 at least and a subject takes 2 MB.
  */
-#include "stats.h"
+#include "mean.h"
 
 #include <math.h>
 #include <string.h>
@@ -34,7 +38,6 @@
 #define MAX_ITERATIONS_ALLOWED 10000
 /* Progress: each iteration is expected to be this part of what is left, the inversion the rest. */
 #define PROGRESS_PART 0.4
-#define PROGRESS_LOOP 0.95
 
 struct srnf_mean_options srnf_mean_options_defaults(void)
 {
@@ -57,54 +60,243 @@ static int check_options(const struct srnf_mean_options *options, struct srnf_er
 static void clear_run(struct mean_run *run)
 {
     for (size_t i = 0; run->subjects && i < run->n; i++) {
-        srnf_warp_clear(&run->subjects[i].warp);
+        mean_subject_clear(&run->subjects[i]);
     }
     srnf_warp_clear(&run->centring);
-    srnf_free(run->base);
-    srnf_free(run->base_jacobian);
+    srnf_free(run->center);
+    srnf_free(run->area);
+    srnf_free(run->reference);
     srnf_free(run->nodes);
+    srnf_free(run->weight);
     srnf_free(run->mean_q);
     srnf_free(run->previous);
+    srnf_free(run->target);
     srnf_free(run->subjects);
     srnf_free(run->q);
     srnf_free(run->gamma);
     srnf_free(run->jacobian);
+    srnf_free(run->old_gamma);
+    srnf_free(run->old_jacobian);
     srnf_free(run->history);
+    srnf_free(run->old_mean);
+    srnf_free(run->potentials);
+    srnf_free(run->centred);
+    srnf_free(run->old_centred);
+    srnf_sht_destroy(run->analysis);
+    srnf_sht_destroy(run->view);
+    srnf_sht_destroy(run->own);
 }
 
-static int create_run(struct mean_run *run, const struct srnf_mean_options *options)
+/* The working grid: that of the caller, unless it is too coarse for the fields. */
+static int create_grid(struct mean_run *run)
 {
-    size_t field = 3 * run->points;
-    size_t all;
+    const struct srnf_grid *grid = srnf_sht_grid(run->sht);
+    size_t rows = run->registered ? registration_rows(run->degree) : 0;
+    int status = SRNF_OK;
 
-    if (__builtin_mul_overflow(run->n, field, &all)) {
+    run->work = run->sht;
+    if (mean_is_warped(run) && (grid->n_theta < rows || grid->n_phi < 2 * rows)) {
+        status = srnf_sht_create(&run->own, srnf_sht_degree(run->sht), SRNF_GRID_GAUSS_LEGENDRE,
+                                 rows, 2 * rows);
+        run->work = run->own;
+    }
+    if (status == SRNF_OK) {
+        run->grid = srnf_sht_grid(run->work);
+        run->points = stats_points(run->grid);
+    }
+    return status;
+}
+
+/* What registration needs beside the fields. */
+static int create_warps(struct mean_run *run, struct srnf_error *error)
+{
+    size_t all = run->n * run->points; /* three times as much has been allocated */
+
+    run->gamma = srnf_alloc(3 * all, sizeof(double));
+    run->jacobian = srnf_alloc(all, sizeof(double));
+    run->center = srnf_alloc(3 * run->points, sizeof(double));
+    run->area = srnf_alloc(run->points, sizeof(double));
+    run->reference = srnf_alloc(3 * run->points, sizeof(double));
+    if (!run->gamma || !run->jacobian || !run->center || !run->area || !run->reference) {
         return SRNF_ENOMEM;
     }
-    run->history_capacity = options->max_iterations;
-    run->nodes = srnf_alloc(field, sizeof(double));
-    run->mean_q = srnf_alloc(field, sizeof(double));
-    run->previous = srnf_alloc(field, sizeof(double));
-    run->subjects = srnf_alloc(run->n, sizeof *run->subjects);
-    run->q = srnf_alloc(all, sizeof(double));
-    run->history = srnf_alloc(run->history_capacity, sizeof *run->history);
-    if (!run->nodes || !run->mean_q || !run->previous || !run->subjects || !run->q ||
-        !run->history) {
-        return SRNF_ENOMEM;
+    if (mean_is_warped(run)) {
+        run->old_gamma = srnf_alloc(3 * all, sizeof(double));
+        run->old_jacobian = srnf_alloc(all, sizeof(double));
+        run->old_mean = srnf_alloc(3 * run->points, sizeof(double));
+        run->potentials =
+            srnf_alloc(run->n, 2 * srnf_coefficient_count(run->degree) * sizeof(double));
+        if (!run->old_gamma || !run->old_jacobian || !run->old_mean || !run->potentials) {
+            return SRNF_ENOMEM;
+        }
     }
+    if (mean_is_warped(run)) {
+        int status = mean_change_create(run);
+
+        if (status) {
+            return status;
+        }
+    }
+    return mean_place_center(run, error);
+}
+
+static int create_run(struct mean_run *run, const struct srnf_mean_options *options,
+                      struct srnf_error *error)
+{
+    size_t all;
+    int status = SRNF_OK;
+
     if (options->registration) {
         run->registered = true;
         run->registration = *options->registration;
         run->registration.symmetric = false; /* the mean is a field, not a surface */
-        run->gamma = srnf_alloc(all, sizeof(double));
-        run->jacobian = srnf_alloc(all / 3, sizeof(double));
-        run->base = srnf_alloc(field, sizeof(double));
-        run->base_jacobian = srnf_alloc(run->points, sizeof(double));
-        if (!run->gamma || !run->jacobian || !run->base || !run->base_jacobian) {
-            return SRNF_ENOMEM;
+        run->degree = run->registration.degree;
+        status = registration_check(&run->registration, error);
+    }
+    status = status ? status : create_grid(run);
+    if (status) {
+        return status;
+    }
+    if (__builtin_mul_overflow(run->n, 3 * run->points, &all)) {
+        return SRNF_ENOMEM;
+    }
+    run->history_capacity = options->max_iterations;
+    run->nodes = srnf_alloc(3 * run->points, sizeof(double));
+    run->weight = srnf_alloc(run->points, sizeof(double));
+    run->mean_q = srnf_alloc(3 * run->points, sizeof(double));
+    run->previous = srnf_alloc(3 * run->points, sizeof(double));
+    run->target = srnf_alloc(3 * run->points, sizeof(double));
+    run->subjects = srnf_alloc(run->n, sizeof *run->subjects);
+    run->q = srnf_alloc(all, sizeof(double));
+    run->history = srnf_alloc(run->history_capacity, sizeof *run->history);
+    if (!run->nodes || !run->weight || !run->mean_q || !run->previous || !run->target ||
+        !run->subjects || !run->q || !run->history) {
+        return SRNF_ENOMEM;
+    }
+    registration_nodes(run->grid, run->nodes, run->weight);
+    return run->registered ? create_warps(run, error) : SRNF_OK;
+}
+
+/* ---- The mean and the objective -------------------------------------------------------------- */
+
+void mean_set_target(struct mean_run *run)
+{
+    for (size_t k = 0; k < run->points; k++) {
+        for (size_t c = 0; c < 3; c++) {
+            run->target[3 * k + c] = run->mean_q[c * run->points + k];
         }
     }
-    stats_nodes(run->grid, run->nodes);
-    return run->registered ? mean_replay_base(run) : SRNF_OK;
+}
+
+static int average_block(void *argument, size_t block, const struct srnf_context *context,
+                         struct srnf_error *error)
+{
+    struct mean_run *run = argument;
+    size_t first = block * MEAN_BLOCK;
+    size_t last = first + MEAN_BLOCK < run->points ? first + MEAN_BLOCK : run->points;
+
+    (void)context;
+    (void)error;
+    for (size_t c = 0; c < 3; c++) {
+        double *mean = run->mean_q + c * run->points;
+
+        for (size_t k = first; k < last; k++) {
+            mean[k] = 0.0;
+        }
+        for (size_t i = 0; i < run->n; i++) {
+            const double *q = run->q + (3 * i + c) * run->points;
+
+            for (size_t k = first; k < last; k++) {
+                mean[k] += q[k];
+            }
+        }
+        for (size_t k = first; k < last; k++) {
+            mean[k] /= (double)run->n;
+            run->target[3 * k + c] = mean[k];
+        }
+    }
+    return SRNF_OK;
+}
+
+int mean_average(struct mean_run *run, struct srnf_error *error)
+{
+    return stats_run(run->context, mean_blocks(run), average_block, run, (struct stats_progress){0},
+                     error);
+}
+
+static double variance(const struct mean_run *run)
+{
+    double sum = 0.0;
+
+    for (size_t i = 0; i < run->n; i++) {
+        sum += stats_distance2(run->grid, run->q + i * 3 * run->points, run->mean_q);
+    }
+    return sum / (double)run->n;
+}
+
+double mean_objective(const struct mean_run *run)
+{
+    double penalties = 0.0;
+
+    for (size_t i = 0; i < run->n; i++) {
+        penalties += run->subjects[i].penalty / (double)run->n;
+    }
+    return variance(run) / run->norm2 + penalties;
+}
+
+double mean_measured(const struct mean_run *run)
+{
+    double sum = 0.0;
+
+    for (size_t i = 0; i < run->n; i++) {
+        sum += (run->subjects[i].energy + run->subjects[i].penalty) / (double)run->n;
+    }
+    return sum;
+}
+
+void mean_remember(struct mean_run *run)
+{
+    memcpy(run->old_gamma, run->gamma, 3 * run->n * run->points * sizeof(double));
+    memcpy(run->old_jacobian, run->jacobian, run->n * run->points * sizeof(double));
+    memcpy(run->old_mean, run->mean_q, 3 * run->points * sizeof(double));
+    for (size_t i = 0; i < run->n; i++) {
+        struct mean_subject *subject = &run->subjects[i];
+
+        memcpy(subject->old_rotation, subject->rotation, sizeof subject->rotation);
+    }
+}
+
+/* q of a subject at gamma, with the O that it has. */
+static void evaluate_kept(const struct mean_run *run, size_t i)
+{
+    double rotation[9];
+
+    memcpy(rotation, run->subjects[i].rotation, sizeof rotation);
+    mean_evaluate(run, i);
+    memcpy(run->subjects[i].rotation, rotation, sizeof rotation);
+    mean_field(run, i);
+}
+
+static int take_back_one(void *argument, size_t i, const struct srnf_context *context,
+                         struct srnf_error *error)
+{
+    const struct mean_run *run = argument;
+    size_t n = run->points;
+
+    (void)context;
+    (void)error;
+    memcpy(run->gamma + 3 * i * n, run->old_gamma + 3 * i * n, 3 * n * sizeof(double));
+    memcpy(run->jacobian + i * n, run->old_jacobian + i * n, n * sizeof(double));
+    memcpy(run->subjects[i].rotation, run->subjects[i].old_rotation, 9 * sizeof(double));
+    evaluate_kept(run, i);
+    return SRNF_OK;
+}
+
+int mean_take_back(struct mean_run *run, struct srnf_error *error)
+{
+    memcpy(run->mean_q, run->old_mean, 3 * run->points * sizeof(double));
+    mean_set_target(run);
+    return stats_run(run->context, run->n, take_back_one, run, (struct stats_progress){0}, error);
 }
 
 /* ---- Start ----------------------------------------------------------------------------------- */
@@ -148,17 +340,33 @@ static int find_medoid(const struct mean_run *run, size_t *index, struct srnf_er
     return status;
 }
 
+/* q of all as they are parameterised, and N. */
+static int find_fields(struct mean_run *run, struct srnf_error *error)
+{
+    size_t field = 3 * run->points;
+    int status = stats_fields(run->work, run->n, run->surfaces, run->context, run->q, error);
+
+    run->norm2 = 0.0;
+    for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
+        const double *q = run->q + i * field;
+        double square = srnf_inner_product(run->grid, q, q);
+
+        if (run->registered && (!(square > 0.0) || !isfinite(square))) {
+            status = srnf_fail(error, SRNF_EINVAL, (int64_t)i,
+                               "the SRNF of surface %zu is zero or not finite", i);
+        }
+        run->norm2 += square / (double)run->n;
+    }
+    return status;
+}
+
 static int start_run(struct mean_run *run, size_t start, struct srnf_error *error)
 {
     size_t field = 3 * run->points;
-    int status = stats_fields(run->sht, run->n, run->surfaces, run->context, run->q, error);
+    int status = SRNF_OK;
 
-    if (status) {
-        return status;
-    }
     if (start == STATS_START_DEFAULT && (!run->registered || run->registration.common_pose)) {
-        stats_average(run->grid, run->n, run->q, run->mean_q);
-        return SRNF_OK;
+        return mean_average(run, error);
     }
     if (start == STATS_START_DEFAULT) {
         status = find_medoid(run, &start, error);
@@ -169,15 +377,29 @@ static int start_run(struct mean_run *run, size_t start, struct srnf_error *erro
     return status;
 }
 
-static int replay_one(void *argument, size_t i, const struct srnf_context *context,
-                      struct srnf_error *error)
+static int prepare_one(void *argument, size_t i, const struct srnf_context *context,
+                       struct srnf_error *error)
 {
     (void)context;
     (void)error;
-    return mean_replay(argument, i);
+    return mean_prepare(argument, i);
 }
 
-static int replay_all(struct mean_run *run, struct srnf_error *error)
+static int replay_one(void *argument, size_t i, const struct srnf_context *context,
+                      struct srnf_error *error)
+{
+    const struct mean_run *run = argument;
+    int status = mean_replay(run, i);
+
+    (void)context;
+    (void)error;
+    if (status == SRNF_OK) {
+        evaluate_kept(run, i);
+    }
+    return status;
+}
+
+int mean_replay_all(struct mean_run *run, struct srnf_error *error)
 {
     return stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0}, error);
 }
@@ -187,14 +409,12 @@ static int resume_run(struct mean_run *run, const struct srnf_mean_options *opti
 {
     int status = mean_checkpoint_read(run, options->resume, options->resume_size, error);
 
-    if (status) {
+    if (status || !run->started) {
         return status;
     }
-    if (!run->started) {
-        return stats_fields(run->sht, run->n, run->surfaces, run->context, run->q, error);
-    }
-    status = mean_replay_base(run);
-    return status ? status : replay_all(run, error);
+    mean_set_target(run);
+    status = mean_place_center(run, error);
+    return status ? status : mean_replay_all(run, error);
 }
 
 /* ---- Iterations ------------------------------------------------------------------------------ */
@@ -205,49 +425,78 @@ static int register_one(void *argument, size_t i, const struct srnf_context *con
     return mean_register(argument, i, context, error);
 }
 
-static int register_all(struct mean_run *run, struct srnf_error *error)
+/* The part of the progress that the coming iteration has. */
+static struct stats_progress progress_of(const struct mean_run *run)
 {
-    struct stats_progress progress = {0.0, 0.0, "registering to the mean"};
     double left = 1.0;
-    int status;
 
     for (size_t k = 0; k < run->iterations; k++) {
         left *= 1.0 - PROGRESS_PART;
     }
-    progress.from = PROGRESS_LOOP * (1.0 - left);
-    progress.to = PROGRESS_LOOP * (1.0 - left * (1.0 - PROGRESS_PART));
-    status = stats_run(run->context, run->n, register_one, run, progress, error);
-    if (status == SRNF_OK) {
-        run->started = true;
+    return (struct stats_progress){MEAN_PROGRESS_LOOP * (1.0 - left),
+                                   MEAN_PROGRESS_LOOP * (1.0 - left * (1.0 - PROGRESS_PART)),
+                                   "registering to the mean"};
+}
+
+/* All to the mean from nothing, and the mean after it. */
+static int register_all(struct mean_run *run, struct srnf_error *error)
+{
+    int status = stats_run(run->context, run->n, register_one, run, progress_of(run), error);
+
+    mean_set_target(run);
+    status = status ? status : mean_replay_all(run, error);
+    run->started = status == SRNF_OK;
+    return status ? status : mean_average(run, error);
+}
+
+static int move_all(struct mean_run *run, struct srnf_error *error)
+{
+    double moved;
+    int status;
+
+    if (!run->registered) {
+        return mean_average(run, error);
     }
-    if (status == SRNF_OK && run->registration.reparameterization) {
-        status = mean_center(run, NULL);
+    if (!mean_is_warped(run)) {
+        return register_all(run, error);
     }
-    return status ? status : replay_all(run, error);
+    status = run->started ? mean_descend(run, progress_of(run), error) : register_all(run, error);
+    return status ? status : mean_center(run, &moved, error);
+}
+
+/* One iteration, and the change of the mean in it. */
+static int iterate_once(struct mean_run *run, double *change, struct srnf_error *error)
+{
+    double *swap = run->old_centred;
+    double square;
+    int status;
+
+    memcpy(run->previous, run->mean_q, 3 * run->points * sizeof(double));
+    status = move_all(run, error);
+    if (status == SRNF_OK && mean_is_warped(run)) {
+        run->old_centred = run->centred;
+        run->centred = swap;
+        status = mean_view(run, error);
+        *change = mean_change(run);
+        return status;
+    }
+    square = srnf_inner_product(run->grid, run->mean_q, run->mean_q);
+    *change =
+        square > 0.0 ? sqrt(stats_distance2(run->grid, run->mean_q, run->previous) / square) : 0.0;
+    return status;
 }
 
 /* One iteration, and its entry in the history. */
 static int iterate(struct mean_run *run, double seconds, struct srnf_error *error)
 {
     struct srnf_mean_iteration *entry = &run->history[run->iterations];
-    double *swap = run->previous;
-    double norm;
-    int status = run->registered ? register_all(run, error) : SRNF_OK;
+    int status = iterate_once(run, &entry->change, error);
 
     if (status) {
         return status;
     }
-    run->previous = run->mean_q;
-    run->mean_q = swap;
-    stats_average(run->grid, run->n, run->q, run->mean_q);
-    norm = sqrt(srnf_inner_product(run->grid, run->mean_q, run->mean_q));
-    entry->change = sqrt(stats_distance2(run->grid, run->mean_q, run->previous));
-    entry->change = norm > 0.0 ? entry->change / norm : 0.0;
-    entry->variance = 0.0;
-    for (size_t i = 0; i < run->n; i++) {
-        entry->variance +=
-            stats_distance2(run->grid, run->q + i * 3 * run->points, run->mean_q) / (double)run->n;
-    }
+    entry->variance = variance(run);
+    entry->objective = run->norm2 > 0.0 ? mean_objective(run) : 0.0;
     entry->seconds = seconds;
     run->iterations++;
     return SRNF_OK;
@@ -269,9 +518,24 @@ static int tell_checkpoint(const struct mean_run *run, const struct srnf_mean_op
     return status;
 }
 
+/* Whether G has hardly fallen from one iteration to the next. */
+static bool is_flat(const struct mean_run *run, size_t k, double tolerance)
+{
+    double before = run->history[k - 1].objective;
+
+    return before - run->history[k].objective < tolerance * before;
+}
+
 static bool is_converged(const struct mean_run *run, double tolerance)
 {
-    return run->iterations > 0 && run->history[run->iterations - 1].change <= tolerance;
+    size_t last = run->iterations - 1;
+
+    if (run->iterations == 0) {
+        return false;
+    }
+    return run->history[last].change <= tolerance ||
+           (mean_is_warped(run) && last >= 2 && is_flat(run, last, tolerance) &&
+            is_flat(run, last - 1, tolerance));
 }
 
 static int iterate_all(struct mean_run *run, const struct srnf_mean_options *options,
@@ -295,139 +559,37 @@ static int iterate_all(struct mean_run *run, const struct srnf_mean_options *opt
     return status;
 }
 
-/* ---- The mean surface ------------------------------------------------------------------------ */
-
-/* The registered surface of one subject, in the place of its gamma, which has served its turn. */
-static int place_values(void *argument, size_t i, const struct srnf_context *context,
-                        struct srnf_error *error)
-{
-    const struct mean_run *run = argument;
-    size_t field = 3 * run->points;
-    double *values = srnf_alloc(field, sizeof(double));
-    int status = values ? mean_values(run, i, values) : SRNF_ENOMEM;
-
-    (void)context;
-    (void)error;
-    if (status == SRNF_OK) {
-        memcpy(run->gamma + i * field, values, field * sizeof(double));
-    }
-    srnf_free(values);
-    return status;
-}
-
-/* The average of the surfaces, as they are registered. */
-static int blend(const struct mean_run *run, double *coefficients, struct srnf_error *error)
-{
-    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(run->sht));
-    double *values = NULL;
-    void *workspace = NULL;
-    int status;
-
-    if (!run->registered) {
-        for (size_t i = 0; i < run->n; i++) {
-            for (size_t k = 0; k < count; k++) {
-                coefficients[k] += run->surfaces[i][k] / (double)run->n;
-            }
-        }
-        return SRNF_OK;
-    }
-    values = srnf_alloc(3 * run->points, sizeof(double));
-    workspace = srnf_alloc(1, srnf_sht_workspace_size(run->sht, 3));
-    status = SRNF_ENOMEM;
-    if (values && workspace) {
-        struct mean_run copy = *run;
-
-        status =
-            stats_run(run->context, run->n, place_values, &copy, (struct stats_progress){0}, error);
-    }
-    if (status == SRNF_OK) {
-        stats_average(run->grid, run->n, run->gamma, values);
-        srnf_sht_analysis(run->sht, 3, values, coefficients, workspace);
-    }
-    srnf_free(values);
-    srnf_free(workspace);
-    return status;
-}
-
-static int invert(const struct mean_run *run, struct srnf_mean *mean, struct srnf_error *error)
-{
-    struct srnf_invert_options options = srnf_invert_options_defaults();
-    struct srnf_inversion inversion = {0};
-    struct srnf_context quiet = run->context ? *run->context : (struct srnf_context){0};
-    double *start =
-        srnf_alloc(3 * srnf_coefficient_count(srnf_sht_degree(run->sht)), sizeof(double));
-    int status = start ? blend(run, start, error) : SRNF_ENOMEM;
-
-    if (status) {
-        goto out;
-    }
-    srnf_report_progress(run->context, PROGRESS_LOOP, "inverting the mean");
-    quiet.progress = NULL;
-    options.initial = SRNF_INITIAL_SURFACE;
-    options.surface = start;
-    options.certify = false;
-    status = srnf_invert(run->sht, run->mean_q, &options, &quiet, &inversion, error);
-    if (status >= 0) { /* a mean that is no SRNF has no exact inverse: that is no failure */
-        mean->coefficients = inversion.coefficients;
-        inversion.coefficients = NULL;
-        mean->relative_energy = inversion.relative_energy;
-        srnf_inversion_clear(&inversion);
-        status = SRNF_OK;
-    }
-out:
-    srnf_free(start);
-    return status;
-}
-
-/* Distances, and the arrays of the run as those of the result. */
-static int hand_over(struct mean_run *run, struct srnf_mean *mean)
-{
-    mean->distances = srnf_alloc(run->n, sizeof(double));
-    if (!mean->distances) {
-        return SRNF_ENOMEM;
-    }
-    for (size_t i = 0; i < run->n; i++) {
-        mean->distances[i] =
-            sqrt(stats_distance2(run->grid, run->q + i * 3 * run->points, run->mean_q));
-    }
-    mean->n = run->n;
-    mean->iterations = run->iterations;
-    mean->mean_q = run->mean_q;
-    mean->registered_q = run->q;
-    mean->history = run->history;
-    run->mean_q = run->q = NULL;
-    run->history = NULL;
-    return SRNF_OK;
-}
-
 int stats_mean(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                const struct srnf_mean_options *options, size_t start,
                const struct srnf_context *context, struct srnf_mean *mean, struct srnf_error *error)
 {
     struct srnf_mean_options defaults = srnf_mean_options_defaults();
-    struct mean_run run = {.sht = sht,
-                           .grid = srnf_sht_grid(sht),
-                           .points = stats_points(srnf_sht_grid(sht)),
-                           .context = context,
-                           .n = n,
-                           .surfaces = surfaces};
+    struct mean_run run = {.sht = sht, .context = context, .n = n, .surfaces = surfaces};
     struct srnf_error first = {0};
+    bool converged;
     int status;
 
     options = options ? options : &defaults;
     *mean = (struct srnf_mean){0};
     status = stats_check_surfaces(sht, n, surfaces, &first);
     status = status ? status : check_options(options, &first);
-    status = status ? status : create_run(&run, options);
+    status = status ? status : create_run(&run, options, &first);
+    status = status ? status : find_fields(&run, &first);
+    status = status || !run.registered
+                 ? status
+                 : stats_run(context, n, prepare_one, &run, (struct stats_progress){0}, &first);
     if (status) {
         goto out;
     }
     status = options->resume ? resume_run(&run, options, &first) : start_run(&run, start, &first);
+    if (status == SRNF_OK && mean_is_warped(&run)) {
+        status = mean_view(&run, &first); /* what the first iteration changes */
+    }
     status = status ? status : iterate_all(&run, options, &first);
-    status = status ? status : invert(&run, mean, &first);
-    status = status ? status : hand_over(&run, mean);
+    converged = is_converged(&run, options->tolerance);
+    status = status ? status : mean_hand_over(&run, mean, &first);
     if (status == SRNF_OK) {
-        mean->converged = mean->history[mean->iterations - 1].change <= options->tolerance;
+        mean->converged = converged;
         status = mean->converged ? SRNF_OK : SRNF_WNOT_CONVERGED;
     }
 out:

@@ -3,286 +3,311 @@
  *
  * The mean is defined up to a common warp of all subjects: (q_i, gamma_i) may be replaced by (q_i,
  * gamma_i o c) for any diffeomorphism c, which moves the mean along its orbit and changes no
- * distance. Left alone it stays wherever the first template put it. Centring takes the c that makes
- * the warps the identity on average:
+ * distance. Left alone it stays wherever the first template put it, because a warp that follows its
+ * subject alone is held by the mean. What does depend on c is the penalties: centring takes the c
+ * that makes them least. (Making the mean of the logarithms of the warps vanish is the same to
+ * first order; but it is not the minimum, and an iteration that alternates between the two does not
+ * come to rest.)
  *
- *   delta_i = A_i^-1 gamma_i,   A_i the rotation nearest to gamma_i: the polar factor of the matrix
- *                               integral gamma_i(s) s', or the identity in a common pose
- *   v(s) = (1/n) sum_i log_s(delta_i(s)),  projected on gradients and curls up to the field degree
- *   c = the inverse of s -> exp_s(v(s))
+ * While the mean is sought, no subject is moved for that. What is kept is d = c^-1, and penalties
+ * are measured from it: R(gamma o d^-1) is an integral over the nodes of gamma and d, since
+ * ||e - O'(e, gamma o d^-1)|| = ||(e, d) - O'(e, gamma)||, and rho(J / K) K takes the place of
+ * rho(J), K the Jacobian of d. Only what is handed over in the end is evaluated at gamma o d^-1.
  *
- * Taking A_i out makes v independent of the pose in which each subject was parameterised. c is one
- * more link, the first one, of a chain that comes before the warps of all subjects: its points are
- * computed once for all. The mean of the logarithms then vanishes to second
- * order in what the single warps differ by; the next iteration takes out what is left.
+ * With (e, gamma) = sqrt(J) gamma and c <- c o exp(v), that is d <- exp(v)^-1 o d, the derivative
+ * of the mean penalty is
  *
- * The potentials of the projection: phi_lm = <v, grad Y_lm> / (l (l + 1)) and psi_lm = <v, s x grad
- * Y_lm> / (l (l + 1)), both by the adjoint of the gradient transform, since <v, s x g> = <v x s,
- * g>.
+ *   integral over the nodes t, at s = d(t):
+ *     2 b sqrt(K) (<X, v> + div v <X, s> / 2) + a K S div v,
+ *   X = (1/n) sum_i O'_i sqrt(J_i) gamma_i,  S = (1/n) sum_i u_i rho'(u_i) - rho(u_i), u_i = J_i /
+ *   K
+ *
+ * (for the displacement because D_v x = grad_v x + x div v / 2 is skew; for rho(u) = (1 + u)(log
+ * u)^4 by substitution). About the identity the second derivative is diagonal in the harmonics:
+ * 2 b (1 + l (l + 1) / 4) for gradients and 2 b for curls, and l (l + 1) times the mean curvature
+ * of rho. v is the Newton step with that, halved until the penalties fall. Where there are no
+ * penalties, the displacement alone decides, with any weight.
+ *
+ * Cost: one evaluation and one adjoint of a field, and one pass over all warps.
  */
-#include "stats.h"
+#include "mean.h"
 
-#include <lapacke.h>
 #include <math.h>
 #include <string.h>
 
 /* Bounds of the Jacobian of one step on the grid: beyond them it could fold between the nodes. */
 #define JACOBIAN_MIN 0.5
 #define JACOBIAN_MAX 2.0
-#define HALVINGS_MAX 10
-#define BLOCK ((size_t)256) /* points whose centring is replayed together */
+#define HALVINGS_MAX 6
+#define ROUNDING 1e-9 /* radians: no step */
 
 struct center {
     struct mean_run *run;
-    size_t degree, each; /* of the field; (degree + 1)^2 */
-    double *field;       /* [P][3]: v */
-    double *components;  /* [4][P], weighted: v_theta and v_phi, then v_phi and -v_theta */
-    double *expansion;   /* [2][(L+1)^2] */
-    double *potentials;  /* [2][each] of v */
-    void *workspace;
+    size_t count;                  /* (D+1)^2 */
+    double jacobian, displacement; /* a and b */
+    bool penalised;                /* not both 0 */
+    double *moments;               /* [blocks][3][count]: gradients, curls, divergence */
+    double *curvature;             /* [blocks] of the Jacobian penalty */
+    double *potentials;            /* [2][count] of v */
+    double *old_center, *old_area; /* before the step */
 };
-
-/* ---- The mean of the warps ------------------------------------------------------------------- */
-
-static double determinant(const double m[9])
-{
-    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
-           m[2] * (m[3] * m[7] - m[4] * m[6]);
-}
-
-/* A: the rotation that is nearest to gamma in L2 (W. Kabsch 1976). */
-static int nearest_rotation(const struct mean_run *run, const double *gamma, double rotation[9])
-{
-    double moments[9] = {0};
-    double s[3];
-    double u[9];
-    double vt[9];
-    double work[64];
-    double sign;
-
-    for (size_t k = 0; k < run->points; k++) {
-        double weight = run->grid->weight[k / run->grid->n_phi];
-
-        for (size_t c = 0; c < 3; c++) {
-            for (size_t d = 0; d < 3; d++) {
-                moments[c + 3 * d] += weight * gamma[3 * k + c] * run->nodes[3 * k + d];
-            }
-        }
-    }
-    if (LAPACKE_dgesvd_work(LAPACK_COL_MAJOR, 'A', 'A', 3, 3, moments, 3, s, u, 3, vt, 3, work,
-                            64)) {
-        return SRNF_ENUMERIC;
-    }
-    sign = determinant(u) * determinant(vt) < 0.0 ? -1.0 : 1.0;
-    for (size_t c = 0; c < 3; c++) {
-        for (size_t d = 0; d < 3; d++) {
-            rotation[3 * c + d] =
-                u[c] * vt[3 * d] + u[c + 3] * vt[1 + 3 * d] + sign * u[c + 6] * vt[2 + 3 * d];
-        }
-    }
-    return SRNF_OK;
-}
-
-/* sum += log_s(A^-1 p): the tangent vector at s that leads to it. 0 for the antipode, where no
-   direction is the shortest. */
-static void add_logarithm(const double *s, const double *p, const double a[9], double *sum)
-{
-    double x[3];
-    double tangent[3];
-    double along = 0.0;
-    double across = 0.0;
-    double factor;
-
-    for (size_t c = 0; c < 3; c++) {
-        x[c] = a[c] * p[0] + a[3 + c] * p[1] + a[6 + c] * p[2];
-        along += x[c] * s[c];
-    }
-    for (size_t c = 0; c < 3; c++) {
-        tangent[c] = x[c] - along * s[c];
-        across += tangent[c] * tangent[c];
-    }
-    across = sqrt(across);
-    factor = across > 0.0 ? atan2(across, along) / across : 0.0;
-    for (size_t c = 0; c < 3; c++) {
-        sum[c] += factor * tangent[c];
-    }
-}
-
-/* v on the grid, and the root of its mean square. */
-static int mean_field(struct center *center, double *spread)
-{
-    struct mean_run *run = center->run;
-    double square = 0.0;
-
-    for (size_t i = 0; i < run->n; i++) {
-        const double *gamma = run->gamma + 3 * i * run->points;
-        double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-        if (!run->registration.common_pose) {
-            int status = nearest_rotation(run, gamma, rotation);
-
-            if (status) {
-                return status;
-            }
-        }
-        for (size_t k = 0; k < run->points; k++) {
-            add_logarithm(run->nodes + 3 * k, gamma + 3 * k, rotation, center->field + 3 * k);
-        }
-    }
-    for (size_t k = 0; k < 3 * run->points; k++) {
-        center->field[k] /= (double)run->n;
-        square += run->grid->weight[k / 3 / run->grid->n_phi] * center->field[k] * center->field[k];
-    }
-    *spread = sqrt(square / (4.0 * SRNF_PI));
-    return SRNF_OK;
-}
 
 /* ---- The step -------------------------------------------------------------------------------- */
 
-/* Potentials of v, projected. */
-static void project(struct center *center)
+/* X at node k, S and the curvature there. */
+static void average_node(const struct mean_run *run, size_t k, double x[3], double *s,
+                         double *curvature)
+{
+    x[0] = x[1] = x[2] = *s = *curvature = 0.0;
+    for (size_t i = 0; i < run->n; i++) {
+        const double *o = run->subjects[i].displacement;
+        const double *p = run->gamma + 3 * (i * run->points + k);
+        double root = sqrt(run->jacobian[i * run->points + k]) / (double)run->n;
+        double u = run->jacobian[i * run->points + k] / run->area[k];
+        double l = log(u);
+
+        for (size_t c = 0; c < 3; c++) {
+            x[c] += root * (o[3 * c] * p[0] + o[3 * c + 1] * p[1] + o[3 * c + 2] * p[2]);
+        }
+        *s += l * l * l * (4.0 * (1.0 + u) - l) / (double)run->n;
+        *curvature += (u * l * l * l * l + 8.0 * fabs(u * l * l * l) + 12.0 * (1.0 + u) * l * l) /
+                      (double)run->n;
+    }
+}
+
+/* Loads of the nodes of one block: value on div v; gradient and turned for v. */
+static void load_block(struct center *center, size_t block, size_t first, size_t n, double *value,
+                       double *gradient, double *turned)
 {
     const struct mean_run *run = center->run;
-    const struct srnf_grid *grid = run->grid;
-    size_t n = run->points;
-    size_t full = srnf_coefficient_count(srnf_sht_degree(run->sht));
-    double *d_theta = center->components;
-    double *d_phi = d_theta + 2 * n;
 
     for (size_t k = 0; k < n; k++) {
-        size_t row = k / grid->n_phi;
-        double longitude = 2.0 * SRNF_PI * (double)(k % grid->n_phi) / (double)grid->n_phi;
-        double cosine = cos(longitude);
-        double sine = sin(longitude);
-        const double *v = center->field + 3 * k;
-        double southward =
-            grid->cos_theta[row] * (cosine * v[0] + sine * v[1]) - grid->sin_theta[row] * v[2];
-        double eastward = cosine * v[1] - sine * v[0];
+        const double *d = run->center + 3 * (first + k);
+        double weight = run->weight[first + k];
+        double area = run->area[first + k];
+        double b = 2.0 * center->displacement * weight * sqrt(area);
+        double a = center->jacobian * weight * area;
+        double x[3];
+        double s;
+        double curvature;
 
-        d_theta[k] = grid->weight[row] * southward;
-        d_phi[k] = grid->weight[row] * eastward;
-        d_theta[n + k] = grid->weight[row] * eastward;
-        d_phi[n + k] = -grid->weight[row] * southward;
-    }
-    srnf_sht_gradient_adjoint(run->sht, 2, d_theta, d_phi, center->expansion, center->workspace);
-    for (size_t l = 1; l <= center->degree; l++) {
-        double factor = 1.0 / ((double)l * (double)(l + 1));
-
-        for (size_t lm = l * l; lm < (l + 1) * (l + 1); lm++) {
-            center->potentials[lm] = factor * center->expansion[lm];
-            center->potentials[center->each + lm] = factor * center->expansion[full + lm];
+        average_node(run, first + k, x, &s, &curvature);
+        value[k] = 0.5 * b * vector_dot(x, d) + a * s;
+        center->curvature[block] += a * curvature / (4.0 * SRNF_PI);
+        vector_cross(x, d, turned + 3 * k); /* <X, d x g> = <X x d, g> */
+        for (size_t c = 0; c < 3; c++) {
+            gradient[3 * k + c] = b * x[c];
+            turned[3 * k + c] *= b;
         }
     }
 }
 
-/* Halves v until no area changes too much under its exponential, and so under the inverse. The
-   points and J of the step go where field and components were: they are free by then. */
-static int shorten(struct center *center)
+/* The block's share of the derivative. Blocks are the same however many threads there are. */
+static int differentiate_block(void *argument, size_t block, const struct srnf_context *context,
+                               struct srnf_error *error)
 {
+    struct center *center = argument;
     const struct mean_run *run = center->run;
-    struct srnf_warp_link link = {SRNF_WARP_EXP, center->degree, center->potentials};
-    struct srnf_warp step = {1, 1, &link};
-
-    for (size_t halvings = 0; halvings < HALVINGS_MAX; halvings++) {
-        double least = 1.0;
-        double most = 1.0;
-        int status =
-            srnf_warp_apply(&step, run->points, run->nodes, center->field, center->components);
-
-        if (status) {
-            return status;
-        }
-        for (size_t k = 0; k < run->points; k++) {
-            least = fmin(least, center->components[k]);
-            most = fmax(most, center->components[k]);
-        }
-        if (least >= JACOBIAN_MIN && most <= JACOBIAN_MAX) {
-            break;
-        }
-        for (size_t k = 0; k < 2 * center->each; k++) {
-            center->potentials[k] *= 0.5;
-        }
-    }
-    return SRNF_OK;
-}
-
-/* Puts c in front of the centring. */
-static int prepend(const struct center *center)
-{
-    struct srnf_warp *warp = &center->run->centring;
-    struct srnf_warp_link *links = srnf_alloc(warp->n_links + 1, sizeof *links);
-    double *values = srnf_alloc(2 * center->each, sizeof(double));
-
-    if (!links || !values) {
-        srnf_free(links);
-        srnf_free(values);
-        return SRNF_ENOMEM;
-    }
-    memcpy(values, center->potentials, 2 * center->each * sizeof(double));
-    links[0] = (struct srnf_warp_link){SRNF_WARP_EXP_INVERSE, center->degree, values};
-    for (size_t k = 0; k < warp->n_links; k++) {
-        links[k + 1] = warp->links[k];
-    }
-    srnf_free(warp->links);
-    warp->links = links;
-    warp->n_links++;
-    warp->capacity = warp->n_links;
-    return SRNF_OK;
-}
-
-/* A block of points; blocks are the same however many threads there are. */
-static int replay_block(void *argument, size_t block, const struct srnf_context *context,
-                        struct srnf_error *error)
-{
-    const struct mean_run *run = argument;
-    size_t first = block * BLOCK;
-    size_t count = run->points - first < BLOCK ? run->points - first : BLOCK;
+    size_t first = block * MEAN_BLOCK;
+    size_t n = run->points - first < MEAN_BLOCK ? run->points - first : MEAN_BLOCK;
+    double *values = srnf_alloc(12 * n + 3 * center->count * SRNF_LANES, sizeof(double));
+    struct sphere_points plan = {0};
+    int status = values ? sphere_points_create(&plan, run->degree) : SRNF_ENOMEM;
 
     (void)context;
     (void)error;
-    return srnf_warp_apply(&run->centring, count, run->nodes + 3 * first, run->base + 3 * first,
-                           run->base_jacobian + first);
+    if (status == SRNF_OK) { /* in the order of the moments; the others' values stay 0 */
+        load_block(center, block, first, n, values + 2 * n, values + 3 * n, values + 6 * n);
+        sphere_points_adjoint(&plan, 3, n, run->center + 3 * first, values, values + 3 * n,
+                              center->moments + 3 * block * center->count, values + 12 * n);
+        sphere_points_clear(&plan);
+    }
+    srnf_free(values);
+    return status;
 }
 
-int mean_replay_base(struct mean_run *run)
+/* Potentials of v; returns the root of the mean square of v. */
+static double find_step(struct center *center)
 {
-    return stats_run(run->context, (run->points + BLOCK - 1) / BLOCK, replay_block, run,
-                     (struct stats_progress){0}, NULL);
+    const struct mean_run *run = center->run;
+    size_t count = center->count;
+    double b = 2.0 * center->displacement;
+    double square = 0.0;
+
+    for (size_t block = 1; block < mean_blocks(run); block++) {
+        for (size_t i = 0; i < 3 * count; i++) {
+            center->moments[i] += center->moments[3 * block * count + i];
+        }
+        center->curvature[0] += center->curvature[block];
+    }
+    for (size_t l = 1; l <= run->degree; l++) {
+        double eigen = (double)(l * (l + 1));
+
+        for (size_t i = l * l; i < (l + 1) * (l + 1); i++) {
+            double *phi = center->potentials + i;
+            double *psi = center->potentials + count + i;
+
+            *phi = -(center->moments[i] / eigen - center->moments[2 * count + i]) /
+                   (b * (1.0 + 0.25 * eigen) + center->curvature[0] * eigen);
+            *psi = -center->moments[count + i] / (eigen * b);
+            square += eigen * (*phi * *phi + *psi * *psi);
+        }
+    }
+    return sqrt(square / (4.0 * SRNF_PI));
 }
 
-int mean_center(struct mean_run *run, double *spread)
-{
-    size_t limit = srnf_sht_degree(run->sht);
-    size_t degree = run->registration.degree < limit ? run->registration.degree : limit;
-    struct center center = {.run = run, .degree = degree, .each = srnf_coefficient_count(degree)};
-    double size = 0.0;
-    int status = SRNF_ENOMEM;
+/* ---- The centre ------------------------------------------------------------------------------ */
 
-    center.field = srnf_alloc(3 * run->points, sizeof(double));
-    center.components = srnf_alloc(4 * run->points, sizeof(double));
-    center.expansion = srnf_alloc(2 * srnf_coefficient_count(limit), sizeof(double));
-    center.potentials = srnf_alloc(2 * center.each, sizeof(double));
-    center.workspace = srnf_alloc(1, srnf_sht_workspace_size(run->sht, 2));
-    if (!center.field || !center.components || !center.expansion || !center.potentials ||
-        !center.workspace) {
-        goto out;
+struct placing {
+    struct mean_run *run;
+    const struct srnf_warp *warp; /* that d is moved along */
+};
+
+static int place_block(void *argument, size_t block, const struct srnf_context *context,
+                       struct srnf_error *error)
+{
+    const struct placing *placing = argument;
+    const struct mean_run *run = placing->run;
+    size_t first = block * MEAN_BLOCK;
+    size_t n = run->points - first < MEAN_BLOCK ? run->points - first : MEAN_BLOCK;
+    int status = warp_follow(placing->warp, n, run->center + 3 * first, run->area + first);
+
+    (void)context;
+    (void)error;
+    for (size_t k = first; k < first + n; k++) {
+        for (size_t c = 0; c < 3; c++) {
+            run->reference[3 * k + c] = sqrt(run->area[k]) * run->center[3 * k + c];
+        }
     }
-    status = mean_field(&center, &size);
-    if (status) {
-        goto out;
+    return status;
+}
+
+static int move_center(struct mean_run *run, const struct srnf_warp *warp, struct srnf_error *error)
+{
+    struct placing placing = {run, warp};
+
+    return stats_run(run->context, mean_blocks(run), place_block, &placing,
+                     (struct stats_progress){0}, error);
+}
+
+int mean_place_center(struct mean_run *run, struct srnf_error *error)
+{
+    memcpy(run->center, run->nodes, 3 * run->points * sizeof(double));
+    for (size_t k = 0; k < run->points; k++) {
+        run->area[k] = 1.0;
     }
-    project(&center);
-    status = shorten(&center);
-    status = status ? status : prepend(&center);
-    status = status ? status : mean_replay_base(run);
-    if (status == SRNF_OK && spread) {
-        *spread = size;
+    return move_center(run, &run->centring, error);
+}
+
+static int penalise_one(void *argument, size_t i, const struct srnf_context *context,
+                        struct srnf_error *error)
+{
+    (void)context;
+    (void)error;
+    mean_penalise(argument, i);
+    return SRNF_OK;
+}
+
+static int penalise_all(struct mean_run *run, struct srnf_error *error)
+{
+    return stats_run(run->context, run->n, penalise_one, run, (struct stats_progress){0}, error);
+}
+
+/* Whether no area has changed too much under the step. */
+static bool is_gentle(const struct center *center)
+{
+    const struct mean_run *run = center->run;
+    bool gentle = true;
+
+    for (size_t k = 0; k < run->points; k++) {
+        double ratio = run->area[k] / center->old_area[k];
+
+        gentle = gentle && ratio >= JACOBIAN_MIN && ratio <= JACOBIAN_MAX;
     }
-out:
-    srnf_free(center.field);
-    srnf_free(center.components);
-    srnf_free(center.expansion);
-    srnf_free(center.potentials);
-    srnf_free(center.workspace);
+    return gentle;
+}
+
+static void take_back(const struct center *center)
+{
+    struct mean_run *run = center->run;
+
+    memcpy(run->center, center->old_center, 3 * run->points * sizeof(double));
+    memcpy(run->area, center->old_area, run->points * sizeof(double));
+}
+
+/* Along the step, ever shorter, until the penalties fall; else all stays as it was. */
+static int take(struct center *center, double *moved, struct srnf_error *error)
+{
+    struct mean_run *run = center->run;
+    struct srnf_warp_link link = {SRNF_WARP_EXP_INVERSE, run->degree, center->potentials};
+    const struct srnf_warp step = {1, 1, &link};
+    const struct srnf_warp none = {0};
+    double before = mean_objective(run);
+    int status;
+
+    memcpy(center->old_center, run->center, 3 * run->points * sizeof(double));
+    memcpy(center->old_area, run->area, run->points * sizeof(double));
+    for (size_t k = 0; k < HALVINGS_MAX; k++) {
+        status = move_center(run, &step, error);
+        status = status ? status : penalise_all(run, error);
+        if (status && status != SRNF_ENUMERIC) { /* that step cannot be inverted: a shorter one */
+            return status;
+        }
+        if (status == SRNF_OK && is_gentle(center) &&
+            (!center->penalised || mean_objective(run) < before)) {
+            return warp_append(&run->centring, SRNF_WARP_EXP_INVERSE, run->degree,
+                               center->potentials);
+        }
+        take_back(center);
+        shape_scale(2 * center->count, 0.5, center->potentials);
+        *moved *= 0.5;
+    }
+    *moved = 0.0;
+    status = move_center(run, &none, error);
+    return status ? status : penalise_all(run, error);
+}
+
+static int create(struct center *center, struct mean_run *run)
+{
+    const struct srnf_register_options *o = &run->registration;
+    size_t blocks = mean_blocks(run);
+    size_t count = srnf_coefficient_count(run->degree);
+
+    *center = (struct center){.run = run, .count = count};
+    if (!o->exact) {
+        center->jacobian = o->penalty_jacobian;
+        center->displacement = o->penalty_displacement;
+    }
+    center->penalised = center->jacobian > 0.0 || center->displacement > 0.0;
+    if (!(center->displacement > 0.0)) { /* keeps the second derivative positive */
+        center->displacement = center->penalised ? center->jacobian : 1.0;
+    }
+    center->moments =
+        srnf_alloc((3 * count + 1) * blocks + 2 * count + 4 * run->points, sizeof(double));
+    if (!center->moments) {
+        return SRNF_ENOMEM;
+    }
+    center->curvature = center->moments + 3 * count * blocks;
+    center->potentials = center->curvature + blocks;
+    center->old_center = center->potentials + 2 * count;
+    center->old_area = center->old_center + 3 * run->points;
+    return SRNF_OK;
+}
+
+int mean_center(struct mean_run *run, double *moved, struct srnf_error *error)
+{
+    struct center center;
+    int status = create(&center, run);
+
+    *moved = 0.0;
+    if (status == SRNF_OK) {
+        status = stats_run(run->context, mean_blocks(run), differentiate_block, &center,
+                           (struct stats_progress){0}, error);
+    }
+    if (status == SRNF_OK) {
+        *moved = find_step(&center);
+        status = *moved > ROUNDING ? take(&center, moved, error) : SRNF_OK;
+    }
+    srnf_free(center.moments);
     return status;
 }

@@ -13,7 +13,7 @@
  *   u64 x 3      n, n_theta, n_phi
  *   u64          iterations done, k
  *   u64          1: the subjects have been registered
- *   double[k][3] history: change, variance, seconds
+ *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
  *   n times      double[9] rotation, chain
@@ -25,12 +25,12 @@
  * Reading trusts nothing: every count is checked against the bytes that are left before anything is
  * allocated for it.
  */
-#include "stats.h"
+#include "mean.h"
 
 #include <math.h>
 #include <string.h>
 
-#define VERSION 1
+#define VERSION 2
 #define HEAD_BYTES ((size_t)9 * 8) /* with the sum at the end */
 #define LINK_DEGREE_MAX 64
 #define FNV_START UINT64_C(14695981039346656037)
@@ -132,7 +132,7 @@ static size_t chain_words(const struct srnf_warp *warp)
 
 static size_t words_needed(const struct mean_run *run)
 {
-    size_t words = HEAD_BYTES / 8 + 3 * run->iterations + 3 * run->points;
+    size_t words = HEAD_BYTES / 8 + 4 * run->iterations + 3 * run->points;
 
     words += chain_words(&run->centring);
     for (size_t i = 0; i < run->n; i++) {
@@ -160,6 +160,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     for (size_t k = 0; k < run->iterations; k++) {
         put_u64(bytes, bits_of(run->history[k].change));
         put_u64(bytes, bits_of(run->history[k].variance));
+        put_u64(bytes, bits_of(run->history[k].objective));
         put_u64(bytes, bits_of(run->history[k].seconds));
     }
     put_doubles(bytes, 3 * run->points, run->mean_q);
@@ -304,7 +305,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from contradict themselves");
     }
     run->started = started == 1;
-    if (iterations > reader.words / 3 || iterations > run->history_capacity) {
+    if (iterations > reader.words / 4 || iterations > run->history_capacity) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "the bytes to resume from have more iterations than are allowed");
     }
@@ -312,6 +313,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     for (size_t k = 0; k < run->iterations; k++) {
         run->history[k].change = get_double(&reader);
         run->history[k].variance = get_double(&reader);
+        run->history[k].objective = get_double(&reader);
         run->history[k].seconds = get_double(&reader);
     }
     get_doubles(&reader, 3 * run->points, run->mean_q);

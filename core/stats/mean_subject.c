@@ -1,181 +1,204 @@
 /*
  * mean_subject.c - one subject of a group mean: where its registration puts it.
  *
- * The state of a subject is its rotation O and the chain of its warp, which follows the centring
- * that all subjects have in common: gamma_i = warp_i o c. All else is replayed from them: the
- * points gamma(s) of the grid, their Jacobians J, and
+ * The state of a subject is its rotation O and the chain of its warp. All else follows from them:
+ * the points gamma(s) of the working grid, their Jacobians J, q_i and its derivative at the
+ * points, and
  *
- *   q(s) = O sqrt(J(s)) Q(f)(gamma(s)),  Q(f) = n / |n|^(1/2),
+ *   q(s) = O sqrt(J(s)) q_i(gamma_i(s)).
  *
- * with n from the exact gradients of the harmonics of f at the points: with the tangential
- * gradients g_x, g_y, g_z of the coordinates at p, n = (<p, g_y x g_z>, <p, g_z x g_x>,
- * <p, g_x x g_y>). Nothing is resampled, so nothing is lost from one iteration to the next, and a
+ * Nothing is resampled, so nothing is lost from one iteration to the next. Points and Jacobians are
+ * the same bits whether they were moved link by link as the chain grew or are replayed from it: a
  * run that is resumed from its chains goes on with the same bits.
  *
- * The first registration is srnf_register's. Later ones only refine it, since the mean changes
- * little: a few steps at the highest degree, from the points at hand (search_refine), each of which
- * adds a link to the chain. Where the domain is not warped but only rotated, each is a new one.
+ * The first registration is a search from nothing. Later ones only move the warp on (mean_step.c).
+ * Where the domain is not warped but only rotated, each is a search.
  *
- * A replay costs one evaluation of f at P points and one of a field for each link of the chain, and
- * 72 P bytes while it lasts.
+ * A replay costs one evaluation of f at P points and one of a field for each link of the chain.
  */
-#include "stats.h"
-#include "shape/registration.h"
+#include "mean.h"
 
+#include <lapacke.h>
 #include <math.h>
 #include <string.h>
 
-#define REFINE_STEPS 3
+/* Damping of the steps, relative to the mean diagonal of H: small, as it is never raised. */
+#define DAMPING 1e-3
 
-/* <p, a x b> */
-static double triple(const double *p, const double *a, const double *b)
-{
-    return p[0] * (a[1] * b[2] - a[2] * b[1]) + p[1] * (a[2] * b[0] - a[0] * b[2]) +
-           p[2] * (a[0] * b[1] - a[1] * b[0]);
-}
-
-/* out[c] = row c of O times x. */
-static void rotate(const double rotation[9], const double x[3], double out[3])
-{
-    for (size_t c = 0; c < 3; c++) {
-        out[c] = rotation[3 * c] * x[0] + rotation[3 * c + 1] * x[1] + rotation[3 * c + 2] * x[2];
-    }
-}
-
-/* q at the points; gradients: [3][P][3]. */
-static void field_at(const struct mean_run *run, size_t i, const double *gradients)
-{
-    size_t n = run->points;
-    const double *gamma = run->gamma + 3 * i * n;
-    const double *jacobian = run->jacobian + i * n;
-    double *q = run->q + 3 * i * n;
-
-    for (size_t k = 0; k < n; k++) {
-        const double *p = gamma + 3 * k;
-        const double *g[3] = {gradients + 3 * k, gradients + 3 * (n + k),
-                              gradients + 3 * (2 * n + k)};
-        double normal[3] = {triple(p, g[1], g[2]), triple(p, g[2], g[0]), triple(p, g[0], g[1])};
-        double turned[3];
-        double length2 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-        /* |n|^(1/2) = length2^(1/4) */
-        double factor = length2 > 0.0 ? sqrt(jacobian[k] / sqrt(length2)) : 0.0;
-
-        rotate(run->subjects[i].rotation, normal, turned);
-        for (size_t c = 0; c < 3; c++) {
-            q[c * n + k] = factor * turned[c];
-        }
-    }
-}
-
-int mean_replay(const struct mean_run *run, size_t i)
-{
-    size_t n = run->points;
-    double *gamma = run->gamma + 3 * i * n;
-    double *jacobian = run->jacobian + i * n;
-    double *gradients = srnf_alloc(9 * n, sizeof(double));
-    int status = SRNF_ENOMEM;
-
-    if (!gradients) {
-        goto out;
-    }
-    status = srnf_warp_apply(&run->subjects[i].warp, n, run->base, gamma, jacobian);
-    if (status) {
-        goto out;
-    }
-    for (size_t k = 0; k < n; k++) {
-        jacobian[k] *= run->base_jacobian[k];
-    }
-    status = srnf_harmonics_at_points(srnf_sht_degree(run->sht), 3, run->surfaces[i], n, gamma,
-                                      NULL, gradients);
-    if (status) {
-        goto out;
-    }
-    field_at(run, i, gradients);
-out:
-    srnf_free(gradients);
-    return status;
-}
-
-/* From nothing. c is the identity, or nothing is warped and c stays it. */
-static int register_anew(const struct mean_run *run, size_t i, const struct srnf_context *context,
-                         struct srnf_error *error)
+int mean_prepare(const struct mean_run *run, size_t i)
 {
     struct mean_subject *subject = &run->subjects[i];
-    struct srnf_registration found = {0};
-    int status = srnf_register(run->sht, NULL, run->mean_q, run->surfaces[i], &run->registration,
-                               NULL, context, &found, error);
+    size_t degree = srnf_sht_degree(run->sht);
+    struct problem problem = {.moving = &subject->moving};
+    int status = moving_create(&subject->moving, degree, run->surfaces[i], degree);
 
-    if (status < 0) {
+    status = status ? status : samples_create(&subject->samples, run->points);
+    if (status || !mean_is_warped(run)) {
         return status;
     }
+    problem.target.norm2 = run->norm2;
+    if (!run->registration.exact) {
+        problem.penalty.displacement = run->registration.penalty_displacement;
+    }
+    return level_create(&subject->level, &problem, run->degree);
+}
+
+void mean_subject_clear(struct mean_subject *subject)
+{
     srnf_warp_clear(&subject->warp);
-    subject->warp = found.warp;
-    found.warp = (struct srnf_warp){0};
-    memcpy(subject->rotation, found.rotation, sizeof subject->rotation);
-    memcpy(run->gamma + 3 * i * run->points, found.points, 3 * run->points * sizeof(double));
-    srnf_registration_clear(&found);
-    return SRNF_OK;
-}
-
-/* From gamma, J and O as they are. */
-static int refine(const struct mean_run *run, size_t i, const struct srnf_context *context)
-{
-    struct mean_subject *subject = &run->subjects[i];
-    double *gamma = run->gamma + 3 * i * run->points;
-    struct search search;
-    struct warp warp;
-    int status = search_create(&search, run->sht, run->mean_q, NULL, run->surfaces[i],
-                               &run->registration, true, context);
-
-    if (status) {
-        return status;
-    }
-    status = warp_create(&warp, &search.full.target);
-    if (status) {
-        goto out;
-    }
-    memcpy(warp.points, gamma, 3 * run->points * sizeof(double));
-    memcpy(warp.jacobian, run->jacobian + i * run->points, run->points * sizeof(double));
-    memcpy(warp.rotation, subject->rotation, sizeof warp.rotation);
-    srnf_warp_clear(&warp.chain);
-    warp.chain = subject->warp;
-    subject->warp = (struct srnf_warp){0};
-    status = search_refine(&search, REFINE_STEPS, &warp);
-    subject->warp = warp.chain;
-    warp.chain = (struct srnf_warp){0};
-    if (status == SRNF_OK) {
-        memcpy(gamma, warp.points, 3 * run->points * sizeof(double));
-        memcpy(subject->rotation, warp.rotation, sizeof subject->rotation);
-    }
-    warp_clear(&warp);
-out:
-    search_clear(&search);
-    return status;
+    moving_clear(&subject->moving);
+    level_clear(&subject->level);
+    samples_clear(&subject->samples);
 }
 
 int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
                   struct srnf_error *error)
 {
-    bool anew = !run->started || !run->registration.reparameterization;
+    struct mean_subject *subject = &run->subjects[i];
+    struct search_result found = {.iterations = 0};
+    struct search search;
+    int status = search_create(&search, run->work, run->mean_q, NULL, run->surfaces[i],
+                               &run->registration, context);
 
-    return anew ? register_anew(run, i, context, error) : refine(run, i, context);
+    if (status == SRNF_OK) {
+        search.full.target.norm2 = run->norm2;
+        search.top = subject->level.matrix ? &subject->level : NULL;
+        status = search_run(&search, &found);
+        search_clear(&search);
+    }
+    if (status) {
+        return srnf_fail(error, status, (int64_t)i, "registering surface %zu to the mean: %s", i,
+                         srnf_strerror(status));
+    }
+    srnf_warp_clear(&subject->warp);
+    subject->warp = found.warp.chain;
+    found.warp.chain = (struct srnf_warp){0};
+    memcpy(subject->rotation, found.warp.rotation, sizeof subject->rotation);
+    search_result_clear(&found);
+    return SRNF_OK;
 }
 
-int mean_values(const struct mean_run *run, size_t i, double *values)
+int mean_replay(const struct mean_run *run, size_t i)
 {
-    size_t n = run->points;
-    int status = srnf_harmonics_at_points(srnf_sht_degree(run->sht), 3, run->surfaces[i], n,
-                                          run->registered ? run->gamma + 3 * i * n : run->nodes,
-                                          values, NULL);
+    double *gamma = run->gamma + 3 * i * run->points;
+    double *jacobian = run->jacobian + i * run->points;
 
-    for (size_t k = 0; k < n && status == SRNF_OK && run->registered; k++) {
-        double x[3] = {values[k], values[n + k], values[2 * n + k]};
-        double turned[3];
+    memcpy(gamma, run->nodes, 3 * run->points * sizeof(double));
+    for (size_t k = 0; k < run->points; k++) {
+        jacobian[k] = 1.0;
+    }
+    return warp_follow(&run->subjects[i].warp, run->points, gamma, jacobian);
+}
 
-        rotate(run->subjects[i].rotation, x, turned);
+/* ---- Against the mean ------------------------------------------------------------------------ */
+
+static struct problem problem_of(const struct mean_run *run, size_t i)
+{
+    const struct srnf_register_options *o = &run->registration;
+    struct problem problem = {.target = {run->points, run->nodes, run->weight, run->target,
+                                         run->norm2, run->reference, run->area},
+                              .moving = &run->subjects[i].moving,
+                              .free_rotation = o->rotation && !o->common_pose};
+
+    if (!o->exact) {
+        problem.penalty = (struct penalty){o->penalty_jacobian, o->penalty_displacement};
+    }
+    return problem;
+}
+
+/* The subject's points as a warp, which owns nothing. */
+static struct warp warp_of(const struct mean_run *run, size_t i)
+{
+    struct warp warp = {.n = run->points,
+                        .points = run->gamma + 3 * i * run->points,
+                        .jacobian = run->jacobian + i * run->points};
+
+    memcpy(warp.rotation, run->subjects[i].rotation, sizeof warp.rotation);
+    return warp;
+}
+
+void mean_measure(const struct mean_run *run, size_t i)
+{
+    struct mean_subject *subject = &run->subjects[i];
+    struct problem problem = problem_of(run, i);
+    struct warp warp = warp_of(run, i);
+
+    registration_measure(&problem, &warp, &subject->samples, subject->displacement);
+    memcpy(subject->rotation, warp.rotation, sizeof subject->rotation);
+    subject->energy = warp.energy;
+    subject->penalty = warp.objective - warp.energy;
+}
+
+void mean_penalise(const struct mean_run *run, size_t i)
+{
+    struct mean_subject *subject = &run->subjects[i];
+    struct problem problem = problem_of(run, i);
+    struct warp warp = warp_of(run, i);
+
+    registration_measure(&problem, &warp, &subject->samples, subject->displacement);
+    subject->penalty = warp.objective - warp.energy;
+}
+
+void mean_evaluate(const struct mean_run *run, size_t i)
+{
+    struct mean_subject *subject = &run->subjects[i];
+
+    moving_evaluate(&subject->moving, run->gamma + 3 * i * run->points, &subject->samples);
+    mean_measure(run, i);
+}
+
+void mean_field(const struct mean_run *run, size_t i)
+{
+    const struct mean_subject *subject = &run->subjects[i];
+    const double *jacobian = run->jacobian + i * run->points;
+    double *q = run->q + 3 * i * run->points;
+
+    for (size_t k = 0; k < run->points; k++) {
+        const double *x = subject->samples.q + 3 * k;
+        double root = sqrt(jacobian[k]);
+
         for (size_t c = 0; c < 3; c++) {
-            values[c * n + k] = turned[c];
+            const double *o = subject->rotation + 3 * c;
+
+            q[c * run->points + k] = root * (o[0] * x[0] + o[1] * x[1] + o[2] * x[2]);
         }
     }
+}
+
+/* step <- (H + damping + penalties)^-1 step, for the fields of one subject. */
+static bool solve(const struct mean_subject *subject, size_t unknowns, double curvature,
+                  double *damping, double *factor, double *step)
+{
+    lapack_int n = (lapack_int)unknowns;
+
+    registration_damping(&subject->level, unknowns, damping);
+    return registration_factor(&subject->level, unknowns, curvature, DAMPING, damping, factor) &&
+           LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', n, 1, factor, n, step, n) == 0;
+}
+
+int mean_potentials(const struct mean_run *run, size_t i, double *potentials)
+{
+    const struct mean_subject *subject = &run->subjects[i];
+    struct problem problem = problem_of(run, i);
+    struct warp warp = warp_of(run, i);
+    size_t k = registration_unknowns(run->degree);
+    double *factor = srnf_alloc(k * k + 2 * k, sizeof(double));
+    double *damping = factor + k * k;
+    double *step = damping + k;
+    double curvature;
+    int status = SRNF_ENOMEM;
+
+    if (factor) {
+        status = registration_gradient(&problem, &subject->level, &warp, &subject->samples,
+                                       subject->displacement, step, &curvature);
+    }
+    if (status == SRNF_OK &&
+        !solve(subject, problem.free_rotation ? k : k - 3, curvature, damping, factor, step)) {
+        status = SRNF_ENUMERIC;
+    }
+    if (status == SRNF_OK) {
+        registration_potentials(&subject->level.fields, step, potentials);
+    }
+    srnf_free(factor);
     return status;
 }

@@ -53,6 +53,11 @@ static inline size_t stats_points(const struct srnf_grid *grid)
 SRNF_CHECKED int stats_fields(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
                               const struct srnf_context *context, double *q,
                               struct srnf_error *error);
+/* The same in another representation. */
+SRNF_CHECKED int stats_represent(const struct srnf_sht *sht,
+                                 enum srnf_representation representation, size_t n,
+                                 const double *const *surfaces, const struct srnf_context *context,
+                                 double *q, struct srnf_error *error);
 /* ||a - b||^2 */
 double stats_distance2(const struct srnf_grid *grid, const double *a, const double *b);
 /* mean = sum of q_i / n, in the order of i. */
@@ -94,64 +99,17 @@ SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, 
                                    const struct srnf_context *context, double *coefficients,
                                    struct srnf_error *error);
 
-/* ---- The group mean (mean.c and its parts) --------------------------------------------------- */
+/* ---- distances.c, metric.c ------------------------------------------------------------------- */
 
-/* Where one subject stands: O, and its warp apart from the centring that all have in common. The
-   rest follows from these. */
-struct mean_subject {
-    double rotation[9];
-    struct srnf_warp warp;
-};
+/* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */
+void stats_pair(size_t index, size_t *i, size_t *j);
+/* srnf_distances in a representation, whatever the options say of it. */
+SRNF_CHECKED int
+stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,
+                      const double *const *surfaces, const struct srnf_register_options *options,
+                      const struct srnf_context *context, double *matrix, struct srnf_error *error);
 
-struct mean_run {
-    const struct srnf_sht *sht;
-    const struct srnf_grid *grid;
-    const struct srnf_context *context;
-    struct srnf_register_options registration;
-    bool registered; /* false: the surfaces stay as they are parameterised */
-    bool started;    /* the subjects hold registrations to start from */
-    size_t n, points;
-    const double *const *surfaces;
-    double *nodes;                 /* [P][3] */
-    double *mean_q, *previous;     /* [3][P] */
-    struct srnf_warp centring;     /* c: comes before the warp of every subject */
-    double *base;                  /* [P][3] c on the grid; NULL unless registered, like the next */
-    double *base_jacobian;         /* [P] */
-    struct mean_subject *subjects; /* [n] */
-    double *q;                     /* [n][3][P] O sqrt(J) q_i(gamma_i) */
-    double *gamma;                 /* [n][P][3] the warps on the grid, centring included */
-    double *jacobian;              /* [n][P] */
-    size_t iterations;
-    struct srnf_mean_iteration *history; /* [max_iterations] */
-    size_t history_capacity;
-};
-
-/* mean_subject.c: one subject, called for many at once. Each writes only what is its own. */
-
-/* Replays the warp of subject i after base: gamma, J and q on the grid. */
-SRNF_CHECKED int mean_replay(const struct mean_run *run, size_t i);
-/* Registers subject i to the mean, from where it stands: rotation, warp and gamma. */
-SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
-                               const struct srnf_context *context, struct srnf_error *error);
-/* values = O f_i o gamma_i on the grid, double[3][P]. */
-SRNF_CHECKED int mean_values(const struct mean_run *run, size_t i, double *values);
-
-/* mean_center.c: puts one step before all warps so that they are the identity on average; they have
-   to be replayed after that. spread, if not NULL: the root of the mean square of the field that was
-   taken out. */
-SRNF_CHECKED int mean_center(struct mean_run *run, double *spread);
-/* Fills base and base_jacobian from the centring. */
-SRNF_CHECKED int mean_replay_base(struct mean_run *run);
-
-/* mean_checkpoint.c: a run between two iterations as bytes, and back. */
-struct mean_bytes {
-    unsigned char *data;
-    size_t size;
-};
-SRNF_CHECKED int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes);
-/* Fills mean_q, subjects, iterations and history of a new run. SRNF_EINVAL: foreign or damaged. */
-SRNF_CHECKED int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
-                                      struct srnf_error *error);
+/* ---- mean.c: see mean.h ---------------------------------------------------------------------- */
 
 /* The mean with a start of choice: the index of a subject, or STATS_START_DEFAULT. */
 #define STATS_START_DEFAULT SIZE_MAX

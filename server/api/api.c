@@ -2,14 +2,16 @@
  * api.c - a request's way through the api layer: what is refused before the body is read, and the
  * call of the route's handler afterwards.
  *
- * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, 406,
- * 413 by Content-Length, 415, and query parameters that the route does not know or that come twice.
+ * api_begin decides from method, path, query and headers alone: 404, 405 with Allow, OPTIONS, who
+ * calls (auth.c), 406, 413 by Content-Length, 415, and query parameters that the route does not
+ * know or that come twice.
  * api_handle calls the handler; api_resume goes on with an execution that waited for its job. All
  * three may run on many threads at once: what is shared (store, jobs, the keys in flight) guards
  * itself.
  */
 #include "api/routes.h"
 
+#include "api/json_memory.h"
 #include "api/respond.h"
 
 #include <stdlib.h>
@@ -39,8 +41,9 @@ int api_create(struct api **out, const struct api_config *config)
         api->config.sync_wait_seconds = SYNC_WAIT_DEFAULT;
     }
     api->inflight = inflight_create();
-    if (!api->inflight) {
-        free(api);
+    api->auth = auth_create(config);
+    if (!api->inflight || !api->auth) {
+        api_destroy(api);
         return -1;
     }
     *out = api;
@@ -51,6 +54,7 @@ void api_destroy(struct api *api)
 {
     if (api) {
         inflight_destroy(api->inflight);
+        auth_destroy(api->auth, api->config.store);
         free(api);
     }
 }
@@ -173,6 +177,15 @@ static void answer_no_route(struct api_call *call, const char *allow)
     }
 }
 
+/* What can never be kept within a quota need not be read. */
+static size_t body_limit(const struct api *api, const struct api_request *request)
+{
+    int64_t bytes = request->caller.quotas[STORE_QUOTA_BYTES];
+
+    return bytes > 0 && (uint64_t)bytes < api->config.max_body ? (size_t)bytes
+                                                               : api->config.max_body;
+}
+
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
@@ -187,8 +200,11 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         answer_no_route(&call, allow);
         return API_REFUSED;
     }
+    if (!auth_admit(&call, request, match.route)) {
+        return API_REFUSED;
+    }
     if (match.route->body != ROUTE_NO_BODY) {
-        *max_body = api->config.max_body;
+        *max_body = body_limit(api, request);
     }
     if (match.route->produces[0] && accept_best(request, match.route->produces) < 0) {
         (void)problem_respond(&call, "not-acceptable", "This resource is served as %s.",
@@ -207,6 +223,15 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     return match.route->slow ? API_SLOW : API_QUICK;
 }
 
+/* An answer that was built while memory was short may lack members: it is 503 instead. */
+static void refuse_incomplete(struct api_response *response)
+{
+    if (json_memory_failed() && response->status != 0) {
+        api_response_clear(response);
+        response_json(response, 503, "application/problem+json", NULL);
+    }
+}
+
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
 {
     struct api_call call = {.api = api, .request = request, .response = response};
@@ -220,10 +245,20 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     for (size_t i = 0; i < ROUTE_PARAMETERS_MAX; i++) {
         call.parameters[i] = match.parameters[i];
     }
+    if (route->slow && !auth_owns_path(&call, route)) {
+        return;
+    }
+    json_memory_begin();
     route->handler(&call);
+    refuse_incomplete(response);
+    if (route->slow) {
+        auth_record(api, request);
+    }
 }
 
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response)
 {
+    json_memory_begin();
     executions_resume(api, request, response);
+    refuse_incomplete(response);
 }

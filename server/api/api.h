@@ -18,6 +18,7 @@
 
 #include "jobs/jobs.h"
 #include "store/store.h"
+#include "store/token.h"
 
 struct api;
 
@@ -26,12 +27,23 @@ struct api_config {
     struct jobs *jobs;
     size_t max_body;          /* bytes; default 256 MiB */
     double sync_wait_seconds; /* of an execution without Prefer; default 30 */
+    const char *tokens;       /* the directory with the file of tokens; NULL: none are asked for */
+    int64_t quotas[STORE_QUOTAS]; /* of tokens without their own; 0: no limit */
 };
 int api_create(struct api **out, const struct api_config *config);
 void api_destroy(struct api *api);
 
 struct api_header {
     const char *name, *value;
+};
+
+/* Who sends a request. All zero: a service without tokens, whose one caller sees all. */
+struct auth_account;
+struct api_caller {
+    char name[STORE_OWNER_MAX]; /* the owner of what it makes */
+    bool restricted;            /* sees and changes only what belongs to name */
+    int64_t quotas[STORE_QUOTAS];
+    struct auth_account *account; /* of the token, kept by the api layer; NULL: none */
 };
 
 struct api_request {
@@ -42,13 +54,14 @@ struct api_request {
     size_t n_headers;
     const unsigned char *body; /* NULL before api_handle */
     size_t body_size;
-    char id[40]; /* request id, echoed as X-Request-Id and in problems */
-    void *route; /* set by api_begin, for api_handle */
+    char id[40];              /* request id, echoed as X-Request-Id and in problems */
+    void *route;              /* set by api_begin, for api_handle */
+    struct api_caller caller; /* the same */
 };
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
 
-#define API_HEADERS_MAX 16
+#define API_HEADERS_MAX 24
 struct api_response {
     int status;
     struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */

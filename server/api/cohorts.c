@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/routes.h"
 
 #define POINTER_MAX 200
@@ -166,7 +167,8 @@ static bool read_members(const json_t *given, struct store_cohort *cohort,
         (void)json_array_append_new(
             members, read_member(json_array_get(given, i), i, cohort->members[i], list));
     }
-    cohort->record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    cohort->record =
+        json_memory_dumps(members, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(members);
     return cohort->members && cohort->record;
 }
@@ -249,6 +251,7 @@ void cohorts_create(struct api_call *call)
     if (!body || !read_cohort(call, body, &cohort)) {
         goto out;
     }
+    cohort.view = call_view(call);
     status = store_cohort_put(call->api->config.store, &cohort, &created, &missing);
     if (status) {
         answer_refused(call, &cohort, status, missing);
@@ -264,7 +267,8 @@ out:
 void cohorts_get(struct api_call *call)
 {
     struct store_cohort cohort;
-    int status = store_cohort_get(call->api->config.store, call->parameters[0], &cohort);
+    const struct store_view view = call_view(call);
+    int status = store_cohort_get_as(call->api->config.store, &view, call->parameters[0], &cohort);
     char tag[120];
 
     if (status) {
@@ -296,7 +300,8 @@ void cohorts_list(struct api_call *call)
 
 void cohorts_delete(struct api_call *call)
 {
-    int status = store_cohort_delete(call->api->config.store, call->parameters[0]);
+    const struct store_view view = call_view(call);
+    int status = store_cohort_delete_as(call->api->config.store, &view, call->parameters[0]);
 
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);

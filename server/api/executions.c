@@ -12,6 +12,7 @@
  * the same job for a day) belongs to the engine, which compares a digest of the path and the body.
  */
 #include "api/job_answers.h"
+#include "api/json_memory.h"
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
@@ -25,9 +26,11 @@
 
 struct execution_wait {
     struct api *api;
+    struct auth_account *account; /* whose streams this is one of; NULL: of none */
     struct prefer prefer;
     enum jobs_submission how;
-    char key[KEY_MAX + 1]; /* in flight until the answer; "" where there is none */
+    /* In flight until the answer, after the caller's name and a newline; "" where there is none. */
+    char key[STORE_OWNER_MAX + KEY_MAX + 1];
 };
 
 void execution_wait_free(void *state)
@@ -40,6 +43,7 @@ void execution_wait_free(void *state)
     if (wait->key[0]) {
         inflight_leave(wait->api->inflight, wait->key);
     }
+    stream_leave(wait->api->auth, wait->account);
     free(wait);
 }
 
@@ -189,7 +193,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
-        text = json_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
+        text = json_memory_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
         if (!text) {
             (void)problem_respond(call, "out-of-memory", "The inputs could not be written.");
         }
@@ -206,6 +210,7 @@ out:
 static bool enter_key(struct api_call *call, struct execution_wait *wait)
 {
     const char *key = api_request_header(call->request, "Idempotency-Key");
+    char owned[sizeof wait->key];
     enum inflight_entry entry;
 
     if (!key) {
@@ -216,7 +221,8 @@ static bool enter_key(struct api_call *call, struct execution_wait *wait)
                               "Idempotency-Key must have 1 to %d characters.", KEY_MAX);
         return false;
     }
-    entry = inflight_enter(call->api->inflight, key);
+    (void)snprintf(owned, sizeof owned, "%s\n%s", call->request->caller.name, key);
+    entry = inflight_enter(call->api->inflight, owned);
     if (entry == INFLIGHT_TAKEN) {
         (void)problem_respond(call, "idempotency-key-in-flight",
                               "Another request with this Idempotency-Key is not answered yet.");
@@ -227,7 +233,7 @@ static bool enter_key(struct api_call *call, struct execution_wait *wait)
         (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
         return false;
     }
-    (void)snprintf(wait->key, sizeof wait->key, "%s", key);
+    memcpy(wait->key, owned, sizeof wait->key);
     return true;
 }
 
@@ -259,6 +265,35 @@ static void refuse_submission(struct api_call *call, int status)
     }
 }
 
+/* An answer that may wait for the job counts as a stream from here on. */
+static bool enter_stream(struct api_call *call, struct execution_wait *wait)
+{
+    if (!(seconds_to_wait(call->api, &wait->prefer) > 0)) {
+        return true;
+    }
+    if (!stream_enter(call)) {
+        return false;
+    }
+    wait->account = call->request->caller.account;
+    return true;
+}
+
+static int submit(struct api_call *call, const struct api_process *process, const char *inputs,
+                  const char *digest, struct store_job *job, enum jobs_submission *how)
+{
+    const struct api_caller *caller = &call->request->caller;
+    const struct jobs_owner owner = {
+        .name = caller->name,
+        .limits = {.queued = (size_t)caller->quotas[STORE_QUOTA_QUEUED],
+                   .running = (size_t)caller->quotas[STORE_QUOTA_RUNNING],
+                   .bytes = caller->quotas[STORE_QUOTA_BYTES]},
+    };
+    const char *key = api_request_header(call->request, "Idempotency-Key");
+
+    return jobs_submit_as(call->api->config.jobs, &owner, process->id, inputs, key,
+                          key ? digest : NULL, job, how);
+}
+
 void executions_create(struct api_call *call)
 {
     const struct api_process *process = api_process_find(call->parameters[0]);
@@ -279,16 +314,14 @@ void executions_create(struct api_call *call)
     }
     wait->api = call->api;
     prefer_read(call->request, &wait->prefer);
-    if (!enter_key(call, wait)) {
+    if (!enter_key(call, wait) || !enter_stream(call, wait)) {
         goto out;
     }
     inputs = canonical_text(call, process);
     if (!inputs || !body_digest(call->request, digest)) {
         goto out;
     }
-    status =
-        jobs_submit(call->api->config.jobs, process->id, inputs, wait->key[0] ? wait->key : NULL,
-                    wait->key[0] ? digest : NULL, &job, &wait->how);
+    status = submit(call, process, inputs, digest, &job, &wait->how);
     if (status != 0) {
         refuse_submission(call, status);
         goto out;

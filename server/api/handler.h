@@ -10,11 +10,13 @@
 #include "api/api.h"
 #include "jobs/jobs.h"
 
+struct api_auth;     /* auth.c: tokens, and what each has used */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
     struct api_config config;
     struct api_inflight *inflight;
+    struct api_auth *auth;
 };
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
@@ -47,6 +49,21 @@ int problem_status(const char *code);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
 int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
                           const char *what);
+
+/* ---- Callers (auth.c) ------------------------------------------------------------------------ */
+
+/* What the caller sees, and for whom it stores. They borrow from the request. */
+struct store_view call_view(const struct api_call *call);
+struct store_owner call_owner(const struct api_call *call);
+/* Whether the caller may see the mesh, surface, model or job of this id: 0, STORE_NOT_FOUND or
+   another status of the store. */
+int call_sees(const struct api_call *call, const char *id);
+/* Answers that a quota is used up: 429 with Retry-After, or 507 for bytes. */
+void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds);
+/* Counts one more answer of the caller that waits for a job. False when a problem was answered.
+   Each that was entered is left again; account may be NULL. */
+bool stream_enter(struct api_call *call);
+void stream_leave(struct api_auth *auth, struct auth_account *account);
 
 /* ---- Responses (respond.c) ------------------------------------------------------------------- */
 

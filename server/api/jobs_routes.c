@@ -55,6 +55,8 @@ json_t *job_record(const struct store_job *job, const char *cache)
     (void)json_object_set_new(document, "id", json_string(job->id));
     (void)json_object_set_new(document, "type", json_string("process"));
     (void)json_object_set_new(document, "processID", json_string(job->process));
+    (void)json_object_set_new(document, "owner",
+                              job->owner[0] ? json_string(job->owner) : json_null());
     (void)json_object_set_new(document, "status", json_string(store_job_status_name(job->status)));
     (void)json_object_set_new(document, "message", json_string(job->message ? job->message : ""));
     (void)json_object_set_new(document, "progress",

@@ -119,6 +119,7 @@ bool list_open(struct api_call *call, const char *kind, struct list *list)
         return false;
     }
     list->page.limit = list->limit + 1;
+    list->page.owner = call->request->caller.restricted ? call->request->caller.name : NULL;
     if (query_get(call, "cursor", text, sizeof text, &refused)) {
         if (!cursor_read(text, list)) {
             return refuse_parameter(call, "/cursor", "cursor is not one that this list gave.");

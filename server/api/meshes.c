@@ -3,12 +3,14 @@
  * keeps; GET answers records, lists and the original bytes.
  *
  * An id is a content address of format and bytes, so the same file sent twice is one resource: the
- * second time the record is found by its id before anything is parsed. A body that does not parse
- * is refused and not kept; a mesh that parses but cannot be analysed is kept, and its report says
- * why. Runs on request threads: reading is linear in the size of the body, topology n log n, and
- * the star kernel is a linear program of four unknowns.
+ * second time the record is found by its id before anything is parsed. What another owner has sent
+ * is parsed all the same, and is new: name, time and status tell nothing of others. A body that
+ * does not parse is refused and not kept; a mesh that parses but cannot be analysed is kept, and
+ * its report says why. Runs on request threads: reading is linear in the size of the body, topology
+ * n log n, and the star kernel is a linear program of four unknowns.
  */
 #include "api/respond.h"
+#include "api/json_memory.h"
 #include "api/routes.h"
 
 #include <stdio.h>
@@ -202,7 +204,7 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
         }
     }
     document = mesh_report_json(&report, have_star ? &star : NULL, info);
-    *text = json_dumps(document, JSON_COMPACT);
+    *text = json_memory_dumps(document, JSON_COMPACT);
     json_decref(document);
     if (!*text) {
         (void)problem_respond(call, "out-of-memory", "The report could not be allocated.");
@@ -252,6 +254,7 @@ void meshes_create(struct api_call *call)
 {
     const struct api_request *request = call->request;
     struct store *store = call->api->config.store;
+    const struct store_owner owner = call_owner(call);
     struct store_mesh row = {0};
     enum srnf_mesh_format format;
     char name[NAME_SIZE], id[STORE_ID_MAX];
@@ -266,11 +269,18 @@ void meshes_create(struct api_call *call)
         return;
     }
     mesh_id(id, srnf_mesh_format_name(format), request->body, request->body_size);
-    if (store_mesh_get(store, id, &row) == 0) {
-        respond_mesh(call, 200, &row);
+    if (store_owner_has(store, owner.name, id) == 0 &&
+        store_mesh_get_as(store, owner.name, id, &row) == 0) {
+        status = store_mesh_mend(store, request->body, request->body_size);
+        if (status == 0) {
+            respond_mesh(call, 200, &row);
+        } else {
+            (void)problem_respond_store(call, status, NULL, "keeping the mesh");
+        }
         goto out;
     }
     memset(&row, 0, sizeof row);
+    row.owner = owner;
     memcpy(row.id, id, sizeof id);
     row.name = strdup(name);
     row.format = strdup(srnf_mesh_format_name(format));
@@ -299,7 +309,8 @@ out:
 
 static bool find_mesh(struct api_call *call, struct store_mesh *mesh)
 {
-    int status = store_mesh_get(call->api->config.store, call->parameters[0], mesh);
+    const char *owner = call->request->caller.name;
+    int status = store_mesh_get_as(call->api->config.store, owner, call->parameters[0], mesh);
 
     if (status != 0) {
         (void)problem_respond_store(call, status, "no-such-mesh", call->parameters[0]);

@@ -123,7 +123,8 @@ json_t *model_record(const struct store_model *model, json_t *mean)
 
 static bool find_model(struct api_call *call, unsigned arrays, struct store_model *model)
 {
-    int status = store_model_get(call->api->config.store, call->parameters[0], arrays, model);
+    int status = store_model_get_as(call->api->config.store, call->request->caller.name,
+                                    call->parameters[0], arrays, model);
 
     if (status) {
         (void)problem_respond_store(call, status, "no-such-model", call->parameters[0]);
@@ -143,7 +144,8 @@ void models_get(struct api_call *call)
     if (respond_not_modified(call, model.id)) {
         goto out;
     }
-    status = store_surface_get(call->api->config.store, model.mean, false, &mean);
+    status = store_surface_get_as(call->api->config.store, call->request->caller.name, model.mean,
+                                  false, &mean);
     if (status) {
         (void)problem_respond_store(call, status, "no-such-surface", model.mean);
         goto out;

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #define DETAIL_MAX 512
+#define QUEUE_RETRY_SECONDS 5 /* until one who has a full queue may try again */
 
 struct problem_kind {
     const char *code;
@@ -26,6 +27,8 @@ struct problem_kind {
 static const struct problem_kind kinds[] = {
     {"malformed-request", 400, "The request is malformed"},
     {"malformed-json", 400, "The body is not the JSON that is expected"},
+    {"token-required", 401, "A token is required"},
+    {"token-invalid", 401, "The token is not valid"},
     {"forbidden", 403, "The request is not allowed here"},
     {"not-found", 404, "There is nothing here"},
     {"no-such-mesh", 404, "There is no such mesh"},
@@ -56,8 +59,10 @@ static const struct problem_kind kinds[] = {
     {"not-star-shaped", 422, "The surface is not star-shaped"},
     {"not-converged", 422, "The computation did not converge"},
     {"numerical-failure", 422, "A numerical step broke down"},
+    {"time-limit", 422, "The job took longer than is allowed"},
     {"limit-exceeded", 422, "The input exceeds a limit"},
     {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
+    {"quota-exceeded", 429, "A quota is used up"},
     {"headers-too-large", 431, "The header fields are too large"},
     {"internal-error", 500, "The service failed"},
     {"out-of-memory", 503, "The service is short of memory"},
@@ -66,7 +71,10 @@ static const struct problem_kind kinds[] = {
     {"shutting-down", 503, "The service is shutting down"},
     {"not-ready", 503, "The service is not ready"},
     {"attempts-exhausted", 500, "The job was interrupted too often"},
+    {"data-damaged", 500, "Stored data are damaged"},
+    {"storage-unavailable", 503, "The storage cannot be read or written"},
     {"storage-full", 507, "There is no space left for what should be stored"},
+    {"storage-quota-exceeded", 507, "The owner holds as many bytes as it may"},
 };
 
 static const struct {
@@ -74,6 +82,10 @@ static const struct {
     const char *code, *detail;
 } store_codes[] = {
     {STORE_FULL, "storage-full", "The data directory has no space left."},
+    {STORE_IO, "storage-unavailable",
+     "The data directory cannot be read or written at present; the log says why."},
+    {STORE_CORRUPT, "data-damaged",
+     "What is stored there is not what was put there; srnfd check tells what is damaged."},
     {STORE_CLOSED, "shutting-down", "The service is shutting down; try again in a moment."},
     {STORE_BUSY, "server-busy", "The store is busy; try again in a moment."},
     {STORE_NOMEM, "out-of-memory", "There is not enough memory for this; try again later."},
@@ -227,6 +239,11 @@ int problem_respond_store(struct api_call *call, int store_status, const char *n
         const char *noun = strncmp(not_found_code, "no-such-", 8) == 0 ? not_found_code + 8 : "";
 
         return problem_respond(call, not_found_code, "There is no %s \"%.100s\".", noun, what);
+    }
+    if (store_status == STORE_QUOTA || store_status == STORE_QUEUED) {
+        quota_respond(call, store_status == STORE_QUOTA ? STORE_QUOTA_BYTES : STORE_QUOTA_QUEUED,
+                      QUEUE_RETRY_SECONDS);
+        return call->response->status;
     }
     for (size_t i = 0; i < sizeof store_codes / sizeof store_codes[0]; i++) {
         if (store_codes[i].status == store_status) {

@@ -55,6 +55,8 @@
 #define PROCESS_PERMUTATIONS_MAX 1000000
 #define PROCESS_TIMES_MAX 101 /* of shooting; SRNF_SHOOT_TIMES_MAX, SRNF_SHOOT_TIME_MAX */
 #define PROCESS_TIME_MAX 10
+#define PROCESS_CLASSIFY_COMPONENTS_MAX 64
+#define PROCESS_SIZE_WEIGHT_MAX 1000
 #define PROCESS_SEED_MAX 9007199254740991 /* 2^53 - 1: what every JSON reader keeps */
 
 /* Patterns of ids in schemas. */
@@ -183,6 +185,7 @@ extern const char compare_inputs_schema[], compare_outputs_schema[];
 extern const char shoot_inputs_schema[], shoot_outputs_schema[];
 extern const char transport_inputs_schema[], transport_outputs_schema[];
 extern const char transfer_inputs_schema[], transfer_outputs_schema[];
+extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -202,6 +205,8 @@ json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
+json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
+                              struct problem_list *list);
 json_t *shoot_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *transport_canonicalise(struct api_call *call, const json_t *inputs,
                                struct problem_list *list);
@@ -222,5 +227,6 @@ void compare_run(struct jobs_run *run, void *api, const char *inputs, struct job
 void shoot_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void transport_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void transfer_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

@@ -4,7 +4,7 @@
  *
  * Registered distances are symmetric by construction: both ways of registering a pair are tried
  * and the better one counts. Degree and penalty stand in the result, since a distance means
- * nothing without them.
+ * nothing without them. The metrics harmonic and icp have no warps: register lets them rotate.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,7 +22,6 @@ json_t *distances_canonicalise(struct api_call *call, const json_t *given,
                                struct problem_list *list)
 {
     struct process_inputs inputs;
-    const char *metric;
     long degree;
     size_t n;
 
@@ -30,10 +29,7 @@ json_t *distances_canonicalise(struct api_call *call, const json_t *given,
         return NULL;
     }
     (void)inputs_boolean(&inputs, "register", true);
-    metric = inputs_choice(&inputs, "metric", metrics);
-    if (strcmp(metric, "srnf") != 0) {
-        problem_add(list, "/inputs/metric", "%s is not available in this version; srnf is", metric);
-    }
+    (void)inputs_choice(&inputs, "metric", metrics);
     if (!list->errors) {
         n = inputs_group(&inputs, &degree);
         if (n) {
@@ -43,11 +39,24 @@ json_t *distances_canonicalise(struct api_call *call, const json_t *given,
     return inputs_close(&inputs);
 }
 
+static enum srnf_metric metric_of(const json_t *inputs)
+{
+    const char *name = json_string_value(json_object_get(inputs, "metric"));
+    size_t metric = SRNF_METRIC_SRNF;
+
+    while (name && metric < SRNF_METRIC_ICP &&
+           strcmp(name, srnf_metric_name((enum srnf_metric)metric)) != 0) {
+        metric++;
+    }
+    return (enum srnf_metric)metric;
+}
+
 void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document;
     struct srnf_register_options options = registration_defaults(false);
     const struct srnf_register_options *registration;
+    enum srnf_metric metric;
     const char **ids = NULL;
     double *matrix = NULL;
     size_t shape[2], degree = 0;
@@ -58,12 +67,13 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     }
     options.symmetric = true;
     registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
+    metric = metric_of(inputs);
     ids = group_ids(inputs, &shape[0]);
     if (!ids) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_distances(run, shape[0], ids, registration, &matrix, &degree, result) ||
+    if (compute_distances(run, metric, shape[0], ids, registration, &matrix, &degree, result) ||
         !process_finite(shape[0] * shape[0], matrix, "the distances", result)) {
         goto out;
     }
@@ -72,7 +82,9 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     (void)json_object_set_new(document, "labels", group_labels(run, inputs));
     (void)json_object_set_new(document, "matrix", json_nested(matrix, 2, shape));
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)degree));
-    (void)json_object_set_new(document, "registration", registration_json(registration));
+    /* harmonic and icp turn surfaces, and warp nothing */
+    (void)json_object_set_new(document, "registration",
+                              registration_json(metric <= SRNF_METRIC_SRM ? registration : NULL));
     process_finish(run, document, inputs, result);
 out:
     srnf_free(matrix);

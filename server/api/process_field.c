@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/json_memory.h"
 
 static const char *const field_names[] = {"lmax", "nTheta", "nPhi", "q", NULL};
 
@@ -74,7 +75,7 @@ json_t *inputs_field(struct process_inputs *inputs, const json_t *value, const c
 void field_by_digest(json_t *field)
 {
     const json_t *q = json_object_get(field, "q");
-    char *text = q ? json_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    char *text = q ? json_memory_dumps(q, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     char digest[65];
 
     if (text) {

@@ -17,25 +17,28 @@
 #include "api/surfaces.h"
 #include "jobs/compute_geodesic.h"
 
+#define PULLBACK_STEPS_MIN 3
+
 static const char *const names[] = {"from", "to", "steps", "register", "method", NULL};
 
-/* In the order of enum srnf_geodesic_method; what follows those is not available. */
+/* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
 static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
 
 json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
     struct process_inputs inputs;
-    long degree;
+    long degree, steps;
 
     if (!inputs_open(&inputs, call, given, list, names)) {
         return NULL;
     }
-    (void)inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
-                         PROCESS_STEPS_DEFAULT);
+    steps = inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
+                           PROCESS_STEPS_DEFAULT);
     (void)inputs_boolean(&inputs, "register", true);
-    if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0) {
-        problem_add(list, "/inputs/method",
-                    "pullback is not available in this version; srnf, closed-form and linear are");
+    if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0 &&
+        steps < PULLBACK_STEPS_MIN) {
+        problem_add(list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
+                    PULLBACK_STEPS_MIN);
     }
     if (!list->errors) {
         (void)inputs_surface(&inputs, "from", &degree);
@@ -54,6 +57,13 @@ static enum srnf_geodesic_method method_of(const json_t *inputs)
         }
     }
     return SRNF_GEODESIC_SRNF;
+}
+
+static bool is_pullback(const json_t *inputs)
+{
+    const char *name = json_string_value(json_object_get(inputs, "method"));
+
+    return name && strcmp(name, "pullback") == 0;
 }
 
 /* The mesh that a surface of the path is the encoding of: only the ends have one. */
@@ -126,6 +136,33 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
     return records;
 }
 
+static json_t *path_figures(const struct srnf_path_figures *figures)
+{
+    return json_pack("{s:o, s:o, s:o}", "energy", json_finite(figures->energy), "length",
+                     json_finite(figures->length), "speedVariation",
+                     json_finite(figures->speed_variation));
+}
+
+/* The path in the pulled-back metric beside the two others; null for the other methods. */
+static json_t *pullback_document(const struct srnf_pullback_geodesic *pullback)
+{
+    json_t *document;
+
+    if (pullback->steps == 0) {
+        return json_null();
+    }
+    document = path_figures(&pullback->path);
+    (void)json_object_set_new(document, "speeds",
+                              json_vector(pullback->speeds, pullback->steps - 1));
+    (void)json_object_set_new(document, "linear", path_figures(&pullback->linear));
+    (void)json_object_set_new(document, "inverted", path_figures(&pullback->inverted));
+    (void)json_object_set_new(document, "iterations",
+                              json_integer((json_int_t)pullback->iterations));
+    (void)json_object_set_new(document, "converged", json_boolean(pullback->converged));
+    (void)json_object_set_new(document, "gradient", json_finite(pullback->gradient));
+    return document;
+}
+
 /* The three curves, divided by the norms where these are given. */
 static json_t *curves(const struct srnf_geodesic *geodesic, const double *norms)
 {
@@ -161,6 +198,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.to = json_string_value(json_object_get(inputs, "to"));
     typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
     typed.options.method = method_of(inputs);
+    typed.pullback = is_pullback(inputs);
     typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
     if (compute_geodesic(run, &typed, &outputs, result)) {
         goto out;
@@ -177,6 +215,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
     (void)json_object_set_new(document, "relativeEnergies", curves(geodesic, outputs.squared_norm));
     (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
+    (void)json_object_set_new(document, "pullback", pullback_document(&outputs.pullback));
     (void)json_object_set_new(document, "registration", registration_document(&typed, &outputs));
     process_finish(run, document, inputs, result);
 out:

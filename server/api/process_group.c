@@ -63,6 +63,7 @@ static bool read_surfaces(struct process_inputs *inputs, const json_t *value, js
 static bool find_cohort(struct process_inputs *inputs, const json_t *value,
                         struct store_cohort *cohort)
 {
+    const struct store_view view = call_view(inputs->call);
     const char *name = json_string_value(value);
     int status;
 
@@ -73,7 +74,7 @@ static bool find_cohort(struct process_inputs *inputs, const json_t *value,
     if (inputs->answered) {
         return false;
     }
-    status = store_cohort_get(inputs->call->api->config.store, name, cohort);
+    status = store_cohort_get_as(inputs->call->api->config.store, &view, name, cohort);
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-cohort", name);
         inputs->answered = true;
@@ -161,17 +162,19 @@ const char **group_ids(const json_t *inputs, size_t *n)
 static json_t *name_of(struct jobs_run *run, const char *id)
 {
     struct store *store = jobs_run_store(run);
+    const char *owner = jobs_run_owner(run);
     struct store_surface surface = {0};
     struct store_mesh mesh = {0};
     json_t *name = NULL;
 
     if (strncmp(id, "mesh-", 5) == 0) {
-        if (store_mesh_get(store, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
+        if (store_mesh_get_as(store, owner, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
             name = json_string(mesh.name);
         }
         store_mesh_clear(&mesh);
     } else {
-        if (store_surface_get(store, id, false, &surface) == 0 && surface.name && surface.name[0]) {
+        if (store_surface_get_as(store, owner, id, false, &surface) == 0 && surface.name &&
+            surface.name[0]) {
             name = json_string(surface.name);
         }
         store_surface_clear(&surface);
@@ -199,4 +202,22 @@ json_t *group_labels(struct jobs_run *run, const json_t *inputs)
         }
     }
     return labels;
+}
+
+json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
+{
+    const json_t *surfaces = json_object_get(cohort, "surfaces");
+    json_t *subjects = json_array();
+
+    for (size_t i = 0; i < json_array_size(surfaces); i++) {
+        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+
+        if (json_is_string(subject)) {
+            (void)json_array_append(subjects, subject);
+        } else {
+            (void)json_array_append_new(
+                subjects, name_of(run, json_string_value(json_array_get(surfaces, i))));
+        }
+    }
+    return subjects;
 }

@@ -27,4 +27,8 @@ const char **group_ids(const json_t *inputs, size_t *n);
    mesh or surface has, or else its id. */
 json_t *group_labels(struct jobs_run *run, const json_t *inputs);
 
+/* A name for each member where labels are classes: the subject, or else the name, or else the id.
+   cohort: the canonical one, with the member surfaces. */
+json_t *group_subjects(struct jobs_run *run, const json_t *cohort);
+
 #endif

@@ -243,7 +243,10 @@ static bool check_mesh(struct process_inputs *inputs, const char *id)
     if (inputs->answered) {
         return false;
     }
-    status = store_mesh_get(inputs->call->api->config.store, id, &mesh);
+    status = call_sees(inputs->call, id);
+    if (status == 0) {
+        status = store_mesh_get(inputs->call->api->config.store, id, &mesh);
+    }
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-mesh", id);
         inputs->answered = true;
@@ -296,7 +299,10 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
     if (inputs->answered) {
         return NULL;
     }
-    status = store_surface_get(inputs->call->api->config.store, id, false, &surface);
+    status = call_sees(inputs->call, id);
+    if (status == 0) {
+        status = store_surface_get(inputs->call->api->config.store, id, false, &surface);
+    }
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-surface", id);
         inputs->answered = true;

@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/models.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
@@ -153,10 +154,12 @@ static json_t *history_json(const struct srnf_mean *mean)
 
     for (size_t i = 0; i < mean->iterations; i++) {
         const struct srnf_mean_iteration *step = &mean->history[i];
-        (void)json_array_append_new(
-            history, json_pack("{s:I, s:o, s:o, s:o}", "iteration", (json_int_t)i + 1, "change",
-                               json_finite(step->change), "variance", json_finite(step->variance),
-                               "seconds", json_finite(step->seconds)));
+        (void)json_array_append_new(history, json_pack("{s:I, s:o, s:o, s:o, s:o}", "iteration",
+                                                       (json_int_t)i + 1, "change",
+                                                       json_finite(step->change), "variance",
+                                                       json_finite(step->variance), "objective",
+                                                       json_finite(step->objective), "seconds",
+                                                       json_finite(step->seconds)));
     }
     return history;
 }
@@ -243,7 +246,8 @@ static char *record_text(struct jobs_run *run, const json_t *inputs,
         json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));
     char *text =
-        record ? json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17)) : NULL;
+        record ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))
+               : NULL;
 
     json_decref(record);
     return text;
@@ -282,7 +286,8 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
                                 .n_theta = (int64_t)outputs->n_theta,
                                 .n_phi = (int64_t)outputs->n_phi,
                                 .subjects = (int64_t)outputs->pca.n,
-                                .components = (int64_t)outputs->pca.components};
+                                .components = (int64_t)outputs->pca.components,
+                                .owner.name = jobs_run_owner(run)};
     const char *mean_id = json_string_value(json_object_get(mean, "id"));
     json_t *record = NULL;
     bool created;

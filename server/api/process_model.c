@@ -39,7 +39,11 @@ bool inputs_model(struct process_inputs *inputs, struct store_model *model)
                     "must be the id of a model: model- and 32 hexadecimal digits");
         return false;
     }
-    status = store_model_get(inputs->call->api->config.store, id, 0, model);
+    status = call_sees(inputs->call, id);
+    if (status == 0) {
+        status = store_model_get_as(inputs->call->api->config.store,
+                                    inputs->call->request->caller.name, id, 0, model);
+    }
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-model", id);
         inputs->answered = true;

@@ -3,6 +3,7 @@
  * defaulting, the numeric build that made them, and the parts of surface records.
  */
 #include "api/process.h"
+#include "api/json_memory.h"
 #include "api/surfaces.h"
 
 #include <float.h>
@@ -11,10 +12,13 @@
 
 json_t *process_parse(const char *inputs, struct jobs_result *result)
 {
-    json_t *document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
+    json_t *document;
+
+    json_memory_begin();
+    document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
 
     if (!document) {
-        result->problem_code = "internal-error";
+        result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
                        "The stored inputs of the job cannot be read.");
     }
@@ -33,7 +37,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     store_job_clear(&job);
     (void)json_object_set(document, "inputs", inputs);
     result->results =
-        document ? json_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+        document ? json_memory_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (!result->results) {
         result->problem_code = "out-of-memory";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
@@ -82,6 +86,7 @@ static bool surface_sound(const struct surface_description *description, const c
 json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
                              const char *what, struct jobs_result *result)
 {
+    const struct store_owner owner = {.name = jobs_run_owner(run)};
     json_t *record = NULL;
     int status;
 
@@ -91,7 +96,7 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         json_decref(description->star);
         return NULL;
     }
-    status = surface_save(jobs_run_store(run), description, &record, NULL);
+    status = surface_save(jobs_run_store(run), &owner, description, &record, NULL);
     if (status) {
         (void)compute_fail_store(result, status, what);
     }

@@ -170,9 +170,10 @@ const char geodesic_inputs_schema[] =
     "of register; false: both as they are parameterised.\"},"
     "\"method\":{\"enum\":[\"srnf\",\"closed-form\",\"linear\",\"pullback\"],"
     "\"default\":\"srnf\",\"description\":\"srnf inverts the points of the straight "
-    "line between the SRNFs numerically, closed-form by the formula for star-shaped "
-    "surfaces, linear blends the surfaces. pullback is not available in this "
-    "version.\"}}}";
+    "line between the SRNFs numerically, closed-form by the formula for "
+    "star-shaped surfaces, linear blends the surfaces. pullback is the geodesic "
+    "within the space of surfaces, by straightening the path in the metric that "
+    "the SRNF pulls back to it; it takes 3 surfaces or more.\"}}}";
 
 const char geodesic_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -193,6 +194,12 @@ const char geodesic_outputs_schema[] =
     "the squared norm of the point on the line.\"},"
     "\"transforms\":{\"type\":\"number\",\"description\":\"Cost in gradient "
     "transforms.\"},"
+    "\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of method "
+    "pullback, null otherwise: energy, length and speedVariation (standard "
+    "deviation over mean) of the path in the pulled-back metric, speeds of its "
+    "segments; the same three of the straight line between the surfaces (linear) "
+    "and of the inverted straight line between the SRNFs (inverted); iterations, "
+    "converged, gradient (relative).\"},"
     "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"distance, "
     "distanceBefore, objective, minJacobian, maxJacobian, truncationError, iterations, "
     "converged, and its options; null where nothing was registered.\"},"

@@ -75,7 +75,9 @@
     "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
     ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
     ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
-    "its norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","             \
+    "its norm. Where surfaces are registered, the mean is also found when its objective "         \
+    "falls by less than this part of itself twice in a "                                          \
+    "row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","                  \
     "\"description\":\"pullback is not available in this version.\"},"                            \
     "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
     ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
@@ -85,14 +87,15 @@
     ",\"description\":\"Iterations after which the mean is a result as it is, with "              \
     "converged false.\"}"
 
-#define MEAN_OUTPUTS                                                                     \
-    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"        \
-    "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, change (relative, "  \
-    "of the mean SRNF), variance (mean squared distance to it), seconds}].\"}," LABELS   \
-    "\"distances\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"      \
-    "\"description\":\"Of each surface from the mean SRNF.\"},"                          \
-    "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost " \
-    "of the mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\"," \
+#define MEAN_OUTPUTS                                                                           \
+    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"              \
+    "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, change (relative, "        \
+    "of the mean SRNF), variance (mean squared distance to it), objective (variance "          \
+    "relative to the mean squared norm, and mean penalty: never rises), seconds}].\"}," LABELS \
+    "\"distances\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"            \
+    "\"description\":\"Of each surface from the mean SRNF.\"},"                                \
+    "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost "       \
+    "of the mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\","       \
     "\"null\"],\"description\":\"Of the iterations, over all attempts.\"}," REGISTRATION MADE_BY
 
 /* ---- Schemas --------------------------------------------------------------------------------- */
@@ -159,8 +162,9 @@ const char distances_inputs_schema[] = INPUTS_OPENING
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register, "
     "with the default options of register; false: as the surfaces are "
     "parameterised.\"},\"metric\":{\"enum\":[\"srnf\",\"harmonic\",\"srm\",\"icp\"],"
-    "\"default\":\"srnf\",\"description\":\"harmonic, srm and icp are not available in "
-    "this version.\"}}}";
+    "\"default\":\"srnf\",\"description\":\"harmonic: L2 of the surfaces, after a "
+    "rotation; srm: as srnf, by square-root maps; icp: between closest points, after rigid "
+    "alignment.\"}}}";
 
 const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "\"matrix\":{\"type\":\"array\",\"description\":\"Symmetric; also as CSV and .npy "

@@ -28,7 +28,9 @@
     "\"description\":\"The surfaces share a pose: nothing is rotated.\"},\"tolerance\":{"         \
     "\"type\":\"number\",\"minimum\":" TOLERANCE_MIN_TEXT ",\"maximum\":" TOLERANCE_MAX_TEXT      \
     ",\"default\":" TOLERANCE_DEFAULT_TEXT ",\"description\":\"On the change of the mean SRNF "   \
-    "in one iteration, relative to its norm.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],"    \
+    "in one iteration, relative to its norm. Where surfaces "                                     \
+    "are registered, the mean is also found when its objective falls by less than this part of "  \
+    "itself twice in a row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],"                     \
     "\"default\":\"srnf\",\"description\":\"pullback is not available in this version.\"},"       \
     "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
     ",\"description\":\"Degree of the mean. Default: the largest of the surfaces'.\"},"           \

@@ -69,6 +69,10 @@ const struct api_process api_processes[] = {
     {"transfer", "Transfer of a deformation",
      "A surface deformed as another one was, its size included.", transfer_inputs_schema,
      transfer_outputs_schema, transfer_canonicalise, transfer_run},
+    {"classify", "Classification of a labelled cohort",
+     "Each member classified by the others, left out in turn, by one method or several; how often "
+     "that is right, and how often by chance.",
+     classify_inputs_schema, classify_outputs_schema, classify_canonicalise, classify_run},
     {NULL, NULL, NULL, NULL, NULL, NULL, NULL},
 };
 

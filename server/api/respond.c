@@ -7,6 +7,7 @@
  * document; jansson limits their depth.
  */
 #include "api/respond.h"
+#include "api/json_memory.h"
 
 #include <ctype.h>
 #include <stdarg.h>
@@ -64,22 +65,26 @@ int api_response_header(struct api_response *response, const char *name, const c
 void response_json(struct api_response *response, int status, const char *content_type,
                    json_t *document)
 {
-    static const char failure[] = "{\"type\":\"urn:srnfd:problem:internal-error\",\"status\":500,"
-                                  "\"code\":\"internal-error\"}\n";
-    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    static const char internal[] = "{\"type\":\"urn:srnfd:problem:internal-error\",\"status\":500,"
+                                   "\"code\":\"internal-error\"}\n";
+    static const char no_memory[] = "{\"type\":\"urn:srnfd:problem:out-of-memory\",\"status\":503,"
+                                    "\"code\":\"out-of-memory\"}\n";
+    char *text = document ? json_memory_dumps(document, JSON_COMPACT) : NULL;
     size_t length = text ? strlen(text) : 0;
     char *line = text ? realloc(text, length + 1) : NULL;
+    bool short_of_memory = text || json_memory_failed(); /* unless there is a line */
 
     json_decref(document);
-    response->status = line ? status : 500;
+    response->status = line ? status : short_of_memory ? 503 : 500;
     if (line) {
         line[length++] = '\n';
     } else {
         free(text);
-        line = strdup(failure);
-        length = line ? sizeof failure - 1 : 0;
+        line = strdup(short_of_memory ? no_memory : internal);
+        length = line ? strlen(line) : 0;
         content_type = "application/problem+json";
     }
+    json_memory_begin();
     free(response->body);
     response->body = (unsigned char *)line;
     response->body_size = length;
@@ -88,7 +93,7 @@ void response_json(struct api_response *response, int status, const char *conten
 
 void respond_json(struct api_call *call, int status, json_t *document)
 {
-    if (!document) {
+    if (!document && !json_memory_failed()) {
         (void)problem_respond(call, "internal-error", "The answer could not be written as JSON.");
         return;
     }

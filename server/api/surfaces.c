@@ -16,8 +16,8 @@
 static bool find_surface(struct api_call *call, bool with_coefficients,
                          struct store_surface *surface)
 {
-    int status =
-        store_surface_get(call->api->config.store, call->parameters[0], with_coefficients, surface);
+    int status = store_surface_get_as(call->api->config.store, call->request->caller.name,
+                                      call->parameters[0], with_coefficients, surface);
 
     if (status) {
         (void)problem_respond_store(call, status, "no-such-surface", call->parameters[0]);

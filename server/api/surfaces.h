@@ -32,15 +32,15 @@ struct surface_description {
 };
 
 /*
- * Stores the surface unless the same one is there, and gives the full record of what the store
- * holds: the first description of a surface stays. Where a source is given, which a job does, the
- * record given is the description's own all the same, but for the time.
+ * Stores the surface for its owner unless the owner has it, and gives the full record of what the
+ * store holds: the owner's first description of a surface stays. Where a source is given, which a
+ * job does, the record given is the description's own all the same, but for the time.
  *   record  [out] new reference; NULL on failure
  *   created [out] optional
  * Returns an enum store_status.
  */
-int surface_save(struct store *store, struct surface_description *description, json_t **record,
-                 bool *created);
+int surface_save(struct store *store, const struct store_owner *owner,
+                 struct surface_description *description, json_t **record, bool *created);
 
 /* A number or string member of a stored surface's record; fallback where it has none. */
 double surface_record_number(const struct store_surface *surface, const char *name,

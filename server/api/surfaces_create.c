@@ -332,6 +332,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
                                               .coefficients = given->coefficients,
                                               .measures = &measures,
                                               .parameterization = "given"};
+    const struct store_owner owner = call_owner(call);
     json_t *record = NULL;
     bool created = false;
     int status;
@@ -347,7 +348,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
         return;
     }
     description.fit = given->has_fit ? process_fit_json(&given->fit) : NULL;
-    status = surface_save(call->api->config.store, &description, &record, &created);
+    status = surface_save(call->api->config.store, &owner, &description, &record, &created);
     if (status) {
         (void)problem_respond_store(call, status, NULL, "keeping the surface");
         return;

@@ -223,7 +223,8 @@ void surfaces_mesh(struct api_call *call)
     if (!format) {
         return;
     }
-    status = store_surface_get(call->api->config.store, call->parameters[0], true, &surface);
+    status = store_surface_get_as(call->api->config.store, call->request->caller.name,
+                                  call->parameters[0], true, &surface);
     if (status) {
         (void)problem_respond_store(call, status, "no-such-surface", call->parameters[0]);
         return;

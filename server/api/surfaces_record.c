@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/process.h"
 
 static const struct {
@@ -120,15 +121,15 @@ static char *record_text(struct surface_description *d)
         (void)json_object_set_new(record, "maps", map_names(d->maps));
     }
     d->source = d->fit = d->star = NULL;
-    text = json_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    text = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
     return text;
 }
 
-int surface_save(struct store *store, struct surface_description *description, json_t **record,
-                 bool *created)
+int surface_save(struct store *store, const struct store_owner *owner,
+                 struct surface_description *description, json_t **record, bool *created)
 {
-    struct store_surface surface = {0};
+    struct store_surface surface = {.owner = *owner};
     size_t count = 3 * srnf_coefficient_count(description->degree);
     bool is_new = false, of_job = description->source != NULL;
     json_t *own = NULL;

@@ -57,6 +57,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     if (!connection || !info) {
         return;
     }
+    connection->http = http;
     connection->fd = info->connect_fd;
     connection->deadline = http_now() + http->config.header_seconds;
     connection->reads = true;

@@ -44,6 +44,7 @@ static enum MHD_Result send_response(struct exchange *exchange)
         return MHD_NO;
     }
     response->body = NULL;
+    cors_headers(exchange);
     (void)api_response_header(response, "X-Request-Id", "%s", exchange->request.id);
     (void)api_response_header(response, "Server-Timing", "total;dur=%.3f", exchange->total_ms);
     (void)api_response_header(response, "X-Content-Type-Options", "nosniff");

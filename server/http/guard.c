@@ -109,6 +109,8 @@ static int hex_value(char c)
     return found ? (int)((found - digits) % 16) : -1;
 }
 
+static const char no_memory[] = "There is not enough memory for the path.";
+
 /* Decodes the target's path into exchange->path and sets the query. */
 static const char *check_target(struct exchange *exchange)
 {
@@ -124,7 +126,7 @@ static const char *check_target(struct exchange *exchange)
     }
     exchange->path = malloc(length + 1);
     if (!exchange->path) {
-        return "There is not enough memory for the path.";
+        return no_memory;
     }
     for (size_t i = 0; i < length; i++) {
         int c = (unsigned char)target[i];
@@ -179,7 +181,7 @@ static const char *check_origin(struct exchange *exchange, const char *host)
         return "A request has at most one Origin field.";
     }
     return origin_check(http->address, http->config.allowed_hosts, exchange->request.method, host,
-                        origin);
+                        cors_allows(http, origin) ? NULL : origin);
 }
 
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
@@ -222,6 +224,10 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
         return detail;
     }
     detail = check_target(exchange);
+    if (detail == no_memory) {
+        *status = 503;
+        *code = "out-of-memory";
+    }
     exchange->close = detail != NULL;
     return detail;
 }

@@ -62,15 +62,18 @@ static int start_daemon(struct http *http)
     unsigned connections =
         (unsigned)((http->config.max_connections + CONNECTIONS_SPARE) * http->config.threads);
     unsigned threads = (unsigned)(http->config.threads > 1 ? http->config.threads : 0);
+    unsigned tls_flag = http->tls ? MHD_USE_TLS : 0;
+    struct MHD_OptionItem tls[TLS_OPTIONS];
 
+    tls_options(http->tls, tls);
     http->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL,
-        exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | tls_flag, 0,
+        NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
         MHD_OPTION_LISTEN_SOCKET, http->listen_fd, MHD_OPTION_THREAD_POOL_SIZE, threads,
         MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
         CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION, connection_notify, http,
         MHD_OPTION_URI_LOG_CALLBACK, connection_target, http, MHD_OPTION_NOTIFY_COMPLETED,
-        exchange_completed, http, MHD_OPTION_END);
+        exchange_completed, http, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
     return http->daemon ? 0 : -1;
 }
 
@@ -90,6 +93,7 @@ static int init_sync(struct http *http)
 
 static void http_free(struct http *http)
 {
+    tls_close(http->tls);
     (void)pthread_cond_destroy(&http->idle);
     (void)pthread_cond_destroy(&http->timer);
     (void)pthread_cond_destroy(&http->work);
@@ -109,6 +113,13 @@ int http_start(struct http **out, const struct http_config *config, char *messag
     }
     http->config = *config;
     set_defaults(&http->config);
+    if (config->tls_certificate) {
+        http->tls = tls_open(config->tls_certificate, config->tls_key, message, size);
+        if (!http->tls) {
+            http_free(http);
+            return -1;
+        }
+    }
     http->listen_fd =
         listen_open(config->listen, http->address, sizeof http->address, message, size);
     if (http->listen_fd < 0) {

@@ -22,7 +22,12 @@ struct http_config {
     size_t max_buffered;    /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
-    double header_seconds;     /* from connecting to the end of the headers; 0: 15 */
+    const char
+        *cors_origins; /* "https://host[:port]", separated by commas: pages that may call; may
+                                 be NULL */
+    const char *tls_certificate,
+        *tls_key;            /* PEM files, read anew when replaced; NULL: plain HTTP */
+    double header_seconds;   /* from connecting to the end of the headers; 0: 15 */
     double transfer_seconds; /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
     double idle_seconds;     /* between requests of one connection; 0: 60 */
 };

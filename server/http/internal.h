@@ -32,6 +32,7 @@
 
 /* One TCP connection, from NOTIFY_CONNECTION started to closed. */
 struct connection {
+    struct http *http;
     struct connection *next, **place; /* [m] */
     int fd;
     double deadline; /* [m] monotonic seconds; HUGE_VAL while it is ours to wait */
@@ -81,6 +82,7 @@ struct exchange {
 struct http {
     struct http_config config;
     struct MHD_Daemon *daemon;
+    struct tls *tls; /* NULL: plain HTTP */
     int listen_fd;
     char address[80];
     pthread_mutex_t mutex;
@@ -121,6 +123,22 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
    the address; otherwise the detail of the problem. extra: further hosts, separated by commas. */
 const char *origin_check(const char *address, const char *extra, const char *method,
                          const char *host, const char *origin);
+
+/* ---- cors.c ---------------------------------------------------------------------------------- */
+
+/* Whether the origin (NULL: none) is on the allow-list. */
+bool cors_allows(const struct http *http, const char *origin);
+/* Adds to the response what a browser needs to give it to a page of that origin. */
+void cors_headers(struct exchange *exchange);
+
+/* ---- tls.c ----------------------------------------------------------------------------------- */
+
+/* Reads certificate chain and key, PEM files; NULL with a message where they cannot be used. */
+struct tls *tls_open(const char *certificate, const char *key, char *message, size_t size);
+void tls_close(struct tls *tls);
+#define TLS_OPTIONS 3
+/* What libmicrohttpd must be told; without tls nothing. */
+void tls_options(const struct tls *tls, struct MHD_OptionItem options[TLS_OPTIONS]);
 
 /* ---- exchange.c ------------------------------------------------------------------------------ */
 

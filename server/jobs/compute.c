@@ -70,6 +70,12 @@ int compute_fail_store(struct jobs_result *result, int status, const char *id)
         result->problem_code = mesh ? "no-such-mesh" : model ? "no-such-model" : "no-such-surface";
     } else if (status == STORE_FULL) {
         result->problem_code = "storage-full";
+    } else if (status == STORE_IO) {
+        result->problem_code = "storage-unavailable";
+    } else if (status == STORE_CORRUPT) {
+        result->problem_code = "data-damaged";
+    } else if (status == STORE_NOMEM) {
+        result->problem_code = "out-of-memory";
     }
     (void)snprintf(result->problem_detail, sizeof result->problem_detail, "%s: %s", id,
                    store_strerror(status));

@@ -6,6 +6,9 @@
  * t) q_0 + t q_1 follows from the areas of the ends and their distance d: with <q_0, q_1> = (a_0 +
  * a_1 - d^2) / 2 it is (1 - t)^2 a_0 + t^2 a_1 + 2 t (1 - t) <q_0, q_1>.
  *
+ * The geodesic of the pulled-back metric takes the place of the surfaces of the straight line
+ * between the surfaces, for which the curves of energy are computed first.
+ *
  * An SRNF does not know translations. The surfaces between the ends are placed so that their area
  * centroids move on the straight line between those of the ends; the ends stay bit for bit.
  */
@@ -23,6 +26,7 @@ void compute_geodesic_clear(struct compute_geodesic_outputs *outputs)
     compute_surface_clear(&outputs->ends[1]);
     srnf_registration_clear(&outputs->registration);
     srnf_geodesic_clear(&outputs->geodesic);
+    srnf_pullback_geodesic_clear(&outputs->pullback);
     srnf_free(outputs->measures);
     srnf_free(outputs->squared_norm);
     outputs->measures = NULL;
@@ -73,6 +77,65 @@ static int register_end(struct jobs_run *run, const struct compute_geodesic_inpu
     return 0;
 }
 
+/* Squared distances of the surfaces of the path from the straight line in Q. */
+static int measure_energies(const struct srnf_sht *sht, struct srnf_geodesic *geodesic)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+    size_t field = 3 * grid->n_theta * grid->n_phi;
+    size_t count = 3 * srnf_coefficient_count(geodesic->degree), last = geodesic->steps - 1;
+    double *q = srnf_alloc(3 * field, sizeof(double));
+    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
+
+    if (!q || !workspace) {
+        srnf_free(q);
+        srnf_free(workspace);
+        return SRNF_ENOMEM;
+    }
+    srnf_field(sht, geodesic->coefficients, q, workspace);
+    srnf_field(sht, geodesic->coefficients + last * count, q + field, workspace);
+    for (size_t i = 0; i <= last; i++) {
+        double t = geodesic->times[i];
+        for (size_t k = 0; k < field; k++) {
+            q[2 * field + k] = (1.0 - t) * q[k] + t * q[field + k];
+        }
+        geodesic->energy_geodesic[i] =
+            srnf_energy(sht, geodesic->coefficients + i * count, q + 2 * field, NULL, workspace);
+    }
+    srnf_free(q);
+    srnf_free(workspace);
+    return 0;
+}
+
+/* The geodesic of the pulled-back metric; a path that was not straight in time is a result too. */
+static int follow_pullback(struct jobs_run *run, const struct srnf_sht *sht, const double *from,
+                           const double *to, const struct compute_geodesic_inputs *inputs,
+                           struct compute_geodesic_outputs *outputs, struct srnf_error *error)
+{
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_geodesic_options line = inputs->options;
+    struct srnf_geodesic *geodesic = &outputs->geodesic;
+    struct srnf_pullback_geodesic *pullback = &outputs->pullback;
+    double *straight;
+    int status;
+
+    options.segments = inputs->options.steps - 1;
+    line.method = SRNF_GEODESIC_LINEAR;
+    status = srnf_geodesic(sht, from, to, &line, NULL, geodesic, error);
+    if (status >= 0) {
+        status =
+            srnf_pullback_geodesic(sht, from, to, &options, jobs_run_context(run), pullback, error);
+    }
+    if (status < 0) {
+        return status;
+    }
+    straight = geodesic->coefficients;
+    geodesic->coefficients = pullback->coefficients;
+    pullback->coefficients = straight;
+    geodesic->length = pullback->path.length;
+    geodesic->transforms += pullback->transforms;
+    return measure_energies(sht, geodesic);
+}
+
 /* The path itself, between ends already loaded. */
 static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *inputs,
                   struct compute_geodesic_outputs *outputs, struct jobs_result *result)
@@ -105,8 +168,12 @@ static int follow(struct jobs_run *run, const struct compute_geodesic_inputs *in
         }
     }
     jobs_run_phase(run, 100.0);
-    status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
-                           &outputs->geodesic, &error);
+    if (inputs->pullback) {
+        status = follow_pullback(run, sht, padded, padded + count, inputs, outputs, &error);
+    } else {
+        status = srnf_geodesic(sht, padded, padded + count, &inputs->options, jobs_run_context(run),
+                               &outputs->geodesic, &error);
+    }
     if (status < 0) {
         (void)compute_fail(result, status, &error, "following the geodesic");
         goto out;

@@ -165,9 +165,9 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
     return compute(run, inputs, true, outputs, result);
 }
 
-int compute_distances(struct jobs_run *run, size_t n, const char *const *ids,
-                      const struct srnf_register_options *registration, double **matrix,
-                      size_t *degree, struct jobs_result *result)
+int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
+                      const char *const *ids, const struct srnf_register_options *registration,
+                      double **matrix, size_t *degree, struct jobs_result *result)
 {
     struct jobs *jobs = jobs_run_jobs(run);
     struct compute_group group;
@@ -187,8 +187,8 @@ int compute_distances(struct jobs_run *run, size_t n, const char *const *ids,
                  ? jobs_transform_acquire(jobs, group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
                  : SRNF_ENOMEM;
     if (status == 0) {
-        status = srnf_distances(sht, n, group.surfaces, registration, jobs_run_context(run),
-                                *matrix, &error);
+        status = srnf_metric_distances(sht, metric, n, group.surfaces, registration,
+                                       jobs_run_context(run), *matrix, &error);
         jobs_transform_release(jobs, sht);
     }
     if (status < 0) {

@@ -42,8 +42,8 @@ void compute_mean_clear(struct compute_mean_outputs *outputs);
 
 /* Matrix of distances, double[n][n], at the largest degree of the members. matrix is owned by the
    caller (srnf_free). registration NULL: as parameterised. */
-int compute_distances(struct jobs_run *run, size_t n, const char *const *ids,
-                      const struct srnf_register_options *registration, double **matrix,
-                      size_t *degree, struct jobs_result *result);
+int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
+                      const char *const *ids, const struct srnf_register_options *registration,
+                      double **matrix, size_t *degree, struct jobs_result *result);
 
 #endif

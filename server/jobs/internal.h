@@ -2,12 +2,18 @@
  * internal.h - what the files of the engine share: the struct behind the handle, a run, a
  * parallel loop.
  *
- * Locks, in the order in which they may be taken; none is held across a call into the store, the
- * core or BLAS:
- *   jobs->mutex        rank 20: tickets' waiters, the slots of running jobs, open loops, counts,
- *   closing run->mutex         rank 21: the message of a run transforms.mutex   rank 22: the
- *   cache of transforms ids.mutex          rank 23: the last id given out
- * Only run->mutex is ever taken while another (jobs->mutex) is held.
+ * Locks, by rank; none is held across a call into the store, the core or BLAS. Only run->mutex is
+ * ever taken while another (jobs->mutex) is held.
+ *
+ *   20 jobs->mutex: tickets' waiters, the slots of running jobs, open loops, counts, closing
+ *
+ *   21 run->mutex: the message of a run
+ *
+ *   22 transforms.mutex: the cache of transforms
+ *
+ *   23 ids.mutex: the last id given out
+ *
+ *   24 keeper.mutex: that the keeper is to end
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -45,7 +51,9 @@ struct jobs_run {
     struct store_job *job;
     struct srnf_context context;
     struct jobs_loop loop;
-    atomic_bool cancel; /* a user has asked for it */
+    atomic_bool cancel;  /* a user has asked for it */
+    double deadline;     /* by the monotonic clock; INFINITY without a limit */
+    atomic_bool overran; /* it was told to stop because of that */
     pthread_mutex_t mutex;
     double progress;                /* 0 .. 100, never falls; mutex */
     double from, to;                /* of the job, in percent: the phase that runs; mutex */
@@ -68,6 +76,19 @@ struct jobs_ids {
 
 /* "job-" and a UUIDv7 greater than all that this source has given before. */
 void jobs_id_next(struct jobs_ids *ids, char id[STORE_ID_MAX], int64_t *created_ms);
+
+/* ---- Letting go (keeper.c) ------------------------------------------------------------------- */
+
+struct jobs_keeper {
+    pthread_t thread;
+    bool started;
+    pthread_mutex_t mutex;
+    pthread_cond_t wake;
+    bool closing;
+};
+/* Starts the thread, where the configuration asks for one. */
+int jobs_keeper_start(struct jobs *jobs);
+void jobs_keeper_stop(struct jobs *jobs);
 
 /* ---- Transforms (transforms.c) --------------------------------------------------------------- */
 
@@ -92,8 +113,10 @@ struct jobs {
     pthread_cond_t wake;   /* work for idle workers, or closing */
     pthread_cond_t ended;  /* a run has ended */
     atomic_size_t tickets; /* at least as many as there are accepted rows that nobody is claiming */
-    size_t accepted; /* accepted rows and those about to be; the limit of the queue is on these */
-    size_t idle;     /* workers that wait */
+    size_t accepted;  /* accepted rows and those about to be; the limit of the queue is on these */
+    size_t idle;      /* workers that wait */
+    size_t held;      /* tickets of jobs whose owners have as many running as they may */
+    uint64_t endings; /* counts ends of runs, so that a claim can tell whether one fell beside it */
     struct jobs_run **slots; /* [n_workers]: what each worker runs, or NULL */
     size_t running;          /* workers between taking a ticket and the end of its run */
     uint64_t
@@ -103,6 +126,7 @@ struct jobs {
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
     struct jobs_transforms transforms;
     struct jobs_ids ids;
+    struct jobs_keeper keeper;
 };
 
 /* Who a worker is: allocated for its thread, which frees it. */

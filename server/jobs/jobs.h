@@ -5,7 +5,8 @@
  * The engine knows nothing of JSON: inputs and results are texts that it stores and hands on.
  * What a process is (its validation, its computation) comes as a table from the layer above.
  *
- * Threads: `workers` threads named srnfd-work-N claim accepted jobs, oldest first. A worker
+ * Threads: `workers` threads named srnfd-work-N claim accepted jobs, the owners in turn and
+ * each owner's oldest first. A worker
  * without a job of its own helps the parallel loops of running jobs. OpenBLAS runs one thread per
  * caller.
  */
@@ -41,6 +42,9 @@ struct jobs_config {
     void *user;
     const char *numeric_build; /* part of every cache key */
     size_t max_queued;         /* accepted jobs beyond this are refused; default 10,000 */
+    double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
+    double retention_days;     /* ended jobs are removed after so long; 0: never */
+    double sweep_seconds;      /* between two looks at what may go; 0: none */
     void (*log)(void *user, const char *event, const char *job_id, const char *detail);
     /* Called, on any thread and without locks held, whenever a job ended or its row changed. */
     void (*changed)(void *user, const char *job_id);
@@ -70,6 +74,17 @@ enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
 int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
                 const char *idempotency_key, const char *body_digest, struct store_job *job,
                 enum jobs_submission *how);
+/* Whose job it is, and what the owner may have. Cache, joining and keys are each owner's own:
+   nobody learns from an answer, or from its time, what another has computed. NULL for the owner ""
+   without limits, for whom jobs_submit is short. STORE_QUEUED: as many of the owner's jobs wait as
+   may; STORE_QUOTA: the owner holds as many bytes as it may. */
+struct jobs_owner {
+    const char *name; /* shorter than STORE_OWNER_MAX */
+    struct store_job_limits limits;
+};
+int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
+                   const char *inputs, const char *idempotency_key, const char *body_digest,
+                   struct store_job *job, enum jobs_submission *how);
 /* Idempotent; an accepted job is dismissed at once, a running one when its run notices. */
 int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 /* As store_job_get, with the live progress and message of a running job. */
@@ -81,6 +96,8 @@ size_t jobs_worker_count(const struct jobs *jobs);
 
 struct store *jobs_run_store(struct jobs_run *run);
 const char *jobs_run_job_id(const struct jobs_run *run);
+/* Whose job it is, and so whom its outputs belong to. */
+const char *jobs_run_owner(const struct jobs_run *run);
 /* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,
    for the core. */
 const struct srnf_context *jobs_run_context(struct jobs_run *run);

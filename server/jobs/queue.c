@@ -7,10 +7,13 @@
  * live jobs, the key's primary key), and the submission looks again. So identical work is queued
  * once, without a lock held across the store.
  *
- * The digest is SHA-256 over process, newline, inputs, newline, numeric build.
+ * The digest is SHA-256 over process, newline, inputs, newline, numeric build, and for an owner
+ * with a name newline and that. So identical work of two owners is done twice. In the store a key
+ * has the owner's name before it, with a newline between, which no name has.
  */
 #include "jobs/internal.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,6 +24,7 @@
 /* What one submission carries along. */
 struct submission {
     const struct jobs_process *process;
+    const struct jobs_owner *owner;
     const char *inputs, *key, *body_digest;
     char digest[65];
 };
@@ -28,7 +32,9 @@ struct submission {
 static int make_digest(struct jobs *jobs, struct submission *s)
 {
     const char *build = jobs->config.numeric_build ? jobs->config.numeric_build : "";
-    const char *const parts[] = {s->process->id, "\n", s->inputs, "\n", build};
+    const char *owner = s->owner->name;
+    const char *const parts[] = {s->process->id,       "\n", s->inputs, "\n", build,
+                                 owner[0] ? "\n" : "", owner};
     size_t size = 0, at = 0;
     char *text;
 
@@ -123,6 +129,7 @@ static int fill(struct jobs *jobs, const struct submission *s, struct store_job 
     *job = (struct store_job){.status = STORE_JOB_ACCEPTED};
     jobs_id_next(&jobs->ids, job->id, &job->created_ms);
     memcpy(job->digest, s->digest, sizeof job->digest);
+    (void)snprintf(job->owner, sizeof job->owner, "%s", s->owner->name);
     job->updated_ms = job->created_ms;
     job->process = strdup(s->process->id);
     job->inputs = strdup(s->inputs);
@@ -144,7 +151,8 @@ static int add(struct jobs *jobs, const struct submission *s, struct store_job *
     }
     status = fill(jobs, s, job);
     if (status == STORE_OK) {
-        status = store_job_insert(jobs->config.store, job, s->key, s->body_digest);
+        status = store_job_insert_within(jobs->config.store, job, &s->owner->limits, s->key,
+                                         s->body_digest);
     }
     if (status != STORE_OK) {
         store_job_clear(job);
@@ -177,14 +185,43 @@ static int submit_once(struct jobs *jobs, const struct submission *s, struct sto
     return status;
 }
 
-int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
-                const char *idempotency_key, const char *body_digest, struct store_job *job,
-                enum jobs_submission *how)
+/* The key as the store has it (malloc), or NULL without memory. */
+static char *owned_key(const struct jobs_owner *owner, const char *key)
 {
+    size_t length = strlen(owner->name), size = length + strlen(key) + 2;
+    char *text = malloc(size);
+
+    if (text) {
+        snprintf(text, size, "%s%s%s", owner->name, length ? "\n" : "", key);
+    }
+    return text;
+}
+
+static int submit(struct jobs *jobs, struct submission *s, struct store_job *job,
+                  enum jobs_submission *how)
+{
+    int status = make_digest(jobs, s);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = STORE_CONFLICT;
+    for (int look = 0; look < LOOKS_MAX && status == STORE_CONFLICT; look++) {
+        status = submit_once(jobs, s, job, how);
+    }
+    return status;
+}
+
+int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
+                   const char *inputs, const char *idempotency_key, const char *body_digest,
+                   struct store_job *job, enum jobs_submission *how)
+{
+    static const struct jobs_owner nobody = {.name = ""};
     struct submission s = {.process = jobs_process_find(jobs, process),
+                           .owner = owner ? owner : &nobody,
                            .inputs = inputs,
-                           .key = idempotency_key,
                            .body_digest = body_digest ? body_digest : ""};
+    char *key = NULL;
     int status;
 
     *job = (struct store_job){0};
@@ -192,15 +229,23 @@ int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
     if (!s.process) {
         return JOBS_NO_SUCH_PROCESS;
     }
-    status = make_digest(jobs, &s);
-    if (status != STORE_OK) {
-        return status;
+    if (idempotency_key) {
+        key = owned_key(s.owner, idempotency_key);
+        if (!key) {
+            return STORE_NOMEM;
+        }
+        s.key = key;
     }
-    status = STORE_CONFLICT;
-    for (int look = 0; look < LOOKS_MAX && status == STORE_CONFLICT; look++) {
-        status = submit_once(jobs, &s, job, how);
-    }
+    status = submit(jobs, &s, job, how);
+    free(key);
     return status;
+}
+
+int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
+                const char *idempotency_key, const char *body_digest, struct store_job *job,
+                enum jobs_submission *how)
+{
+    return jobs_submit_as(jobs, NULL, process, inputs, idempotency_key, body_digest, job, how);
 }
 
 /* Tells the run of this job, if it is here, and those who are just claiming. */

@@ -6,6 +6,7 @@
  *   problem                        failed with that code
  *   neither, a user asked to stop  dismissed
  *   neither, the daemon stops      accepted again, the attempt not counted
+ *   neither, its time was over     failed with time-limit
  *   neither, nobody asked          failed with internal-error: the process breaks its contract
  *
  * Results that the store has no room for fail the job with storage-full; if even that cannot be
@@ -57,14 +58,6 @@ static void on_progress(void *user, double fraction, const char *message)
     pthread_mutex_unlock(&run->mutex);
 }
 
-static bool on_canceled(void *user)
-{
-    struct jobs_run *run = user;
-
-    return atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
-           atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
-}
-
 static double on_seconds(void *user)
 {
     struct timespec now;
@@ -72,6 +65,18 @@ static double on_seconds(void *user)
     (void)user;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static bool on_canceled(void *user)
+{
+    struct jobs_run *run = user;
+
+    if (isfinite(run->deadline) && on_seconds(user) > run->deadline) {
+        atomic_store_explicit(&run->overran, true, memory_order_relaxed);
+        return true;
+    }
+    return atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
+           atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
 }
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
@@ -84,6 +89,9 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
         .parallel_for = jobs_parallel_for,
         .seconds = on_seconds,
     };
+    run->deadline = jobs->config.job_seconds > 0.0 ? on_seconds(run) + jobs->config.job_seconds
+                                                   : (double)INFINITY;
+    atomic_init(&run->overran, false);
     atomic_init(&run->cancel, false);
     atomic_init(&run->loop.next, 0);
     atomic_init(&run->loop.open, false);
@@ -105,6 +113,11 @@ struct store *jobs_run_store(struct jobs_run *run)
 const char *jobs_run_job_id(const struct jobs_run *run)
 {
     return run->job->id;
+}
+
+const char *jobs_run_owner(const struct jobs_run *run)
+{
+    return run->job->owner;
 }
 
 const struct srnf_context *jobs_run_context(struct jobs_run *run)
@@ -172,6 +185,9 @@ static struct ending judge(struct jobs_run *run, const struct jobs_result *resul
         ending.results = result->results;
     } else if (atomic_load(&run->cancel)) {
         ending.to = STORE_JOB_DISMISSED;
+    } else if (atomic_load(&run->overran)) {
+        ending.code = "time-limit";
+        ending.detail = "The job took longer than this service allows.";
     } else if (atomic_load(&run->jobs->abandoned)) {
         ending.to = STORE_JOB_ACCEPTED;
     } else {
@@ -206,7 +222,10 @@ static void write_ending(struct jobs_run *run, struct ending ending)
         if (ending.to == STORE_JOB_SUCCESSFUL) {
             ending.to = STORE_JOB_FAILED;
             ending.results = NULL;
-            ending.code = status == STORE_FULL ? "storage-full" : "internal-error";
+            ending.code = status == STORE_FULL    ? "storage-full"
+                          : status == STORE_IO    ? "storage-unavailable"
+                          : status == STORE_NOMEM ? "out-of-memory"
+                                                  : "internal-error";
             ending.detail = "The results could not be stored.";
         } else if (!may_retry(jobs)) {
             break;

@@ -2,13 +2,15 @@
  * workers.c - what a worker thread does with its life.
  *
  *   while not closing:
- *       a ticket is there       take it, claim the oldest accepted job, run it
+ *       a ticket is there       take it, claim the job whose turn it is, run it
  *       a loop has work left    help it
  *       otherwise               sleep
  *
  * A ticket stands for an accepted job that may be there: one is issued with each job, and taken
  * before the claim. A job that is dismissed leaves its ticket behind, which then buys nothing. So
- * a worker that sleeps has overlooked none, and idle workers cost the database nothing.
+ * a worker that sleeps has overlooked none, and idle workers cost the database nothing. Where all
+ * jobs that wait belong to owners who have as many running as they may, the ticket is held until a
+ * run ends.
  *
  * Threads: srnfd-work-N. Lock: jobs->mutex (rank 20), never held across the store or a run.
  */
@@ -41,15 +43,34 @@ static void enter_slot(struct jobs *jobs, size_t number, struct jobs_run *run, u
     }
 }
 
+/* The run has ended: what was held may be claimed now. */
 static void leave_slot(struct jobs *jobs, size_t number)
 {
     pthread_mutex_lock(&jobs->mutex);
     jobs->slots[number] = NULL;
+    jobs->endings++;
+    if (jobs->held > 0) {
+        atomic_fetch_add(&jobs->tickets, jobs->held);
+        jobs->held = 0;
+        pthread_cond_broadcast(&jobs->wake);
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+}
+
+/* Keeps the ticket for later, or for now where a run has ended since the claim began. */
+static void hold(struct jobs *jobs, uint64_t endings)
+{
+    pthread_mutex_lock(&jobs->mutex);
+    if (jobs->endings != endings) {
+        atomic_fetch_add(&jobs->tickets, 1);
+    } else {
+        jobs->held++;
+    }
     pthread_mutex_unlock(&jobs->mutex);
 }
 
 /* Spends one ticket. */
-static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen)
+static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen, uint64_t endings)
 {
     struct store_job job;
     struct jobs_run run;
@@ -65,6 +86,8 @@ static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen)
         snprintf(id, sizeof id, "%s", job.id);
         store_job_clear(&job);
         jobs_changed(jobs, id);
+    } else if (status == STORE_CONFLICT) {
+        hold(jobs, endings);
     } else if (status != STORE_NOT_FOUND) {
         struct timespec pause = {.tv_sec = RETRY_SECONDS};
 
@@ -88,12 +111,12 @@ void *jobs_worker_main(void *argument)
         struct jobs_loop *loop;
 
         if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0) {
-            uint64_t seen = jobs->cancellations;
+            uint64_t seen = jobs->cancellations, endings = jobs->endings;
 
             atomic_fetch_sub(&jobs->tickets, 1);
             jobs->running++;
             pthread_mutex_unlock(&jobs->mutex);
-            claim_and_run(jobs, worker.number, seen);
+            claim_and_run(jobs, worker.number, seen, endings);
             pthread_mutex_lock(&jobs->mutex);
             jobs->running--;
             pthread_cond_broadcast(&jobs->ended);

@@ -8,6 +8,7 @@
  *   caller   hash; write blobs/tmp/RANDOM; fsync it                         (stage)
  *   writer   rename it to its name; fsync the folder; insert the row        (keep, then COMMIT)
  *   writer   delete the row, COMMIT, remove the file unless it has a row    (release, remove)
+ *            or a backup is copying (flock on the folder, backup.c)
  *
  * A file without a row is waste, never damage; a row without its file cannot come about. Renaming
  * and removing both happen on the writer thread, so that content which is dropped and stored
@@ -24,14 +25,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <dirent.h>
 
 #define TEMPORARY "tmp"
-#define PATH_MAX_BLOB 80
 
-static int open_folder(int at, const char *name)
+int store_open_folder(int at, const char *name)
 {
     if (mkdirat(at, name, 0700) != 0 && errno != EEXIST) {
         return -1;
@@ -39,9 +40,9 @@ static int open_folder(int at, const char *name)
     return openat(at, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
 
-static void blob_path(char path[PATH_MAX_BLOB], const char *hash)
+void store_blob_path(char path[STORE_BLOB_PATH], const char *hash)
 {
-    snprintf(path, PATH_MAX_BLOB, "%.2s/%s", hash, hash);
+    snprintf(path, STORE_BLOB_PATH, "%.2s/%s", hash, hash);
 }
 
 /* Removes what a crash has left in blobs/tmp. Takes over the descriptor. */
@@ -66,8 +67,8 @@ int store_blobs_open(struct store *store, char *message, size_t message_size)
     int base = open(store->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     int temporary = -1, status = STORE_OK;
 
-    store->blobs_fd = base < 0 ? -1 : open_folder(base, "blobs");
-    temporary = store->blobs_fd < 0 ? -1 : open_folder(store->blobs_fd, TEMPORARY);
+    store->blobs_fd = base < 0 ? -1 : store_open_folder(base, "blobs");
+    temporary = store->blobs_fd < 0 ? -1 : store_open_folder(store->blobs_fd, TEMPORARY);
     if (temporary < 0 || fsync(store->blobs_fd) != 0 || fsync(base) != 0) {
         status = store_map_errno(errno);
         snprintf(message, message_size, "%s/blobs: %s", store->directory, strerror(errno));
@@ -81,7 +82,7 @@ int store_blobs_open(struct store *store, char *message, size_t message_size)
     return status;
 }
 
-static int write_all(int fd, const unsigned char *bytes, size_t size)
+int store_write_all(int fd, const unsigned char *bytes, size_t size)
 {
     while (size > 0) {
         ssize_t n = write(fd, bytes, size);
@@ -109,6 +110,9 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     if (size <= STORE_INLINE_MAX) {
         return STORE_OK;
     }
+    if (store_room(store) != STORE_OK) {
+        return store_room(store);
+    }
     randombytes_buf(random, sizeof random);
     sodium_bin2hex(name, sizeof name, random, sizeof random);
     snprintf(content->temporary, sizeof content->temporary, TEMPORARY "/%s", name);
@@ -117,7 +121,7 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
         content->temporary[0] = '\0';
         return store_map_errno(errno);
     }
-    status = write_all(fd, bytes, size);
+    status = store_write_all(fd, bytes, size);
     if (close(fd) != 0 && status == STORE_OK) {
         status = store_map_errno(errno);
     }
@@ -137,12 +141,12 @@ void store_blob_unstage(struct store *store, const struct store_content *content
 /* Gives the staged file its name, for good. */
 static int publish(struct store *store, const struct store_content *content)
 {
-    char path[PATH_MAX_BLOB], folder_name[3];
+    char path[STORE_BLOB_PATH], folder_name[3];
     int folder, status = STORE_OK;
 
-    blob_path(path, content->hash);
+    store_blob_path(path, content->hash);
     snprintf(folder_name, sizeof folder_name, "%.2s", content->hash);
-    folder = open_folder(store->blobs_fd, folder_name);
+    folder = store_open_folder(store->blobs_fd, folder_name);
     if (folder < 0) {
         return store_map_errno(errno);
     }
@@ -196,31 +200,54 @@ int store_blob_release(sqlite3 *db, const char *hash, bool *dropped)
     return status;
 }
 
-void store_blob_remove(struct store *store, sqlite3 *db, const char *hash)
+/* An error counts as a row: then nothing is removed. */
+static bool has_row(sqlite3 *db, const char *sql, const char *hash)
 {
-    char path[PATH_MAX_BLOB];
     sqlite3_stmt *statement = NULL;
-    int status = store_prepare(db, &statement, "SELECT 1 FROM blob WHERE hash = ?", "t", hash);
+    int status = store_prepare(db, &statement, sql, "t", hash);
 
     if (status == STORE_OK) {
         status = store_step(db, statement);
     }
     sqlite3_finalize(statement);
-    if (status == STORE_NOT_FOUND) {
-        blob_path(path, hash);
-        unlinkat(store->blobs_fd, path, 0);
+    return status != STORE_NOT_FOUND;
+}
+
+bool store_blob_has_row(sqlite3 *db, const char *hash)
+{
+    return has_row(db, "SELECT 1 FROM blob WHERE hash = ?", hash);
+}
+
+bool store_blob_is_inline(sqlite3 *db, const char *hash)
+{
+    return has_row(db, "SELECT 1 FROM blob WHERE hash = ? AND bytes IS NOT NULL", hash);
+}
+
+bool store_blob_remove(struct store *store, sqlite3 *db, const char *hash)
+{
+    char path[STORE_BLOB_PATH];
+    bool removed;
+
+    /* A backup holds the lock while it copies: the file stays, without a row, for the next sweep.
+       */
+    if (store_blob_has_row(db, hash) || flock(store->blobs_fd, LOCK_EX | LOCK_NB) != 0) {
+        return false;
     }
+    store_blob_path(path, hash);
+    removed = unlinkat(store->blobs_fd, path, 0) == 0;
+    (void)flock(store->blobs_fd, LOCK_UN);
+    return removed;
 }
 
 /* Reads a blob's file of exactly this size. */
 static int read_file(struct store *store, const char *hash, unsigned char *bytes, size_t size)
 {
-    char path[PATH_MAX_BLOB];
+    char path[STORE_BLOB_PATH];
     struct stat info;
     size_t done = 0;
     int fd;
 
-    blob_path(path, hash);
+    store_blob_path(path, hash);
     fd = openat(store->blobs_fd, path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) {
         return errno == ENOENT ? STORE_CORRUPT : store_map_errno(errno);
@@ -284,6 +311,9 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
 
     *bytes = NULL;
     *size = 0;
+    if (!hash[0]) {
+        return STORE_NOMEM; /* the column that has the name was there and could not be read */
+    }
     /* Between the row and the file the blob may have been dropped: the second look then finds no
        row. */
     for (int look = 0; look < 2 && status == STORE_CORRUPT; look++) {

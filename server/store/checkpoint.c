@@ -159,7 +159,7 @@ int store_checkpoint_sweep(struct store *store)
     int status = STORE_OK;
 
     while (status == STORE_OK) {
-        status = store_write(store, run_sweep, NULL);
+        status = store_write_freeing(store, run_sweep, NULL);
     }
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }

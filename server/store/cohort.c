@@ -1,6 +1,6 @@
 /*
- * cohort.c - the rows of cohorts: a name that a user has chosen, for an ordered list of meshes and
- * surfaces.
+ * cohort.c - the rows of cohorts: a name that its owner has chosen, for an ordered list of meshes
+ * and surfaces. Two owners may give the same name to different lists.
  *
  * What is told of the members (labels, subjects, covariates) is part of the record, a text that
  * the layer above writes; the rows of cohort_member only hold in place what the cohort names. A
@@ -13,6 +13,9 @@
 #include <string.h>
 
 #define COLUMNS "name, record, digest, members, created_ms"
+
+/* Who asked before there were owners: everything is there to be seen. */
+static const struct store_view everyone = {.owner = "", .all = true};
 
 void store_cohort_clear(struct store_cohort *cohort)
 {
@@ -37,14 +40,14 @@ static int from_row(sqlite3_stmt *row, struct store_cohort *cohort)
     return status;
 }
 
-static int read_members(sqlite3 *db, struct store_cohort *cohort)
+static int read_members(sqlite3 *db, const char *owner, struct store_cohort *cohort)
 {
     sqlite3_stmt *rows = NULL;
     size_t n = 0;
     int status = store_prepare(db, &rows,
                                "SELECT coalesce(mesh, surface) FROM cohort_member "
-                               "WHERE cohort = ? ORDER BY position",
-                               "t", cohort->name);
+                               "WHERE owner = ? AND cohort = ? ORDER BY position",
+                               "tt", owner, cohort->name);
 
     cohort->members = calloc(cohort->n_members + 1, sizeof *cohort->members);
     if (status == STORE_OK && !cohort->members) {
@@ -64,25 +67,31 @@ static int read_members(sqlite3 *db, struct store_cohort *cohort)
     return status;
 }
 
-/* The cohort without its members. */
-static int read_row(sqlite3 *db, const char *name, struct store_cohort *cohort)
+/* The cohort of that name which the view shows, without its members, and whose it is. */
+static int read_row(sqlite3 *db, const struct store_view *view, const char *name,
+                    char owner[STORE_OWNER_MAX], struct store_cohort *cohort)
 {
     sqlite3_stmt *row = NULL;
-    int status =
-        store_prepare(db, &row, "SELECT " COLUMNS " FROM cohort WHERE name = ?", "t", name);
+    int status = store_prepare(db, &row,
+                               "SELECT " COLUMNS ", owner FROM cohort WHERE name = ?1 "
+                               "AND (owner = ?2 OR ?3) ORDER BY owner <> ?2, created_ms LIMIT 1",
+                               "tti", name, view->owner ? view->owner : "", (int64_t)view->all);
 
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
     if (status == STORE_OK) {
+        store_column_id(row, 5, owner, STORE_OWNER_MAX);
         status = from_row(row, cohort);
     }
     sqlite3_finalize(row);
     return status;
 }
 
-int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort)
+int store_cohort_get_as(struct store *store, const struct store_view *view, const char *name,
+                        struct store_cohort *cohort)
 {
+    char owner[STORE_OWNER_MAX];
     struct store_reader *reader = NULL;
     int status = store_reader_take(store, &reader);
 
@@ -93,9 +102,9 @@ int store_cohort_get(struct store *store, const char *name, struct store_cohort 
     /* One snapshot for the row and its members: the cohort may be deleted in between. */
     status = store_execute(reader->db, NULL, "BEGIN", "");
     if (status == STORE_OK) {
-        status = read_row(reader->db, name, cohort);
+        status = read_row(reader->db, view, name, owner, cohort);
         if (status == STORE_OK) {
-            status = read_members(reader->db, cohort);
+            status = read_members(reader->db, owner, cohort);
         }
         (void)store_execute(reader->db, NULL, "COMMIT", "");
     }
@@ -106,6 +115,11 @@ int store_cohort_get(struct store *store, const char *name, struct store_cohort 
     return status;
 }
 
+int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort)
+{
+    return store_cohort_get_as(store, &everyone, name, cohort);
+}
+
 struct put {
     const struct store_cohort *cohort;
     int64_t now;
@@ -114,18 +128,22 @@ struct put {
     int64_t created_ms;
 };
 
-/* Adds the member's row where the mesh or surface exists. */
-static int add_member(sqlite3 *db, const char *cohort, size_t position, const char *id)
+/* Adds the member's row where the mesh or surface exists and its owner may name it. */
+static int add_member(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
+                      size_t position)
 {
+    const char *id = cohort->members[position];
     bool mesh = strncmp(id, "mesh-", 5) == 0;
     size_t changed = 0;
     int status = store_execute(
         db, &changed,
-        mesh ? "INSERT INTO cohort_member (cohort, position, mesh) SELECT ?, ?, id FROM mesh "
-               "WHERE id = ?"
-             : "INSERT INTO cohort_member (cohort, position, surface) SELECT ?, ?, id FROM surface "
-               "WHERE id = ?",
-        "tit", cohort, (int64_t)position, id);
+        mesh ? "INSERT INTO cohort_member (owner, cohort, position, mesh) SELECT ?1, ?2, ?3, id "
+               "FROM mesh WHERE id = ?4 AND (?5 OR EXISTS "
+               "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))"
+             : "INSERT INTO cohort_member (owner, cohort, position, surface) SELECT ?1, ?2, ?3, id "
+               "FROM surface WHERE id = ?4 AND (?5 OR EXISTS "
+               "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))",
+        "ttiti", owner, cohort->name, (int64_t)position, id, (int64_t)cohort->view.all);
 
     return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
 }
@@ -134,8 +152,10 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_cohort *cohort = put->cohort;
+    const struct store_view own = {.owner = cohort->view.owner};
+    char owner[STORE_OWNER_MAX];
     struct store_cohort held;
-    int status = read_row(db, cohort->name, &held);
+    int status = read_row(db, &own, cohort->name, owner, &held);
 
     (void)store;
     put->created = false;
@@ -145,13 +165,18 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         store_cohort_clear(&held);
         return status;
     }
+    snprintf(owner, sizeof owner, "%s", own.owner ? own.owner : "");
     if (status == STORE_NOT_FOUND) {
-        status = store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?)",
-                               "tttii", cohort->name, cohort->record, cohort->digest,
+        status = store_owner_add(db, owner);
+    }
+    if (status == STORE_OK) {
+        status = store_execute(db, NULL,
+                               "INSERT INTO cohort (owner, " COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
+                               "ttttii", owner, cohort->name, cohort->record, cohort->digest,
                                (int64_t)cohort->n_members, put->now);
     }
     for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
-        status = add_member(db, cohort->name, i, cohort->members[i]);
+        status = add_member(db, cohort, owner, i);
         put->missing = i;
     }
     put->created = status == STORE_OK;
@@ -173,27 +198,37 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
     return status;
 }
 
+struct deletion {
+    const struct store_view *view;
+    const char *name;
+};
+
 static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
 {
-    const struct store_cohort *cohort = write->argument;
-    size_t changed = 0;
-    int status =
-        store_execute(db, &changed, "DELETE FROM cohort WHERE name = ?", "t", cohort->name);
+    const struct deletion *deletion = write->argument;
+    char owner[STORE_OWNER_MAX];
+    struct store_cohort cohort;
+    int status = read_row(db, deletion->view, deletion->name, owner, &cohort);
 
     (void)store;
-    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
+    if (status == STORE_OK) {
+        store_cohort_clear(&cohort);
+        status = store_execute(db, NULL, "DELETE FROM cohort WHERE owner = ? AND name = ?", "tt",
+                               owner, deletion->name);
+    }
+    return status;
+}
+
+int store_cohort_delete_as(struct store *store, const struct store_view *view, const char *name)
+{
+    struct deletion deletion = {.view = view, .name = name};
+
+    return store_write_freeing(store, run_delete, &deletion);
 }
 
 int store_cohort_delete(struct store *store, const char *name)
 {
-    struct store_cohort cohort = {.record = NULL};
-    size_t length = strlen(name);
-
-    if (length >= sizeof cohort.name) {
-        return STORE_NOT_FOUND;
-    }
-    memcpy(cohort.name, name, length + 1);
-    return store_write(store, run_delete, &cohort);
+    return store_cohort_delete_as(store, &everyone, name);
 }
 
 struct list {
@@ -219,7 +254,10 @@ int store_cohort_list(struct store *store, const struct store_page *page,
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page,
-                           STORE_PAGE_SQL(COLUMNS, "cohort", "name", STORE_PAGE_UNFILTERED),
-                           list_row, &list);
+    return store_page_walk(
+        store, page,
+        page->owner
+            ? STORE_PAGE_SQL(COLUMNS, "cohort", "name", "owner = ?6", STORE_PAGE_UNFILTERED)
+            : STORE_PAGE_SQL(COLUMNS, "cohort", "name", "?6 IS NULL", STORE_PAGE_UNFILTERED),
+        list_row, &list);
 }

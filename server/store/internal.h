@@ -14,11 +14,13 @@
 
 #include <pthread.h>
 #include <sqlite3.h>
+#include <stdatomic.h>
 
 #include "store/store.h"
 
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
+#define STORE_RESERVE_NAME "reserve"
 
 struct store_write;
 
@@ -53,6 +55,8 @@ struct store {
     char *directory;
     char *database; /* path of the database file */
     int lock_fd, blobs_fd;
+    atomic_int reserve;       /* STORE_OK where the reserve is there; otherwise why it is not */
+    int64_t reserve_tried_ms; /* of the writer thread */
     struct store_writer writer;
     struct store_readers readers;
 };
@@ -80,11 +84,15 @@ int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);
 void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
 
-/* ---- Opening (database.c, migrate.c) --------------------------------------------------------- */
+/* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
 
+/* Makes the directory, with its parents, and leaves it open only to its owner. */
+int store_make_directory(const char *directory);
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
-/* Checks whose database it is, and brings it to the newest version. */
+/* Checks whose database it is, and that its version is known; message gets a sentence if not. */
+int store_identify(sqlite3 *db, int64_t *version, char *message, size_t message_size);
+/* Checks that, and brings it to the newest version. */
 int store_migrate(sqlite3 *db, char *message, size_t message_size);
 
 /* ---- Writing (writer.c) ---------------------------------------------------------------------- */
@@ -98,6 +106,7 @@ int store_migrate(sqlite3 *db, char *message, size_t message_size);
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
     void *argument;
+    bool frees; /* may be done with the reserve where the disk is full */
     char dropped[65];
     int status;
     bool done;
@@ -110,6 +119,19 @@ void store_writer_stop(struct store *store);
 /* Queues the write and waits until it is committed or refused. */
 int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
                 void *argument);
+/* The same for a write that makes room, or leaves things as large as they are. */
+int store_write_freeing(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *),
+                        void *argument);
+
+/* ---- Room for that (reserve.c) --------------------------------------------------------------- */
+
+/* Takes the reserve unless it is there or it was tried just now; store->reserve tells. */
+void store_reserve_take(struct store *store);
+/* Leaves what room there is for the next start, when the writer has ended. */
+void store_reserve_leave(const struct store *store);
+/* Lets go of it; false where there is none. */
+bool store_reserve_release(struct store *store);
 
 /* ---- Reading (readers.c) --------------------------------------------------------------------- */
 
@@ -122,10 +144,22 @@ void store_reader_return(struct store *store, struct store_reader *reader);
 /* ---- Lists (page.c) -------------------------------------------------------------------------- */
 
 /* The statement of a page: ?1 and ?2 are key and time of the row before it, ?3 its length, ?4 and
-   ?5 the process and the status that are asked for. filter says what the last two mean. */
-#define STORE_PAGE_SQL(columns, table, key, filter)                                              \
-    "SELECT " columns " FROM " table " WHERE (?1 = '' OR (created_ms, " key ") < (?2, ?1)) AND " \
-    "(" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+   ?5 the process and the status that are asked for, ?6 the owner; each may be NULL. owner says what
+   that means, filter what the two before do. */
+#define STORE_PAGE_SQL(columns, table, key, owner, filter)                                \
+    "SELECT " columns " FROM " table " WHERE " owner " AND (?1 = '' OR (created_ms, " key \
+    ") < (?2, ?1)) AND (" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
+/* Of content, which anyone may own, for one who sees all (?6 is NULL) and for one owner. */
+#define STORE_PAGE_OF_ALL(columns, table)                                                       \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id AND "         \
+    "owned.owner = ?6 WHERE (?1 = '' OR (" table ".created_ms, " table                          \
+    ".id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED " ORDER BY " table ".created_ms DESC, " table \
+    ".id DESC LIMIT ?3"
+#define STORE_PAGE_OF_OWNER(columns, table)                                          \
+    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id WHERE " \
+    "owned.owner = ?6 AND kind = '" table "' AND (?1 = '' OR "                       \
+    "(owned.created_ms, owned.id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED            \
+    " ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?3"
 /* Of tables that have neither: a page that asks for one of them is empty. */
 #define STORE_PAGE_UNFILTERED "?4 IS NULL AND ?5 IS NULL"
 
@@ -153,6 +187,8 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
                      struct store_content *content);
 /* On the writer thread: moves a staged file to its place and adds the row. */
 int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content *content);
+/* Where the stored copy of these bytes is damaged, they replace it (mend.c). */
+int store_blob_mend(struct store *store, const void *bytes, size_t size);
 /* Removes what stage left behind, if anything. */
 void store_blob_unstage(struct store *store, const struct store_content *content);
 /* bytes is malloc and zero-terminated beyond size. STORE_CORRUPT: missing, or not what its name
@@ -162,8 +198,29 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
 /* On the writer thread, in a transaction: drops the row unless something refers to it; true if it
    did. */
 int store_blob_release(sqlite3 *db, const char *hash, bool *dropped);
-/* On the writer thread, after the commit: removes the file unless a row has come back. */
-void store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* On the writer thread, after the commit: removes the file unless a row has come back or a backup
+   is being made; true if it did. */
+bool store_blob_remove(struct store *store, sqlite3 *db, const char *hash);
+/* Whether a row names the blob; true also where that cannot be told. */
+bool store_blob_has_row(sqlite3 *db, const char *hash);
+/* Whether its row has the content, rather than a file. */
+bool store_blob_is_inline(sqlite3 *db, const char *hash);
+
+#define STORE_BLOB_PATH 80
+/* Path of a blob's file below blobs/. */
+void store_blob_path(char path[STORE_BLOB_PATH], const char *hash);
+/* Opens the folder, making it if it is not there; -1 with errno. */
+int store_open_folder(int at, const char *name);
+/* Writes all bytes and syncs them. */
+int store_write_all(int fd, const unsigned char *bytes, size_t size);
+
+/* ---- From outside the daemon (offline.c) ----------------------------------------------------- */
+
+/* Fills the paths and descriptors of a store without threads, and opens a read-only connection that
+   makes no checkpoint. message gets a sentence on failure; close_offline is due in any case. */
+int store_open_offline(struct store *store, sqlite3 **db, const char *directory, char *message,
+                       size_t message_size);
+void store_close_offline(struct store *store, sqlite3 *db);
 
 /* ---- Numbers (numbers.c) --------------------------------------------------------------------- */
 
@@ -174,6 +231,30 @@ void store_put_doubles(unsigned char *bytes, const double *values, size_t count)
 /* Reads a blob of exactly count doubles: malloc. */
 int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
                        double **values);
+
+/* ---- Owners (owner.c) ------------------------------------------------------------------------ */
+
+const char *store_owner_name(const struct store_owner *owner);
+/* On the writer thread: the owner has a row. */
+int store_owner_add(sqlite3 *db, const char *name);
+/* On the writer thread: STORE_QUOTA where the owner holds more than bytes_max, if that is not 0. */
+int store_owner_check(sqlite3 *db, const char *name, int64_t bytes_max);
+
+/* Content as one owner has it. */
+struct store_holding {
+    const char *id, *kind; /* "mesh", "surface", "model" */
+    const char *name, *record;
+    int64_t bytes, now;
+};
+/* On the writer thread, before the content itself is stored, so that a refusal leaves no blob
+   behind: it is the owner's now; *taken is false where it was before. */
+int store_owner_take(sqlite3 *db, const struct store_owner *owner,
+                     const struct store_holding *holding, bool *taken);
+
+/* One row as an owner (NULL: nobody) knows it: parameters are the owner and the id. */
+#define STORE_ROW_AS(columns, table)                                                \
+    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id " \
+    "AND owned.owner = ?1 WHERE " table ".id = ?2"
 
 /* ---- Maps of a surface (surface_maps.c) ------------------------------------------------------ */
 
@@ -194,7 +275,9 @@ int store_checkpoint_sweep(struct store *store);
 
 #define STORE_JOB_COLUMNS                                                                 \
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
-    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, problem_detail"
+    "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
+    "problem_detail, "                                                                    \
+    "owner"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);

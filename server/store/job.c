@@ -49,6 +49,7 @@ int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
     job->cancel_requested = sqlite3_column_int64(row, 13) != 0;
     job->problem_code = store_column_text(row, 14, &status);
     job->problem_detail = store_column_text(row, 15, &status);
+    store_column_id(row, 16, job->owner, sizeof job->owner);
     if (status != STORE_OK) {
         store_job_clear(job);
     }
@@ -190,14 +191,18 @@ int store_job_list(struct store *store, const struct store_page *page,
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page, STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", FILTER),
-                           list_row, &list);
+    return store_page_walk(
+        store, page,
+        page->owner ? STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", "owner = ?6", FILTER)
+                    : STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", "?6 IS NULL", FILTER),
+        list_row, &list);
 }
 
 /* ---- Adding and removing --------------------------------------------------------------------- */
 
 struct insert {
     const struct store_job *job; /* NULL: only the key, for job_id */
+    const struct store_job_limits *limits;
     const char *job_id, *key, *body_digest;
     int64_t now;
 };
@@ -217,6 +222,35 @@ static int insert_key(sqlite3 *db, const struct insert *insert)
     return status;
 }
 
+/* The owner's row, with what a claim must know of it. STORE_QUOTA, STORE_QUEUED: no more jobs. */
+static int admit(sqlite3 *db, const struct insert *insert)
+{
+    const struct store_job_limits *limits = insert->limits;
+    const char *owner = insert->job->owner;
+    sqlite3_stmt *row = NULL;
+    int status = store_execute(db, NULL,
+                               "INSERT INTO owner (name, running_max) VALUES (?, ?) "
+                               "ON CONFLICT (name) DO UPDATE SET running_max = "
+                               "excluded.running_max WHERE running_max <> excluded.running_max",
+                               "ti", owner, (int64_t)limits->running);
+
+    if (status == STORE_OK) {
+        status = store_owner_check(db, owner, limits->bytes);
+    }
+    if (status != STORE_OK || limits->queued == 0) {
+        return status;
+    }
+    status = store_prepare(db, &row,
+                           "SELECT 1 FROM job WHERE owner = ? AND status = 'accepted' "
+                           "LIMIT 1 OFFSET ?",
+                           "ti", owner, (int64_t)limits->queued - 1);
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    sqlite3_finalize(row);
+    return status == STORE_NOT_FOUND ? STORE_OK : status == STORE_OK ? STORE_QUEUED : status;
+}
+
 static int run_insert(struct store *store, sqlite3 *db, struct store_write *write)
 {
     const struct insert *insert = write->argument;
@@ -225,13 +259,17 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
 
     (void)store;
     if (job) {
+        status = admit(db, insert);
+    }
+    if (job && status == STORE_OK) {
         status = store_execute(
             db, NULL,
             "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
-            "progress, created_ms, updated_ms) VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?)",
-            "ttttttdii", job->id, job->process, job->inputs, job->digest,
+            "progress, created_ms, updated_ms, owner) "
+            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?)",
+            "ttttttdiit", job->id, job->process, job->inputs, job->digest,
             job->numeric_build ? job->numeric_build : "", job->message ? job->message : "",
-            job->progress, job->created_ms, insert->now);
+            job->progress, job->created_ms, insert->now, job->owner);
     }
     if (status == STORE_OK && insert->key) {
         status = insert_key(db, insert);
@@ -242,7 +280,17 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
 int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
                      const char *body_digest)
 {
+    const struct store_job_limits none = {0};
+
+    return store_job_insert_within(store, job, &none, idempotency_key, body_digest);
+}
+
+int store_job_insert_within(struct store *store, const struct store_job *job,
+                            const struct store_job_limits *limits, const char *idempotency_key,
+                            const char *body_digest)
+{
     struct insert insert = {.job = job,
+                            .limits = limits,
                             .job_id = job->id,
                             .key = idempotency_key,
                             .body_digest = body_digest ? body_digest : "",
@@ -336,5 +384,5 @@ int store_job_delete(struct store *store, const char *id)
         return STORE_NOT_FOUND;
     }
     memcpy(copy, id, length);
-    return store_write(store, run_delete, copy);
+    return store_write_freeing(store, run_delete, copy);
 }

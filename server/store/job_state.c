@@ -5,6 +5,13 @@
  *      |                   '------transition--> accepted       (put back by a daemon that stops)
  *      '--cancel, transition--> dismissed
  *
+ * The queue gives its owners turns: a claim takes the oldest accepted job of the owner who has had
+ * the fewest. Each claim sets turn := max(turn + 1, the largest turn of all): owners with jobs
+ * waiting follow each other in a round, and one who comes later, or was kept from running, joins
+ * the round and is not given the turns that it missed (start-time fair queueing of Goyal, Vin and
+ * Cheng, 1996, with all jobs of one length). An owner with running_max jobs running is passed over.
+ * The cost is that of a walk along the owners by turn to the first with a job, each an index look.
+ *
  * Every move is one UPDATE guarded by the state that it starts from, and, once a job has been
  * claimed, by the number of its attempt: whoever comes late with the result of an attempt that
  * was given up finds that the guard does not hold.
@@ -23,21 +30,66 @@ const char *store_job_status_name(enum store_job_status status)
 
 /* ---- Claim ----------------------------------------------------------------------------------- */
 
+/* Whose turn it is. STORE_NOT_FOUND: no job waits; STORE_CONFLICT: none that may run now. */
+static int next_owner(sqlite3 *db, char owner[STORE_OWNER_MAX])
+{
+    sqlite3_stmt *row = NULL;
+    int64_t waiting = 0;
+    int status = store_prepare(
+        db, &row,
+        "SELECT name FROM owner WHERE EXISTS "
+        "(SELECT 1 FROM job WHERE owner = name AND status = 'accepted') AND (running_max = 0 OR "
+        "(SELECT count(*) FROM job WHERE owner = name AND status = 'running') < running_max) "
+        "ORDER BY turn, name LIMIT 1",
+        "");
+
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        store_column_id(row, 0, owner, STORE_OWNER_MAX);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_NOT_FOUND &&
+        store_scalar(db, &waiting, "SELECT 1 FROM job WHERE status = 'accepted' LIMIT 1") ==
+            STORE_OK) {
+        status = STORE_CONFLICT;
+    }
+    return status;
+}
+
+static int take_turn(sqlite3 *db, const char *owner)
+{
+    return store_execute(db, NULL,
+                         "UPDATE owner SET turn = max(turn + 1, (SELECT max(turn) FROM owner)) "
+                         "WHERE name = ?",
+                         "t", owner);
+}
+
 static int run_claim(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct store_job *job = write->argument;
+    char owner[STORE_OWNER_MAX];
     sqlite3_stmt *row = NULL;
     int64_t now = store_now_ms();
-    int status = store_prepare(
-        db, &row,
-        "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, "
-        "updated_ms = ?1, progress = 0, message = '' "
-        "WHERE id = (SELECT id FROM job WHERE status = 'accepted' ORDER BY created_ms, id LIMIT 1) "
-        "AND status = 'accepted' RETURNING " STORE_JOB_COLUMNS,
-        "i", now);
+    int status = next_owner(db, owner);
 
     (void)store;
     store_job_clear(job);
+    if (status == STORE_OK) {
+        status = take_turn(db, owner);
+    }
+    if (status != STORE_OK) {
+        return status;
+    }
+    status =
+        store_prepare(db, &row,
+                      "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, "
+                      "updated_ms = ?1, progress = 0, message = '' "
+                      "WHERE id = (SELECT id FROM job WHERE owner = ?2 AND status = 'accepted' "
+                      "ORDER BY created_ms, id LIMIT 1) "
+                      "AND status = 'accepted' RETURNING " STORE_JOB_COLUMNS,
+                      "it", now, owner);
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
@@ -145,7 +197,8 @@ int store_job_transition(struct store *store, const char *id, int64_t attempt,
         transition.results = &staged;
     }
     if (status == STORE_OK) {
-        status = store_write(store, run_transition, &transition);
+        status = results ? store_write(store, run_transition, &transition)
+                         : store_write_freeing(store, run_transition, &transition);
         store_blob_unstage(store, &staged);
     }
     return status;
@@ -185,7 +238,7 @@ int store_job_request_cancel(struct store *store, const char *id, struct store_j
     int status;
 
     *job = (struct store_job){0};
-    status = store_write(store, run_cancel, &cancel);
+    status = store_write_freeing(store, run_cancel, &cancel);
     if (status != STORE_OK) {
         store_job_clear(job);
     }
@@ -232,7 +285,7 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
 int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed)
 {
     struct recovery recovery = {.max_attempts = max_attempts};
-    int status = store_write(store, run_recover, &recovery);
+    int status = store_write_freeing(store, run_recover, &recovery);
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;

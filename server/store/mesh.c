@@ -1,6 +1,6 @@
 /*
  * mesh.c - the rows of meshes. A mesh never changes: its id is its content, so that storing it
- * twice finds it there.
+ * twice finds it there. Name and time are each owner's (owner.c).
  */
 #include "store/internal.h"
 
@@ -8,6 +8,9 @@
 #include <string.h>
 
 #define COLUMNS "id, name, format, report, bytes, vertices, faces, created_ms"
+#define COLUMNS_AS                                                                     \
+    "mesh.id, coalesce(owned.name, mesh.name), format, report, mesh.bytes, vertices, " \
+    "faces, coalesce(owned.created_ms, mesh.created_ms)"
 
 void store_mesh_clear(struct store_mesh *mesh)
 {
@@ -38,6 +41,12 @@ static int from_row(sqlite3_stmt *row, struct store_mesh *mesh)
 
 int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh)
 {
+    return store_mesh_get_as(store, NULL, id, mesh);
+}
+
+int store_mesh_get_as(struct store *store, const char *owner, const char *id,
+                      struct store_mesh *mesh)
+{
     struct store_reader *reader = NULL;
     sqlite3_stmt *row = NULL;
     int status = store_reader_take(store, &reader);
@@ -46,7 +55,7 @@ int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh)
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &row, "SELECT " COLUMNS " FROM mesh WHERE id = ?", "t", id);
+    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS, "mesh"), "tt", owner, id);
     if (status == STORE_OK) {
         status = store_step(reader->db, row);
     }
@@ -96,27 +105,34 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_mesh *mesh = put->mesh;
-    size_t changed = 0;
-    int status = store_blob_keep(store, db, put->content);
+    const struct store_holding holding = {.id = mesh->id,
+                                          .kind = "mesh",
+                                          .name = mesh->name ? mesh->name : "",
+                                          .bytes = mesh->bytes,
+                                          .now = put->now};
+    int status = store_owner_take(db, &mesh->owner, &holding, &put->created);
 
-    if (status == STORE_OK) {
+    if (status == STORE_OK && put->created) {
+        status = store_blob_keep(store, db, put->content);
+    }
+    if (status == STORE_OK && put->created) {
         status =
-            store_execute(db, &changed,
+            store_execute(db, NULL,
                           "INSERT INTO mesh (" COLUMNS ", content) "
                           "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
                           "ttttiiiit", mesh->id, mesh->name ? mesh->name : "",
                           mesh->format ? mesh->format : "", mesh->report ? mesh->report : "",
                           mesh->bytes, mesh->vertices, mesh->faces, put->now, put->content->hash);
     }
-    put->created = changed > 0;
     return status;
 }
 
 /* Takes name and time of what the store holds. */
 static int adopt(struct store *store, struct store_mesh *mesh)
 {
+    const char *owner = store_owner_name(&mesh->owner);
     struct store_mesh held;
-    int status = store_mesh_get(store, mesh->id, &held);
+    int status = store_mesh_get_as(store, owner, mesh->id, &held);
 
     if (status == STORE_OK) {
         free(mesh->name);
@@ -128,15 +144,21 @@ static int adopt(struct store *store, struct store_mesh *mesh)
     return status;
 }
 
+int store_mesh_mend(struct store *store, const void *content, size_t size)
+{
+    return store_blob_mend(store, content, size);
+}
+
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content, bool *created)
 {
     struct store_content staged;
     struct put put = {.mesh = mesh, .content = &staged, .now = store_now_ms()};
-    int status = adopt(store, mesh);
+    int status = store_owner_has(store, mesh->owner.name, mesh->id);
 
     *created = false;
     if (status != STORE_NOT_FOUND) {
-        return status;
+        status = status == STORE_OK ? adopt(store, mesh) : status;
+        return status == STORE_OK ? store_mesh_mend(store, content, (size_t)mesh->bytes) : status;
     }
     status = store_blob_stage(store, content, (size_t)mesh->bytes, &staged);
     if (status != STORE_OK) {
@@ -174,6 +196,8 @@ int store_mesh_list(struct store *store, const struct store_page *page,
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(
-        store, page, STORE_PAGE_SQL(COLUMNS, "mesh", "id", STORE_PAGE_UNFILTERED), list_row, &list);
+    return store_page_walk(store, page,
+                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "mesh")
+                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "mesh"),
+                           list_row, &list);
 }

@@ -29,7 +29,7 @@ static const struct embedded_file *migration(int64_t number)
 }
 
 /* A database without tables and without the id of another application is new. */
-static int identify(sqlite3 *db, int64_t *version, char *message, size_t message_size)
+int store_identify(sqlite3 *db, int64_t *version, char *message, size_t message_size)
 {
     int64_t application = 0, tables = 0;
     int status = store_scalar(db, &application, "PRAGMA application_id");
@@ -82,7 +82,7 @@ static int apply(sqlite3 *db, const struct embedded_file *file, int64_t number)
 int store_migrate(sqlite3 *db, char *message, size_t message_size)
 {
     int64_t version = 0;
-    int status = identify(db, &version, message, message_size);
+    int status = store_identify(db, &version, message, message_size);
 
     if (status != STORE_OK) {
         return status;

@@ -15,6 +15,9 @@
 #include <string.h>
 
 #define COLUMNS "id, record, mean, lmax, n_theta, n_phi, subjects, components, created_ms"
+#define COLUMNS_AS                                                                 \
+    "model.id, coalesce(owned.record, model.record), mean, lmax, n_theta, n_phi, " \
+    "subjects, components, coalesce(owned.created_ms, model.created_ms)"
 
 static const char *const array_names[STORE_MODEL_ARRAYS] = {
     [STORE_MODEL_MEAN_Q] = "mean_q",
@@ -92,6 +95,12 @@ static int read_array(struct store *store, sqlite3 *db, struct store_model *mode
 
 int store_model_get(struct store *store, const char *id, unsigned arrays, struct store_model *model)
 {
+    return store_model_get_as(store, NULL, id, arrays, model);
+}
+
+int store_model_get_as(struct store *store, const char *owner, const char *id, unsigned arrays,
+                       struct store_model *model)
+{
     struct store_reader *reader = NULL;
     sqlite3_stmt *row = NULL;
     int status = store_reader_take(store, &reader);
@@ -100,7 +109,7 @@ int store_model_get(struct store *store, const char *id, unsigned arrays, struct
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &row, "SELECT " COLUMNS " FROM model WHERE id = ?", "t", id);
+    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS, "model"), "tt", owner, id);
     if (status == STORE_OK) {
         status = store_step(reader->db, row);
     }
@@ -144,8 +153,9 @@ int store_model_list(struct store *store, const struct store_page *page,
     struct list list = {.visit = visit, .user = user};
 
     return store_page_walk(store, page,
-                           STORE_PAGE_SQL(COLUMNS, "model", "id", STORE_PAGE_UNFILTERED), list_row,
-                           &list);
+                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "model")
+                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "model"),
+                           list_row, &list);
 }
 
 /* ---- Writing --------------------------------------------------------------------------------- */
@@ -170,25 +180,24 @@ static int insert_row(sqlite3 *db, const struct put *put, size_t *changed)
                          model->components, put->now);
 }
 
-static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+/* Whether the content is there already, as another owner's. */
+static int is_there(sqlite3 *db, const char *id, bool *there)
 {
-    struct put *put = write->argument;
     sqlite3_stmt *row = NULL;
-    size_t changed = 0;
-    int status = store_prepare(db, &row, "SELECT 1 FROM model WHERE id = ?", "t", put->model->id);
+    int status = store_prepare(db, &row, "SELECT 1 FROM model WHERE id = ?", "t", id);
 
-    put->created = false;
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
     sqlite3_finalize(row);
-    if (status != STORE_NOT_FOUND) {
-        return status;
-    }
-    status = insert_row(db, put, &changed);
-    if (status == STORE_OK && changed == 0) {
-        return STORE_NOT_FOUND;
-    }
+    *there = status == STORE_OK;
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
+static int insert_arrays(struct store *store, sqlite3 *db, const struct put *put)
+{
+    int status = STORE_OK;
+
     for (size_t i = 0; status == STORE_OK && i < STORE_MODEL_ARRAYS; i++) {
         status = store_blob_keep(store, db, &put->contents[i]);
         if (status == STORE_OK) {
@@ -198,8 +207,36 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
                                    "ttt", put->model->id, array_names[i], put->contents[i].hash);
         }
     }
-    put->created = status == STORE_OK;
     return status;
+}
+
+static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct put *put = write->argument;
+    const struct store_model *model = put->model;
+    struct store_holding holding = {.id = model->id,
+                                    .kind = "model",
+                                    .record = model->record ? model->record : "",
+                                    .now = put->now};
+    size_t changed = 0;
+    bool there = false;
+    int status;
+
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        holding.bytes += (int64_t)put->contents[i].size;
+    }
+    status = store_owner_take(db, &model->owner, &holding, &put->created);
+    if (status == STORE_OK && put->created) {
+        status = is_there(db, model->id, &there);
+    }
+    if (status != STORE_OK || !put->created || there) {
+        return status;
+    }
+    status = insert_row(db, put, &changed);
+    if (status == STORE_OK && changed == 0) {
+        return STORE_NOT_FOUND;
+    }
+    return status == STORE_OK ? insert_arrays(store, db, put) : status;
 }
 
 /* The bytes of the arrays; the id is a hash over them. */
@@ -237,7 +274,7 @@ static int make_bytes(struct store_model *model, struct put *put)
 static int adopt(struct store *store, struct store_model *model)
 {
     struct store_model held;
-    int status = store_model_get(store, model->id, 0, &held);
+    int status = store_model_get_as(store, store_owner_name(&model->owner), model->id, 0, &held);
 
     if (status == STORE_OK) {
         free(model->record);

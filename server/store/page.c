@@ -17,8 +17,9 @@ int store_page_walk(struct store *store, const struct store_page *page, const ch
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &rows, sql, "tiitt", page->after_id ? page->after_id : "",
-                           page->after_ms, (int64_t)page->limit, page->process, page->status);
+    status = store_prepare(reader->db, &rows, sql, "tiittt", page->after_id ? page->after_id : "",
+                           page->after_ms, (int64_t)page->limit, page->process, page->status,
+                           page->owner);
     for (bool more = true; status == STORE_OK && more;) {
         status = store_step(reader->db, rows);
         if (status == STORE_OK) {

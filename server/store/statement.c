@@ -40,7 +40,12 @@ int store_map(sqlite3 *db, int rc)
             return codes[i].status;
         }
     }
-    return db && (rc & 0xff) == SQLITE_IOERR ? store_map_errno(sqlite3_system_errno(db)) : STORE_IO;
+    if (rc == SQLITE_IOERR_NOMEM) {
+        return STORE_NOMEM;
+    }
+    return db && ((rc & 0xff) == SQLITE_IOERR || (rc & 0xff) == SQLITE_CANTOPEN)
+               ? store_map_errno(sqlite3_system_errno(db))
+               : STORE_IO;
 }
 
 /* Binds the parameters as kinds says; returns SQLite's code. */

@@ -4,7 +4,9 @@
  *
  *   DIR/lock            held by flock while a daemon uses the directory
  *   DIR/srnfd.db        the database, with its log srnfd.db-wal and index srnfd.db-shm beside it
+ *   DIR/reserve         room for deletions on a full disk (reserve.c)
  *   DIR/blobs/          content-addressed files (blob.c)
+ *   DIR/tokens          who may call (token.c), with tokens.lock beside it
  *
  * Order of opening: lock, blobs, database and migrations, writer thread, readers; closing goes
  * back the same way. The writer's connection is closed last of all, since the last connection
@@ -34,6 +36,8 @@ static const char *const sentences[] = {
     [-STORE_BUSY] = "another daemon uses the data directory",
     [-STORE_NOMEM] = "not enough memory",
     [-STORE_CLOSED] = "the store is shutting down",
+    [-STORE_QUOTA] = "the owner holds as many bytes as it may",
+    [-STORE_QUEUED] = "the owner has as many jobs waiting as it may",
 };
 
 const char *store_strerror(int status)
@@ -67,8 +71,7 @@ void store_content_id(char id[STORE_ID_MAX], const char *prefix, const void *byt
     snprintf(id, STORE_ID_MAX, "%s%.32s", prefix, hex);
 }
 
-/* Makes the directory, with its parents, and leaves it open only to its owner. */
-static int make_directory(const char *directory)
+int store_make_directory(const char *directory)
 {
     char *path = strdup(directory);
     int status = STORE_OK;
@@ -104,7 +107,7 @@ static int lock_directory(struct store *store, char *message, size_t message_siz
         snprintf(message, message_size, "the path of the data directory is too long");
         return STORE_IO;
     }
-    if (make_directory(store->directory) != STORE_OK ||
+    if (store_make_directory(store->directory) != STORE_OK ||
         (store->lock_fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600)) < 0) {
         int error = errno;
 
@@ -147,6 +150,18 @@ static void release(struct store *store)
     free(store);
 }
 
+/* On a full disk with the room of the reserve: even reading needs the log's index. */
+static int connect_writer(struct store *store, char *message, size_t message_size)
+{
+    sqlite3 **db = &store->writer.db;
+    int status = store_connect_writer(store->database, db, message, message_size);
+
+    if (status == STORE_FULL && store_reserve_release(store)) {
+        status = store_connect_writer(store->database, db, message, message_size);
+    }
+    return status;
+}
+
 int store_open(struct store **out, const char *directory, char *message, size_t message_size)
 {
     struct store *store = calloc(1, sizeof *store);
@@ -158,6 +173,8 @@ int store_open(struct store **out, const char *directory, char *message, size_t 
         return STORE_NOMEM;
     }
     store->lock_fd = store->blobs_fd = -1;
+    atomic_init(&store->reserve, STORE_FULL);
+    store->reserve_tried_ms = INT64_MIN / 2;
     if (sodium_init() < 0) {
         snprintf(message, message_size, "the system gives no random bytes");
         status = STORE_IO;
@@ -166,10 +183,10 @@ int store_open(struct store **out, const char *directory, char *message, size_t 
     if ((status = name_files(store, directory)) != STORE_OK ||
         (status = lock_directory(store, message, message_size)) != STORE_OK ||
         (status = store_blobs_open(store, message, message_size)) != STORE_OK ||
-        (status = store_connect_writer(store->database, &store->writer.db, message,
-                                       message_size)) != STORE_OK) {
+        (status = connect_writer(store, message, message_size)) != STORE_OK) {
         goto out;
     }
+    store_reserve_take(store);
     status = store_writer_start(store);
     if (status != STORE_OK) {
         snprintf(message, message_size, "the writer thread cannot be started");
@@ -192,6 +209,10 @@ void store_close(struct store *store)
     }
     store_writer_stop(store);
     store_readers_stop(store);
+    /* The log has gone with its last connection: its room serves the next start on a full disk. */
+    sqlite3_close(store->writer.db);
+    store->writer.db = NULL;
+    store_reserve_leave(store);
     release(store);
 }
 

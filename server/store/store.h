@@ -38,7 +38,9 @@ enum store_status {
     STORE_NEWER = -6,    /* written by a newer version */
     STORE_BUSY = -7,     /* another daemon holds the data directory */
     STORE_NOMEM = -8,
-    STORE_CLOSED = -9, /* the store is shutting down */
+    STORE_CLOSED = -9,  /* the store is shutting down */
+    STORE_QUOTA = -10,  /* the owner holds as many bytes as it may */
+    STORE_QUEUED = -11, /* the owner has as many jobs waiting as it may */
 };
 const char *store_strerror(int status);
 
@@ -57,6 +59,33 @@ void store_sha256_hex(char hex[65], const void *bytes, size_t size);
 /* Milliseconds since the epoch: the only clock that rows carry. */
 int64_t store_now_ms(void);
 
+/* ---- Owners ---------------------------------------------------------------------------------- */
+
+/* Bytes of the longest name of an owner with its zero. An owner is the name of a token; "" is the
+   one owner of a service without tokens. */
+#define STORE_OWNER_MAX 65
+
+/* For whom something is stored. */
+struct store_owner {
+    const char *name;  /* borrowed; NULL: "" */
+    int64_t bytes_max; /* that the owner may hold with it, otherwise STORE_QUOTA; 0: no limit */
+};
+
+/* Who asks: what belongs to the owner is seen, with `all` what belongs to anyone. */
+struct store_view {
+    const char *owner; /* NULL: "" */
+    bool all;
+};
+
+/* Whether the mesh, surface, model or job of this id belongs to the owner (NULL: ""): STORE_OK or
+   STORE_NOT_FOUND. */
+int store_owner_has(struct store *store, const char *owner, const char *id);
+/* Bytes that the owner holds: meshes, coefficients, the arrays of models and results. What several
+   owners have counts for each. */
+int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes);
+/* Remembers when a token was last used, by its id. */
+int store_token_used(struct store *store, const char *token, int64_t when_ms);
+
 /* ---- Meshes ---------------------------------------------------------------------------------- */
 
 struct store_mesh {
@@ -65,13 +94,21 @@ struct store_mesh {
     char *format;
     char *report; /* JSON text, opaque here */
     int64_t bytes, vertices, faces, created_ms;
+    struct store_owner owner; /* to be set for put; not set by get */
 };
 
-/* Stores the mesh unless it is there; *created says which. content has mesh->bytes bytes,
-   mesh->id is set. On return mesh->created_ms and mesh->name are what the store holds. */
+/* Stores the mesh for its owner, unless the owner has it; *created says which. Where the owner has it
+   and its content is damaged, the content is replaced. content has mesh->bytes bytes, mesh->id is
+   set. On return mesh->created_ms and mesh->name are what the store holds for that owner. */
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content,
                    bool *created);
+/* For a mesh that is there: content replaces what is stored of it, where that is damaged. */
+int store_mesh_mend(struct store *store, const void *content, size_t size);
 int store_mesh_get(struct store *store, const char *id, struct store_mesh *mesh);
+/* The same as this owner (NULL: nobody) knows it: with the owner's name and time, where the owner
+   has it. Whether the owner may see it is not asked: store_owner_has does. */
+int store_mesh_get_as(struct store *store, const char *owner, const char *id,
+                      struct store_mesh *mesh);
 /* content is allocated with malloc. */
 int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size);
 void store_mesh_clear(struct store_mesh *mesh);
@@ -98,7 +135,8 @@ struct store_surface {
     int64_t lmax, created_ms;
     double *coefficients; /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
     size_t coefficient_count;
-    struct store_maps maps; /* to be put with it; store_surface_maps reads them */
+    struct store_maps maps;   /* to be put with it; store_surface_maps reads them */
+    struct store_owner owner; /* to be set for put; not set by get */
 };
 
 /* Canonical content: int64 lmax, the doubles of the coefficients (-0 as 0), the double scale,
@@ -107,13 +145,16 @@ void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coeffic
                       double scale);
 /* The id of a surface with maps from the id that it has without. */
 void store_surface_id_maps(char id[STORE_ID_MAX], const struct store_maps *maps);
-/* As store_mesh_put; coefficient_count must be 3 (lmax + 1)^2. On return name, record and
-   created_ms are what the store holds. */
+/* As store_mesh_put, damaged content included (of the coefficients); coefficient_count must be 3
+   (lmax + 1)^2. On return name, record and created_ms are what the store holds. */
 int store_surface_put(struct store *store, struct store_surface *surface, bool *created);
 int store_surface_get(struct store *store, const char *id, bool with_coefficients,
                       struct store_surface *surface);
 /* The maps of a surface; STORE_NOT_FOUND: it has none. */
 int store_surface_maps(struct store *store, const char *id, struct store_maps *maps);
+/* As store_mesh_get_as: name, record and time are the owner's. */
+int store_surface_get_as(struct store *store, const char *owner, const char *id,
+                         bool with_coefficients, struct store_surface *surface);
 void store_surface_clear(struct store_surface *surface);
 
 /* ---- Cohorts --------------------------------------------------------------------------------- */
@@ -127,6 +168,7 @@ struct store_cohort {
     int64_t created_ms;
     size_t n_members;
     char (*members)[STORE_ID_MAX]; /* [n_members] mesh-... or surf-..., malloc; NULL in lists */
+    struct store_view view;        /* for put: whose it is, and whether members may be others' */
 };
 void store_cohort_clear(struct store_cohort *cohort);
 
@@ -137,6 +179,11 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
                      size_t *missing);
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
 int store_cohort_delete(struct store *store, const char *name);
+/* Names are the owner's own. One who sees all gets the own cohort of that name, otherwise the
+   oldest of anyone; the functions above are for the owner "" who sees all. */
+int store_cohort_get_as(struct store *store, const struct store_view *view, const char *name,
+                        struct store_cohort *cohort);
+int store_cohort_delete_as(struct store *store, const struct store_view *view, const char *name);
 
 /* ---- Models ---------------------------------------------------------------------------------- */
 
@@ -155,6 +202,7 @@ struct store_model {
     char *record;            /* JSON text of everything else in the record, opaque here */
     int64_t lmax, n_theta, n_phi, subjects, components, created_ms;
     double *arrays[STORE_MODEL_ARRAYS]; /* malloc; NULL where not asked for */
+    struct store_owner owner;           /* to be set for put; not set by get */
 };
 void store_model_clear(struct store_model *model);
 /* Numbers in one of the arrays. */
@@ -168,6 +216,9 @@ int store_model_put(struct store *store, struct store_model *model, bool *create
 /* arrays: a bit 1 << enum store_model_array for each that is wanted. */
 int store_model_get(struct store *store, const char *id, unsigned arrays,
                     struct store_model *model);
+/* As store_mesh_get_as: record and time are the owner's. */
+int store_model_get_as(struct store *store, const char *owner, const char *id, unsigned arrays,
+                       struct store_model *model);
 
 /* ---- Lists ----------------------------------------------------------------------------------- */
 
@@ -179,6 +230,7 @@ struct store_page {
     int64_t after_ms;
     const char *after_id;
     const char *process, *status; /* filters, for jobs only; NULL: all */
+    const char *owner;            /* what belongs to this owner; NULL: to anyone */
 };
 int store_mesh_list(struct store *store, const struct store_page *page,
                     bool (*visit)(void *user, const struct store_mesh *mesh), void *user);
@@ -216,6 +268,7 @@ struct store_job {
     char *problem_code; /* of a failed job, otherwise NULL */
     char *problem_detail;
     char *numeric_build;
+    char owner[STORE_OWNER_MAX];
 };
 void store_job_clear(struct store_job *job);
 
@@ -224,12 +277,24 @@ void store_job_clear(struct store_job *job);
    being cancelled do not count). */
 int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
                      const char *body_digest);
+/* The same within what the owner of the job may have: STORE_QUEUED where so many of the owner's
+   jobs are waiting, STORE_QUOTA where the owner holds more bytes. running is kept with the owner,
+   for claims. 0: no limit. */
+struct store_job_limits {
+    size_t queued, running;
+    int64_t bytes;
+};
+int store_job_insert_within(struct store *store, const struct store_job *job,
+                            const struct store_job_limits *limits, const char *idempotency_key,
+                            const char *body_digest);
 int store_job_get(struct store *store, const char *id, struct store_job *job);
 /* Newest job with this digest that is accepted, running (and not being cancelled) or successful. */
 int store_job_find(struct store *store, const char *digest, struct store_job *job);
 /* results is allocated with malloc; STORE_CONFLICT when the job is not successful. */
 int store_job_results(struct store *store, const char *id, char **results, size_t *size);
-/* Oldest accepted job becomes running, attempt + 1; STORE_NOT_FOUND when there is none. */
+/* The next job becomes running, attempt + 1: the oldest accepted one of the owner whose turn it is.
+   STORE_NOT_FOUND when no job waits, STORE_CONFLICT when those that do belong to owners who have
+   as many running as they may. */
 int store_job_claim(struct store *store, struct store_job *job);
 /* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
@@ -262,6 +327,18 @@ int store_checkpoint_put(struct store *store, const char *job, int64_t attempt, 
 /* bytes is allocated with malloc; STORE_NOT_FOUND when there is none. */
 int store_checkpoint_get(struct store *store, const char *job, unsigned char **bytes, size_t *size);
 
+/* ---- Retention ------------------------------------------------------------------------------- */
+
+/* Removes the jobs that ended before this moment, as store_job_delete does. */
+int store_expire_jobs(struct store *store, int64_t before_ms, size_t *removed);
+/* Removes files below blobs/ that no row names, unless a backup is being made. */
+int store_sweep_files(struct store *store, size_t *removed);
+
+/* ---- Whether it works ------------------------------------------------------------------------ */
+
+/* STORE_OK, or why nothing that needs room is taken at present: STORE_FULL, STORE_IO. What frees
+   room (deletions, cancellations) is done all the same. */
+int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
 

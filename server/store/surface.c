@@ -1,5 +1,6 @@
 /*
- * surface.c - the rows of surfaces. Like a mesh, a surface never changes.
+ * surface.c - the rows of surfaces. Like a mesh, a surface never changes; name, record and time are
+ * each owner's (owner.c).
  *
  * Coefficients are stored as IEEE 754 doubles in little-endian order, whatever the machine: 3
  * (lmax + 1)^2 of them.
@@ -13,6 +14,9 @@
 #include <string.h>
 
 #define COLUMNS "id, name, record, lmax, created_ms"
+#define COLUMNS_AS                                                            \
+    "surface.id, coalesce(owned.name, surface.name), coalesce(owned.record, " \
+    "surface.record), lmax, coalesce(owned.created_ms, surface.created_ms)"
 
 static size_t count_of(int64_t lmax)
 {
@@ -77,6 +81,12 @@ static int read_coefficients(struct store *store, sqlite3 *db, const char *hash,
 int store_surface_get(struct store *store, const char *id, bool with_coefficients,
                       struct store_surface *surface)
 {
+    return store_surface_get_as(store, NULL, id, with_coefficients, surface);
+}
+
+int store_surface_get_as(struct store *store, const char *owner, const char *id,
+                         bool with_coefficients, struct store_surface *surface)
+{
     char hash[65] = "";
     struct store_reader *reader = NULL;
     sqlite3_stmt *row = NULL;
@@ -86,8 +96,8 @@ int store_surface_get(struct store *store, const char *id, bool with_coefficient
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &row,
-                           "SELECT " COLUMNS ", coefficients FROM surface WHERE id = ?", "t", id);
+    status = store_prepare(reader->db, &row, STORE_ROW_AS(COLUMNS_AS ", coefficients", "surface"),
+                           "tt", owner, id);
     if (status == STORE_OK) {
         status = store_step(reader->db, row);
     }
@@ -117,19 +127,27 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_surface *surface = put->surface;
-    size_t changed = 0;
-    int status = store_blob_keep(store, db, put->content);
+    const int64_t maps_size = put->maps ? (int64_t)put->maps->size : 0;
+    const struct store_holding holding = {.id = surface->id,
+                                          .kind = "surface",
+                                          .name = surface->name ? surface->name : "",
+                                          .record = surface->record ? surface->record : "",
+                                          .bytes = (int64_t)put->content->size + maps_size,
+                                          .now = put->now};
+    int status = store_owner_take(db, &surface->owner, &holding, &put->created);
 
-    if (status == STORE_OK) {
-        status = store_execute(db, &changed,
+    if (status == STORE_OK && put->created) {
+        status = store_blob_keep(store, db, put->content);
+    }
+    if (status == STORE_OK && put->created) {
+        status = store_execute(db, NULL,
                                "INSERT INTO surface (" COLUMNS ", coefficients) "
                                "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
                                "tttiit", surface->id, surface->name ? surface->name : "",
                                surface->record ? surface->record : "", surface->lmax, put->now,
                                put->content->hash);
     }
-    put->created = changed > 0;
-    if (status == STORE_OK && put->maps) {
+    if (status == STORE_OK && put->created && put->maps) {
         status = store_maps_insert(store, db, surface->id, &surface->maps, put->maps);
     }
     return status;
@@ -138,8 +156,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 /* Takes name, record and time of what the store holds. */
 static int adopt(struct store *store, struct store_surface *surface)
 {
+    const char *owner = store_owner_name(&surface->owner);
     struct store_surface held;
-    int status = store_surface_get(store, surface->id, false, &held);
+    int status = store_surface_get_as(store, owner, surface->id, false, &held);
 
     if (status == STORE_OK) {
         free(surface->name);
@@ -157,11 +176,16 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     struct put put = {.surface = surface, .content = &staged, .now = store_now_ms()};
     size_t count = count_of(surface->lmax);
     unsigned char *bytes, *map_bytes = NULL;
-    int status = adopt(store, surface);
+    bool owned = false;
+    int status = store_owner_has(store, surface->owner.name, surface->id);
 
     assert(surface->coefficient_count == count);
     *created = false;
-    if (status != STORE_NOT_FOUND) {
+    if (status == STORE_OK) {
+        status = adopt(store, surface);
+        owned = status == STORE_OK;
+    }
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
         return status;
     }
     bytes = malloc(count * 8);
@@ -169,6 +193,11 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
         return STORE_NOMEM;
     }
     store_put_doubles(bytes, surface->coefficients, count);
+    if (owned) {
+        status = store_blob_mend(store, bytes, count * 8);
+        free(bytes);
+        return status;
+    }
     status = store_blob_stage(store, bytes, count * 8, &staged);
     if (status == STORE_OK && surface->maps.count) {
         put.maps = &maps;
@@ -212,6 +241,7 @@ int store_surface_list(struct store *store, const struct store_page *page,
     struct list list = {.visit = visit, .user = user};
 
     return store_page_walk(store, page,
-                           STORE_PAGE_SQL(COLUMNS, "surface", "id", STORE_PAGE_UNFILTERED),
+                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "surface")
+                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "surface"),
                            list_row, &list);
 }

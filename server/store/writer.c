@@ -4,11 +4,12 @@
  *
  * A caller puts its write, which lives on its own stack, at the end of the queue and sleeps. The
  * thread takes what has gathered, up to GROUP_MAX, and runs it as one transaction, each write
- * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND) is
+ * within a savepoint of its own: a write that is refused (STORE_CONFLICT, STORE_NOT_FOUND,
+ * STORE_QUOTA, STORE_QUEUED) is
  * undone alone. One COMMIT, and so one fsync, serves the group; only then are the callers woken.
  * When the group fails as a whole, because the disk is full or a statement broke the transaction,
  * it is rolled back and its writes are run again one by one, so that the failure stays with
- * whoever causes it.
+ * whoever causes it; one that frees room then has the reserve (reserve.c).
  *
  * Checkpoints copy the log into the database: when no write has come for IDLE_MS, and between two
  * groups when the log has grown by PAGES_MAX under sustained load. They are PASSIVE: they never
@@ -27,8 +28,8 @@
 
 #define GROUP_MAX 64
 #define IDLE_MS 200
-#define PAGES_MAX 8192             /* 32 MiB of log with pages of 4 KiB */
-#define PAGES_FAR (16 * PAGES_MAX) /* where waiting for readers is better than growing on */
+#define PAGES_MAX 2048             /* 8 MiB of log with pages of 4 KiB: reserve.c counts on it */
+#define PAGES_FAR (64 * PAGES_MAX) /* where waiting for readers is better than growing on */
 
 static int execute(sqlite3 *db, const char *sql)
 {
@@ -39,15 +40,21 @@ static int execute(sqlite3 *db, const char *sql)
    trusted. */
 static bool is_refusal(int status)
 {
-    return status == STORE_CONFLICT || status == STORE_NOT_FOUND;
+    return status == STORE_CONFLICT || status == STORE_NOT_FOUND || status == STORE_QUOTA ||
+           status == STORE_QUEUED;
 }
 
 /* Runs one write in its savepoint. Returns a status only where the whole transaction has failed. */
 static int run_write(struct store *store, struct store_write *write)
 {
     sqlite3 *db = store->writer.db;
-    int status = execute(db, "SAVEPOINT one_write");
+    int status;
 
+    if (!write->frees && store_room(store) != STORE_OK) {
+        write->status = store_room(store);
+        return STORE_OK;
+    }
+    status = execute(db, "SAVEPOINT one_write");
     if (status != STORE_OK) {
         return status;
     }
@@ -87,28 +94,6 @@ static int run_group(struct store *store, struct store_write *list)
     return status;
 }
 
-static void run_list(struct store *store, struct store_write *list)
-{
-    int status = run_group(store, list);
-
-    if (status == STORE_OK) {
-        return;
-    }
-    if (!list->next) {
-        list->status = status;
-        return;
-    }
-    for (struct store_write *write = list, *next; write; write = next) {
-        next = write->next;
-        write->next = NULL;
-        status = run_group(store, write);
-        if (status != STORE_OK) {
-            write->status = status;
-        }
-        write->next = next;
-    }
-}
-
 /* A failure loses nothing: the log keeps what it has, and the next checkpoint tries again. */
 static void checkpoint(struct store_writer *writer)
 {
@@ -117,6 +102,33 @@ static void checkpoint(struct store_writer *writer)
 
     if (sqlite3_wal_checkpoint_v2(writer->db, NULL, mode, &pages, &copied) == SQLITE_OK) {
         writer->pages_copied = copied > 0 ? copied : 0;
+    }
+}
+
+/* Runs a write alone, with the reserve where it frees and finds no room. */
+static void run_alone(struct store *store, struct store_write *write)
+{
+    int status = run_group(store, write);
+
+    if (status == STORE_FULL && write->frees && store_reserve_release(store)) {
+        checkpoint(&store->writer);
+        status = run_group(store, write);
+    }
+    if (status != STORE_OK) {
+        write->status = status;
+    }
+}
+
+static void run_list(struct store *store, struct store_write *list)
+{
+    if (list->next && run_group(store, list) == STORE_OK) {
+        return;
+    }
+    for (struct store_write *write = list, *next; write; write = next) {
+        next = write->next;
+        write->next = NULL;
+        run_alone(store, write);
+        write->next = next;
     }
 }
 
@@ -134,10 +146,12 @@ static int count_pages(void *user, sqlite3 *db, const char *name, int pages)
     return SQLITE_OK;
 }
 
-/* Waits for writes, for at most IDLE_MS where the log is dirty. Returns with the mutex held;
-   false: timed out. */
-static bool wait_for_writes(struct store_writer *writer)
+/* Waits for writes, for at most IDLE_MS where there is something to do without them: the log is
+   dirty, or the reserve is missing. Returns with the mutex held; false: timed out. */
+static bool wait_for_writes(struct store *store)
 {
+    struct store_writer *writer = &store->writer;
+    bool timed = writer->dirty || store_room(store) != STORE_OK;
     struct timespec until;
     bool timed_out = false;
 
@@ -146,7 +160,7 @@ static bool wait_for_writes(struct store_writer *writer)
     until.tv_sec += until.tv_nsec / 1000000000L;
     until.tv_nsec %= 1000000000L;
     while (!writer->head && !writer->closing && !timed_out) {
-        if (writer->dirty) {
+        if (timed) {
             timed_out = pthread_cond_timedwait(&writer->wake, &writer->mutex, &until) == ETIMEDOUT;
         } else {
             pthread_cond_wait(&writer->wake, &writer->mutex);
@@ -196,15 +210,16 @@ static void *writer_main(void *user)
         bool idle;
 
         pthread_mutex_lock(&writer->mutex);
-        idle = !wait_for_writes(writer);
+        idle = !wait_for_writes(store);
         list = take_group(writer);
         closing = writer->closing && !list;
         pthread_mutex_unlock(&writer->mutex);
+        store_reserve_take(store);
         if (list) {
             run_list(store, list);
             wake_callers(writer, list);
         }
-        if (writer->pages - writer->pages_copied > PAGES_MAX || (idle && !list)) {
+        if (writer->pages - writer->pages_copied > PAGES_MAX || (idle && !list && writer->dirty)) {
             checkpoint(writer);
             /* What readers still hold back waits for the next commit rather than for a timer. */
             writer->dirty = false;
@@ -252,27 +267,43 @@ void store_writer_stop(struct store *store)
     writer->started = false;
 }
 
-int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
-                void *argument)
+/* Queues the write and sleeps until it is done. */
+static int queue_and_wait(struct store *store, struct store_write *write)
 {
     struct store_writer *writer = &store->writer;
-    struct store_write write = {.run = run, .argument = argument, .status = STORE_CLOSED};
 
-    pthread_cond_init(&write.finished, NULL);
+    pthread_cond_init(&write->finished, NULL);
     pthread_mutex_lock(&writer->mutex);
     if (!writer->closing) {
         if (writer->tail) {
-            writer->tail->next = &write;
+            writer->tail->next = write;
         } else {
-            writer->head = &write;
+            writer->head = write;
         }
-        writer->tail = &write;
+        writer->tail = write;
         pthread_cond_signal(&writer->wake);
-        while (!write.done) {
-            pthread_cond_wait(&write.finished, &writer->mutex);
+        while (!write->done) {
+            pthread_cond_wait(&write->finished, &writer->mutex);
         }
     }
     pthread_mutex_unlock(&writer->mutex);
-    pthread_cond_destroy(&write.finished);
-    return write.status;
+    pthread_cond_destroy(&write->finished);
+    return write->status;
+}
+
+int store_write(struct store *store, int (*run)(struct store *, sqlite3 *, struct store_write *),
+                void *argument)
+{
+    struct store_write write = {.run = run, .argument = argument, .status = STORE_CLOSED};
+
+    return queue_and_wait(store, &write);
+}
+
+int store_write_freeing(struct store *store,
+                        int (*run)(struct store *, sqlite3 *, struct store_write *), void *argument)
+{
+    struct store_write write = {
+        .run = run, .argument = argument, .frees = true, .status = STORE_CLOSED};
+
+    return queue_and_wait(store, &write);
 }

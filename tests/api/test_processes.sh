@@ -185,6 +185,15 @@ execute geodesic "{\"from\":\"$S\",\"to\":\"$RIGHT\",\"steps\":3,\"method\":\"li
 is "$(json '.surfaces | map(.lmax) | unique | tojson')" '[31]' 'ends of two degrees meet at the larger one'
 is "$(json '.energies.geodesic == .energies.linear')" true 'linear returns the linear blend'
 is "$(json .registration)" null 'and nothing was registered'
+is "$(json .pullback)" null 'nor is there a path of another metric'
+execute geodesic "{\"from\":\"$LEFT\",\"to\":\"$RIGHT\",\"steps\":5,\"method\":\"pullback\",\"register\":false}"
+is "$STATUS $(json '"\(.surfaces | length) \(.pullback | "\(.converged) \(.speeds | length)")"')" '200 5 true 4' \
+    'pullback straightens a path of surfaces'
+is "$(json '.pullback | .energy < .linear.energy and .energy < .inverted.energy')" true \
+    'whose energy is below that of the straight line and of the inverted one'
+is "$(json '.length >= .distance and .length == .pullback.length and .length <= .pullback.inverted.length')" true \
+    'and its length between the distance and that of the inverted line'
+compare "$(json .pullback.speedVariation)" '<' 0.01 'at constant speed'
 
 # ---- jobs ------------------------------------------------------------------------------------------
 

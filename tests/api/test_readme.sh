@@ -11,13 +11,15 @@ compare "$(grep -c curl "$SCRATCH/blocks.sh")" '>=' 20 'README has curl lines'
 # A folder of its own, so that the files which the lines write do not land in the project.
 mkdir "$SCRATCH/clone"
 ln -s "$ROOT/tests" "$SCRATCH/clone/tests"
+ln -s "$SRNFD_BUILD" "$SCRATCH/clone/build"
+ln -s "$SCRATCH/data" "$SCRATCH/clone/data"
 if (cd "$SCRATCH/clone" && URL=$URL bash -eu -o pipefail -x "$SCRATCH/blocks.sh") >"$SCRATCH/out" 2>"$SCRATCH/trace"; then
     ok 'all of them succeed'
 else
     not_ok 'all of them succeed' "$(tail -n 5 "$SCRATCH/trace")"
 fi
 for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy grid.npy thalamus.glb geodesic.json registered.json \
-    distances.csv scores.csv modes.npy; do
+    distances.csv scores.csv modes.npy classified.json; do
     check "$file was written" test -s "$SCRATCH/clone/$file"
 done
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply

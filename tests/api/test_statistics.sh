@@ -93,8 +93,9 @@ is "$STATUS" 200 'a registered mean in a common pose'
 note "$(json '"converged: \(.converged), changes: \(.history | map(.change * 1e4 | round / 1e4) | tojson)"')"
 compare "$(json '.history[-1].variance')" '<' "$PLAIN" 'lowers the variance'
 is "$(json '.registration | [.commonPose, .rotation, .start] | tojson')" '[true,false,"identity"]' 'without turning anything'
-compare "$(json '([.distances[] | . * .] | add / 3) / .history[-1].variance - 1 | fabs')" '<' 1e-9 \
-    'its variance is the mean of the squared distances'
+# The history is measured on the finer grid that the warps are searched on; the distances are those of the result.
+compare "$(json '([.distances[] | . * .] | add / 3) / .history[-1].variance - 1 | fabs')" '<' 0.01 \
+    'its variance is the mean of the squared distances, but for the quadrature of the coarser grid'
 
 # ---- pca ---------------------------------------------------------------------------------------------
 

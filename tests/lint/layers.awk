@@ -4,10 +4,11 @@
 #
 # prints "file:line: what" for every #include that goes against the layers:
 #
-#   server/  main -> http -> api -> jobs -> store. A layer includes its own headers, those of the layers
-#            after it, srnf.h, and what lies directly in server/ (embedded.h, ..), which in turn includes no
-#            layer's header. Each library has its home: libmicrohttpd in http, jansson in api, SQLite in
-#            store; only what lies directly in server/ may name them too, as it tells their versions.
+#   server/  main (main.c and commands.c) -> http -> api -> jobs -> store. A layer includes its own headers,
+#            those of the layers after it, srnf.h, and what lies directly in server/ (embedded.h, ..), which
+#            in turn includes no layer's header. Each library has its home: libmicrohttpd in http, jansson in
+#            api, SQLite in store; only what lies directly in server/ may name them too, as it tells their
+#            versions.
 #   core/    sphere -> mesh -> shape -> stats, in the order in which data flows. A folder includes its own
 #            headers, those of the folders before it, srnf.h and internal.h; never a header of server/,
 #            and no system header for files, processes, threads or clocks. The parts of srnf.h in
@@ -17,6 +18,7 @@ BEGIN {
     number_of("main http api jobs store", layer)
     number_of("sphere mesh shape stats", stage)
     home["microhttpd.h"] = "http"
+    home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
     home["jansson.h"] = "api"
     home["sqlite3.h"] = "store"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
@@ -73,7 +75,7 @@ FNR == 1 {
     top = path[1]
     if (n > 2) place = path[2]
     else if (top == "core") place = "the root of core/"
-    else place = path[2] == "main.c" ? "main" : "common"
+    else place = path[2] ~ /^(main|commands)\.[ch]$/ ? "main" : "common"
     folder = FILENAME
     sub(/\/[^\/]*$/, "", folder)
     if (top == "server" && place != "common" && !(place in layer))

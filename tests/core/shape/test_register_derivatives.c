@@ -133,9 +133,9 @@ static void gradient_agrees_with_differences(void **state)
 
         open_bench(&t, &terms[k].penalty, 0.6);
         direction(&t, unknowns, potentials);
-        assert_int_equal(
-            registration_gradient(&t.problem, &t.level, &t.warp, &t.samples, t.rotation, gradient),
-            SRNF_OK);
+        assert_int_equal(registration_gradient(&t.problem, &t.level, &t.warp, &t.samples,
+                                               t.rotation, gradient, NULL),
+                         SRNF_OK);
         slope = -2.0 * figure_dot(registration_unknowns(FIELDS), gradient, unknowns);
         for (size_t j = 0; j < 5; j++) {
             double h = 0.1 / (double)(1 << j);

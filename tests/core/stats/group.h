@@ -28,6 +28,7 @@ struct group {
     size_t n;
     double *f[GROUP_MAX];
     const double *surfaces[GROUP_MAX]; /* the same, as the library takes them */
+    double log_scale[GROUP_MAX];       /* of what was scaled to unit area */
 };
 
 static inline void group_open(struct group *g, size_t degree, size_t n)
@@ -75,6 +76,7 @@ static inline void group_open_stars(struct group *g, size_t degree, size_t n, do
         for (size_t k = 0; k < g->count; k++) {
             g->f[i][k] /= sqrt(measures.area);
         }
+        g->log_scale[i] = 0.5 * log(measures.area);
     }
     shapes_close(&own);
     shapes_close(&base);
@@ -136,6 +138,7 @@ static inline bool group_open_ventricles(struct group *g, size_t degree, size_t 
         assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
         assert_int_equal(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
         memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));
+        g->log_scale[i] = log(encoded.scale);
         srnf_free(encoded.coefficients);
         srnf_mesh_clear(&mesh);
     }

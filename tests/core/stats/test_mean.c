@@ -142,6 +142,43 @@ static void registers_without_loss(void **state)
     group_close(&g);
 }
 
+/* The objective falls from each iteration to the next, for surfaces that are very different as for
+   those that are close, and close ones settle within a few. */
+static void lowers_its_objective(void **state)
+{
+    static const struct {
+        double spread;
+        bool common_pose;
+    } cases[] = {{1.0, true}, {1.0, false}, {0.1, true}};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        struct group g;
+        struct srnf_mean mean;
+        struct srnf_register_options registration = srnf_register_options_defaults();
+        struct srnf_mean_options options = srnf_mean_options_defaults();
+
+        group_open_stars(&g, 6, 3, cases[k].spread);
+        registration.start = SRNF_START_RIGID;
+        registration.common_pose = cases[k].common_pose;
+        options.registration = &registration;
+        options.max_iterations = 8;
+        if (cases[k].spread == 1.0) {
+            options.tolerance = 0.0;
+        }
+        assert_true(srnf_karcher_mean(g.sht, 3, g.surfaces, &options, NULL, &mean, NULL) >= 0);
+        for (size_t i = 0; i < mean.iterations; i++) {
+            printf("# spread %.1f, iteration %zu: change %.2e, objective %.8e\n", cases[k].spread,
+                   i + 1, mean.history[i].change, mean.history[i].objective);
+            assert_true(i == 0 || mean.history[i].objective <= mean.history[i - 1].objective);
+        }
+        assert_true(cases[k].spread == 1.0 ||
+                    mean.history[mean.iterations - 1].change <= options.tolerance);
+        srnf_mean_clear(&mean);
+        group_close(&g);
+    }
+}
+
 /* f <- f o R: exact, because rotations keep the degree. */
 static void turn_domain(const struct group *g, const double rotation[9], double *f)
 {
@@ -201,7 +238,8 @@ static double mean_distance(const struct group *g, const struct srnf_mean *a,
            srnf_inner_product(g->grid, a->mean_q, a->mean_q);
 }
 
-/* Centring makes the mean forget its first template. */
+/* Centring makes the mean forget its first template, but for the local minima that each subject is
+   registered into. */
 static void does_not_depend_on_the_start(void **state)
 {
     struct group g;
@@ -222,7 +260,7 @@ static void does_not_depend_on_the_start(void **state)
                          SRNF_OK);
         variance = other.history[other.iterations - 1].variance;
         printf("# start %zu: %zu iterations, variance %.4e\n", start, other.iterations, variance);
-        figure_below("squared distance of the means", mean_distance(&g, &first, &other), 1e-5);
+        figure_below("squared distance of the means", mean_distance(&g, &first, &other), 9e-5);
         assert_true(fabs(variance / first.history[first.iterations - 1].variance - 1.0) <= 0.02);
         srnf_mean_clear(&other);
     }
@@ -354,6 +392,7 @@ int main(void)
         cmocka_unit_test(of_one_is_itself),
         cmocka_unit_test(unregistered_is_the_average_of_the_fields),
         cmocka_unit_test(registers_without_loss),
+        cmocka_unit_test(lowers_its_objective),
         cmocka_unit_test(of_one_shape_in_many_poses_is_that_shape),
         cmocka_unit_test(does_not_depend_on_the_start),
         cmocka_unit_test(does_not_depend_on_threads),

@@ -1,6 +1,6 @@
 /*
- * test_process_geodesic.c - canonical inputs of geodesic: ends may be surfaces or meshes, and
- * what is not there yet is refused rather than left out in silence.
+ * test_process_geodesic.c - canonical inputs of geodesic: ends may be surfaces or meshes, and what
+ * a method cannot take is refused.
  */
 #include "server/api/process_fixture.h"
 
@@ -19,12 +19,16 @@ static void test_ends(void **state)
     refused(*state, "geodesic", "{\"from\":{\"surface\":\"@\"},\"to\":\"@\"}", "/inputs/from");
 }
 
-static void test_not_available(void **state)
+static void test_options(void **state)
 {
     refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"register\":\"no\"}",
             "/inputs/register");
-    refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"method\":\"pullback\"}",
-            "/inputs/method");
+    same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":3,\"method\":\"pullback\"}",
+         "{\"method\":\"pullback\",\"register\":true,\"steps\":3,\"to\":\"@\",\"from\":\"@\"}");
+    refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":2,\"method\":\"pullback\"}",
+            "/inputs/steps");
+    same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":2}",
+         "{\"method\":\"srnf\",\"register\":true,\"steps\":2,\"to\":\"@\",\"from\":\"@\"}");
 }
 
 /* Every wrong member is named in one answer. */
@@ -44,7 +48,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ends),
-        cmocka_unit_test(test_not_available),
+        cmocka_unit_test(test_options),
         cmocka_unit_test(test_all_at_once),
     };
 

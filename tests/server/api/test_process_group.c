@@ -56,7 +56,7 @@ static void test_surfaces(void **state)
     answered(*state, "mean", "{\"surfaces\":[\"@\",\"" ABSENT_SURFACE "\"]}", 404,
              "no-such-surface");
     answered(*state, "mean", "{\"surfaces\":[\"@\",\"" OPEN_MESH "\"]}", 422, "mesh-not-closed");
-    refused(*state, "distances", TWO ",\"metric\":\"icp\"}", "/inputs/metric");
+    refused(*state, "distances", TWO ",\"metric\":\"spharm\"}", "/inputs/metric");
 }
 
 /* lmax defaults to the largest degree of the members; a mesh has the default one. */
@@ -107,12 +107,51 @@ static void test_model(void **state)
              "no-such-model");
 }
 
+#define STUDY "{\"cohort\":\"patients\""
+
+static void test_classify(void **state)
+{
+    same(*state, "classify", STUDY "}",
+         STUDY ",\"method\":\"srnf-gauss\",\"components\":\"auto\",\"scale\":\"shape\",\"seed\":0,"
+               "\"sizeWeight\":1,\"refit\":\"fold\",\"lmax\":9,\"validation\":\"loo\"}");
+    same(*state, "classify", STUDY ",\"components\":2.0}", STUDY ",\"components\":2}");
+    refused(*state, "classify", "{}", "/inputs/cohort");
+    refused(*state, "classify", STUDY ",\"surfaces\":[\"@\",\"@\"]}", "/inputs/surfaces");
+    refused(*state, "classify", STUDY ",\"method\":\"nn\"}", "/inputs/method");
+    refused(*state, "classify", STUDY ",\"method\":[]}", "/inputs/method");
+    refused(*state, "classify", STUDY ",\"method\":[7]}", "/inputs/method");
+    refused(*state, "classify", STUDY ",\"method\":[\"srm-nn\",\"srm-nn\"]}", "/inputs/method");
+    refused(*state, "classify", STUDY ",\"components\":0}", "/inputs/components");
+    refused(*state, "classify", STUDY ",\"components\":1.5}", "/inputs/components");
+    refused(*state, "classify", STUDY ",\"components\":\"all\"}", "/inputs/components");
+    answered(*state, "classify", "{\"cohort\":\"another\"}", 404, "no-such-cohort");
+    /* "group" has a member without a label. */
+    refused(*state, "classify", "{\"cohort\":\"group\"}", "/inputs/cohort");
+}
+
+/* Six members of two classes leave three degrees of freedom to a fold, and one to a class. */
+static void test_classify_freedom(void **state)
+{
+    same(*state, "classify", STUDY ",\"components\":3,\"scale\":\"shape\"}",
+         STUDY ",\"components\":3}");
+    refused(*state, "classify", STUDY ",\"components\":4}", "/inputs/components");
+    refused(*state, "classify", STUDY ",\"components\":3,\"scale\":\"shape-and-size\"}",
+            "/inputs/components");
+    same(*state, "classify", STUDY ",\"components\":1,\"covariance\":\"class\"}",
+         STUDY ",\"covariance\":\"class\",\"components\":1}");
+    refused(*state, "classify", STUDY ",\"components\":2,\"covariance\":\"class\"}",
+            "/inputs/components");
+    refused(*state, "classify", STUDY ",\"covariance\":\"class\",\"scale\":\"shape-and-size\"}",
+            "/inputs/covariance");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_register), cmocka_unit_test(test_cohort),
         cmocka_unit_test(test_surfaces), cmocka_unit_test(test_degree),
         cmocka_unit_test(test_memory),   cmocka_unit_test(test_model),
+        cmocka_unit_test(test_classify), cmocka_unit_test(test_classify_freedom),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -25,6 +25,7 @@ static const struct {
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
+    {"classify", "{\"cohort\":\"patients\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)

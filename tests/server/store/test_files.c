@@ -45,6 +45,24 @@ static void run_sql(const struct fixture *fixture, const char *sql)
     sqlite3_close(db);
 }
 
+/* The version of the schema, while no store has it open. */
+static int version_of(const struct fixture *fixture)
+{
+    char path[512];
+    sqlite3_stmt *row;
+    sqlite3 *db;
+    int version;
+
+    path_of(fixture, "srnfd.db", path);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_prepare_v2(db, "PRAGMA user_version", -1, &row, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_step(row), SQLITE_ROW);
+    version = sqlite3_column_int(row, 0);
+    sqlite3_finalize(row);
+    sqlite3_close(db);
+    return version;
+}
+
 static void opening_fails(const struct fixture *fixture, int wanted, const char *word)
 {
     struct store *store;
@@ -120,11 +138,13 @@ static void another_applications_database_is_refused(void **state)
 static void a_newer_database_is_refused(void **state)
 {
     struct fixture *fixture = *state;
+    char back[64];
 
     store_close(fixture_store(fixture->path));
+    snprintf(back, sizeof back, "PRAGMA user_version = %d", version_of(fixture));
     run_sql(fixture, "PRAGMA user_version = 9999");
     opening_fails(fixture, STORE_NEWER, "9999");
-    run_sql(fixture, "PRAGMA user_version = 2");
+    run_sql(fixture, back);
     fixture->store = fixture_store(fixture->path);
 }
 

@@ -387,28 +387,6 @@ static void test_checkpoint_recovery(void **state)
     free(bytes);
 }
 
-/* A database of the version before is brought to this one, with what it holds. */
-static void test_migration(void **state)
-{
-    struct fixture *fixture = *state;
-    struct store_surface surface;
-    char ids[1][STORE_ID_MAX];
-    bool created;
-    size_t missing;
-
-    put_surface(fixture->store, 1.0, ids[0]);
-    store_close(fixture->store);
-    fixture->store = NULL;
-    assert_int_equal(run_sql(fixture, "DROP TABLE checkpoint; DROP TABLE model_array;"
-                                      "DROP TABLE model; DROP TABLE cohort_member;"
-                                      "DROP TABLE cohort; PRAGMA user_version = 1"),
-                     SQLITE_OK);
-    fixture->store = fixture_store(fixture->path);
-    assert_int_equal(store_surface_get(fixture->store, ids[0], true, &surface), STORE_OK);
-    store_surface_clear(&surface);
-    assert_int_equal(put_cohort(fixture->store, "a", "[]", ids, 1, &created, &missing), STORE_OK);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -420,7 +398,6 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_model_without_mean, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_checkpoint, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_checkpoint_recovery, fixture_setup, fixture_teardown),
-        cmocka_unit_test_setup_teardown(test_migration, fixture_setup, fixture_teardown),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

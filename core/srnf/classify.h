@@ -1,0 +1,186 @@
+/*
+ * classify.h - distances by several metrics, and classification of labelled surfaces with
+ * leave-one-out validation (core/stats; the paper, section 5).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ *
+ * Classification has two stages. The first, srnf_folds_compare, sees no labels: each subject is put
+ * beside all others in a fold of its own, in which it was left out. The second fits a classifier to
+ * the labels of the others and asks it for the one. What is costly is the first; the second can be
+ * repeated with permuted labels as often as a p-value asks for.
+ */
+#ifndef SRNF_PUBLIC_CLASSIFY_H
+#define SRNF_PUBLIC_CLASSIFY_H
+
+#include "srnf.h"
+
+enum srnf_metric {
+    SRNF_METRIC_SRNF = 0,     /* between SRNFs, registered elastically */
+    SRNF_METRIC_SRM = 1,      /* between square-root maps |n|^(1/2) f, registered elastically */
+    SRNF_METRIC_HARMONIC = 2, /* between the surfaces as parameterised, after a rotation */
+    SRNF_METRIC_ICP = 3,      /* between closest points, after iterated rigid alignment */
+    SRNF_METRIC_SPHARM = 4,   /* between points that the first-order ellipsoids make correspond */
+};
+/* "srnf", "srm", "harmonic", "icp", "spharm"; never NULL. */
+const char *srnf_metric_name(enum srnf_metric metric);
+
+/*
+ * Symmetric matrix of distances, double[n][n], diagonal 0. Sizes are kept; translations drop out.
+ *   srnf, srm  as srnf_distances; srm takes each surface about its area centroid
+ *   harmonic   min over O in SO(3) of ||f_i - O f_j||, l = 0 terms left out
+ *   icp        srnf_icp between triangulations of the surfaces (SRNF_ICP_FREQUENCY)
+ *   spharm     ||f_i - f_j|| after srnf_align_ellipsoid, the least over the four ways in which the
+ *              axes of one may point
+ *   registration  [in] of srnf and srm; NULL: nothing is turned or registered, whatever the metric
+ * Pairs run in parallel. Errors: as srnf_register and srnf_icp; SRNF_EINVAL for a metric unknown.
+ */
+SRNF_CHECKED int srnf_metric_distances(const struct srnf_sht *sht, enum srnf_metric metric,
+                                       size_t n, const double *const *surfaces,
+                                       const struct srnf_register_options *registration,
+                                       const struct srnf_context *context, double *matrix,
+                                       struct srnf_error *error);
+#define SRNF_ICP_FREQUENCY 6 /* 720 faces */
+
+/*
+ * Turns domain and values so that the ellipsoid of the first degree lies along the axes, the
+ * longest along x (C. Brechbuehler, G. Gerig, O. Kuebler, "Parametrization of closed surfaces for
+ * 3-D shape description", CVIU 1995): with A the matrix of the degree-1 part, A = U S V', the
+ * surface becomes e -> U' f(V e). U and V are rotations; the signs of their columns are arbitrary,
+ * and so are the axes where two singular values agree.
+ *   aligned  [out] double[3][(L+1)^2]; may be coefficients
+ * Errors: SRNF_ENUMERIC, SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_align_ellipsoid(const struct srnf_sht *sht, const double *coefficients,
+                                      double *aligned);
+
+/*
+ * Copies a surface with its area centroid at the origin and unit area.
+ *   log_scale  [out] log of the length that multiplies it back; optional
+ * Errors: SRNF_EDEGENERATE (no area), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_normalize(const struct srnf_sht *sht, const double *coefficients,
+                                double *normalized, double *log_scale);
+
+/* ---- First stage: comparing subjects, one left out at a time --------------------------------- */
+
+enum srnf_refit {
+    SRNF_REFIT_FOLD = 0,   /* each fold registers all to what its training subjects give */
+    SRNF_REFIT_SHARED = 1, /* all are registered once, to what all of them give */
+};
+
+struct srnf_folds_options {
+    struct srnf_register_options registration; /* of srnf and srm; representation is set */
+    size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 1 */
+    enum srnf_refit refit; /* default SRNF_REFIT_FOLD */
+    size_t max_components; /* that scores are kept of; 1 .. 64, default 20 */
+};
+struct srnf_folds_options srnf_folds_options_defaults(void);
+
+/*
+ * What fold i, in which subject i is left out, knows: scores of all subjects on the principal
+ * components of the training subjects about their mean (srnf and srm only), and the distances of
+ * subject i from all others.
+ */
+struct srnf_folds {
+    size_t n, components;
+    double *scores;    /* [n folds][n subjects][components]; NULL where the metric has none */
+    double *distances; /* [n folds][n]: of the subject left out */
+    double *spread;    /* [n folds] rms distance between two training subjects */
+};
+void srnf_folds_clear(struct srnf_folds *comparison);
+
+/*
+ * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
+ *
+ * srnf and srm: the template of a fold is the medoid of its training subjects, to which all are
+ * registered from nothing; in each further round the target is the mean of the training
+ * subjects as registered so far, and everybody, the one left out too, takes a few Gauss-Newton
+ * steps toward it. Means, components and distances come from the last round. Nothing of the subject
+ * left out enters what the fold says of the others, not in the last bit. With SRNF_REFIT_SHARED
+ * template and targets are those of all subjects; mean and components are still the fold's own.
+ * Labels enter nowhere.
+ *
+ * harmonic, icp and spharm fit nothing: each fold reads a row of srnf_metric_distances.
+ *
+ * Cost: n cold registrations for each template (few: leaving out one subject rarely changes the
+ * medoid), and with SRNF_REFIT_FOLD n^2 refinements for each round after the first.
+ * Errors: SRNF_EINVAL (fewer than 3 surfaces, options), else as srnf_metric_distances.
+ */
+SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
+                                    const double *const *surfaces,
+                                    const struct srnf_folds_options *options,
+                                    const struct srnf_context *context,
+                                    struct srnf_folds *comparison, struct srnf_error *error);
+
+/* ---- Second stage: classifiers --------------------------------------------------------------- */
+
+enum srnf_covariance {
+    SRNF_COVARIANCE_AUTO = 0,   /* chosen inside each fold */
+    SRNF_COVARIANCE_POOLED = 1, /* one for all classes (linear discriminant analysis) */
+    SRNF_COVARIANCE_CLASS = 2,  /* each class its own (quadratic) */
+};
+
+struct srnf_classify_options {
+    const double *log_scale; /* [n] sizes, as a feature beside shape; NULL: shape only */
+    double size_weight;      /* of size in distances; 0 .. 1000, default 1 */
+    size_t components;       /* of the Gaussians; 0: chosen inside each fold */
+    enum srnf_covariance covariance;
+    size_t permutations; /* of the labels, for the p-value; 0: none */
+    uint64_t seed;
+};
+struct srnf_classify_options srnf_classify_options_defaults(void);
+
+struct srnf_classification {
+    size_t n, n_classes;
+    size_t *predicted;  /* [n] */
+    double *evidence;   /* [n][n_classes] log-likelihoods of srnf_classify_gauss; of
+                          srnf_classify_nearest minus the distance from the nearest of the class */
+    size_t *components; /* [n] used in each fold; NULL for srnf_classify_nearest */
+    bool *pooled;      /* [n] whether the fold's covariance is one for all classes; NULL likewise */
+    size_t *confusion; /* [n_classes][n_classes]: row the label, column what was predicted */
+    size_t correct;
+    double accuracy;
+    double interval[2]; /* Wilson, 95 % */
+    double p_value;     /* (1 + b) / (1 + m), b of m permutations at least as good; NAN: none */
+};
+void srnf_classification_clear(struct srnf_classification *classification);
+
+/*
+ * Gaussian classifier on the first k components: N(mean of the class, covariance), equal priors;
+ * the class of the largest likelihood. A covariance is divided by its degrees of freedom. Size, if
+ * given, is one more feature, which k does not count; the likelihoods do not depend on its unit.
+ *
+ * Components and covariance that are left open are those, of all that the fold has subjects enough
+ * for, with the largest sum of log posterior probabilities of the training subjects' labels in an
+ * inner leave-one-out: the Gaussians are fitted again without each of them in turn (in closed form,
+ * by rank-one downdates), the fold's components stay. The fewest components win ties.
+ *   labels  [in] [n] classes, each below n_classes; every class needs 3 subjects
+ * Cost O(n^2 k^2) for one labelling. Permutations run in parallel.
+ * Errors: SRNF_EINVAL (labels, options; no scores; more components than the training subjects of a
+ * fold determine), SRNF_ENUMERIC (a covariance is singular), SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_classify_gauss(const struct srnf_folds *comparison, const size_t *labels,
+                                     size_t n_classes, const struct srnf_classify_options *options,
+                                     const struct srnf_context *context,
+                                     struct srnf_classification *result, struct srnf_error *error);
+
+/*
+ * The class of the nearest training subject. With size, d^2 + (w s (z_i - z_j) / r)^2, z the log
+ * scale, s the fold's spread, r the rms difference of z between two training subjects, w
+ * size_weight: at w = 1 size weighs as much as shape.
+ */
+SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *labels,
+                                       size_t n_classes,
+                                       const struct srnf_classify_options *options,
+                                       const struct srnf_context *context,
+                                       struct srnf_classification *result,
+                                       struct srnf_error *error);
+
+/* Wilson's score interval of a proportion at 95 %: successes of n. (E. Wilson, "Probable inference,
+   the law of succession, and statistical inference", JASA 1927.) n = 0: [0, 1]. */
+void srnf_wilson_interval(size_t successes, size_t n, double interval[2]);
+
+/* A permutation of 0 .. n - 1, uniform but for 2^-64: the index-th of a seed, on every machine. */
+void srnf_permutation(uint64_t seed, uint64_t index, size_t n, size_t *permutation);
+
+#endif

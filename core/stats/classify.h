@@ -1,0 +1,41 @@
+/*
+ * classify.h - what the classifiers share: a study, its outcome under one labelling, and the
+ * assessment that is the same for all of them.
+ */
+#ifndef SRNF_STATS_CLASSIFY_H
+#define SRNF_STATS_CLASSIFY_H
+
+#include "stats.h"
+
+/* What the n folds of one labelling came to. Arrays that are NULL are not asked for. */
+struct outcome {
+    size_t *predicted;  /* [n]; never NULL */
+    double *evidence;   /* [n][n_classes] */
+    size_t *components; /* [n] */
+    bool *pooled;       /* [n] */
+};
+
+struct study;
+/* Predicts the class of every subject from the labels of the others. Re-entrant. */
+typedef int study_predict(const struct study *study, const size_t *labels,
+                          const struct outcome *outcome, struct srnf_error *error);
+
+struct study {
+    const struct srnf_folds *comparison;
+    const struct srnf_classify_options *options;
+    size_t n_classes;
+    const double *rows; /* nearest: [n folds][n] distances, size included */
+    study_predict *predict;
+};
+
+/* Labels, options and classes with fewer than three subjects. smallest: of the classes. */
+SRNF_CHECKED int study_check(const struct srnf_folds *comparison, const size_t *labels,
+                             size_t n_classes, const struct srnf_classify_options *options,
+                             size_t *smallest, struct srnf_error *error);
+/* Predicts, counts, and predicts again for each permutation of the labels. gaussian: components
+   and covariance are kept. */
+SRNF_CHECKED int study_assess(const struct study *study, const size_t *labels, bool gaussian,
+                              const struct srnf_context *context,
+                              struct srnf_classification *result, struct srnf_error *error);
+
+#endif

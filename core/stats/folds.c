@@ -1,0 +1,344 @@
+/*
+ * folds.c - each subject of a cohort compared with all others, in a fold of its own that it was
+ * left out of: options, normalisation, and the loop over folds.
+ *
+ * Metrics with a registration. Nothing of the subject left out may shape what the others are
+ * compared by. So the template of a fold is the medoid of its training subjects, by distances as
+ * parameterised: one of them. A registration to it depends on these two surfaces and nothing else,
+ * so folds with the same template share it without a trace of each other's subjects; there are few
+ * templates, as leaving out one of n subjects rarely changes the medoid, and the medoid's own fold
+ * has the runner-up. Each further round, where more than one is asked for, takes the mean of the
+ * fold's training subjects as the target and registers everybody to it, the one left out by the
+ * same steps as the others. Means, components and distances are then those of folds_scores.c.
+ *
+ * Started from the mean of all instead, a fold keeps most of what the subject left out had done to
+ * it, however many steps it takes to its own mean: the joint optimum over all warps is so flat.
+ *
+ * Other metrics are one matrix of distances for all folds.
+ *
+ * Folds run in parallel, each with registrations of its own: 80 n P bytes.
+ */
+#include "folds.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ROUNDS 1
+#define ROUNDS_MAX 20
+#define COMPONENTS 20
+#define COMPONENTS_MAX 64
+#define N_MAX ((size_t)5000)
+
+/* Of the progress of a template. */
+#define PART_TEMPLATE 0.5
+
+struct srnf_folds_options srnf_folds_options_defaults(void)
+{
+    return (struct srnf_folds_options){.registration = srnf_register_options_defaults(),
+                                       .rounds = ROUNDS,
+                                       .refit = SRNF_REFIT_FOLD,
+                                       .max_components = COMPONENTS};
+}
+
+void srnf_folds_clear(struct srnf_folds *c)
+{
+    srnf_free(c->scores);
+    srnf_free(c->distances);
+    srnf_free(c->spread);
+    *c = (struct srnf_folds){0};
+}
+
+static int check(size_t n, const struct srnf_folds_options *options, struct srnf_error *error)
+{
+    if (n < 3 || n > N_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces are not 3 to %zu", n, N_MAX);
+    }
+    if (options->rounds == 0 || options->rounds > ROUNDS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "rounds is %zu, not 1 to %d", options->rounds,
+                         ROUNDS_MAX);
+    }
+    if (options->max_components == 0 || options->max_components > COMPONENTS_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "max_components is %zu, not 1 to %d",
+                         options->max_components, COMPONENTS_MAX);
+    }
+    if (!options->registration.reparameterization || options->registration.exact) {
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "a comparison reparameterises, and not in exact mode");
+    }
+    return SRNF_OK;
+}
+
+/* ---- Normalised surfaces --------------------------------------------------------------------- */
+
+struct cohort {
+    const struct srnf_sht *sht;
+    const double *const *given;
+    size_t count;
+    double *memory;
+    const double **surfaces; /* [n] into memory */
+};
+
+static int normalize_body(void *argument, size_t i, const struct srnf_context *context,
+                          struct srnf_error *error)
+{
+    struct cohort *cohort = argument;
+    double *f = cohort->memory + i * cohort->count;
+    int status = srnf_normalize(cohort->sht, cohort->given[i], f, NULL);
+
+    (void)context;
+    cohort->surfaces[i] = f;
+    return status
+               ? srnf_fail(error, status, (int64_t)i, "surface %zu: %s", i, srnf_strerror(status))
+               : SRNF_OK;
+}
+
+static int normalize_all(struct cohort *cohort, size_t n, const struct srnf_context *context,
+                         struct srnf_error *error)
+{
+    cohort->memory = srnf_alloc(n, cohort->count * sizeof(double));
+    cohort->surfaces = srnf_alloc(n, sizeof *cohort->surfaces);
+    if (!cohort->memory || !cohort->surfaces) {
+        return SRNF_ENOMEM;
+    }
+    return stats_run(context, n, normalize_body, cohort, (struct stats_progress){0}, error);
+}
+
+/* ---- Folds with a registration --------------------------------------------------------------- */
+
+struct folds {
+    const struct alignment *a;
+    size_t rounds;
+    const double *shared; /* [n][n] inner products of fields that all folds share, or NULL */
+    const size_t *list;   /* of the folds of one template */
+    struct srnf_folds *out;
+};
+
+static int products_of(const struct alignment *a, double *products)
+{
+    double *scaled = srnf_alloc(a->n, 3 * a->points * sizeof(double));
+
+    if (!scaled) {
+        return SRNF_ENOMEM;
+    }
+    fold_products(a->grid, a->n, a->q, scaled, products);
+    srnf_free(scaled);
+    return SRNF_OK;
+}
+
+/* The rounds of one fold, and the inner products they lead to. */
+static int refit(const struct folds *folds, size_t left_out, const struct srnf_context *context,
+                 double *products, struct srnf_error *error)
+{
+    struct alignment own;
+    int status = alignment_copy(folds->a, &own);
+
+    for (size_t k = 1; k < folds->rounds && status == SRNF_OK; k++) {
+        status = alignment_round(&own, left_out, context, error);
+    }
+    status = status ? status : products_of(&own, products);
+    alignment_clear_copy(&own);
+    return status;
+}
+
+static int fold_body(void *argument, size_t index, const struct srnf_context *context,
+                     struct srnf_error *error)
+{
+    struct folds *folds = argument;
+    struct srnf_folds *out = folds->out;
+    size_t n = out->n;
+    size_t i = folds->list[index];
+    double *products = folds->shared ? NULL : srnf_alloc(n, n * sizeof(double));
+    int status = folds->shared || products ? SRNF_OK : SRNF_ENOMEM;
+
+    if (products) {
+        status = refit(folds, i, context, products, error);
+    }
+    if (status == SRNF_OK) {
+        status = fold_describe(n, i, products ? products : folds->shared, out->components,
+                               out->scores + i * n * out->components, out->distances + i * n,
+                               out->spread + i);
+    }
+    srnf_free(products);
+    return status;
+}
+
+/* Registers all to one template and describes its folds. done and all: of the progress. */
+static int run_template(struct alignment *a, const double *field,
+                        const struct srnf_folds_options *options, const size_t *list, size_t count,
+                        struct stats_progress progress, struct srnf_folds *out,
+                        struct srnf_error *error)
+{
+    bool shared = options->refit == SRNF_REFIT_SHARED || options->rounds == 1;
+    double *products = shared ? srnf_alloc(a->n, a->n * sizeof(double)) : NULL;
+    struct folds folds = {a, options->rounds, products, list, out};
+    double middle = progress.from + PART_TEMPLATE * (progress.to - progress.from);
+    struct stats_progress first = {progress.from, middle, "registering to the template"};
+    struct stats_progress rest = {middle, progress.to, "refitting the folds"};
+    int status = shared && !products ? SRNF_ENOMEM : SRNF_OK;
+
+    status = status ? status : alignment_register(a, field, first, error);
+    for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
+        status = alignment_round(a, SIZE_MAX, a->context, error);
+    }
+    if (shared && status == SRNF_OK) {
+        status = products_of(a, products);
+    }
+    status = status ? status : stats_run(a->context, count, fold_body, &folds, rest, error);
+    srnf_free(products);
+    return status;
+}
+
+/* The subject with the least sum of distances to all but one; SIZE_MAX leaves none out. */
+static size_t find_medoid(size_t n, const double *products, size_t left_out)
+{
+    size_t best = SIZE_MAX;
+    double least = INFINITY;
+
+    for (size_t a = 0; a < n; a++) {
+        double sum = 0.0;
+
+        for (size_t b = 0; b < n && a != left_out; b++) {
+            double d2 = products[a * n + a] + products[b * n + b] - 2.0 * products[a * n + b];
+
+            sum += b == left_out ? 0.0 : sqrt(fmax(0.0, d2));
+        }
+        if (a != left_out && sum < least) {
+            least = sum;
+            best = a;
+        }
+    }
+    return best;
+}
+
+/* Template by template: the folds that have it, in order. templates: [n], list: [n] scratch. */
+static int run_templates(struct alignment *a, const double *fields,
+                         const struct srnf_folds_options *options, const size_t *templates,
+                         size_t *list, struct srnf_folds *out, struct srnf_error *error)
+{
+    size_t done = 0;
+    int status = SRNF_OK;
+
+    for (size_t t = 0; t < a->n && status == SRNF_OK; t++) {
+        size_t count = 0;
+        struct stats_progress progress;
+
+        for (size_t i = 0; i < a->n; i++) {
+            if (templates[i] == t) {
+                list[count++] = i;
+            }
+        }
+        if (count > 0) {
+            progress = (struct stats_progress){(double)done / (double)a->n,
+                                               (double)(done + count) / (double)a->n, NULL};
+            status = run_template(a, fields + 3 * t * a->points, options, list, count, progress,
+                                  out, error);
+            done += count;
+        }
+    }
+    return status;
+}
+
+static int compare_registered(const struct srnf_sht *sht, enum srnf_representation representation,
+                              const double *const *surfaces,
+                              const struct srnf_folds_options *options,
+                              const struct srnf_context *context, struct srnf_folds *out,
+                              struct srnf_error *error)
+{
+    size_t n = out->n;
+    struct alignment a;
+    double *fields = NULL; /* as parameterised */
+    double *products = srnf_alloc(n, n * sizeof(double));
+    size_t *templates = srnf_alloc(n, 2 * sizeof *templates);
+    int status = alignment_create(&a, sht, n, surfaces, options, representation, context);
+
+    out->components = options->max_components < n - 2 ? options->max_components : n - 2;
+    out->scores = srnf_alloc(n * n, out->components * sizeof(double));
+    fields = srnf_alloc(n, 3 * a.points * sizeof(double));
+    if (status == SRNF_OK && (!out->scores || !fields || !products || !templates)) {
+        status = SRNF_ENOMEM;
+    }
+    status =
+        status ? status : stats_represent(sht, representation, n, surfaces, context, fields, error);
+    if (status == SRNF_OK) {
+        memcpy(a.q, fields, 3 * n * a.points * sizeof(double));
+        status = products_of(&a, products);
+    }
+    if (options->rounds > 1) {
+        status = status ? status : alignment_assemble(&a, fields, error);
+    }
+    if (status == SRNF_OK) {
+        for (size_t i = 0; i < n; i++) {
+            templates[i] =
+                find_medoid(n, products, options->refit == SRNF_REFIT_SHARED ? SIZE_MAX : i);
+        }
+        status = run_templates(&a, fields, options, templates, templates + n, out, error);
+    }
+    srnf_free(templates);
+    srnf_free(products);
+    srnf_free(fields);
+    alignment_clear(&a);
+    return status;
+}
+
+/* ---- Folds that read a matrix ---------------------------------------------------------------- */
+
+static void fill_spread(struct srnf_folds *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        double sum = 0.0;
+
+        for (size_t a = 0; a < c->n; a++) {
+            for (size_t b = 0; b < a && a != i; b++) {
+                sum += b == i ? 0.0 : c->distances[a * c->n + b] * c->distances[a * c->n + b];
+            }
+        }
+        c->spread[i] = sqrt(2.0 * sum / (double)((c->n - 1) * (c->n - 2)));
+    }
+}
+
+int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
+                       const double *const *surfaces, const struct srnf_folds_options *options,
+                       const struct srnf_context *context, struct srnf_folds *comparison,
+                       struct srnf_error *error)
+{
+    struct srnf_folds_options defaults = srnf_folds_options_defaults();
+    struct srnf_error first = {0};
+    struct cohort cohort = {
+        .sht = sht, .given = surfaces, .count = 3 * srnf_coefficient_count(srnf_sht_degree(sht))};
+    int status;
+
+    options = options ? options : &defaults;
+    *comparison = (struct srnf_folds){.n = n};
+    status = check(n, options, &first);
+    status = status ? status : stats_check_surfaces(sht, n, surfaces, &first);
+    if (status) {
+        goto out;
+    }
+    comparison->distances = srnf_alloc(n, n * sizeof(double));
+    comparison->spread = srnf_alloc(n, sizeof(double));
+    status = comparison->distances && comparison->spread ? SRNF_OK : SRNF_ENOMEM;
+    status = status ? status : normalize_all(&cohort, n, context, &first);
+    if (status) {
+        goto out;
+    }
+    if (metric == SRNF_METRIC_SRNF || metric == SRNF_METRIC_SRM) {
+        status = compare_registered(
+            sht, metric == SRNF_METRIC_SRM ? SRNF_REPRESENTATION_SRM : SRNF_REPRESENTATION_SRNF,
+            cohort.surfaces, options, context, comparison, &first);
+    } else {
+        status = srnf_metric_distances(sht, metric, n, cohort.surfaces, &options->registration,
+                                       context, comparison->distances, &first);
+        fill_spread(comparison);
+    }
+out:
+    srnf_free(cohort.memory);
+    srnf_free(cohort.surfaces);
+    if (status) {
+        bool told = first.status == status;
+
+        (void)srnf_fail(error, status, told ? first.element : -1, "%s",
+                        told ? first.message : srnf_strerror(status));
+        srnf_folds_clear(comparison);
+    }
+    return status;
+}

@@ -1,0 +1,61 @@
+/*
+ * folds.h - what the files of leave-one-out comparison share: the registrations that all folds
+ * start from, and what one fold keeps.
+ *
+ * Fields are double[3][P] in blocks, as in stats.h; points of warps are [P][3].
+ */
+#ifndef SRNF_STATS_FOLDS_H
+#define SRNF_STATS_FOLDS_H
+
+#include "stats.h"
+#include "shape/registration.h"
+
+/* All subjects registered to one target (folds_align.c). */
+struct alignment {
+    const struct srnf_sht *sht;
+    const struct srnf_grid *grid;
+    const struct srnf_context *context;
+    struct srnf_register_options registration;
+    size_t n, points, degree, unknowns; /* unknowns of the fields' highest degree */
+    const double *const *surfaces;      /* [n] normalised */
+    double *nodes, *weight;             /* [P][3], [P] */
+    double *q;                          /* [n][3][P] O sqrt(J) q_i(gamma_i) */
+    double *gamma, *jacobian;           /* [n][P][3], [n][P] */
+    double *rotation;                   /* [n][9] */
+    double *matrices;                   /* [n][unknowns^2] Gauss-Newton */
+};
+SRNF_CHECKED int alignment_create(struct alignment *a, const struct srnf_sht *sht, size_t n,
+                                  const double *const *surfaces,
+                                  const struct srnf_folds_options *options,
+                                  enum srnf_representation representation,
+                                  const struct srnf_context *context);
+void alignment_clear(struct alignment *a);
+/* Fills the matrices; fields: [n][3][P] as parameterised. */
+SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
+                                    struct srnf_error *error);
+/* Registers all to a field, [3][P], from nothing. */
+SRNF_CHECKED int alignment_register(struct alignment *a, const double *field,
+                                    struct stats_progress progress, struct srnf_error *error);
+/* Registers all to the mean of their fields, that of left_out not counted (SIZE_MAX: of all), from
+   where they are. */
+SRNF_CHECKED int alignment_round(struct alignment *a, size_t left_out,
+                                 const struct srnf_context *context, struct srnf_error *error);
+/* A copy that rounds may change while others read the original: its registrations are its own, all
+   else is borrowed. To be cleared in any case. */
+SRNF_CHECKED int alignment_copy(const struct alignment *from, struct alignment *to);
+void alignment_clear_copy(struct alignment *copy);
+
+/*
+ * From the inner products of n fields, double[n][n], what the fold that leaves one out knows of
+ * them (folds_scores.c).
+ *   scores     [out] [n][components]; filled up with 0 beyond the rank
+ *   distances  [out] [n] of the one left out
+ * Errors: SRNF_ENOMEM, SRNF_ENUMERIC.
+ */
+SRNF_CHECKED int fold_describe(size_t n, size_t left_out, const double *products, size_t components,
+                               double *scores, double *distances, double *spread);
+/* Inner products of n fields, double[n][n]. scaled: n times 3 P doubles of scratch. */
+void fold_products(const struct srnf_grid *grid, size_t n, const double *q, double *scaled,
+                   double *products);
+
+#endif

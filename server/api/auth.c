@@ -1,0 +1,462 @@
+/*
+ * auth.c - who calls: tokens, roles, ownership and quotas.
+ *
+ * Where the data directory has a file of tokens (store/token.h), every request but those for the
+ * public routes carries one: Authorization: Bearer (RFC 6750). The file is looked at, by stat, with
+ * every request and read anew when it was replaced. One that cannot be read, or that was taken
+ * away from a running daemon, lets nobody in. Without the file the service has one caller who sees
+ * all and has no quotas.
+ *
+ * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
+ * an admin sees and changes everything. What belongs to another is answered as what is not there.
+ *
+ * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
+ * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
+ * store that would add to them.
+ *
+ * Lock: auth->mutex (rank: innermost; nothing is called while it is held but the reading of a file
+ * that was replaced) protects the tokens and the accounts. Accounts are never freed before the end:
+ * there is one for each token that was ever used.
+ */
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include "log.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+
+#define SECRET_MAX 512           /* of an Authorization header that is looked at */
+#define BURST_SECONDS 2.0        /* of requests that may come at once */
+#define RECORD_MS INT64_C(60000) /* between two records of a token's use */
+#define BYTES_RETRY_SECONDS 3600
+
+struct auth_account {
+    struct auth_account *next;
+    char token[STORE_TOKEN_ID_MAX];
+    double level, filled; /* requests in the bucket, and when (monotonic seconds) */
+    size_t streams;
+    int64_t used_ms, recorded_ms;
+};
+
+struct api_auth {
+    pthread_mutex_t mutex; /* protects all below it */
+    char *directory;       /* NULL: no tokens are asked for */
+    int64_t defaults[STORE_QUOTAS];
+    struct store_tokens tokens;
+    bool required; /* a file was there: from then on tokens are asked for */
+    bool readable;
+    struct auth_account *accounts;
+};
+
+/* Routes that need no token, by pattern. */
+static const char *const public_routes[] = {"/",           "/healthz",         "/readyz",
+                                            "/v1/version", "/v1/openapi.yaml", NULL};
+
+/* What the first parameter of a path names. */
+static const struct {
+    const char *prefix, *code;
+} owned_paths[] = {
+    {"/v1/meshes/{id}", "no-such-mesh"},
+    {"/v1/surfaces/{id}", "no-such-surface"},
+    {"/v1/models/{id}", "no-such-model"},
+    {"/v1/jobs/{id}", "no-such-job"},
+};
+
+static double monotonic(void)
+{
+    struct timespec now;
+
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- The file -------------------------------------------------------------------------------- */
+
+/* Reads the tokens anew; the mutex is held. */
+static void reload(struct api_auth *auth, const struct store_token_stamp *stamp)
+{
+    struct store_tokens tokens;
+    int status = store_tokens_load(auth->directory, &tokens);
+
+    auth->readable = status == STORE_OK && tokens.stamp.exists;
+    store_tokens_clear(&auth->tokens);
+    auth->tokens = tokens;
+    if (status != STORE_OK) {
+        /* It is not read again before it changes. */
+        auth->tokens.stamp = *stamp;
+        LOG("tokens-unreadable", log_text("message", store_strerror(status)));
+    } else {
+        LOG("tokens-read", log_number("tokens", (double)tokens.n));
+    }
+}
+
+/* Takes notice of a file that was replaced; the mutex is held. */
+static void refresh(struct api_auth *auth)
+{
+    struct store_token_stamp stamp;
+
+    if (!auth->directory) {
+        return;
+    }
+    if (store_token_look(auth->directory, &stamp) != STORE_OK) {
+        auth->readable = false;
+        auth->tokens.stamp.exists = false;
+        return;
+    }
+    if (stamp.exists) {
+        auth->required = true;
+    }
+    if (!store_token_same(&stamp, &auth->tokens.stamp)) {
+        reload(auth, &stamp);
+    }
+}
+
+struct api_auth *auth_create(const struct api_config *config)
+{
+    struct api_auth *auth = calloc(1, sizeof *auth);
+
+    if (!auth) {
+        return NULL;
+    }
+    (void)pthread_mutex_init(&auth->mutex, NULL);
+    memcpy(auth->defaults, config->quotas, sizeof auth->defaults);
+    auth->directory = config->tokens ? strdup(config->tokens) : NULL;
+    if (config->tokens && !auth->directory) {
+        auth_destroy(auth, NULL);
+        return NULL;
+    }
+    (void)pthread_mutex_lock(&auth->mutex);
+    refresh(auth);
+    (void)pthread_mutex_unlock(&auth->mutex);
+    return auth;
+}
+
+void auth_destroy(struct api_auth *auth, struct store *store)
+{
+    if (!auth) {
+        return;
+    }
+    while (auth->accounts) {
+        struct auth_account *account = auth->accounts;
+
+        auth->accounts = account->next;
+        if (store && account->used_ms > account->recorded_ms) {
+            (void)store_token_used(store, account->token, account->used_ms);
+        }
+        free(account);
+    }
+    store_tokens_clear(&auth->tokens);
+    (void)pthread_mutex_destroy(&auth->mutex);
+    free(auth->directory);
+    free(auth);
+}
+
+/* ---- Accounts -------------------------------------------------------------------------------- */
+
+/* The account of a token, made where there is none; NULL without memory. The mutex is held. */
+static struct auth_account *account_of(struct api_auth *auth, const struct store_token *token)
+{
+    struct auth_account *account = auth->accounts;
+
+    while (account && strcmp(account->token, token->id) != 0) {
+        account = account->next;
+    }
+    if (!account) {
+        account = calloc(1, sizeof *account);
+        if (!account) {
+            return NULL;
+        }
+        memcpy(account->token, token->id, sizeof account->token);
+        account->level = HUGE_VAL;
+        account->next = auth->accounts;
+        auth->accounts = account;
+    }
+    return account;
+}
+
+/* Takes a request out of the bucket. Returns 0, or the seconds after which there is one. The mutex
+   is held. */
+static double draw(struct auth_account *account, int64_t rate)
+{
+    double now = monotonic(), most = BURST_SECONDS * (double)rate;
+
+    if (rate <= 0) {
+        return 0;
+    }
+    account->level = fmin(most, account->level + (now - account->filled) * (double)rate);
+    account->filled = now;
+    if (account->level < 1) {
+        return (1 - account->level) / (double)rate;
+    }
+    account->level -= 1;
+    return 0;
+}
+
+void auth_record(struct api *api, const struct api_request *request)
+{
+    struct auth_account *account = request->caller.account;
+    int64_t used = 0;
+
+    if (!account) {
+        return;
+    }
+    (void)pthread_mutex_lock(&api->auth->mutex);
+    if (account->used_ms - account->recorded_ms >= RECORD_MS) {
+        used = account->recorded_ms = account->used_ms;
+    }
+    (void)pthread_mutex_unlock(&api->auth->mutex);
+    if (used > 0) {
+        /* Where it fails, the next use is written down. */
+        (void)store_token_used(api->config.store, account->token, used);
+    }
+}
+
+bool stream_enter(struct api_call *call)
+{
+    const struct api_caller *caller = &call->request->caller;
+    int64_t most = caller->quotas[STORE_QUOTA_STREAMS];
+    bool entered = true;
+
+    if (!caller->account) {
+        return true;
+    }
+    (void)pthread_mutex_lock(&call->api->auth->mutex);
+    entered = most <= 0 || caller->account->streams < (size_t)most;
+    caller->account->streams += entered;
+    (void)pthread_mutex_unlock(&call->api->auth->mutex);
+    if (!entered) {
+        quota_respond(call, STORE_QUOTA_STREAMS, 1);
+    }
+    return entered;
+}
+
+void stream_leave(struct api_auth *auth, struct auth_account *account)
+{
+    if (account) {
+        (void)pthread_mutex_lock(&auth->mutex);
+        account->streams--;
+        (void)pthread_mutex_unlock(&auth->mutex);
+    }
+}
+
+/* ---- Admission ------------------------------------------------------------------------------- */
+
+static bool is_public(const struct api_route *route)
+{
+    for (size_t i = 0; public_routes[i]; i++) {
+        if (strcmp(public_routes[i], route->pattern) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The token after "Bearer", or NULL where there is none. */
+static const char *bearer(const struct api_request *request)
+{
+    const char *value = api_request_header(request, "Authorization");
+
+    if (!value || strncasecmp(value, "Bearer ", 7) != 0) {
+        return NULL;
+    }
+    value += 7;
+    return value + strspn(value, " ");
+}
+
+/* What became of the look at a token. */
+enum admission { ADMITTED, UNREADABLE, UNKNOWN, EXPIRED, TOO_MANY, NO_MEMORY };
+
+/* Looks the token up, and draws from its bucket. The mutex is held. */
+static enum admission look_up(struct api_auth *auth, const char *secret, struct api_caller *caller,
+                              enum store_role *role, double *wait)
+{
+    const struct store_token *token =
+        strlen(secret) < SECRET_MAX ? store_tokens_find(&auth->tokens, secret) : NULL;
+
+    if (!auth->readable) {
+        return UNREADABLE;
+    }
+    if (!token) {
+        return UNKNOWN;
+    }
+    if (token->expires_ms > 0 && token->expires_ms <= store_now_ms()) {
+        return EXPIRED;
+    }
+    caller->account = account_of(auth, token);
+    if (!caller->account) {
+        return NO_MEMORY;
+    }
+    memcpy(caller->name, token->name, sizeof caller->name);
+    *role = token->role;
+    caller->restricted = token->role != STORE_ROLE_ADMIN;
+    for (size_t i = 0; i < STORE_QUOTAS; i++) {
+        caller->quotas[i] = token->quotas[i] >= 0 ? token->quotas[i] : auth->defaults[i];
+    }
+    caller->account->used_ms = store_now_ms();
+    *wait = draw(caller->account, caller->quotas[STORE_QUOTA_REQUESTS]);
+    return *wait > 0 ? TOO_MANY : ADMITTED;
+}
+
+static void refuse_token(struct api_call *call, enum admission admission)
+{
+    const char *detail = admission == EXPIRED ? "The token has expired."
+                                              : "The token is not known here; it may have been "
+                                                "revoked.";
+
+    (void)problem_respond(call, "token-invalid", "%s", detail);
+    (void)api_response_header(call->response, "WWW-Authenticate",
+                              "Bearer realm=\"srnfd\", error=\"invalid_token\"");
+}
+
+static void refuse(struct api_call *call, enum admission admission, double wait)
+{
+    switch (admission) {
+    case UNKNOWN:
+    case EXPIRED:
+        refuse_token(call, admission);
+        break;
+    case TOO_MANY:
+        quota_respond(call, STORE_QUOTA_REQUESTS, (int)ceil(wait));
+        break;
+    case NO_MEMORY:
+        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
+        break;
+    case UNREADABLE:
+    case ADMITTED:
+        (void)problem_respond(call, "not-ready",
+                              "The file of tokens in the data directory cannot be read.");
+        break;
+    }
+}
+
+/* 403 where a viewer would change something. */
+static bool role_allows(struct api_call *call, enum store_role role)
+{
+    const char *method = call->request->method;
+
+    if (role != STORE_ROLE_VIEWER || strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0) {
+        return true;
+    }
+    (void)problem_respond(call, "forbidden", "The role of this token is %s, which may only read.",
+                          store_role_name(role));
+    (void)api_response_header(call->response, "WWW-Authenticate",
+                              "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
+    return false;
+}
+
+bool auth_admit(struct api_call *call, struct api_request *request, const struct api_route *route)
+{
+    struct api_auth *auth = call->api->auth;
+    const char *secret = bearer(request);
+    enum store_role role = STORE_ROLE_VIEWER;
+    enum admission admission = ADMITTED;
+    bool required;
+    double wait = 0;
+
+    memset(&request->caller, 0, sizeof request->caller);
+    if (is_public(route)) {
+        /* Nothing that belongs to anyone is there; the file need not be looked at. */
+        request->caller.restricted = true;
+        return true;
+    }
+    (void)pthread_mutex_lock(&auth->mutex);
+    refresh(auth);
+    required = auth->required;
+    if (required && secret) {
+        admission = look_up(auth, secret, &request->caller, &role, &wait);
+    }
+    (void)pthread_mutex_unlock(&auth->mutex);
+    if (!required) {
+        return true;
+    }
+    if (!secret) {
+        (void)problem_respond(
+            call, "token-required",
+            "Send a token: Authorization: Bearer, and what srnfd token add gave.");
+        (void)api_response_header(call->response, "WWW-Authenticate", "Bearer realm=\"srnfd\"");
+        return false;
+    }
+    if (admission != ADMITTED) {
+        refuse(call, admission, wait);
+        return false;
+    }
+    return role_allows(call, role);
+}
+
+/* ---- Ownership ------------------------------------------------------------------------------- */
+
+struct store_view call_view(const struct api_call *call)
+{
+    const struct api_caller *caller = &call->request->caller;
+
+    return (struct store_view){.owner = caller->name, .all = !caller->restricted};
+}
+
+struct store_owner call_owner(const struct api_call *call)
+{
+    const struct api_caller *caller = &call->request->caller;
+
+    return (struct store_owner){.name = caller->name,
+                                .bytes_max = caller->quotas[STORE_QUOTA_BYTES]};
+}
+
+int call_sees(const struct api_call *call, const char *id)
+{
+    const struct api_caller *caller = &call->request->caller;
+
+    return caller->restricted ? store_owner_has(call->api->config.store, caller->name, id) : 0;
+}
+
+bool auth_owns_path(struct api_call *call, const struct api_route *route)
+{
+    int status = 0;
+
+    for (size_t i = 0; i < sizeof owned_paths / sizeof owned_paths[0]; i++) {
+        if (strncmp(route->pattern, owned_paths[i].prefix, strlen(owned_paths[i].prefix)) == 0) {
+            status = call_sees(call, call->parameters[0]);
+            if (status != 0) {
+                (void)problem_respond_store(call, status, owned_paths[i].code, call->parameters[0]);
+            }
+        }
+    }
+    return status == 0;
+}
+
+/* ---- Quotas ---------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *code, *sentence;
+} quota_problems[STORE_QUOTAS] = {
+    [STORE_QUOTA_QUEUED] = {"quota-exceeded", "jobs may wait"},
+    [STORE_QUOTA_RUNNING] = {"quota-exceeded", "jobs may run at once"},
+    [STORE_QUOTA_BYTES] = {"storage-quota-exceeded", "bytes may be held"},
+    [STORE_QUOTA_REQUESTS] = {"quota-exceeded", "requests a second may be sent"},
+    [STORE_QUOTA_STREAMS] = {"quota-exceeded", "answers may wait for jobs at once"},
+};
+
+void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds)
+{
+    const struct api_request *request = call->request;
+    const char *code = quota_problems[quota].code;
+    long long limit = (long long)request->caller.quotas[quota];
+    json_t *document;
+    char detail[160];
+
+    (void)snprintf(detail, sizeof detail, "The quota \"%s\" is used up: %lld %s.",
+                   store_quota_name(quota), limit, quota_problems[quota].sentence);
+    document = problem_json(code, detail, request->path, request->id);
+    (void)json_object_set_new(document, "quota", json_string(store_quota_name(quota)));
+    (void)json_object_set_new(document, "limit", json_integer(limit));
+    api_response_clear(call->response);
+    response_json(call->response, problem_status(code), "application/problem+json", document);
+    (void)api_response_header(call->response, "Retry-After", "%d",
+                              quota == STORE_QUOTA_BYTES ? BYTES_RETRY_SECONDS
+                              : retry_seconds > 1        ? retry_seconds
+                                                         : 1);
+}

@@ -1,0 +1,23 @@
+/*
+ * json_memory.h - whether JSON was built in full. Building a document takes hundreds of small
+ * allocations whose failures nobody looks at one by one; here they are noted, once for all.
+ */
+#ifndef SRNFD_API_JSON_MEMORY_H
+#define SRNFD_API_JSON_MEMORY_H
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include <jansson.h>
+
+/* Makes jansson allocate through this file: once, before other threads use it. */
+void json_memory_watch(void);
+/* The calling thread begins something new: no allocation of its own has failed yet. */
+void json_memory_begin(void);
+/* Whether one has since then: what was built may lack members, and what was parsed may be valid. */
+bool json_memory_failed(void);
+
+/* json_dumps of what was built in full; NULL otherwise, with the flag set. */
+char *json_memory_dumps(const json_t *document, size_t flags);
+
+#endif

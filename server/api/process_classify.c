@@ -1,0 +1,430 @@
+/*
+ * process_classify.c - the process classify over HTTP: canonical inputs and result document.
+ *
+ * The labels are those of the cohort's members, as they were when the job was made; classes are in
+ * the order in which their labels first appear. What the training subjects of a fold cannot
+ * determine is refused before a job is made.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "api/process_group.h"
+#include "api/registration_options.h"
+#include "jobs/compute_classify.h"
+
+static const char *const names[] = {
+    "cohort",       "method", "components", "covariance", "validation", "scale", "sizeWeight",
+    "permutations", "seed",   "refit",      "commonPose", "lmax",       NULL};
+static const char *const covariances[] = {"auto", "pooled", "class", NULL};
+static const char *const validations[] = {"loo", NULL};
+static const char *const scales[] = {"shape", "shape-and-size", NULL};
+static const char *const refits[] = {"fold", "shared", NULL};
+
+/* Fields that are held for each surface: registrations of all, and of the folds that run. */
+#define COPIES 12
+#define COMPONENTS_KEPT 20 /* of which auto chooses */
+#define SHARE 20.0         /* percent of the job that encoding its meshes takes */
+
+/* The classes of a cohort's labels. */
+struct classes {
+    size_t n, count;
+    size_t *labels;     /* [n] */
+    size_t *sizes;      /* [n], of the first count classes */
+    const char **names; /* [n], likewise, borrowed from the labels */
+};
+
+static void classes_clear(struct classes *classes)
+{
+    srnf_free(classes->labels);
+    srnf_free(classes->sizes);
+    srnf_free(classes->names);
+}
+
+/* labels: of the canonical cohort. missing: first member without one, or n. False: no memory. */
+static bool classes_find(const json_t *labels, struct classes *classes, size_t *missing)
+{
+    size_t n = json_array_size(labels);
+
+    *classes = (struct classes){.n = n,
+                                .labels = srnf_alloc(n, sizeof(size_t)),
+                                .sizes = srnf_alloc(n, sizeof(size_t)),
+                                .names = srnf_alloc(n, sizeof(char *))};
+    *missing = n;
+    if (!classes->labels || !classes->sizes || !classes->names) {
+        return false;
+    }
+    for (size_t i = n; i-- > 0;) {
+        *missing = json_is_string(json_array_get(labels, i)) ? *missing : i;
+    }
+    for (size_t i = 0; i < n && *missing == n; i++) {
+        const char *label = json_string_value(json_array_get(labels, i));
+        size_t c = 0;
+
+        while (c < classes->count && strcmp(classes->names[c], label) != 0) {
+            c++;
+        }
+        classes->names[c] = label;
+        classes->count += c == classes->count;
+        classes->sizes[c]++;
+        classes->labels[i] = c;
+    }
+    return true;
+}
+
+/* ---- Canonical inputs ------------------------------------------------------------------------ */
+
+static const struct compute_classify_method *find_method(const char *name)
+{
+    for (const struct compute_classify_method *m = compute_classify_methods; m->name; m++) {
+        if (name && strcmp(m->name, name) == 0) {
+            return m;
+        }
+    }
+    return NULL;
+}
+
+/* One name or an array of different ones; canonical: the array. */
+static void read_methods(struct process_inputs *inputs)
+{
+    const json_t *value = json_object_get(inputs->given, "method");
+    json_t *list = json_array(), *given;
+
+    if (!value) {
+        given = json_pack("[s]", compute_classify_methods[0].name);
+    } else {
+        given = json_is_array(value) ? json_deep_copy(value) : json_pack("[O]", value);
+    }
+    for (size_t i = 0; i < json_array_size(given); i++) {
+        const char *name = json_string_value(json_array_get(given, i));
+        bool again = false;
+
+        for (size_t j = 0; name && j < json_array_size(list); j++) {
+            again = again || strcmp(json_string_value(json_array_get(list, j)), name) == 0;
+        }
+        if (!find_method(name) || again) {
+            problem_add(inputs->list, "/inputs/method",
+                        again ? "names a method twice"
+                              : "must be srnf-gauss, srnf-nn, srm-gauss, srm-nn, harmonic-nn, "
+                                "icp-nn or spharm-pdm, or a list of them");
+            break;
+        }
+        (void)json_array_append_new(list, json_string(name));
+    }
+    if (json_array_size(given) == 0) {
+        problem_add(inputs->list, "/inputs/method", "names no method");
+    }
+    json_decref(given);
+    (void)json_object_set_new(inputs->canonical, "method", list);
+}
+
+/* "auto" or a number; 0 for auto. */
+static long read_components(struct process_inputs *inputs)
+{
+    const json_t *value = json_object_get(inputs->given, "components");
+    const char *text = json_string_value(value);
+    double number = json_number_value(value);
+
+    if (!value || (text && strcmp(text, "auto") == 0)) {
+        (void)json_object_set_new(inputs->canonical, "components", json_string("auto"));
+        return 0;
+    }
+    if (!json_is_number(value) || floor(number) != number ||
+        !(number >= 1.0 && number <= PROCESS_CLASSIFY_COMPONENTS_MAX)) {
+        problem_add(inputs->list, "/inputs/components", "must be \"auto\" or a number from 1 to %d",
+                    PROCESS_CLASSIFY_COMPONENTS_MAX);
+        return 0;
+    }
+    (void)json_object_set_new(inputs->canonical, "components", json_integer((json_int_t)number));
+    return (long)number;
+}
+
+/* Whether the folds have training subjects enough. */
+static void check_classes(struct process_inputs *inputs, long components, bool with_size, bool own)
+{
+    const json_t *labels = json_object_get(json_object_get(inputs->canonical, "cohort"), "labels");
+    struct classes classes;
+    size_t missing, features = (components ? (size_t)components : 1) + with_size, freedom;
+    size_t smallest;
+
+    if (!classes_find(labels, &classes, &missing)) {
+        problem_add(inputs->list, "/inputs/cohort", "is too large for the memory there is");
+    } else if (missing < classes.n) {
+        problem_add(inputs->list, "/inputs/cohort", "member %zu has no label", missing);
+    } else if (classes.count < 2) {
+        problem_add(inputs->list, "/inputs/cohort",
+                    "has one label only: there must be two or more");
+    } else {
+        smallest = 0;
+        for (size_t c = 1; c < classes.count; c++) {
+            smallest = classes.sizes[c] < classes.sizes[smallest] ? c : smallest;
+        }
+        freedom = own ? classes.sizes[smallest] - 2 : classes.n - 1 - classes.count;
+        if (classes.sizes[smallest] < 3) {
+            problem_add(inputs->list, "/inputs/cohort",
+                        "has %zu members with the label %.60s; each label needs 3",
+                        classes.sizes[smallest], classes.names[smallest]);
+        } else if (features > freedom) {
+            problem_add(inputs->list, components ? "/inputs/components" : "/inputs/covariance",
+                        "asks for a covariance of %zu features, size counted; the training "
+                        "subjects of a fold determine one of %zu",
+                        features, freedom);
+        }
+    }
+    classes_clear(&classes);
+}
+
+/* Members belong to the cohort here, which is the one way to name them. */
+static void move_surfaces(json_t *canonical)
+{
+    json_t *surfaces = json_object_get(canonical, "surfaces");
+
+    if (surfaces) {
+        (void)json_object_set(json_object_get(canonical, "cohort"), "surfaces", surfaces);
+        (void)json_object_del(canonical, "surfaces");
+    }
+}
+
+json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+{
+    struct process_inputs inputs;
+    const json_t *cohort;
+    long components, degree = PROCESS_DEGREE_DEFAULT;
+    bool own, with_size;
+    size_t n = 0;
+
+    if (!inputs_open(&inputs, call, given, list, names)) {
+        return NULL;
+    }
+    cohort = json_object_get(given, "cohort");
+    if (!cohort || json_is_null(cohort)) {
+        problem_add(list, "/inputs/cohort", "is required: the name of a cohort");
+    }
+    read_methods(&inputs);
+    components = read_components(&inputs);
+    own = strcmp(inputs_choice(&inputs, "covariance", covariances), "class") == 0;
+    (void)inputs_choice(&inputs, "validation", validations);
+    with_size = strcmp(inputs_choice(&inputs, "scale", scales), "shape-and-size") == 0;
+    (void)inputs_real(&inputs, "sizeWeight", 0.0, PROCESS_SIZE_WEIGHT_MAX, 1.0);
+    (void)inputs_integer(&inputs, "permutations", 0, PROCESS_PERMUTATIONS_MAX, 0);
+    (void)inputs_integer(&inputs, "seed", 0, PROCESS_SEED_MAX, 0);
+    (void)inputs_choice(&inputs, "refit", refits);
+    (void)inputs_boolean(&inputs, "commonPose", false);
+    if (!list->errors) {
+        n = inputs_group(&inputs, &degree);
+    }
+    degree = inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
+    move_surfaces(inputs.canonical);
+    if (n) {
+        inputs_check_memory(&inputs, n, degree, COPIES);
+        check_classes(&inputs, components, with_size, own);
+    }
+    return inputs_close(&inputs);
+}
+
+/* ---- Result ---------------------------------------------------------------------------------- */
+
+/* What each fold fits again, and what folds have in common. */
+static void set_refitted(json_t *document, const struct compute_classify_method *method, bool fold)
+{
+    bool registers = method->metric == SRNF_METRIC_SRNF || method->metric == SRNF_METRIC_SRM;
+    json_t *refitted = json_array(), *shared = json_array();
+    json_t *registration = fold ? refitted : shared;
+
+    if (registers) {
+        (void)json_array_append_new(registration, json_string("template: the medoid"));
+        (void)json_array_append_new(registration, json_string("registrations to it"));
+    } else {
+        (void)json_array_append_new(shared, json_string("distances between pairs"));
+    }
+    if (method->gauss) {
+        (void)json_array_append_new(refitted, json_string("mean"));
+        (void)json_array_append_new(refitted, json_string("principal components"));
+        (void)json_array_append_new(refitted, json_string("class means and covariances"));
+        (void)json_array_append_new(
+            refitted, json_string("number of components and kind of covariance, where open"));
+    }
+    (void)json_object_set_new(document, "refitted", refitted);
+    (void)json_object_set_new(document, "shared", shared);
+}
+
+/* One subject; evidence under the name of what it is. */
+static json_t *subject_json(const struct srnf_classification *r, size_t i,
+                            const struct classes *classes, json_t *subject)
+{
+    json_t *evidence = json_object();
+    bool gauss = r->components != NULL;
+
+    for (size_t c = 0; c < r->n_classes; c++) {
+        double value = r->evidence[i * r->n_classes + c];
+
+        (void)json_object_set_new(evidence, classes->names[c],
+                                  json_finite(gauss ? value : -value + 0.0));
+    }
+    return json_pack("{s:O, s:s, s:s, s:o}", "subject", subject, "label",
+                     classes->names[classes->labels[i]], "predicted",
+                     classes->names[r->predicted[i]], gauss ? "logLikelihoods" : "nearestDistances",
+                     evidence);
+}
+
+static json_t *method_json(const struct srnf_classification *r,
+                           const struct compute_classify_method *method,
+                           const struct classes *classes, const json_t *subjects, bool fold)
+{
+    json_t *confusion = json_array(), *per_subject = json_array();
+    json_t *components = r->components ? json_array() : json_null();
+    json_t *covariance = r->components ? json_array() : json_null();
+    json_t *document;
+
+    for (size_t a = 0; a < r->n_classes; a++) {
+        json_t *row = json_array();
+
+        for (size_t b = 0; b < r->n_classes; b++) {
+            (void)json_array_append_new(
+                row, json_integer((json_int_t)r->confusion[a * r->n_classes + b]));
+        }
+        (void)json_array_append_new(confusion, row);
+    }
+    for (size_t i = 0; i < r->n; i++) {
+        (void)json_array_append_new(per_subject,
+                                    subject_json(r, i, classes, json_array_get(subjects, i)));
+        if (r->components) {
+            (void)json_array_append_new(components, json_integer((json_int_t)r->components[i]));
+            (void)json_array_append_new(covariance, json_string(r->pooled[i] ? "pooled" : "class"));
+        }
+    }
+    document =
+        json_pack("{s:f, s:I, s:[f, f], s:o, s:o, s:o, s:o, s:o}", "accuracy", r->accuracy,
+                  "correct", (json_int_t)r->correct, "confidenceInterval", r->interval[0],
+                  r->interval[1], "confusion", confusion, "perSubject", per_subject, "components",
+                  components, "covariance", covariance, "pValue", json_finite(r->p_value));
+    set_refitted(document, method, fold);
+    return document;
+}
+
+static json_t *results_json(struct jobs_run *run, const json_t *inputs,
+                            const struct compute_classify_inputs *typed,
+                            const struct classes *classes,
+                            const struct srnf_classification *results)
+{
+    json_t *document = json_object(), *methods = json_object(), *order = json_array();
+    json_t *subjects = group_subjects(run, json_object_get(inputs, "cohort"));
+
+    for (size_t m = 0; m < typed->n_methods; m++) {
+        (void)json_object_set_new(methods, typed->methods[m]->name,
+                                  method_json(&results[m], typed->methods[m], classes, subjects,
+                                              typed->comparison.refit == SRNF_REFIT_FOLD));
+    }
+    for (size_t c = 0; c < classes->count; c++) {
+        (void)json_array_append_new(order, json_string(classes->names[c]));
+    }
+    (void)json_object_set_new(document, "methods", methods);
+    (void)json_object_set_new(document, "classes", order);
+    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)typed->group->degree));
+    (void)json_object_set_new(document, "registration",
+                              registration_json(&typed->comparison.registration));
+    json_decref(subjects);
+    return document;
+}
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+static bool is_choice(const json_t *inputs, const char *name, const char *choice)
+{
+    const char *text = json_string_value(json_object_get(inputs, name));
+
+    return text && strcmp(text, choice) == 0;
+}
+
+/* All but group, scales and labels. methods: [COMPUTE_CLASSIFY_METHODS]. */
+static void typed_inputs(const json_t *inputs, const struct compute_classify_method **methods,
+                         struct compute_classify_inputs *typed)
+{
+    const json_t *list = json_object_get(inputs, "method");
+    struct srnf_folds_options *comparison = &typed->comparison;
+    struct srnf_classify_options *classifier = &typed->classifier;
+    size_t components = (size_t)json_integer_value(json_object_get(inputs, "components"));
+
+    *comparison = srnf_folds_options_defaults();
+    *classifier = srnf_classify_options_defaults();
+    comparison->registration =
+        registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
+    comparison->refit = is_choice(inputs, "refit", "shared") ? SRNF_REFIT_SHARED : SRNF_REFIT_FOLD;
+    comparison->max_components = components > COMPONENTS_KEPT ? components : COMPONENTS_KEPT;
+    classifier->components = components;
+    classifier->covariance = is_choice(inputs, "covariance", "pooled")  ? SRNF_COVARIANCE_POOLED
+                             : is_choice(inputs, "covariance", "class") ? SRNF_COVARIANCE_CLASS
+                                                                        : SRNF_COVARIANCE_AUTO;
+    classifier->size_weight = json_number_value(json_object_get(inputs, "sizeWeight"));
+    classifier->permutations = (size_t)json_integer_value(json_object_get(inputs, "permutations"));
+    classifier->seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
+    for (size_t m = 0; m < json_array_size(list) && m < COMPUTE_CLASSIFY_METHODS; m++) {
+        methods[m] = find_method(json_string_value(json_array_get(list, m)));
+    }
+    typed->n_methods = json_array_size(list);
+    typed->methods = methods;
+}
+
+/* What multiplies each member back to its size; srnf_free. */
+static double *find_scales(struct jobs_run *run, const char *const *ids,
+                           const struct compute_group *group)
+{
+    double *found = srnf_alloc(group->n, sizeof *found);
+
+    for (size_t i = 0; found && i < group->n; i++) {
+        found[i] = process_scale(run, ids[i], group->scales[i]);
+    }
+    return found;
+}
+
+void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+{
+    json_t *inputs = process_parse(text, result);
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    struct compute_classify_inputs typed = {0};
+    const struct compute_classify_method *methods[COMPUTE_CLASSIFY_METHODS] = {NULL};
+    struct srnf_classification results[COMPUTE_CLASSIFY_METHODS] = {{0}};
+    struct compute_group group = {0};
+    struct classes classes = {0};
+    const char **ids = NULL;
+    double *found = NULL;
+    bool with_size, ready;
+    size_t n, missing;
+
+    (void)api;
+    if (!inputs) {
+        return;
+    }
+    typed_inputs(inputs, methods, &typed);
+    with_size = is_choice(inputs, "scale", "shape-and-size");
+    ids = group_ids(cohort, &n);
+    if (!ids || !classes_find(json_object_get(cohort, "labels"), &classes, &missing)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+        goto out;
+    }
+    if (compute_group_load(run, n, ids, (size_t)json_integer_value(json_object_get(inputs, "lmax")),
+                           SHARE, &group, result)) {
+        goto out;
+    }
+    found = with_size ? find_scales(run, ids, &group) : NULL;
+    ready = !with_size || found;
+    jobs_run_phase(run, 100.0);
+    typed.group = &group;
+    typed.scales = found;
+    typed.labels = classes.labels;
+    typed.n_classes = classes.count;
+    if (!ready) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the sizes");
+    } else if (compute_classify(run, &typed, results, result) == 0) {
+        process_finish(run, results_json(run, inputs, &typed, &classes, results), inputs, result);
+    }
+out:
+    for (size_t m = 0; m < COMPUTE_CLASSIFY_METHODS; m++) {
+        srnf_classification_clear(&results[m]);
+    }
+    compute_group_clear(&group);
+    classes_clear(&classes);
+    srnf_free(found);
+    srnf_free(ids);
+    json_decref(inputs);
+}

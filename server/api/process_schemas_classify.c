@@ -1,0 +1,65 @@
+/*
+ * process_schemas_classify.c - the inputs and outputs of classify as JSON Schema (2020-12). As
+ * process_schemas.c, which has the others.
+ */
+#include "api/cohorts.h"
+#include "api/process.h"
+
+#define CLASSIFY_COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_CLASSIFY_COMPONENTS_MAX)
+#define PERMUTATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_MAX)
+#define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
+#define SIZE_WEIGHT_MAX_TEXT PROCESS_TEXT(PROCESS_SIZE_WEIGHT_MAX)
+#define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
+#define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
+#define METHODS                                                                        \
+    "[\"srnf-gauss\",\"srnf-nn\",\"srm-gauss\",\"srm-nn\",\"harmonic-nn\",\"icp-nn\"," \
+    "\"spharm-pdm\"]"
+
+const char classify_inputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
+    "\"additionalProperties\":false,\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
+    "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
+    "\",\"description\":\"Name of a cohort whose members have labels, each of them three "
+    "members at least.\"},\"method\":{\"oneOf\":[{\"enum\":" METHODS
+    "},{\"type\":\"array\",\"minItems\":1,\"uniqueItems\":true,\"items\":{\"enum\":" METHODS
+    "}}],\"default\":[\"srnf-gauss\"],\"description\":\"One method or several. gauss: a "
+    "normal distribution for each class on principal components; nn: nearest neighbour, by SRNFs, "
+    "square-root maps, surfaces as parameterised, closest points, or points that the first-order "
+    "ellipsoids make correspond.\"},\"components\":{\"oneOf\":[{\"enum\":[\"auto\"]},{"
+    "\"type\":\"integer\",\"minimum\":1,\"maximum\":" CLASSIFY_COMPONENTS_MAX_TEXT
+    "}],\"default\":\"auto\",\"description\":\"Of the Gaussians; auto: chosen inside each "
+    "fold, of 20 at most.\"},\"covariance\":{\"enum\":[\"auto\",\"pooled\",\"class\"],"
+    "\"default\":\"auto\",\"description\":\"One for all classes, or one for each; auto: "
+    "chosen inside each fold.\"},\"validation\":{\"enum\":[\"loo\"],\"default\":\"loo\","
+    "\"description\":\"Leave-one-out.\"},\"scale\":{\"enum\":[\"shape\","
+    "\"shape-and-size\"],\"default\":\"shape\",\"description\":\"Whether the log of the "
+    "size counts beside shape.\"},\"sizeWeight\":{\"type\":\"number\",\"minimum\":0,"
+    "\"maximum\":" SIZE_WEIGHT_MAX_TEXT ",\"default\":1.0,\"description\":\"Of size in "
+    "distances; at 1 it weighs as much as shape. Gaussians need none.\"},\"permutations\":{"
+    "\"type\":\"integer\",\"minimum\":0,\"maximum\":" PERMUTATIONS_MAX_TEXT
+    ",\"default\":0,\"description\":\"Of the labels, for the p-value; 0: none.\"},\"seed\":{"
+    "\"type\":\"integer\",\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
+    ",\"default\":0,\"description\":\"Of the permutations.\"},\"refit\":{"
+    "\"enum\":[\"fold\",\"shared\"],\"default\":\"fold\",\"description\":\"fold: each "
+    "fold registers all to what its own training subjects give; shared: all are registered once, "
+    "to what all of them give, which is faster and lets the shape of the one left out, not its "
+    "label, into the registrations.\"},\"commonPose\":{\"type\":\"boolean\","
+    "\"default\":false,\"description\":\"The surfaces share a pose: no registration "
+    "rotates.\"},\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT
+    ",\"maximum\":" DEGREE_MAX_TEXT ",\"description\":\"Degree of the comparison; the surfaces "
+    "are cut or filled up to it. Default: the largest of theirs. 15 is enough for most.\"}}}";
+
+const char classify_outputs_schema[] =
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
+    "\"properties\":{\"methods\":{\"type\":\"object\",\"description\":\"By name: accuracy; "
+    "correct; confidenceInterval (Wilson, 95 %); confusion (rows: labels, columns: predictions, in "
+    "the order of classes); perSubject [{subject, label, predicted, logLikelihoods or "
+    "nearestDistances, of each class}]; components and covariance of each fold, or null; pValue, "
+    "(1 + b) / (1 + m) with b of m permutations at least as good, or null; refitted inside each "
+    "fold, and shared between folds.\"},\"classes\":{\"type\":\"array\",\"items\":{"
+    "\"type\":\"string\"},\"description\":\"The labels, in the order in which they first "
+    "appear.\"},\"lmax\":{\"type\":\"integer\"},\"registration\":{\"type\":\"object\","
+    "\"description\":\"Of the methods that register: degree, penalty and all other "
+    "options.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
+    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
+    "numbers.\"}}}";

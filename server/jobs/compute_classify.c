@@ -1,0 +1,166 @@
+/*
+ * compute_classify.c - one comparison after the other, each followed by the classifiers that read
+ * it. Only one comparison is in memory at a time.
+ *
+ * The progress of a job is that of its comparisons, each an equal part: permutations take less.
+ */
+#include "jobs/compute_classify.h"
+
+#include <math.h>
+
+const struct compute_classify_method compute_classify_methods[] = {
+    {"srnf-gauss", SRNF_METRIC_SRNF, true},       {"srnf-nn", SRNF_METRIC_SRNF, false},
+    {"srm-gauss", SRNF_METRIC_SRM, true},         {"srm-nn", SRNF_METRIC_SRM, false},
+    {"harmonic-nn", SRNF_METRIC_HARMONIC, false}, {"icp-nn", SRNF_METRIC_ICP, false},
+    {"spharm-pdm", SRNF_METRIC_SPHARM, false},    {NULL, SRNF_METRIC_SRNF, false},
+};
+_Static_assert(sizeof compute_classify_methods / sizeof compute_classify_methods[0] ==
+                   COMPUTE_CLASSIFY_METHODS + 1,
+               "the table has as many methods as its header says");
+#define METRICS (SRNF_METRIC_SPHARM + 1)
+
+/* A part of the run's progress; all else is handed on. */
+struct stage {
+    const struct srnf_context *inner;
+    double from, to;
+};
+
+static void stage_progress(void *user, double fraction, const char *message)
+{
+    const struct stage *stage = user;
+
+    stage->inner->progress(stage->inner->user, stage->from + fraction * (stage->to - stage->from),
+                           message);
+}
+
+static bool stage_canceled(void *user)
+{
+    const struct stage *stage = user;
+
+    return stage->inner->canceled(stage->inner->user);
+}
+
+static void stage_parallel_for(void *user, size_t count, void (*body)(void *, size_t),
+                               void *argument)
+{
+    const struct stage *stage = user;
+
+    stage->inner->parallel_for(stage->inner->user, count, body, argument);
+}
+
+static bool is_wanted(const struct compute_classify_inputs *inputs, enum srnf_metric metric)
+{
+    for (size_t m = 0; m < inputs->n_methods; m++) {
+        if (inputs->methods[m]->metric == metric) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The classifiers of one metric. They run without progress: the next stage would jump back. */
+static int classify_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
+                        enum srnf_metric metric, const struct srnf_folds *comparison,
+                        const struct srnf_classify_options *options,
+                        struct srnf_classification *results, struct jobs_result *result)
+{
+    struct srnf_context context = *jobs_run_context(run);
+    struct srnf_error error = {0};
+    int status = 0;
+
+    context.progress = NULL;
+    for (size_t m = 0; m < inputs->n_methods && status == 0; m++) {
+        const struct compute_classify_method *method = inputs->methods[m];
+
+        if (method->metric == metric) {
+            status = (method->gauss ? srnf_classify_gauss : srnf_classify_nearest)(
+                comparison, inputs->labels, inputs->n_classes, options, &context, &results[m],
+                &error);
+            if (status) {
+                (void)compute_fail(result, status, &error, method->name);
+            }
+        }
+    }
+    return status;
+}
+
+static int compare_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
+                       const struct srnf_sht *sht, const struct srnf_classify_options *options,
+                       struct srnf_classification *results, struct jobs_result *result)
+{
+    size_t wanted = 0, done = 0;
+    int status = 0;
+
+    for (size_t metric = 0; metric < METRICS; metric++) {
+        wanted += is_wanted(inputs, (enum srnf_metric)metric);
+    }
+    for (size_t i = 0; i < METRICS && status == 0; i++) {
+        enum srnf_metric metric = (enum srnf_metric)i;
+        struct stage stage = {jobs_run_context(run), (double)done / (double)wanted,
+                              (double)(done + 1) / (double)wanted};
+        struct srnf_context context = {.user = &stage,
+                                       .progress = stage_progress,
+                                       .canceled = stage_canceled,
+                                       .parallel_for = stage_parallel_for};
+        struct srnf_folds comparison;
+        struct srnf_error error = {0};
+
+        if (!is_wanted(inputs, metric)) {
+            continue;
+        }
+        status = srnf_folds_compare(sht, metric, inputs->group->n, inputs->group->surfaces,
+                                    &inputs->comparison, &context, &comparison, &error);
+        if (status) {
+            (void)compute_fail(result, status, &error, "comparing the surfaces");
+        } else {
+            status = classify_all(run, inputs, metric, &comparison, options, results, result);
+            srnf_folds_clear(&comparison);
+        }
+        done++;
+    }
+    return status;
+}
+
+/* log of the size of each surface: its own, times what multiplies it back. */
+static int measure_sizes(const struct compute_classify_inputs *inputs, const struct srnf_sht *sht,
+                         double *log_scale, struct jobs_result *result)
+{
+    size_t count = 3 * srnf_coefficient_count(inputs->group->degree);
+    double *normalized = srnf_alloc(count, sizeof(double));
+    int status = normalized ? 0 : SRNF_ENOMEM;
+
+    for (size_t i = 0; i < inputs->group->n && status == 0; i++) {
+        status = srnf_normalize(sht, inputs->group->surfaces[i], normalized, &log_scale[i]);
+        log_scale[i] += log(inputs->scales[i]);
+    }
+    srnf_free(normalized);
+    return status ? compute_fail(result, status, NULL, "measuring the surfaces") : 0;
+}
+
+int compute_classify(struct jobs_run *run, const struct compute_classify_inputs *inputs,
+                     struct srnf_classification *results, struct jobs_result *result)
+{
+    struct jobs *jobs = jobs_run_jobs(run);
+    struct srnf_classify_options options = inputs->classifier;
+    const struct srnf_sht *sht = NULL;
+    double *log_scale = srnf_alloc(inputs->group->n, sizeof(double));
+    int status = log_scale ? jobs_transform_acquire(jobs, inputs->group->degree,
+                                                    SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
+                           : SRNF_ENOMEM;
+
+    for (size_t m = 0; m < inputs->n_methods; m++) {
+        results[m] = (struct srnf_classification){0};
+    }
+    if (status) {
+        srnf_free(log_scale);
+        return compute_fail(result, status, NULL, "preparing the classification");
+    }
+    if (inputs->scales) {
+        status = measure_sizes(inputs, sht, log_scale, result);
+        options.log_scale = log_scale;
+    }
+    status = status ? status : compare_all(run, inputs, sht, &options, results, result);
+    jobs_transform_release(jobs, sht);
+    srnf_free(log_scale);
+    return status;
+}

@@ -1,0 +1,134 @@
+/*
+ * keeper.c - the thread that lets old things go: every sweep_seconds it removes the jobs that ended
+ * more than retention_days ago, and files that no row names (store/retention.c).
+ *
+ * The age of a job is by the wall clock, which can be wrong: a machine that wakes up in another
+ * year must not lose a year's jobs. So jobs are removed only where the wall clock has run with the
+ * monotonic one since the sweep before, and thus never by the first sweep after a start; a jump of
+ * more than JUMP_SECONDS puts them off to the sweep after the next, and is told in the log.
+ *
+ * Thread: srnfd-keep. Lock: keeper.mutex (rank 24) protects closing; it is held across nothing.
+ */
+#include "jobs/internal.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <time.h>
+
+#define DAY_MS 86400000.0
+#define JUMP_SECONDS 60.0
+
+static double seconds_of(clockid_t clock)
+{
+    struct timespec now;
+
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Waits until the next sweep; false: the engine closes. */
+static bool wait_for_sweep(struct jobs *jobs)
+{
+    struct jobs_keeper *keeper = &jobs->keeper;
+    struct timespec until;
+    bool closing;
+    int status = 0;
+
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_sec += (time_t)jobs->config.sweep_seconds;
+    until.tv_nsec += (long)(fmod(jobs->config.sweep_seconds, 1.0) * 1e9);
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    pthread_mutex_lock(&keeper->mutex);
+    while (!keeper->closing && status != ETIMEDOUT) {
+        status = pthread_cond_clockwait(&keeper->wake, &keeper->mutex, CLOCK_MONOTONIC, &until);
+    }
+    closing = keeper->closing;
+    pthread_mutex_unlock(&keeper->mutex);
+    return !closing;
+}
+
+static void tell(struct jobs *jobs, const char *event, size_t removed, int status)
+{
+    char detail[80];
+
+    if (removed > 0 || status != STORE_OK) {
+        snprintf(detail, sizeof detail, "%zu removed%s%s", removed, status == STORE_OK ? "" : "; ",
+                 status == STORE_OK ? "" : store_strerror(status));
+        jobs_log(jobs, event, "", detail);
+    }
+}
+
+static void expire_jobs(struct jobs *jobs)
+{
+    double age_ms = jobs->config.retention_days * DAY_MS;
+    size_t removed;
+    int status;
+
+    if (age_ms > 0.0) {
+        status = store_expire_jobs(jobs->config.store, store_now_ms() - (int64_t)age_ms, &removed);
+        tell(jobs, "jobs-expired", removed, status);
+    }
+}
+
+static void *keeper_main(void *argument)
+{
+    struct jobs *jobs = argument;
+    double before = seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_MONOTONIC);
+    bool settled = false;
+    size_t removed;
+    int status;
+
+    pthread_setname_np(pthread_self(), "srnfd-keep");
+    while (wait_for_sweep(jobs)) {
+        double offset = seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_MONOTONIC);
+        bool jumped = fabs(offset - before) > JUMP_SECONDS;
+
+        if (jumped) {
+            jobs_log(jobs, "clock-jumped", "", "no jobs are removed at this sweep and the next");
+        } else if (settled) {
+            expire_jobs(jobs);
+        }
+        settled = !jumped;
+        before = offset;
+        status = store_sweep_files(jobs->config.store, &removed);
+        tell(jobs, "files-swept", removed, status);
+    }
+    return NULL;
+}
+
+int jobs_keeper_start(struct jobs *jobs)
+{
+    struct jobs_keeper *keeper = &jobs->keeper;
+
+    if (jobs->config.sweep_seconds <= 0.0) {
+        return STORE_OK;
+    }
+    pthread_mutex_init(&keeper->mutex, NULL);
+    pthread_cond_init(&keeper->wake, NULL);
+    keeper->started = pthread_create(&keeper->thread, NULL, keeper_main, jobs) == 0;
+    if (!keeper->started) {
+        pthread_cond_destroy(&keeper->wake);
+        pthread_mutex_destroy(&keeper->mutex);
+        return STORE_NOMEM;
+    }
+    return STORE_OK;
+}
+
+void jobs_keeper_stop(struct jobs *jobs)
+{
+    struct jobs_keeper *keeper = &jobs->keeper;
+
+    if (!keeper->started) {
+        return;
+    }
+    pthread_mutex_lock(&keeper->mutex);
+    keeper->closing = true;
+    pthread_cond_signal(&keeper->wake);
+    pthread_mutex_unlock(&keeper->mutex);
+    pthread_join(keeper->thread, NULL);
+    pthread_cond_destroy(&keeper->wake);
+    pthread_mutex_destroy(&keeper->mutex);
+    keeper->started = false;
+}

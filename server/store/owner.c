@@ -1,0 +1,133 @@
+/*
+ * owner.c - whom content belongs to.
+ *
+ * Meshes, surfaces and models are stored once, under the hash of their content; a row of `owned`
+ * for each owner says that it is theirs too, with the name, record and time that they gave it. So
+ * an owner never sees what another called the same bytes, nor whether another has them. Cohorts
+ * and jobs have one owner each, in their own rows.
+ *
+ * What an owner holds in bytes is kept by triggers (migrations/0004_owners.sql), and so is exact
+ * in every transaction: the limit is asked for in the one that adds.
+ */
+#include "store/internal.h"
+
+#include <string.h>
+
+const char *store_owner_name(const struct store_owner *owner)
+{
+    return owner->name ? owner->name : "";
+}
+
+int store_owner_add(sqlite3 *db, const char *name)
+{
+    return store_execute(db, NULL, "INSERT INTO owner (name) VALUES (?) ON CONFLICT DO NOTHING",
+                         "t", name);
+}
+
+/* The bytes that the owner holds. */
+static int read_bytes(sqlite3 *db, const char *name, int64_t *bytes)
+{
+    sqlite3_stmt *row = NULL;
+    int status = store_prepare(db, &row, "SELECT bytes FROM owner WHERE name = ?", "t", name);
+
+    *bytes = 0;
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    if (status == STORE_OK) {
+        *bytes = sqlite3_column_int64(row, 0);
+    }
+    sqlite3_finalize(row);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
+int store_owner_check(sqlite3 *db, const char *name, int64_t bytes_max)
+{
+    int64_t bytes = 0;
+    int status = bytes_max > 0 ? read_bytes(db, name, &bytes) : STORE_OK;
+
+    return status == STORE_OK && bytes_max > 0 && bytes > bytes_max ? STORE_QUOTA : status;
+}
+
+int store_owner_take(sqlite3 *db, const struct store_owner *owner,
+                     const struct store_holding *holding, bool *taken)
+{
+    const char *name = store_owner_name(owner);
+    size_t changed = 0;
+    int status = store_owner_add(db, name);
+
+    /* The first to have it describes it in the content's own row. */
+    if (status == STORE_OK) {
+        status = store_execute(
+            db, &changed,
+            "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms) SELECT ?1, ?2, "
+            "?3, iif(other, ?4, NULL), iif(other, ?5, NULL), ?6, ?7 "
+            "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other) "
+            "WHERE true ON CONFLICT DO NOTHING",
+            "tttttii", name, holding->id, holding->kind, holding->name, holding->record,
+            holding->bytes, holding->now);
+    }
+    *taken = changed > 0;
+    return status == STORE_OK && changed > 0 ? store_owner_check(db, name, owner->bytes_max)
+                                             : status;
+}
+
+int store_owner_has(struct store *store, const char *owner, const char *id)
+{
+    bool job = strncmp(id, "job-", 4) == 0;
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           job ? "SELECT 1 FROM job WHERE owner = ? AND id = ?"
+                               : "SELECT 1 FROM owned WHERE owner = ? AND id = ?",
+                           "tt", owner ? owner : "", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status;
+}
+
+int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes)
+{
+    struct store_reader *reader = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *bytes = 0;
+    if (status == STORE_OK) {
+        status = read_bytes(reader->db, owner ? owner : "", bytes);
+        store_reader_return(store, reader);
+    }
+    return status;
+}
+
+/* ---- When tokens were used ------------------------------------------------------------------- */
+
+struct use {
+    const char *token;
+    int64_t now;
+};
+
+static int run_use(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct use *use = write->argument;
+
+    (void)store;
+    return store_execute(db, NULL,
+                         "INSERT INTO token_use (token, last_ms) VALUES (?, ?) "
+                         "ON CONFLICT (token) DO UPDATE SET last_ms = excluded.last_ms",
+                         "ti", use->token, use->now);
+}
+
+int store_token_used(struct store *store, const char *token, int64_t when_ms)
+{
+    struct use use = {.token = token, .now = when_ms};
+
+    return store_write(store, run_use, &use);
+}

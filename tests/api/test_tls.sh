@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# HTTPS by the daemon itself: requests of every kind pass, only current versions of TLS are spoken, and a certificate
+# that is replaced is shown from the next connection on, while one that cannot be used is passed over.
+. "$(dirname "$0")/../support/lib.sh"
+
+CERTIFICATE=$SCRATCH/certificate.pem
+KEY=$SCRATCH/key.pem
+
+# Makes a certificate of that name for 127.0.0.1, and its key.
+make_pair() { # NAME CERTIFICATE KEY
+    openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj "/CN=$1" \
+        -addext 'subjectAltName=IP:127.0.0.1' -out "$2" -keyout "$3" 2>/dev/null
+}
+
+# The name in the certificate that a new connection is shown.
+shown() {
+    openssl s_client -connect "${URL#https://}" </dev/null 2>/dev/null | openssl x509 -noout -subject 2>/dev/null |
+        sed 's/.*CN *= *//'
+}
+
+# Waits until the log has the event so many times.
+await_event() { # EVENT COUNT
+    local waited=0
+    while [ "$(jq -Rr 'fromjson? | objects | .event' "$SERVER_LOG" | grep -cx "$1")" -lt "$2" ] && [ "$waited" -lt 100 ]; do
+        sleep 0.05
+        waited=$((waited + 1))
+    done
+}
+
+make_pair first "$CERTIFICATE" "$KEY" || skip_all 'openssl cannot make a certificate'
+
+"$SRNFD" serve --listen 127.0.0.1:0 --data "$SCRATCH/none" --tls-certificate "$CERTIFICATE" --tls-key "$SCRATCH/absent" \
+    >/dev/null 2>"$SCRATCH/refused"
+is $? 1 'a key that is not there: refused'
+like "$(tail -n 1 "$SCRATCH/refused" | jq -r .message)" 'absent' 'and said which'
+make_pair other "$SCRATCH/other.pem" "$SCRATCH/other-key.pem"
+"$SRNFD" serve --listen 127.0.0.1:0 --data "$SCRATCH/none" --tls-certificate "$CERTIFICATE" \
+    --tls-key "$SCRATCH/other-key.pem" >/dev/null 2>"$SCRATCH/refused"
+is $? 1 'a key of another certificate: refused'
+
+start_server "$SCRATCH/data" --tls-certificate "$CERTIFICATE" --tls-key "$KEY" || exit 1
+URL=https://${URL#http://}
+cp "$CERTIFICATE" "$SCRATCH/trusted.pem"
+is "$(jq -Rr 'fromjson? | objects | select(.event == "listening") | .scheme' "$SERVER_LOG")" https 'the log says so'
+
+secure() { # METHOD PATH [CURL ARGUMENTS..]
+    local method=$1 path=$2
+    shift 2
+    STATUS=$(curl --silent --show-error --cacert "$SCRATCH/trusted.pem" --max-time "$REQUEST_SECONDS" --request "$method" \
+        --output "$BODY" --dump-header "$HEADERS" --write-out '%{http_code}' "$@" "$URL$path")
+}
+secure GET /healthz
+is "$STATUS" 200 'a request over TLS'
+TOKEN=$("$SRNFD" token add --data "$SCRATCH/data" --name ada 2>/dev/null)
+secure POST '/v1/meshes?name=t' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
+is_problem 401 token-required 'a body is refused over TLS'
+secure POST '/v1/meshes?name=t' --header "Authorization: Bearer $TOKEN" --data-binary @tests/data/aal_subcortex/L_thalamus.ply
+is "$STATUS" 201 'and taken'
+ID=$(json .id)
+secure GET "/v1/meshes/$ID/content" --header "Authorization: Bearer $TOKEN"
+check 'and comes back' cmp "$BODY" tests/data/aal_subcortex/L_thalamus.ply
+secure POST /v1/processes/encode/execution --header "Authorization: Bearer $TOKEN" --header 'Content-Type: application/json' \
+    --data-binary "{\"inputs\":{\"mesh\":\"$ID\",\"lmax\":8}}"
+is "$STATUS" 200 'an answer that waited for its job'
+status=$(curl --silent --output /dev/null --write-out '%{http_code}' --max-time 20 "http://${URL#https://}/healthz")
+is "$status" 000 'plain HTTP is not answered'
+curl --silent --output /dev/null --max-time 20 --cacert "$SCRATCH/trusted.pem" --tlsv1.0 --tls-max 1.1 \
+    --ciphers 'DEFAULT@SECLEVEL=0' "$URL/healthz"
+isnt $? 0 'nor is TLS 1.1'
+
+# A new pair, the certificate first: between the two files there is no pair, and the one before is shown.
+is "$(shown)" first 'the certificate is shown'
+make_pair second "$SCRATCH/new.pem" "$SCRATCH/new-key.pem"
+mv "$SCRATCH/new.pem" "$CERTIFICATE"
+is "$(shown)" first 'half a pair is passed over'
+await_event tls-not-reloaded 1
+is "$(jq -Rr 'fromjson? | objects | .event' "$SERVER_LOG" | grep -cx tls-not-reloaded)" 1 'and logged once'
+mv "$SCRATCH/new-key.pem" "$KEY"
+is "$(shown)" second 'the new pair is shown without a restart'
+secure GET /healthz
+is "$STATUS" 000 'and the old one no more'
+cp "$CERTIFICATE" "$SCRATCH/trusted.pem"
+printf 'no certificate\n' >"$SCRATCH/broken.pem"
+mv "$SCRATCH/broken.pem" "$CERTIFICATE"
+secure GET /healthz
+is "$STATUS" 200 'what is no certificate is passed over'
+rm "$CERTIFICATE"
+secure GET /healthz
+is "$STATUS" 200 'and so is its absence'
+
+# Handshakes while the pair is replaced again and again: each sees one pair or another.
+failures=0
+for i in 1 2 3 4 5 6 7 8; do
+    make_pair "turn$i" "$SCRATCH/new.pem" "$SCRATCH/new-key.pem"
+    cp "$SCRATCH/new.pem" "$SCRATCH/new-copy.pem"
+    mv "$SCRATCH/new.pem" "$CERTIFICATE"
+    mv "$SCRATCH/new-key.pem" "$KEY"
+    cat "$SCRATCH/new-copy.pem" >>"$SCRATCH/trusted.pem"
+    for _ in 1 2 3; do
+        secure GET /healthz
+        [ "$STATUS" = 200 ] || failures=$((failures + 1))
+    done
+done
+is "$failures" 0 'no handshake fails while certificates change'
+stop_server || not_ok 'the server ends well'
+done_testing

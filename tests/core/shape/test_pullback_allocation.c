@@ -1,0 +1,171 @@
+/*
+ * test_pullback_allocation.c - the pulled-back metric when memory runs out: each allocation in turn
+ * is refused; the call fails cleanly and nothing leaks.
+ *
+ * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
+ * library. They count what is alive and refuse the n-th request.
+ */
+#include "pullbacks.h"
+
+static size_t requests; /* since the last reset */
+static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
+static size_t alive;
+
+void *srnf_alloc(size_t count, size_t size)
+{
+    void *pointer;
+
+    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
+        return NULL;
+    }
+    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
+    if (pointer) {
+        memset(pointer, 0, count * size);
+        alive++;
+    }
+    return pointer;
+}
+
+void srnf_free(void *pointer)
+{
+    alive -= pointer != NULL;
+    free(pointer);
+}
+
+#define SEGMENTS ((size_t)4)
+
+/* What the runs work on: stars, a straight path from the first to the second, and its velocity. */
+static struct group g;
+static double *path, *velocity;
+
+static int run_geodesic(struct srnf_error *error)
+{
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_pullback_geodesic result;
+    int status;
+
+    options.segments = SEGMENTS;
+    options.halving = true;
+    status = srnf_pullback_geodesic(g.sht, g.f[0], g.f[1], &options, NULL, &result, error);
+    srnf_pullback_geodesic_clear(&result);
+    return status;
+}
+
+static int run_exp(struct srnf_error *error)
+{
+    struct srnf_pullback_shot shot;
+    int status = srnf_pullback_exp(g.sht, g.f[0], velocity, SEGMENTS, NULL, &shot, error);
+
+    srnf_pullback_shot_clear(&shot);
+    return status;
+}
+
+static int run_transport(struct srnf_error *error)
+{
+    struct srnf_pullback_transported moved;
+    int status = srnf_pullback_transport(g.sht, SEGMENTS, path, velocity, NULL, &moved, error);
+
+    srnf_free(moved.vector);
+    return status;
+}
+
+static int run_transfer(struct srnf_error *error)
+{
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_pullback_transfer transfer;
+    int status;
+
+    options.segments = SEGMENTS;
+    status =
+        srnf_pullback_transfer(g.sht, g.f[0], g.f[1], g.f[2], &options, NULL, &transfer, error);
+    srnf_pullback_transfer_clear(&transfer);
+    return status;
+}
+
+static int mean_by(enum srnf_pullback_mean_method method, struct srnf_error *error)
+{
+    struct srnf_pullback_mean_options options = srnf_pullback_mean_defaults(method);
+    struct srnf_pullback_mean mean;
+    int status;
+
+    options.segments = 2;
+    options.max_iterations = 2;
+    status = srnf_pullback_mean(g.sht, g.n, g.surfaces, &options, NULL, &mean, error);
+    srnf_pullback_mean_clear(&mean);
+    return status;
+}
+
+static int run_graph(struct srnf_error *error)
+{
+    return mean_by(SRNF_PULLBACK_MEAN_GRAPH, error);
+}
+
+static int run_steps(struct srnf_error *error)
+{
+    return mean_by(SRNF_PULLBACK_MEAN_LOG_EXP, error);
+}
+
+static void survives_each_refusal(void **state)
+{
+    static const struct {
+        const char *name;
+        int (*run)(struct srnf_error *error);
+    } subjects[] = {
+        {"geodesic", run_geodesic}, {"exponential", run_exp},   {"transport", run_transport},
+        {"transfer", run_transfer}, {"mean, graph", run_graph}, {"mean, log-exp", run_steps},
+    };
+    (void)state;
+
+    for (size_t k = 0; k < sizeof subjects / sizeof subjects[0]; k++) {
+        size_t before = alive;
+        size_t total;
+
+        requests = 0;
+        refused = SIZE_MAX;
+        assert_true(subjects[k].run(NULL) >= 0);
+        total = requests;
+        assert_int_equal(alive, before);
+        printf("# %s: %zu allocations\n", subjects[k].name, total);
+        assert_true(total > 3);
+        for (size_t n = 0; n < total; n++) {
+            struct srnf_error error = {0};
+            int status;
+
+            requests = 0;
+            refused = n;
+            status = subjects[k].run(&error);
+            if (status != SRNF_ENOMEM || error.status != SRNF_ENOMEM) {
+                fail_msg("%s, request %zu refused: status %d, error %d", subjects[k].name, n,
+                         status, error.status);
+            }
+            assert_int_equal(alive, before);
+        }
+        refused = SIZE_MAX;
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(survives_each_refusal),
+    };
+    int failed;
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    refused = SIZE_MAX;
+    group_open_stars(&g, 4, 3, 0.5);
+    path = shapes_doubles((SEGMENTS + 1) * g.count);
+    velocity = shapes_doubles(g.count);
+    for (size_t k = 0; k <= SEGMENTS; k++) {
+        pullback_mix(g.count, (double)k / (double)SEGMENTS, g.f[0], g.f[1], path + k * g.count);
+    }
+    for (size_t i = 0; i < g.count; i++) {
+        velocity[i] = g.f[1][i] - g.f[0][i];
+    }
+    failed = cmocka_run_group_tests(tests, NULL, NULL);
+    srnf_free(velocity);
+    srnf_free(path);
+    group_close(&g);
+    return failed;
+}

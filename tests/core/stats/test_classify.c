@@ -1,0 +1,543 @@
+/*
+ * test_classify.c - classifiers on planted scores: likelihoods and the inner choice against a plain
+ * computation that fits everything again, invariance, Wilson's interval, permutations, chance under
+ * shuffled labels, power and level under planted effects, and what is refused.
+ */
+#include "classes.h"
+
+#include <lapacke.h>
+
+#define N ((size_t)34) /* 19 and 15, as in the paper's study */
+#define FIRST ((size_t)19)
+#define COMPONENTS ((size_t)6)
+
+static double accuracy(const struct srnf_folds *c, const size_t *labels, bool gauss,
+                       const struct srnf_classify_options *options, double *p_value)
+{
+    struct srnf_classification r;
+    double result;
+
+    assert_int_equal((gauss ? srnf_classify_gauss : srnf_classify_nearest)(c, labels, 2, options,
+                                                                           NULL, &r, NULL),
+                     SRNF_OK);
+    result = r.accuracy;
+    if (p_value) {
+        *p_value = r.p_value;
+    }
+    srnf_classification_clear(&r);
+    return result;
+}
+
+/* ---- Likelihoods, plainly -------------------------------------------------------------------- */
+
+struct plain {
+    const struct srnf_folds *c;
+    const size_t *labels;
+    size_t n_classes, features;
+    bool pooled;
+};
+
+/* Log-likelihood of subject i under class k, fitted without the subjects of `out`. */
+static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t out_a,
+                               size_t out_b)
+{
+    size_t d = p->features;
+    size_t stride = p->c->components;
+    double mean[8][8] = {{0.0}};
+    double count[8] = {0.0};
+    double s[64] = {0.0};
+    double x[8];
+    double freedom = 0.0;
+    double result;
+
+    for (size_t j = 0; j < p->c->n; j++) {
+        for (size_t a = 0; a < d && j != out_a && j != out_b; a++) {
+            mean[p->labels[j]][a] += p->c->scores[j * stride + a];
+            count[p->labels[j]] += a == 0;
+        }
+    }
+    for (size_t j = 0; j < p->c->n; j++) {
+        size_t own = p->labels[j];
+
+        if (j == out_a || j == out_b || (!p->pooled && own != k)) {
+            continue;
+        }
+        freedom += 1.0;
+        for (size_t a = 0; a < d; a++) {
+            for (size_t b = 0; b < d; b++) {
+                s[a * d + b] += (p->c->scores[j * stride + a] - mean[own][a] / count[own]) *
+                                (p->c->scores[j * stride + b] - mean[own][b] / count[own]);
+            }
+        }
+    }
+    freedom -= p->pooled ? (double)p->n_classes : 1.0;
+    for (size_t a = 0; a < d; a++) {
+        x[a] = p->c->scores[i * stride + a] - mean[k][a] / count[k];
+    }
+    for (size_t a = 0; a < d * d; a++) {
+        s[a] /= freedom;
+    }
+    if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', (int)d, s, (int)d) != 0) {
+        return -INFINITY;
+    }
+    result = -0.5 * (double)d * log(2.0 * SRNF_PI);
+    for (size_t a = 0; a < d; a++) {
+        result -= log(s[a * d + a]);
+    }
+    (void)LAPACKE_dtrtrs_work(LAPACK_COL_MAJOR, 'L', 'N', 'N', (int)d, 1, s, (int)d, x, (int)d);
+    for (size_t a = 0; a < d; a++) {
+        result -= 0.5 * x[a] * x[a];
+    }
+    return result;
+}
+
+static void likelihoods_are_those_of_a_plain_fit(void **state)
+{
+    size_t labels[N];
+    struct srnf_folds c;
+    double worst = 0.0;
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        labels[i] = i % 3; /* three classes */
+    }
+    c = classes_open(N, COMPONENTS, 1.0, labels, 3);
+    for (size_t pooled = 0; pooled < 2; pooled++) {
+        struct srnf_classify_options options = srnf_classify_options_defaults();
+        struct plain plain = {&c, labels, 3, 4, pooled};
+        struct srnf_classification r;
+
+        options.components = 4;
+        options.covariance = pooled ? SRNF_COVARIANCE_POOLED : SRNF_COVARIANCE_CLASS;
+        assert_int_equal(srnf_classify_gauss(&c, labels, 3, &options, NULL, &r, NULL), SRNF_OK);
+        for (size_t i = 0; i < N; i++) {
+            size_t best = 0;
+
+            assert_int_equal(r.components[i], 4);
+            assert_int_equal(r.pooled[i], pooled);
+            for (size_t k = 0; k < 3; k++) {
+                worst =
+                    fmax(worst, fabs(r.evidence[3 * i + k] - plain_likelihood(&plain, i, k, i, i)));
+                best = r.evidence[3 * i + k] > r.evidence[3 * i + best] ? k : best;
+            }
+            assert_int_equal(r.predicted[i], best);
+        }
+        srnf_classification_clear(&r);
+    }
+    figure_below("log-likelihoods", worst, 1e-10);
+    classes_clear(&c);
+}
+
+/* Sum of log posteriors over the training subjects, each left out by a fit of its own. */
+static double plain_score(const struct plain *p, size_t left_out)
+{
+    double score = 0.0;
+
+    for (size_t i = 0; i < p->c->n; i++) {
+        double sum = 0.0;
+        double own = plain_likelihood(p, i, p->labels[i], left_out, i);
+
+        for (size_t k = 0; k < p->n_classes; k++) {
+            sum += exp(plain_likelihood(p, i, k, left_out, i) - own);
+        }
+        score -= i == left_out ? 0.0 : log(sum);
+    }
+    return score;
+}
+
+static void the_inner_choice_is_that_of_refitting(void **state)
+{
+    size_t labels[N];
+    struct srnf_folds c;
+    struct srnf_classification r;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 1.5, labels, 4);
+    assert_int_equal(srnf_classify_gauss(&c, labels, 2, NULL, NULL, &r, NULL), SRNF_OK);
+    for (size_t i = 0; i < N; i += 11) {
+        struct plain plain = {&c, labels, 2, r.components[i], r.pooled[i]};
+        double chosen = plain_score(&plain, i);
+
+        for (size_t k = 1; k <= COMPONENTS; k++) {
+            for (size_t pooled = 0; pooled < 2; pooled++) {
+                plain.features = k;
+                plain.pooled = pooled;
+                assert_true(plain_score(&plain, i) <= chosen + 1e-9);
+            }
+        }
+    }
+    srnf_classification_clear(&r);
+    classes_clear(&c);
+}
+
+/* Mixing earlier features into later ones, and the units of all, shift every log-likelihood by the
+   same number; so does the unit of size. */
+static void likelihood_ratios_are_invariant(void **state)
+{
+    size_t labels[N];
+    double size[N];
+    struct srnf_folds c;
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_classification before;
+    struct srnf_classification after;
+    double worst = 0.0;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 1.0, labels, 5);
+    for (size_t i = 0; i < N; i++) {
+        size[i] = sin((double)(7 * i)) + 0.3 * (double)labels[i];
+    }
+    options.log_scale = size;
+    assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &before, NULL), SRNF_OK);
+    for (size_t i = 0; i < N * N; i++) {
+        double *x = c.scores + i * COMPONENTS;
+
+        for (size_t k = COMPONENTS; k-- > 0;) {
+            x[k] = 1e3 * (double)(k + 1) * (x[k] + (k > 0 ? 0.5 * x[k - 1] : 0.0)) - 40.0;
+        }
+    }
+    for (size_t i = 0; i < N; i++) {
+        size[i] = 5.0 - 100.0 * size[i];
+    }
+    assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &after, NULL), SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        double ratio = before.evidence[2 * i] - before.evidence[2 * i + 1];
+
+        worst = fmax(worst, fabs(after.evidence[2 * i] - after.evidence[2 * i + 1] - ratio));
+        assert_int_equal(before.components[i], after.components[i]);
+    }
+    figure_below("log-likelihood ratios", worst, 1e-8);
+    srnf_classification_clear(&before);
+    srnf_classification_clear(&after);
+    classes_clear(&c);
+}
+
+/* ---- Nearest --------------------------------------------------------------------------------- */
+
+static void the_nearest_counts(void **state)
+{
+    size_t labels[N];
+    double size[N];
+    struct srnf_folds c;
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_classification r;
+    size_t total = 0;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 1.0, labels, 6);
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, NULL, NULL, &r, NULL), SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        size_t nearest = i == 0 ? 1 : 0;
+
+        for (size_t j = 0; j < N; j++) {
+            bool closer = c.distances[i * N + j] < c.distances[i * N + nearest];
+
+            nearest = j != i && closer ? j : nearest;
+        }
+        assert_int_equal(r.predicted[i], labels[nearest]);
+        assert_true(r.evidence[2 * i + labels[nearest]] == -c.distances[i * N + nearest]);
+        assert_true(r.evidence[2 * i] <= 0.0 && r.evidence[2 * i + 1] <= 0.0);
+    }
+    for (size_t k = 0; k < 4; k++) {
+        total += r.confusion[k];
+    }
+    assert_int_equal(total, N);
+    assert_int_equal(r.confusion[0] + r.confusion[1], FIRST);
+    assert_int_equal(r.confusion[0] + r.confusion[3], r.correct);
+    assert_true(isnan(r.p_value) && !r.components && !r.pooled);
+    srnf_classification_clear(&r);
+
+    /* Size that tells the classes apart decides when its weight is large, and not when it is 0. */
+    for (size_t i = 0; i < N; i++) {
+        size[i] = (double)labels[i] + 0.001 * (double)i;
+    }
+    options.log_scale = size;
+    options.size_weight = 1000.0;
+    assert_true(accuracy(&c, labels, false, &options, NULL) == 1.0);
+    options.size_weight = 0.0;
+    assert_true(accuracy(&c, labels, false, &options, NULL) ==
+                accuracy(&c, labels, false, NULL, NULL));
+    classes_clear(&c);
+}
+
+/* ---- Statistics ------------------------------------------------------------------------------ */
+
+/* The ends of Wilson's interval are the p with (x / n - p)^2 = z^2 p (1 - p) / n. */
+static void wilson_solves_its_equation(void **state)
+{
+    double z2 = 1.959963984540054 * 1.959963984540054;
+    double ends[2];
+
+    (void)state;
+    for (size_t n = 1; n <= 100; n += 9) {
+        for (size_t x = 0; x <= n; x++) {
+            double rate = (double)x / (double)n;
+
+            srnf_wilson_interval(x, n, ends);
+            assert_true(ends[0] >= 0.0 && ends[0] <= rate && rate <= ends[1] && ends[1] <= 1.0);
+            for (size_t e = 0; e < 2; e++) {
+                double d = rate - ends[e];
+
+                assert_true(fabs(d * d - z2 * ends[e] * (1.0 - ends[e]) / (double)n) <= 1e-14);
+            }
+        }
+    }
+    srnf_wilson_interval(0, 0, ends);
+    assert_true(ends[0] == 0.0 && ends[1] == 1.0);
+}
+
+static void permutations_are_uniform(void **state)
+{
+    size_t counts[4][4] = {{0}};
+    size_t p[4];
+    size_t again[4];
+    double chi2 = 0.0;
+
+    (void)state;
+    for (uint64_t i = 0; i < 4000; i++) {
+        unsigned seen = 0;
+
+        srnf_permutation(12, i, 4, p);
+        srnf_permutation(12, i, 4, again);
+        assert_memory_equal(p, again, sizeof p);
+        for (size_t k = 0; k < 4; k++) {
+            assert_true(p[k] < 4);
+            seen |= 1U << p[k];
+            counts[k][p[k]]++;
+        }
+        assert_int_equal(seen, 15);
+    }
+    for (size_t k = 0; k < 16; k++) {
+        double d = (double)counts[k / 4][k % 4] - 1000.0;
+
+        chi2 += d * d / 1000.0;
+    }
+    figure_below("chi-square of 9 degrees of freedom", chi2, 27.9); /* passed by 1 in 1000 */
+}
+
+/* Shuffled labels: right as often as guessing is, within four standard errors over the seeds. */
+static void shuffled_labels_are_at_chance(void **state)
+{
+    enum { SEEDS = 20 };
+    size_t labels[N];
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    for (size_t gauss = 0; gauss < 2; gauss++) {
+        struct srnf_folds c = classes_open(N, COMPONENTS, 3.0, labels, 7);
+        double sum = 0.0;
+        double square = 0.0;
+        double error;
+        /* A nearest neighbour has label c with probability (n_c - 1) / (n - 1). */
+        double guess = (19.0 * 18.0 + 15.0 * 14.0) / (34.0 * 33.0);
+
+        for (uint64_t seed = 0; seed < SEEDS; seed++) {
+            size_t order[N];
+            size_t shuffled[N];
+            double a;
+
+            srnf_permutation(seed, 1, N, order);
+            for (size_t i = 0; i < N; i++) {
+                shuffled[i] = labels[order[i]];
+            }
+            a = accuracy(&c, shuffled, gauss, NULL, NULL);
+            sum += a / SEEDS;
+            square += a * a / SEEDS;
+        }
+        error = sqrt((square - sum * sum) / (SEEDS - 1));
+        printf("# %s: %.3f +- %.3f\n", gauss ? "Gauss" : "nearest", sum, error);
+        assert_true(fabs(sum - (gauss ? 0.5 : guess)) <= 4.0 * error + (gauss ? 0.03 : 0.0));
+        assert_true(accuracy(&c, labels, gauss, NULL, NULL) >= 0.85); /* unshuffled: an effect */
+        classes_clear(&c);
+    }
+}
+
+/* From chance to all right as the classes part. */
+static void accuracy_rises_with_the_effect(void **state)
+{
+    static const double shifts[] = {0.0, 1.0, 2.0, 4.0, 12.0};
+    size_t labels[N];
+    double before[2] = {0.0, 0.0};
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    for (size_t s = 0; s < sizeof shifts / sizeof shifts[0]; s++) {
+        double mean[2] = {0.0, 0.0};
+
+        for (uint64_t seed = 0; seed < 5; seed++) {
+            struct srnf_folds c = classes_open(N, COMPONENTS, shifts[s], labels, 50 + seed);
+
+            for (size_t gauss = 0; gauss < 2; gauss++) {
+                mean[gauss] += accuracy(&c, labels, gauss, NULL, NULL) / 5.0;
+            }
+            classes_clear(&c);
+        }
+        printf("# shift %4.1f: nearest %.2f, Gauss %.2f\n", shifts[s], mean[0], mean[1]);
+        for (size_t gauss = 0; gauss < 2; gauss++) {
+            assert_true(s == 0 ? fabs(mean[gauss] - 0.5) <= 0.15
+                               : mean[gauss] >= before[gauss] - 0.03);
+            before[gauss] = mean[gauss];
+        }
+    }
+    assert_true(before[0] == 1.0 && before[1] == 1.0);
+}
+
+/* p-values of cohorts without an effect: Kolmogorov's distance from uniform, p a multiple of 1/40
+   and ties conservative, so that only a surplus of small ones is a fault. */
+static void p_values_are_uniform_without_effect(void **state)
+{
+    enum { COHORTS = 60, PERMUTATIONS = 39 };
+    size_t labels[N];
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    for (size_t gauss = 0; gauss < 2; gauss++) {
+        struct srnf_classify_options options = srnf_classify_options_defaults();
+        double p[COHORTS];
+        double surplus = 0.0;
+        double mean = 0.0;
+
+        options.permutations = PERMUTATIONS;
+        options.components = gauss ? 3 : 0;
+        options.covariance = SRNF_COVARIANCE_POOLED;
+        for (uint64_t k = 0; k < COHORTS; k++) {
+            struct srnf_folds c = classes_open(N, 3, 0.0, labels, 100 + k);
+
+            options.seed = k;
+            (void)accuracy(&c, labels, gauss, &options, &p[k]);
+            mean += p[k] / COHORTS;
+            classes_clear(&c);
+        }
+        for (size_t k = 0; k < COHORTS; k++) {
+            size_t below = 0;
+
+            for (size_t j = 0; j < COHORTS; j++) {
+                below += p[j] <= p[k];
+            }
+            surplus = fmax(surplus, (double)below / COHORTS - p[k]);
+        }
+        printf("# %s: mean %.3f\n", gauss ? "Gauss" : "nearest", mean);
+        figure_below("surplus of small p-values", surplus, 0.21); /* passed by 1 in 100 */
+        assert_true(mean >= 0.40 && mean <= 0.65);
+    }
+}
+
+static void threads_do_not_matter(void **state)
+{
+    size_t labels[N];
+    struct srnf_folds c;
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    double first = 0.0;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 0.7, labels, 8);
+    options.permutations = 19;
+    for (size_t t = 0; t < GROUP_SPREADS; t++) {
+        struct group_watch watch;
+        struct srnf_context context = group_context(&watch, group_threads[t]);
+        struct srnf_classification r;
+
+        assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, &context, &r, NULL), SRNF_OK);
+        first = t == 0 ? r.p_value : first;
+        assert_true(r.p_value == first);
+        srnf_classification_clear(&r);
+        watch.cancel_after = 0;
+        assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, &context, &r, NULL),
+                         SRNF_ECANCELED);
+        assert_null(r.predicted);
+    }
+    classes_clear(&c);
+}
+
+/* ---- Refusals -------------------------------------------------------------------------------- */
+
+static void refused(const struct srnf_folds *c, const size_t *labels, size_t n_classes,
+                    const struct srnf_classify_options *options, const char *word)
+{
+    struct srnf_classification r;
+    struct srnf_error error = {0};
+
+    assert_int_equal(srnf_classify_gauss(c, labels, n_classes, options, NULL, &r, &error),
+                     SRNF_EINVAL);
+    assert_null(r.predicted);
+    assert_non_null(strstr(error.message, word));
+}
+
+static void wrong_arguments_are_refused(void **state)
+{
+    size_t labels[N];
+    double size[N] = {0.0};
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_folds c;
+    double *scores;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 1.0, labels, 9);
+    refused(&c, labels, 1, NULL, "classes");
+    labels[3] = 2;
+    refused(&c, labels, 2, NULL, "subject 3");
+    refused(&c, labels, 3, NULL, "class 2 has 1 subjects");
+    labels[3] = 0;
+    options.components = COMPONENTS + 1;
+    refused(&c, labels, 2, &options, "components is 7");
+    options.components = 0;
+    options.permutations = SIZE_MAX;
+    refused(&c, labels, 2, &options, "permutations");
+    options.permutations = 0;
+    options.size_weight = -1.0;
+    refused(&c, labels, 2, &options, "size_weight");
+    options.size_weight = 1.0;
+    options.log_scale = size;
+    size[5] = NAN;
+    refused(&c, labels, 2, &options, "subject 5");
+    for (size_t i = 3; i < N; i++) {
+        labels[i] = 1;
+    }
+    options = srnf_classify_options_defaults();
+    options.covariance = SRNF_COVARIANCE_CLASS;
+    options.components = 2;
+    refused(&c, labels, 2, &options, "more than the training subjects determine");
+    scores = c.scores;
+    c.scores = NULL;
+    refused(&c, labels, 2, NULL, "no scores");
+    c.scores = scores;
+    /* A feature that never varies leaves no covariance. */
+    options.covariance = SRNF_COVARIANCE_POOLED;
+    options.components = 1;
+    for (size_t i = 0; i < N * N; i++) {
+        c.scores[i * COMPONENTS] = 1.0;
+    }
+    {
+        struct srnf_classification r;
+
+        assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &r, NULL),
+                         SRNF_ENUMERIC);
+    }
+    classes_clear(&c);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(likelihoods_are_those_of_a_plain_fit),
+        cmocka_unit_test(the_inner_choice_is_that_of_refitting),
+        cmocka_unit_test(likelihood_ratios_are_invariant),
+        cmocka_unit_test(the_nearest_counts),
+        cmocka_unit_test(wilson_solves_its_equation),
+        cmocka_unit_test(permutations_are_uniform),
+        cmocka_unit_test(shuffled_labels_are_at_chance),
+        cmocka_unit_test(accuracy_rises_with_the_effect),
+        cmocka_unit_test(p_values_are_uniform_without_effect),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(wrong_arguments_are_refused),
+    };
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,163 @@
+/*
+ * test_classify_allocation.c - metrics, comparisons and classifiers when memory runs out: each
+ * allocation in turn is refused; the call fails cleanly and nothing leaks.
+ *
+ * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
+ * library. They count what is alive and refuse the n-th request.
+ */
+#include "classes.h"
+
+static size_t requests; /* since the last reset */
+static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
+static size_t alive;
+
+void *srnf_alloc(size_t count, size_t size)
+{
+    void *pointer;
+
+    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
+        return NULL;
+    }
+    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
+    if (pointer) {
+        memset(pointer, 0, count * size);
+        alive++;
+    }
+    return pointer;
+}
+
+void srnf_free(void *pointer)
+{
+    alive -= pointer != NULL;
+    free(pointer);
+}
+
+#define N ((size_t)7)
+#define COMPARED ((size_t)4)
+#define DEGREE 5
+
+/* What the runs work on. */
+static struct group g;
+static struct srnf_folds planted;
+static struct srnf_folds_options options;
+static struct srnf_register_options registration;
+static size_t labels[N];
+static enum srnf_metric metric;
+
+static int run_metric(void)
+{
+    double matrix[9];
+
+    return srnf_metric_distances(g.sht, metric, 3, g.surfaces, &registration, NULL, matrix, NULL);
+}
+
+static int run_comparison(void)
+{
+    struct srnf_folds c;
+    int status = srnf_folds_compare(g.sht, metric, COMPARED, g.surfaces, &options, NULL, &c, NULL);
+
+    if (status >= 0) {
+        srnf_folds_clear(&c);
+    }
+    assert_null(c.distances);
+    return status;
+}
+
+static int run_classifier(bool gauss)
+{
+    static const double size[N] = {0.0, 1.0, 0.3, 0.7, 0.2, 0.1, 0.5};
+    struct srnf_classify_options o = srnf_classify_options_defaults();
+    struct srnf_classification r;
+    int status;
+
+    o.permutations = 3;
+    o.log_scale = size;
+    status = (gauss ? srnf_classify_gauss : srnf_classify_nearest)(&planted, labels, 2, &o, NULL,
+                                                                   &r, NULL);
+    if (status >= 0) {
+        srnf_classification_clear(&r);
+    }
+    assert_null(r.predicted);
+    return status;
+}
+
+static int run_gauss(void)
+{
+    return run_classifier(true);
+}
+
+static int run_nearest(void)
+{
+    return run_classifier(false);
+}
+
+/* Refuses the first 200 requests, then every stride-th, until a run makes it to the end. */
+static void sweep(const char *name, int (*run)(void), size_t stride)
+{
+    size_t before = alive;
+    size_t n = 0;
+    int status = SRNF_ENOMEM;
+
+    while (status == SRNF_ENOMEM) {
+        requests = 0;
+        refused = n;
+        status = run();
+        refused = SIZE_MAX;
+        assert_int_equal(alive, before);
+        n += n < 200 ? 1 : stride;
+        assert_true(n < 100000);
+    }
+    assert_true(status >= 0);
+    assert_true(n > 1);
+    printf("# %s: %zu allocations\n", name, requests);
+}
+
+static void metrics_survive(void **state)
+{
+    (void)state;
+    for (metric = SRNF_METRIC_HARMONIC; metric <= SRNF_METRIC_SPHARM; metric++) {
+        sweep(srnf_metric_name(metric), run_metric, 7);
+    }
+}
+
+static void comparisons_survive(void **state)
+{
+    (void)state;
+    metric = SRNF_METRIC_SRM;
+    sweep("comparison", run_comparison, 31);
+    metric = SRNF_METRIC_HARMONIC;
+    sweep("comparison without scores", run_comparison, 1);
+}
+
+static void classifiers_survive(void **state)
+{
+    (void)state;
+    sweep("Gauss", run_gauss, 1);
+    sweep("nearest", run_nearest, 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(metrics_survive),
+        cmocka_unit_test(comparisons_survive),
+        cmocka_unit_test(classifiers_survive),
+    };
+    int failed;
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    refused = SIZE_MAX;
+    classes_two(N, 4, labels);
+    group_open_stars(&g, DEGREE, COMPARED, 0.3);
+    planted = classes_open(N, 2, 1.0, labels, 2);
+    options = srnf_folds_options_defaults();
+    options.registration.degree = 2;
+    options.registration.common_pose = true;
+    options.rounds = 2;
+    registration = options.registration;
+    failed = cmocka_run_group_tests(tests, NULL, NULL);
+    classes_clear(&planted);
+    group_close(&g);
+    return failed;
+}

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# What the service manager sees: READY when the daemon listens, signs of life while it does, STOPPING when it drains;
+# and a unit without errors. The manager's socket is played by a few lines of perl, which every Debian has.
+. "$(dirname "$0")/../support/lib.sh"
+
+if command -v systemd-analyze >/dev/null; then
+    mkdir -p "$SCRATCH/units"
+    sed "s#^ExecStart=/usr/bin/srnfd#ExecStart=$SRNFD#" deploy/srnfd.service >"$SCRATCH/units/srnfd.service"
+    is "$(systemd-analyze verify --man=no "$SCRATCH/units/srnfd.service" 2>&1 | grep -i 'srnfd.service')" '' \
+        'the unit has no errors'
+else
+    skip 'the unit has no errors' 'no systemd-analyze'
+fi
+
+command -v perl >/dev/null || { skip 'the manager is told' 'no perl'; done_testing; }
+SOCKET=$SCRATCH/notify
+perl -MSocket -e '
+    socket(my $s, AF_UNIX, SOCK_DGRAM, 0) or die; bind($s, sockaddr_un($ARGV[0])) or die; $| = 1;
+    while (defined recv($s, my $line, 4096, 0)) { print "$line\n"; last if $line eq "STOPPING=1" }
+' "$SOCKET" >"$SCRATCH/told" &
+LISTENER=$!
+SERVER_PIDS+=("$LISTENER")
+for _ in $(seq 100); do
+    [ -S "$SOCKET" ] && break
+    sleep 0.05
+done
+export NOTIFY_SOCKET=$SOCKET WATCHDOG_USEC=300000
+start_server "$SCRATCH/data" || exit 1
+unset NOTIFY_SOCKET WATCHDOG_USEC
+sleep 1
+if stop_server; then ok 'the daemon drains'; else not_ok 'the daemon drains'; fi
+wait "$LISTENER" 2>/dev/null
+is "$(head -n 1 "$SCRATCH/told")" READY=1 'it is ready first'
+is "$(tail -n 1 "$SCRATCH/told")" STOPPING=1 'it is stopping last'
+compare "$(grep -c '^WATCHDOG=1$' "$SCRATCH/told")" '>=' 4 'and gives signs of life in between'
+done_testing
