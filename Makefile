@@ -133,9 +133,9 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
 
-$(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(CORE_LIB)
+$(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(CORE_LIBS) -lsharp -lpng -lpthread
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
 
 # Loaded into a daemon under test with LD_PRELOAD; never sanitized, so that they load before anything.
 $(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h

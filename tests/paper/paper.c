@@ -24,9 +24,14 @@ static const struct section {
     const char *name;
     void (*write)(struct paper *paper);
 } sections[] = {
-    {"inversion", paper_inversion}, {"geodesics", paper_geodesics},
-    {"synthetic", paper_synthetic}, {"ventricles", paper_ventricles},
+    {"inversion", paper_inversion},
+    {"geodesics", paper_geodesics},
+    {"synthetic", paper_synthetic},
+    {"ventricles", paper_ventricles},
     {"transfer", paper_transfer},
+    {"frameworks", paper_frameworks},
+    {"classification", paper_classification},
+    {"comparison", paper_comparison},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 

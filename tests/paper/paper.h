@@ -16,11 +16,14 @@ struct paper {
 };
 
 /* Each writes one section and ends the program where a computation fails. */
-void paper_inversion(struct paper *paper);  /* Fig. 1 and 2 */
-void paper_geodesics(struct paper *paper);  /* Fig. 4 and 5 */
-void paper_synthetic(struct paper *paper);  /* Fig. 6 */
-void paper_ventricles(struct paper *paper); /* Fig. 7 */
-void paper_transfer(struct paper *paper);   /* Fig. 8 */
+void paper_inversion(struct paper *paper);      /* Fig. 1 and 2 */
+void paper_geodesics(struct paper *paper);      /* Fig. 4 and 5 */
+void paper_synthetic(struct paper *paper);      /* Fig. 6 */
+void paper_ventricles(struct paper *paper);     /* Fig. 7 */
+void paper_transfer(struct paper *paper);       /* Fig. 8 */
+void paper_frameworks(struct paper *paper);     /* Table 1 */
+void paper_classification(struct paper *paper); /* Table 2 */
+void paper_comparison(struct paper *paper);     /* section 5, beside the paper */
 
 /* ---- For the sections (surfaces.c) ----------------------------------------------------------- */
 

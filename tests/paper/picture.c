@@ -270,18 +270,16 @@ static void encode(const struct canvas *canvas, struct picture *picture)
     free(bytes);
 }
 
-struct picture picture_draw(size_t degree, const double *coefficients,
-                            const struct picture_view *view, const double *reference,
-                            double highest)
+/* field: a value for each vertex of the icosphere, from 0 to highest; NULL: one colour. */
+static struct picture draw(size_t degree, const double *coefficients,
+                           const struct picture_view *view, const double *field, double highest)
 {
     struct picture picture = {NULL, 0};
     struct canvas canvas = {malloc(LARGE * LARGE * sizeof *canvas.colour),
                             malloc(LARGE * LARGE * sizeof *canvas.depth)};
     struct srnf_mesh mesh;
     double *normals = NULL;
-    double *field = NULL;
     struct corner *corners;
-    size_t n;
 
     report_must(canvas.colour && canvas.depth &&
                     srnf_surface_triangulate(degree, coefficients, FREQUENCY, &mesh, &normals) ==
@@ -291,9 +289,6 @@ struct picture picture_draw(size_t degree, const double *coefficients,
         canvas.depth[i] = -INFINITY;
         canvas.colour[i][0] = canvas.colour[i][1] = canvas.colour[i][2] = 1.0f;
     }
-    if (reference) {
-        field = distances(degree, coefficients, reference, &n);
-    }
     corners = project(&mesh, normals, view, field, highest);
     for (size_t f = 0; f < mesh.n_faces; f++) {
         /* y runs downwards: what is counter-clockwise in space is clockwise here */
@@ -302,11 +297,70 @@ struct picture picture_draw(size_t degree, const double *coefficients,
     }
     encode(&canvas, &picture);
     srnf_free(corners);
-    srnf_free(field);
     srnf_free(normals);
     srnf_mesh_clear(&mesh);
     free(canvas.colour);
     free(canvas.depth);
+    return picture;
+}
+
+struct picture picture_draw(size_t degree, const double *coefficients,
+                            const struct picture_view *view, const double *reference,
+                            double highest)
+{
+    struct picture picture;
+    double *field = NULL;
+    size_t n;
+
+    if (reference) {
+        field = distances(degree, coefficients, reference, &n);
+    }
+    picture = draw(degree, coefficients, view, field, highest);
+    srnf_free(field);
+    return picture;
+}
+
+/* Bilinear in the angles; beyond the first and the last row, the row's value. */
+static double interpolate(const struct srnf_grid *grid, const double *values, const double e[3])
+{
+    double theta = acos(fmin(fmax(e[2], -1.0), 1.0));
+    double column = (atan2(e[1], e[0]) / (2.0 * acos(-1.0)) + 1.0) * (double)grid->n_phi;
+    size_t left = (size_t)column;
+    size_t row = 0;
+    double along = column - (double)left;
+    double down;
+    double rows[2];
+
+    while (row + 2 < grid->n_theta && grid->theta[row + 1] < theta) {
+        row++;
+    }
+    down = (theta - grid->theta[row]) / (grid->theta[row + 1] - grid->theta[row]);
+    down = fmin(fmax(down, 0.0), 1.0);
+    for (size_t k = 0; k < 2; k++) {
+        const double *at = values + (row + k) * grid->n_phi;
+
+        rows[k] = (1.0 - along) * at[left % grid->n_phi] + along * at[(left + 1) % grid->n_phi];
+    }
+    return (1.0 - down) * rows[0] + down * rows[1];
+}
+
+struct picture picture_draw_field(size_t degree, const double *coefficients,
+                                  const struct picture_view *view, const struct srnf_grid *grid,
+                                  const double *values, double highest)
+{
+    struct picture picture;
+    struct srnf_mesh sphere;
+    double *field;
+
+    report_must(srnf_mesh_icosphere(FREQUENCY, &sphere) == SRNF_OK, "out of memory");
+    field = srnf_alloc(sphere.n_vertices, sizeof(double));
+    report_must(field != NULL, "out of memory");
+    for (size_t i = 0; i < sphere.n_vertices; i++) {
+        field[i] = interpolate(grid, values, sphere.vertices + 3 * i);
+    }
+    picture = draw(degree, coefficients, view, field, highest);
+    srnf_free(field);
+    srnf_mesh_clear(&sphere);
     return picture;
 }
 

@@ -28,6 +28,11 @@ struct picture {
 struct picture picture_draw(size_t degree, const double *coefficients,
                             const struct picture_view *view, const double *reference,
                             double highest);
+/* The same, coloured by a field on a grid, from 0 (dark) to `highest` (bright).
+ *   values  double[n_theta][n_phi] */
+struct picture picture_draw_field(size_t degree, const double *coefficients,
+                                  const struct picture_view *view, const struct srnf_grid *grid,
+                                  const double *values, double highest);
 void picture_clear(struct picture *picture);
 
 /* Largest distance to the reference: what `highest` may be. */
