@@ -52,7 +52,7 @@ SUPPORT_SRC:= $(sort $(wildcard tests/support/*.c))
 TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
 BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
-PAPER_SRC  := $(sort $(wildcard tests/paper/*.c))
+PAPER_SRC  := $(sort $(filter-out tests/paper/test_%,$(wildcard tests/paper/*.c)))
 SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
@@ -143,12 +143,16 @@ $(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
 	$(call say,LINK,$@)
 	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -Itests -O2 -g -shared -fPIC -o $@ $< -ldl
 
+# The test of the report links the parts that write it.
+$(B)/tests/paper/test_report: $(call obj,$(addprefix tests/paper/,report.c chart.c picture.c))
+$(B)/tests/paper/test_report: SERVER_LIBS += -lpng
+
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(TESTS) $(SHIMS)
+build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS)
 build-benches: $(BENCHES)
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')

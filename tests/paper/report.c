@@ -64,7 +64,7 @@ struct report *report_open(const char *path, const char *title)
     report->out = fopen(report->temporary, "w");
     report_must(report->out != NULL, "the report cannot be written");
     (void)fprintf(report->out,
-                  "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+                  "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/>"
                   "<title>%s</title><style>%s</style></head><body><h1>%s</h1>\n",
                   title, style, title);
     return report;
@@ -164,7 +164,7 @@ void report_picture(struct report *report, const unsigned char *png, size_t size
 
     (void)fputs("<figure><img alt=\"\" src=\"data:image/png;base64,", report->out);
     write_base64(report->out, png, size);
-    (void)fputs("\"><figcaption>", report->out);
+    (void)fputs("\"/><figcaption>", report->out);
     va_start(arguments, format);
     escape_formatted(report, format, arguments);
     va_end(arguments);

@@ -18,7 +18,7 @@
 #define SHUFFLED_PERMUTATIONS ((size_t)199)
 #define SEEDS ((size_t)20)
 #define LEVEL 0.05
-#define HEIGHT 0.06 /* of what is planted, in radii */
+#define HEIGHT 0.15 /* of what is planted, in radii */
 #define SHARPNESS 12.0
 #define INSIDE 0.9    /* e_x of the nodes that must be found */
 #define BRIGHTEST 4.0 /* -log10 of the significance that is drawn brightest: all permutations */
