@@ -8,6 +8,7 @@
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
+#   make load      requests a second, and the time of one beside thousands of hostile clients
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -66,7 +67,8 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench paper crash faults fuzz install deb test-deb deps clean build-tests build-benches unit format
+.PHONY: all demo run check lint asan tsan clang bench paper crash faults load fuzz install deb test-deb deps clean build-tests \
+        build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
@@ -181,6 +183,9 @@ crash: build-tests
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
+
+load: $(B)/srnfd $(B)/tests/load/test_load
+	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

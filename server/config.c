@@ -12,7 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { KIND_TEXT, KIND_NUMBER, KIND_FLAG };
+enum kind { KIND_TEXT, KIND_CHOICE, KIND_NUMBER, KIND_FLAG };
+
+/* What a KIND_CHOICE may say; there is one such setting. */
+static const char *const choices[] = {"all", "refusals"};
 
 static const struct setting {
     enum kind kind;
@@ -26,6 +29,11 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, http_threads), 1, 16, true},
     {KIND_NUMBER, offsetof(struct config, request_threads), 1, 32, true},
     {KIND_NUMBER, offsetof(struct config, max_connections), 1, 100000, true},
+    {KIND_NUMBER, offsetof(struct config, max_waiting), 1, 1000000, true},
+    {KIND_NUMBER, offsetof(struct config, max_streams), 1, 100000, true},
+    {KIND_NUMBER, offsetof(struct config, header_seconds), 0.1, 3600, false},
+    {KIND_NUMBER, offsetof(struct config, transfer_seconds), 0.1, 3600, false},
+    {KIND_NUMBER, offsetof(struct config, idle_seconds), 0.1, 3600, false},
     {KIND_NUMBER, offsetof(struct config, max_body), 1024, 1073741824.0, true},
     {KIND_NUMBER, offsetof(struct config, max_buffered), 1024, 1099511627776.0, true},
     {KIND_NUMBER, offsetof(struct config, max_queued), 1, 10000000, true},
@@ -35,6 +43,8 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, retention_days), 0, 36500, false},
     {KIND_NUMBER, offsetof(struct config, sweep_seconds), 0.1, 86400, false},
     {KIND_TEXT, offsetof(struct config, allowed_hosts), 0, 0, false},
+    {KIND_CHOICE, offsetof(struct config, access_log), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, least_free), 0, 1e15, true},
     {KIND_FLAG, offsetof(struct config, insecure), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, cors_origins), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, tls_certificate), 0, 0, false},
@@ -57,7 +67,16 @@ static const struct config_help names[N_SETTINGS] = {
     {"requestThreads", "SRNFD_REQUEST_THREADS", "--request-threads",
      "threads for slow requests, 4"},
     {"maxConnections", "SRNFD_MAX_CONNECTIONS", "--max-connections",
-     "beyond them 503 is answered, 512"},
+     "beyond them 503 is answered, 1024"},
+    {"maxWaiting", "SRNFD_MAX_WAITING", "--max-waiting",
+     "connections that have sent no request; beyond them the oldest goes, 4096"},
+    {"maxStreams", "SRNFD_MAX_STREAMS", "--max-streams", "streams of events at once, 128"},
+    {"headerSeconds", "SRNFD_HEADER_SECONDS", "--header-seconds",
+     "from connecting to the end of a request's head, 15"},
+    {"transferSeconds", "SRNFD_TRANSFER_SECONDS", "--transfer-seconds",
+     "for a body or a response, beside a second for each 16 KiB, 30"},
+    {"idleSeconds", "SRNFD_IDLE_SECONDS", "--idle-seconds",
+     "between two requests of a connection, 60"},
     {"maxBody", "SRNFD_MAX_BODY", "--max-body", "bytes of a request's body, 268435456"},
     {"maxBuffered", "SRNFD_MAX_BUFFERED", "--max-buffered",
      "bytes of all bodies at once, 1073741824"},
@@ -74,6 +93,10 @@ static const struct config_help names[N_SETTINGS] = {
      "between two looks for jobs and files that may go, 3600"},
     {"allowedHosts", "SRNFD_ALLOWED_HOSTS", "--allowed-hosts",
      "what Host may name beside loopback, separated by commas; none"},
+    {"accessLog", "SRNFD_ACCESS_LOG", "--access-log",
+     "all: a line in the log for each request; refusals: only for those refused"},
+    {"leastFree", "SRNFD_LEAST_FREE", "--least-free",
+     "bytes that must be free on the disk for /readyz to say so, 67108864"},
     {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
     {"corsOrigins", "SRNFD_CORS_ORIGINS", "--cors-origins",
      "origins whose pages may call, separated by commas; none"},
@@ -99,7 +122,12 @@ static const struct config defaults = {
     .workers = 0,
     .http_threads = 2,
     .request_threads = 4,
-    .max_connections = 512,
+    .max_connections = 1024,
+    .max_waiting = 4096,
+    .max_streams = 128,
+    .header_seconds = 15,
+    .transfer_seconds = 30,
+    .idle_seconds = 60,
     .max_body = 268435456,
     .max_buffered = 1073741824,
     .max_queued = 10000,
@@ -109,6 +137,8 @@ static const struct config defaults = {
     .retention_days = 0,
     .sweep_seconds = 3600,
     .allowed_hosts = "",
+    .access_log = "all",
+    .least_free = 67108864,
     .insecure = false,
     .cors_origins = "",
     .tls_certificate = "",
@@ -148,9 +178,18 @@ static int set_number(struct config *config, size_t i, double value, const char 
     return 0;
 }
 
+static bool is_choice(const char *value)
+{
+    return strcmp(value, choices[0]) == 0 || strcmp(value, choices[1]) == 0;
+}
+
 static int set_text(struct config *config, size_t i, const char *value, const char *source,
                     char *message, size_t size)
 {
+    if (settings[i].kind == KIND_CHOICE && !is_choice(value)) {
+        (void)snprintf(message, size, "%s must be %s or %s", source, choices[0], choices[1]);
+        return -1;
+    }
     if (!value[0] || strlen(value) >= CONFIG_TEXT_MAX) {
         return fail(message, size, source, "must have 1 to 511 characters");
     }
@@ -170,7 +209,7 @@ static int set_from_text(struct config *config, size_t i, const char *value, con
     char *end;
     double number;
 
-    if (settings[i].kind == KIND_TEXT) {
+    if (settings[i].kind == KIND_TEXT || settings[i].kind == KIND_CHOICE) {
         return set_text(config, i, value, source, message, size);
     }
     if (settings[i].kind == KIND_FLAG) {
@@ -194,7 +233,8 @@ static int set_from_json(struct config *config, const char *member, const json_t
         if (strcmp(names[i].member, member) != 0) {
             continue;
         }
-        if (settings[i].kind == KIND_TEXT && json_is_string(value)) {
+        if ((settings[i].kind == KIND_TEXT || settings[i].kind == KIND_CHOICE) &&
+            json_is_string(value)) {
             return set_text(config, i, json_string_value(value), member, message, size);
         }
         if (settings[i].kind == KIND_NUMBER && json_is_number(value)) {

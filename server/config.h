@@ -17,6 +17,9 @@ struct config {
     double http_threads;
     double request_threads;
     double max_connections;
+    double max_waiting; /* connections without a request */
+    double max_streams; /* of server-sent events */
+    double header_seconds, transfer_seconds, idle_seconds;
     double max_body;     /* bytes */
     double max_buffered; /* bytes */
     double max_queued;   /* jobs */
@@ -26,6 +29,8 @@ struct config {
     double sweep_seconds;                /* between two looks for what may go */
     double grace_seconds;                /* that SIGTERM gives requests and jobs */
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
+    char access_log[CONFIG_TEXT_MAX];    /* all or refusals */
+    double least_free;                   /* bytes on the disk, for /readyz */
     bool insecure;                       /* listen beyond loopback without tokens */
     char cors_origins[CONFIG_TEXT_MAX];  /* of pages that may call; "": none */
     char tls_certificate[CONFIG_TEXT_MAX], tls_key[CONFIG_TEXT_MAX]; /* PEM files; "": no TLS */

@@ -65,18 +65,19 @@ static int put_field(struct line *line, const struct log_field *field)
     return isfinite(field->number) ? put(line, number, strlen(number)) : put(line, "null", 4);
 }
 
-void log_line(const char *event, const struct log_field *fields, size_t n_fields)
+void log_line(const char *level, const char *event, const struct log_field *fields, size_t n_fields)
 {
-    struct line line = {.length = 0};
+    struct line line;
     struct timespec now;
     struct tm parts;
-    char stamp[64], day[32];
+    char stamp[96], day[32];
 
+    line.length = 0;
     (void)clock_gettime(CLOCK_REALTIME, &now);
     (void)gmtime_r(&now.tv_sec, &parts);
     (void)strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &parts);
-    (void)snprintf(stamp, sizeof stamp, "{\"ts\":\"%s.%03dZ\",\"event\":", day,
-                   (int)(now.tv_nsec / 1000000));
+    (void)snprintf(stamp, sizeof stamp, "{\"ts\":\"%s.%03dZ\",\"level\":\"%.8s\",\"event\":", day,
+                   (int)(now.tv_nsec / 1000000), level);
     (void)put(&line, stamp, strlen(stamp));
     (void)put_string(&line, event);
     for (size_t i = 0; i < n_fields; i++) {

@@ -23,12 +23,18 @@ static inline struct log_field log_number(const char *name, double number)
     return (struct log_field){name, NULL, number};
 }
 
-/* Writes {"ts":..,"event":event, fields ..} in one write, so that lines of several threads do not
-   mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
-void log_line(const char *event, const struct log_field *fields, size_t n_fields);
+/* Writes {"ts":..,"level":level,"event":event, fields ..} in one write, so that lines of several
+   threads do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
+void log_line(const char *level, const char *event, const struct log_field *fields,
+              size_t n_fields);
 
-#define LOG(event, ...)                                      \
-    log_line(event, (const struct log_field[]){__VA_ARGS__}, \
+#define LOG_AT(level, event, ...)                                   \
+    log_line(level, event, (const struct log_field[]){__VA_ARGS__}, \
              sizeof((const struct log_field[]){__VA_ARGS__}) / sizeof(struct log_field))
+
+/* What happens; what somebody should know of, as a refused request; what somebody should see to. */
+#define LOG(event, ...) LOG_AT("info", event, __VA_ARGS__)
+#define LOG_WARN(event, ...) LOG_AT("warn", event, __VA_ARGS__)
+#define LOG_ERROR(event, ...) LOG_AT("error", event, __VA_ARGS__)
 
 #endif

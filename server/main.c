@@ -29,6 +29,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -45,6 +46,7 @@ struct service {
     struct jobs *jobs;
     struct api *api;
     struct http *http;
+    struct metrics *metrics;
     struct link link;
     struct jobs_process table[PROCESSES_MAX];
     char numeric_build[BUILD_ID_SIZE];
@@ -61,10 +63,35 @@ static void job_changed(void *user, const char *job_id)
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
+static void job_progressed(void *user, const char *job_id)
+{
+    struct service *service = user;
+
+    (void)pthread_rwlock_rdlock(&service->link.lock);
+    if (service->link.http) {
+        http_job_progressed(service->link.http, job_id);
+    }
+    (void)pthread_rwlock_unlock(&service->link.lock);
+}
+
+/* What tells of the store failing is worth somebody's attention. */
+static const char *level_of(const char *event)
+{
+    static const char *const alarms[] = {"job-lost", "job-not-written", "job-checkpoint-failed",
+                                         "claim-failed"};
+
+    for (size_t i = 0; i < sizeof alarms / sizeof alarms[0]; i++) {
+        if (strcmp(event, alarms[i]) == 0) {
+            return "error";
+        }
+    }
+    return strcmp(event, "job-failed") == 0 ? "warn" : "info";
+}
+
 static void job_logged(void *user, const char *event, const char *job_id, const char *detail)
 {
     (void)user;
-    LOG(event, log_text("job", job_id), log_text("detail", detail));
+    LOG_AT(level_of(event), event, log_text("job", job_id), log_text("detail", detail));
 }
 
 static void link_http(struct service *service, struct http *http)
@@ -74,8 +101,7 @@ static void link_http(struct service *service, struct http *http)
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
-/* ---- serve
-   --------------------------------------------------------------------------------------------- */
+/* ---- serve ----------------------------------------------------------------------------------- */
 
 static int start_jobs(struct service *service, const struct config *config)
 {
@@ -89,7 +115,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .retention_days = config->retention_days,
                                .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
-                               .changed = job_changed};
+                               .changed = job_changed,
+                               .progressed = job_progressed,
+                               .metrics = service->metrics};
     size_t n = 0;
 
     for (; api_processes[n].id && n < PROCESSES_MAX - 1; n++) {
@@ -105,6 +133,7 @@ static int start(struct service *service, const struct config *config, char *mes
     char reason[300] = "";
     struct api_config api = {.max_body = (size_t)config->max_body,
                              .sync_wait_seconds = config->sync_wait_seconds,
+                             .least_free_bytes = config->least_free,
                              .tokens = config->data,
                              .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
                                         [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
@@ -115,11 +144,23 @@ static int start(struct service *service, const struct config *config, char *mes
                                .threads = (size_t)config->http_threads,
                                .request_threads = (size_t)config->request_threads,
                                .max_connections = (size_t)config->max_connections,
+                               .max_waiting = (size_t)config->max_waiting,
+                               .max_streams = (size_t)config->max_streams,
+                               .header_seconds = config->header_seconds,
+                               .transfer_seconds = config->transfer_seconds,
+                               .idle_seconds = config->idle_seconds,
+                               .log_refusals_only = strcmp(config->access_log, "refusals") == 0,
                                .max_buffered = (size_t)config->max_buffered,
                                .local_only = http_is_loopback(config->listen),
                                .allowed_hosts = config->allowed_hosts,
                                .cors_origins = config->cors_origins};
 
+    service->metrics = metrics_create();
+    if (!service->metrics) {
+        (void)snprintf(message, size, "not enough memory");
+        return -1;
+    }
+    api.metrics = http.metrics = service->metrics;
     if (config->tls_certificate[0]) {
         http.tls_certificate = config->tls_certificate;
         http.tls_key = config->tls_key;
@@ -157,7 +198,19 @@ static void stop(struct service *service, double grace_seconds)
     if (service->store) {
         store_close(service->store);
     }
+    metrics_destroy(service->metrics);
     (void)pthread_rwlock_destroy(&service->link.lock);
+}
+
+/* Connections are descriptors: as many as the system lets the process have. */
+static void raise_descriptor_limit(void)
+{
+    struct rlimit limit;
+
+    if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
+        limit.rlim_cur = limit.rlim_max;
+        (void)setrlimit(RLIMIT_NOFILE, &limit);
+    }
 }
 
 /* What must be set once, before any thread exists. */
@@ -168,6 +221,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGINT);
     (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
     (void)signal(SIGPIPE, SIG_IGN);
+    raise_descriptor_limit();
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     json_memory_watch();
@@ -240,15 +294,15 @@ static int serve(int n_arguments, char **arguments)
     int received;
 
     if (config_load(&config, n_arguments, arguments, message, sizeof message) != 0) {
-        LOG("refused", log_text("message", message));
+        LOG_ERROR("refused", log_text("message", message));
         return 2;
     }
     if (!check_settings(&config, message, sizeof message)) {
-        LOG("refused", log_text("message", message), log_text("listen", config.listen));
+        LOG_ERROR("refused", log_text("message", message), log_text("listen", config.listen));
         return 2;
     }
     if (prepare_process(&signals) != 0 || start(&service, &config, message, sizeof message) != 0) {
-        LOG("failed", log_text("message", message));
+        LOG_ERROR("failed", log_text("message", message));
         stop(&service, 0);
         return 1;
     }
@@ -266,8 +320,7 @@ static int serve(int n_arguments, char **arguments)
     return 0;
 }
 
-/* ---- The other commands
-   -------------------------------------------------------------------------------- */
+/* ---- The other commands ---------------------------------------------------------------------- */
 
 static int print_version(int n_arguments, char **arguments)
 {

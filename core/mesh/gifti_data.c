@@ -107,7 +107,7 @@ void gifti_decode_close(struct gifti_decoder *decoder)
     }
 }
 
-/* ---- Bytes ---------------------------------------------------------------------------------- */
+/* ---- Bytes ----------------------------------------------------------------------------------- */
 
 static int store_bytes(struct gifti_decoder *decoder, const unsigned char *bytes, size_t size)
 {
@@ -228,7 +228,7 @@ static int decode_base64(struct gifti_decoder *decoder, const unsigned char *tex
     return status;
 }
 
-/* ---- Words ---------------------------------------------------------------------------------- */
+/* ---- Words ----------------------------------------------------------------------------------- */
 
 static int finish_word(struct gifti_decoder *decoder)
 {
@@ -291,7 +291,7 @@ int gifti_decode_end(struct gifti_decoder *decoder)
     return SRNF_OK;
 }
 
-/* ---- Elements ------------------------------------------------------------------------------- */
+/* ---- Elements -------------------------------------------------------------------------------- */
 
 static const unsigned char *element_at(const struct gifti_array *array, size_t row, size_t column)
 {

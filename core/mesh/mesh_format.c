@@ -240,7 +240,7 @@ int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
     return status;
 }
 
-/* ---- Writing -------------------------------------------------------------------------------- */
+/* ---- Writing --------------------------------------------------------------------------------- */
 
 static bool all_finite(const double *values, size_t count)
 {

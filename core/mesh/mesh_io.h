@@ -68,7 +68,7 @@ SRNF_CHECKED int mesh_truncated(struct mesh_reader *reader, const char *what, si
 /* SRNF_EPARSE for anything but white space behind the last face. */
 SRNF_CHECKED int mesh_no_more(struct mesh_reader *reader, const unsigned char *at);
 
-/* ---- Formats: each in the file of its name -------------------------------------------------- */
+/* ---- Formats: each in the file of its name --------------------------------------------------- */
 
 typedef bool mesh_sniff_function(const unsigned char *bytes, size_t size);
 typedef int mesh_read_function(struct mesh_reader *reader);
@@ -90,7 +90,7 @@ typedef int mesh_write_function(const struct mesh_output *output);
 
 mesh_write_function mesh_write_ply, mesh_write_obj, mesh_write_stl, mesh_write_vtk, mesh_write_glb;
 
-/* ---- Buffers (buffer.c) --------------------------------------------------------------------- */
+/* ---- Buffers (buffer.c) ---------------------------------------------------------------------- */
 
 /* Makes room for `extra` bytes more, so that appending them cannot fail. */
 SRNF_CHECKED int mesh_buffer_reserve(struct srnf_buffer *buffer, size_t extra);
@@ -109,7 +109,7 @@ void mesh_face_cross(const struct srnf_mesh *mesh, size_t face, double cross[3])
 /* v / |v|, or the fallback where that is no direction. */
 void mesh_unit_vector(const double v[3], const double fallback[3], double unit[3]);
 
-/* ---- Colours (color_map.c) ------------------------------------------------------------------ */
+/* ---- Colours (color_map.c) ------------------------------------------------------------------- */
 
 /* Linear (not gamma-encoded) red, green and blue in 0 .. 1 of a position t in 0 .. 1. */
 void mesh_color_map(double t, double rgb[3]);

@@ -41,7 +41,7 @@ struct gifti {
     struct gifti_decoder decoder;
 };
 
-/* ---- expat's memory: from srnf_alloc, with the size in front for realloc -------------------- */
+/* ---- expat's memory: from srnf_alloc, with the size in front for realloc --------------------- */
 
 #define BLOCK_HEADER ((size_t)64) /* keeps the alignment of srnf_alloc */
 
@@ -78,7 +78,7 @@ static void *xml_realloc(void *pointer, size_t size)
     return grown;
 }
 
-/* ---- Arrays --------------------------------------------------------------------------------- */
+/* ---- Arrays ---------------------------------------------------------------------------------- */
 
 /* Which of the two arrays the Intent names, or ARRAY_COUNT. */
 static size_t wanted_array(const XML_Char **pairs)
@@ -139,7 +139,7 @@ static int begin_data(struct gifti *gifti)
     return status;
 }
 
-/* ---- Handlers ------------------------------------------------------------------------------- */
+/* ---- Handlers -------------------------------------------------------------------------------- */
 
 static void stop(struct gifti *gifti, int status)
 {
@@ -219,7 +219,7 @@ static void on_doctype(void *user, const XML_Char *name, const XML_Char *system,
     }
 }
 
-/* ---- The file ------------------------------------------------------------------------------- */
+/* ---- The file -------------------------------------------------------------------------------- */
 
 static bool contains(const unsigned char *bytes, size_t size, const char *text)
 {

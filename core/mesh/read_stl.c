@@ -102,7 +102,7 @@ static int read_binary(struct mesh_reader *reader)
     return status;
 }
 
-/* ---- Text ----------------------------------------------------------------------------------- */
+/* ---- Text ------------------------------------------------------------------------------------ */
 
 /* A word of a facet: a keyword that must stand there, or, where NULL, a number: of a normal, which
    is not looked at, or of a corner. */

@@ -32,7 +32,7 @@ struct cells {
     int64_t last_offset;
 };
 
-/* ---- Sections ------------------------------------------------------------------------------- */
+/* ---- Sections -------------------------------------------------------------------------------- */
 
 static int read_points(struct vtk *vtk)
 {
@@ -298,7 +298,7 @@ static int read_section(struct vtk *vtk, struct token word)
     return vtk_fail_at(vtk, word, "stands where a section should begin");
 }
 
-/* ---- The file ------------------------------------------------------------------------------- */
+/* ---- The file -------------------------------------------------------------------------------- */
 
 bool mesh_sniff_vtk(const unsigned char *bytes, size_t size)
 {

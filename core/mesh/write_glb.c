@@ -63,7 +63,7 @@ static size_t padding(size_t size)
     return (4 - size % 4) % 4;
 }
 
-/* ---- Parts ---------------------------------------------------------------------------------- */
+/* ---- Parts ----------------------------------------------------------------------------------- */
 
 static void add_part(struct glb *glb, struct part part)
 {
@@ -133,7 +133,7 @@ static int make_normals(struct glb *glb)
     return SRNF_OK;
 }
 
-/* ---- JSON ----------------------------------------------------------------------------------- */
+/* ---- JSON ------------------------------------------------------------------------------------ */
 
 /* ,"min":[..],"max":[..] of the values as they are stored. */
 static int print_bounds(struct glb *glb, const struct part *part)
@@ -225,7 +225,7 @@ static int print_json(struct glb *glb)
                              : status;
 }
 
-/* ---- Bytes; the room for them has been reserved --------------------------------------------- */
+/* ---- Bytes; the room for them has been reserved ---------------------------------------------- */
 
 static void put_u32(struct srnf_buffer *out, uint32_t value)
 {

@@ -16,7 +16,7 @@ enum srnf_register_start {
 
 struct srnf_register_options {
     enum srnf_representation representation; /* what is matched; default the SRNF */
-    bool rotation;           /* turn the values; default true */
+    bool rotation;                           /* turn the values; default true */
     bool reparameterization; /* warp the domain; default true. false: rotations of the domain only
                                 where start is not identity */
     size_t degree;           /* of the fields that generate the warp, 1 .. 32; default 12 */

@@ -46,6 +46,7 @@ int api_create(struct api **out, const struct api_config *config)
         api_destroy(api);
         return -1;
     }
+    (void)pthread_mutex_init(&api->probe.mutex, NULL);
     *out = api;
     return 0;
 }
@@ -54,6 +55,7 @@ void api_destroy(struct api *api)
 {
     if (api) {
         inflight_destroy(api->inflight);
+        (void)pthread_mutex_destroy(&api->probe.mutex);
         auth_destroy(api->auth, api->config.store);
         free(api);
     }
@@ -186,6 +188,16 @@ static size_t body_limit(const struct api *api, const struct api_request *reques
                                                                : api->config.max_body;
 }
 
+/* Whether a slow route needs no request thread this time: small results that are in memory. Whose
+   they are is asked of the database, where there are owners. */
+static bool is_at_hand(struct api *api, const struct api_request *request,
+                       const struct route_match *match)
+{
+    return match->route->handler == jobs_results && !request->caller.restricted &&
+           store_job_results_recent(api->config.store, match->parameters[0], NULL, NULL) ==
+               STORE_OK;
+}
+
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
@@ -194,12 +206,14 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     char allow[96];
 
     request->route = NULL;
+    request->route_name = NULL;
     *max_body = MAX_BODY_NONE;
     route_find(request->method, request->path, &match, allow, sizeof allow);
     if (!match.route) {
         answer_no_route(&call, allow);
         return API_REFUSED;
     }
+    request->route_name = match.route->pattern;
     if (!auth_admit(&call, request, match.route)) {
         return API_REFUSED;
     }
@@ -220,7 +234,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         void *pointer;
     } route = {match.route};
     request->route = route.pointer;
-    return match.route->slow ? API_SLOW : API_QUICK;
+    return match.route->slow && !is_at_hand(api, request, &match) ? API_SLOW : API_QUICK;
 }
 
 /* An answer that was built while memory was short may lack members: it is 503 instead. */

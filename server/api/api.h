@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "jobs/jobs.h"
+#include "metrics.h"
 #include "store/store.h"
 #include "store/token.h"
 
@@ -29,6 +30,8 @@ struct api_config {
     double sync_wait_seconds; /* of an execution without Prefer; default 30 */
     const char *tokens;       /* the directory with the file of tokens; NULL: none are asked for */
     int64_t quotas[STORE_QUOTAS]; /* of tokens without their own; 0: no limit */
+    double least_free_bytes; /* of the data directory's file system, for /readyz; 0: no floor */
+    struct metrics *metrics; /* may be NULL */
 };
 int api_create(struct api **out, const struct api_config *config);
 void api_destroy(struct api *api);
@@ -55,8 +58,10 @@ struct api_request {
     const unsigned char *body; /* NULL before api_handle */
     size_t body_size;
     char id[40];              /* request id, echoed as X-Request-Id and in problems */
+    char trace[56];           /* traceparent as it goes on from here (W3C Trace Context), or "" */
     void *route;              /* set by api_begin, for api_handle */
     struct api_caller caller; /* the same */
+    const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
 };
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
@@ -68,12 +73,20 @@ struct api_response {
     size_t n_headers;
     unsigned char *body; /* malloc, owned */
     size_t body_size;
+    const char *problem; /* code of the problem that was answered, static; NULL: none was */
     /* Not finished: wait until this job ends or the seconds are over, then api_resume. */
     struct {
         char job_id[STORE_ID_MAX];
         double seconds;
         void *state; /* of the handler; freed by api_resume or api_response_clear */
     } wait;
+    /* Not finished with its body: what follows is made by api_stream_next, piece by piece, whenever
+       this job changes. */
+    struct {
+        char job_id[STORE_ID_MAX]; /* "": no stream */
+        bool ended;                /* the body is the last piece */
+        void *state;               /* freed by api_response_clear */
+    } stream;
 };
 void api_response_clear(struct api_response *response);
 int api_response_header(struct api_response *response, const char *name, const char *format, ...)
@@ -89,6 +102,9 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
                            size_t *max_body, struct api_response *response);
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response);
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
+/* Replaces the body of a stream by its next piece: empty where the job is as it was told last,
+   unless alive asks for a sign of life. On a request thread. */
+void api_stream_next(struct api *api, struct api_response *response, bool alive);
 
 /* A problem document (RFC 9457) for what the http layer refuses on its own: 400, 408, 413, 414,
    431, 503. */

@@ -17,6 +17,8 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "log.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,8 +49,7 @@ void execution_wait_free(void *state)
     free(wait);
 }
 
-/* ---- The answer
-   ---------------------------------------------------------------------------------------- */
+/* ---- The answer ------------------------------------------------------------------------------ */
 
 static const struct {
     const char *job, *header; /* the member of the job document; RFC 9211 */
@@ -148,8 +149,7 @@ void executions_resume(struct api *api, const struct api_request *request,
     execution_wait_free(wait);
 }
 
-/* ---- The request
-   --------------------------------------------------------------------------------------- */
+/* ---- The request ----------------------------------------------------------------------------- */
 
 /* The inputs member of the body (borrowed from it); NULL when a problem was answered. */
 static const json_t *body_inputs(struct api_call *call, json_t *body)
@@ -294,6 +294,17 @@ static int submit(struct api_call *call, const struct api_process *process, cons
                           key ? digest : NULL, job, how);
 }
 
+/* Ties the request, and the trace that it is part of, to the job, whose lines follow. */
+static void log_submission(const struct api_request *request, const struct store_job *job,
+                           enum jobs_submission how)
+{
+    static const char *const names[] = {"new", "joined", "cached"};
+
+    LOG("job-submitted", log_text("job", job->id), log_text("process", job->process),
+        log_text("how", names[how]), log_text("request", request->id),
+        log_text("traceparent", request->trace));
+}
+
 void executions_create(struct api_call *call)
 {
     const struct api_process *process = api_process_find(call->parameters[0]);
@@ -326,6 +337,7 @@ void executions_create(struct api_call *call)
         refuse_submission(call, status);
         goto out;
     }
+    log_submission(call->request, &job, wait->how);
     answer_submitted(call, wait, &job);
     wait = NULL;
 out:
@@ -334,8 +346,7 @@ out:
     execution_wait_free(wait);
 }
 
-/* ---- GET /v1/processes
-   ---------------------------------------------------------------------------------- */
+/* ---- GET /v1/processes ----------------------------------------------------------------------- */
 
 static json_t *process_record(const struct api_process *process, bool whole)
 {

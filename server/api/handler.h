@@ -7,16 +7,24 @@
 
 #include <jansson.h>
 
+#include <pthread.h>
+
 #include "api/api.h"
 #include "jobs/jobs.h"
 
-struct api_auth;     /* auth.c: tokens, and what each has used */
-struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
+struct api_auth;         /* auth.c: tokens, and what each has used */
+struct api_stream_state; /* events.c */
+struct api_inflight;     /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
     struct api_config config;
     struct api_inflight *inflight;
     struct api_auth *auth;
+    struct { /* of the last write that /readyz tried (monitoring.c) */
+        pthread_mutex_t mutex;
+        int64_t at_ms; /* monotonic; 0: none yet */
+        int status;
+    } probe;
 };
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
@@ -64,6 +72,8 @@ void quota_respond(struct api_call *call, enum store_quota quota, int retry_seco
    Each that was entered is left again; account may be NULL. */
 bool stream_enter(struct api_call *call);
 void stream_leave(struct api_auth *auth, struct auth_account *account);
+/* events.c: the state of a stream of events, which is one of its caller's streams; NULL is fine. */
+void events_free(struct api_stream_state *state);
 
 /* ---- Responses (respond.c) ------------------------------------------------------------------- */
 
@@ -127,8 +137,7 @@ const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
 json_t *job_record(const struct store_job *job, const char *cache);
 
-/* ---- Processes (process_*.c): the table of what can be executed
-   ------------------------------------------ */
+/* ---- Processes (process_*.c): the table of what can be executed ------------------------------ */
 
 struct api_process {
     const char *id, *title, *description;

@@ -27,6 +27,8 @@ static json_t *job_links(const struct store_job *job)
     (void)json_object_set_new(links, "monitor", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
     (void)json_object_set_new(links, "results", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/jobs/%s/events", job->id);
+    (void)json_object_set_new(links, "events", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/jobs/%s/cancel", job->id);
     (void)json_object_set_new(links, "cancel", json_string(path));
     (void)snprintf(path, sizeof path, "/v1/processes/%s", job->process);
@@ -162,12 +164,33 @@ static void respond_form(struct api_call *call, const struct store_job *job, enu
     }
 }
 
+/* The results as JSON from memory, if they are there; then they are of a successful job. */
+static bool respond_recent(struct api_call *call)
+{
+    const char *id = call->parameters[0];
+    char *results = NULL, tag[STORE_ID_MAX + 8];
+    size_t size = 0;
+
+    if (store_job_results_recent(call->api->config.store, id, &results, &size) != STORE_OK) {
+        return false;
+    }
+    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)snprintf(tag, sizeof tag, "%s.%s", id, table_form_name(TABLE_JSON));
+    if (respond_not_modified(call, tag)) {
+        free(results);
+    } else {
+        respond_bytes(call, 200, "application/json", (unsigned char *)results, size);
+    }
+    return true;
+}
+
 void jobs_results(struct api_call *call)
 {
     struct store_job job = {0};
     enum table_form form;
 
-    if (!table_choose(call, &form) || !find_job(call, &job)) {
+    if (!table_choose(call, &form) || (form == TABLE_JSON && respond_recent(call)) ||
+        !find_job(call, &job)) {
         return;
     }
     if (job.status != STORE_JOB_SUCCESSFUL) {
@@ -209,8 +232,7 @@ void jobs_delete(struct api_call *call)
     }
 }
 
-/* ---- GET /v1/jobs
-   -------------------------------------------------------------------------------------- */
+/* ---- GET /v1/jobs ---------------------------------------------------------------------------- */
 
 static bool add_job(void *user, const struct store_job *job)
 {

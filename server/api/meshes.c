@@ -100,8 +100,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
     return document;
 }
 
-/* ---- POST /v1/meshes
-   ----------------------------------------------------------------------------------- */
+/* ---- POST /v1/meshes ------------------------------------------------------------------------- */
 
 /* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered.
  */

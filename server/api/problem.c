@@ -70,6 +70,7 @@ static const struct problem_kind kinds[] = {
     {"server-busy", 503, "The service is busy"},
     {"shutting-down", 503, "The service is shutting down"},
     {"not-ready", 503, "The service is not ready"},
+    {"http-version-not-supported", 505, "The version of HTTP is not supported"},
     {"attempts-exhausted", 500, "The job was interrupted too often"},
     {"data-damaged", 500, "Stored data are damaged"},
     {"storage-unavailable", 503, "The storage cannot be read or written"},
@@ -161,8 +162,12 @@ json_t *problem_json(const char *code, const char *detail, const char *instance,
 /* Replaces whatever the response held by the document; a 503 says when to come back. */
 static int respond_problem(struct api_response *response, json_t *document, int status)
 {
+    const struct problem_kind *kind =
+        find_kind(json_string_value(json_object_get(document, "code")));
+
     api_response_clear(response);
     response_json(response, status, "application/problem+json", document);
+    response->problem = kind ? kind->code : "internal-error";
     if (status == 503) {
         (void)api_response_header(response, "Retry-After", "5");
     }

@@ -86,7 +86,7 @@ static bool surface_sound(const struct surface_description *description, const c
 json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
                              const char *what, struct jobs_result *result)
 {
-    const struct store_owner owner = {.name = jobs_run_owner(run)};
+    struct store_owner owner = {.name = NULL};
     json_t *record = NULL;
     int status;
 
@@ -96,6 +96,7 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         json_decref(description->star);
         return NULL;
     }
+    owner.name = jobs_run_owner(run);
     status = surface_save(jobs_run_store(run), &owner, description, &record, NULL);
     if (status) {
         (void)compute_fail_store(result, status, what);

@@ -19,8 +19,7 @@
 
 #define HEADER_VALUE_MAX 1024
 
-/* ---- Out
-   ---------------------------------------------------------------------------------------------- */
+/* ---- Out ------------------------------------------------------------------------------------- */
 
 void api_response_clear(struct api_response *response)
 {
@@ -33,6 +32,7 @@ void api_response_clear(struct api_response *response)
     }
     free(response->body);
     execution_wait_free(response->wait.state);
+    events_free(response->stream.state);
     memset(response, 0, sizeof *response);
 }
 

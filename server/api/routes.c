@@ -12,11 +12,13 @@
 #define JSON "application/json"
 #define NPY "application/x-npy"
 #define CSV "text/csv"
+#define EVENTS "text/event-stream"
 
 const struct api_route api_routes[] = {
     {"GET", "/", system_landing, false, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/healthz", system_healthz, false, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/readyz", system_readyz, true, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/metrics", system_metrics, true, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/version", system_version, false, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/openapi.yaml", system_openapi, false, ROUTE_NO_BODY, "", {0}},
 
@@ -74,6 +76,7 @@ const struct api_route api_routes[] = {
     {"GET", "/v1/jobs", jobs_list, true, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
     {"GET", "/v1/jobs/{id}", jobs_get_one, true, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/jobs/{id}/results", jobs_results, true, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
+    {"GET", "/v1/jobs/{id}/events", jobs_events, true, ROUTE_NO_BODY, "", {EVENTS}},
     {"POST", "/v1/jobs/{id}/cancel", jobs_cancel_one, true, ROUTE_NO_BODY, "", {JSON}},
     {"DELETE", "/v1/jobs/{id}", jobs_delete, true, ROUTE_NO_BODY, "", {0}},
     {NULL, NULL, NULL, false, ROUTE_NO_BODY, NULL, {0}},

@@ -48,9 +48,10 @@ void route_find(const char *method, const char *path, struct route_match *match,
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler models_list, models_get, models_modes, models_scores;
-api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete;
+api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete, jobs_events;
 api_handler processes_list, processes_get, executions_create;
-api_handler system_landing, system_healthz, system_readyz, system_version, system_openapi;
+api_handler system_landing, system_healthz, system_readyz, system_version, system_openapi,
+    system_metrics;
 
 /* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */
 void executions_resume(struct api *api, const struct api_request *request,

@@ -1,9 +1,8 @@
 /*
- * system.c - what the service says about itself: landing page, health, readiness, versions, API
- * description.
+ * system.c - what the service says about itself: landing page, health, versions, API description.
  *
- * /healthz says that requests are answered at all and touches nothing else; /readyz asks the store,
- * so it fails when the database does.
+ * /healthz says that requests are answered at all and touches nothing else; whether the service can
+ * take work is /readyz's to say (monitoring.c).
  */
 #include "api/respond.h"
 #include "api/routes.h"
@@ -29,18 +28,6 @@ void system_landing(struct api_call *call)
 void system_healthz(struct api_call *call)
 {
     respond_json(call, 200, json_pack("{s:s}", "status", "ok"));
-}
-
-void system_readyz(struct api_call *call)
-{
-    int status = store_ping(call->api->config.store);
-
-    if (status != 0) {
-        (void)problem_respond(call, "not-ready", "The database does not answer: %s.",
-                              store_strerror(status));
-        return;
-    }
-    respond_json(call, 200, json_pack("{s:s}", "status", "ready"));
 }
 
 void system_version(struct api_call *call)

@@ -70,6 +70,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     http->connections = connection;
     http->n_connections++;
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), 1);
 }
 
 static void connection_closed(struct http *http, struct connection *connection)
@@ -81,6 +82,7 @@ static void connection_closed(struct http *http, struct connection *connection)
             connection->next->place = connection->place;
         }
         http->n_connections--;
+        metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), -1);
     }
     (void)pthread_mutex_unlock(&http->mutex);
     free(connection->target);
@@ -106,6 +108,7 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
     if (connection) {
         free(connection->target);
         connection->target = strdup(uri);
+        connection->target_end = uri + strlen(uri) + 1;
         connection_deadline(http, connection, http_now() + http->config.header_seconds, true);
     }
     return NULL;
@@ -121,8 +124,7 @@ void connection_deadline(struct http *http, struct connection *connection, doubl
     (void)pthread_mutex_unlock(&http->mutex);
 }
 
-/* ---- The timer
-   ----------------------------------------------------------------------------------------- */
+/* ---- The timer ------------------------------------------------------------------------------- */
 
 /* Whether the peer has finished sending and everything it sent was read. */
 static bool finished_sending(int fd)
@@ -153,7 +155,11 @@ static double look(struct http *http, double now)
 
     for (struct connection *connection = http->connections; connection;
          connection = connection->next) {
-        if (connection->deadline <= now || is_abandoned(connection, now)) {
+        bool late = connection->deadline <= now;
+
+        if (late || is_abandoned(connection, now)) {
+            metrics_add(http->config.metrics, METRIC_HTTP_CUT,
+                        METRIC_LABELS(late ? "late" : "abandoned"), 1);
             (void)shutdown(connection->fd, SHUT_RDWR);
             connection->deadline = HUGE_VAL;
             connection->reads = false;

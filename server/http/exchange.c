@@ -12,8 +12,6 @@
  */
 #include "http/internal.h"
 
-#include "log.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,33 +19,90 @@
 
 #define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
 #define BODY_FIRST ((size_t)64 << 10)
+#define RESPONSE_FREE ((size_t)64 << 10) /* bytes of a response that are not counted */
 
-/* ---- The response
-   -------------------------------------------------------------------------------------- */
+/* ---- The response ---------------------------------------------------------------------------- */
+
+/* Bytes that are held for clients: bodies that come, and large ones that go. False when they would
+   be more than max_buffered. */
+static bool hold(struct http *http, size_t bytes)
+{
+    bool granted;
+
+    (void)pthread_mutex_lock(&http->mutex);
+    granted =
+        bytes <= http->config.max_buffered && http->buffered <= http->config.max_buffered - bytes;
+    http->buffered += granted ? bytes : 0;
+    (void)pthread_mutex_unlock(&http->mutex);
+    if (granted && bytes > 0) {
+        metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, (double)bytes);
+    }
+    return granted;
+}
+
+static void release(struct http *http, size_t bytes)
+{
+    if (bytes == 0) {
+        return;
+    }
+    (void)pthread_mutex_lock(&http->mutex);
+    http->buffered -= bytes;
+    (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, -(double)bytes);
+}
+
+/* A response that is held while a slow client takes it counts as a body does. */
+static void hold_response(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+
+    if (response->body_size <= RESPONSE_FREE || response->stream.job_id[0]) {
+        return;
+    }
+    if (hold(exchange->http, response->body_size)) {
+        exchange->held = response->body_size;
+    } else {
+        api_problem(&exchange->request, response, 503, "server-busy",
+                    "Too many responses are being sent at once; try again in a moment.");
+    }
+}
 
 static enum MHD_Result send_response(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
     const struct http *http = exchange->http;
-    struct MHD_Response *mhd;
+    struct MHD_Response *mhd = NULL;
     enum MHD_Result result;
 
+    hold_response(exchange);
+    if (response->stream.job_id[0]) {
+        mhd = stream_open(exchange);
+        if (!mhd) {
+            api_problem(&exchange->request, response, 503, "server-busy",
+                        "Too many streams of events are open; try again later.");
+        }
+    }
     if (response->status == 0) {
         api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
     }
     exchange->total_ms = 1e3 * (http_now() - exchange->started);
     exchange->status = response->status;
-    exchange->sent = response->body_size;
-    mhd =
-        MHD_create_response_from_buffer(response->body_size, response->body, MHD_RESPMEM_MUST_FREE);
     if (!mhd) {
-        return MHD_NO;
+        exchange->sent = response->body_size;
+        mhd = MHD_create_response_from_buffer(response->body_size, response->body,
+                                              MHD_RESPMEM_MUST_FREE);
+        if (!mhd) {
+            return MHD_NO;
+        }
+        response->body = NULL;
     }
-    response->body = NULL;
     cors_headers(exchange);
     (void)api_response_header(response, "X-Request-Id", "%s", exchange->request.id);
     (void)api_response_header(response, "Server-Timing", "total;dur=%.3f", exchange->total_ms);
     (void)api_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->request.trace[0]) {
+        (void)api_response_header(response, "traceparent", "%s", exchange->request.trace);
+    }
     if (exchange->close || http->draining) {
         (void)api_response_header(response, "Connection", "close");
     }
@@ -62,8 +117,7 @@ static enum MHD_Result send_response(struct exchange *exchange)
     return result;
 }
 
-/* ---- The body
-   ------------------------------------------------------------------------------------------ */
+/* ---- The body -------------------------------------------------------------------------------- */
 
 static void drop_body(struct exchange *exchange)
 {
@@ -72,9 +126,7 @@ static void drop_body(struct exchange *exchange)
     free(exchange->body);
     exchange->body = NULL;
     exchange->request.body = NULL;
-    (void)pthread_mutex_lock(&http->mutex);
-    http->buffered -= exchange->body_capacity;
-    (void)pthread_mutex_unlock(&http->mutex);
+    release(http, exchange->body_capacity);
     exchange->body_capacity = 0;
 }
 
@@ -85,7 +137,6 @@ static bool grow_body(struct exchange *exchange, size_t size)
     struct http *http = exchange->http;
     size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
     unsigned char *body;
-    bool granted;
 
     while (capacity < size) {
         capacity *= 2;
@@ -93,20 +144,12 @@ static bool grow_body(struct exchange *exchange, size_t size)
     if (capacity > exchange->max_body) {
         capacity = exchange->max_body;
     }
-    (void)pthread_mutex_lock(&http->mutex);
-    granted = http->buffered + capacity - exchange->body_capacity <= http->config.max_buffered;
-    if (granted) {
-        http->buffered += capacity - exchange->body_capacity;
-    }
-    (void)pthread_mutex_unlock(&http->mutex);
-    if (!granted) {
+    if (!hold(http, capacity - exchange->body_capacity)) {
         return false;
     }
     body = realloc(exchange->body, capacity);
     if (!body) {
-        (void)pthread_mutex_lock(&http->mutex);
-        http->buffered -= capacity - exchange->body_capacity;
-        (void)pthread_mutex_unlock(&http->mutex);
+        release(http, capacity - exchange->body_capacity);
         return false;
     }
     exchange->body = body;
@@ -151,17 +194,20 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
     return MHD_YES;
 }
 
-/* ---- The calls
-   ----------------------------------------------------------------------------------------- */
+/* ---- The calls ------------------------------------------------------------------------------- */
 
 static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
                                      const char *method)
 {
-    struct exchange *exchange = calloc(1, sizeof *exchange);
+    struct exchange *exchange = malloc(sizeof *exchange);
 
     if (!exchange) {
         return NULL;
     }
+    /* All but the headers, which n_headers tells the use of. */
+    memset(exchange, 0, offsetof(struct exchange, headers));
+    memset((char *)exchange + offsetof(struct exchange, header_bytes), 0,
+           sizeof *exchange - offsetof(struct exchange, header_bytes));
     exchange->http = http;
     exchange->mhd = mhd;
     exchange->connection = connection_of(mhd);
@@ -172,6 +218,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     (void)pthread_mutex_lock(&http->mutex);
     http->n_exchanges++;
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_IN_PROGRESS, NULL, 1);
     return exchange;
 }
 
@@ -299,18 +346,15 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
         return;
     }
     *state = NULL;
-    LOG("request", log_text("id", exchange->request.id),
-        log_text("method", exchange->request.method), log_text("path", exchange->request.path),
-        log_number("status", exchange->status),
-        log_number("ms", round(1e3 * exchange->total_ms) / 1e3),
-        log_number("in", (double)(exchange->request.body_size + exchange->drained)),
-        log_number("out", (double)exchange->sent),
-        log_text("end", code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "ok" : "cut"));
+    account_log(exchange, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
+    account_count(exchange);
+    stream_closed(exchange);
     if (exchange->connection) {
         connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds,
                             true);
     }
     drop_body(exchange);
+    release(http, exchange->held);
     api_response_clear(&exchange->response);
     free(exchange->path);
     free(exchange);

@@ -5,15 +5,28 @@
  * ends (request smuggling): Transfer-Encoding together with Content-Length, several
  * Content-Lengths, codings other than chunked. They are refused here and the connection is closed.
  * It also cuts a path at %00; so the target is taken raw, from the log callback, and decoded here:
- * a zero byte, an encoded slash and a broken escape are refused.
+ * a zero byte, an encoded slash and a broken escape are refused. Raw zero bytes it takes for the
+ * end of the target: then the version, which it cuts off the line's end, does not stand right
+ * behind.
+ *
+ * The first request of a connection has been judged by its bytes before (front.c), the later ones
+ * have not. Of these libmicrohttpd answers some by itself before anything here is called, with 400,
+ * 413 or 431 and a page of its own, and closes: a Content-Length that is no number, a head beyond
+ * its memory for a connection. It joins folded lines, as RFC 9112 (5.2) allows; and it takes a
+ * line feed alone for the end of a line, and zero bytes for the end of a value. Of that the
+ * strings that it hands out still tell, since they are cut in place from the lines: line_is_whole
+ * looks at what lies between two of them. The last line of a head, with nothing behind it, is not
+ * judged so.
  */
 #include "http/internal.h"
 
-#include <sodium.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+#define LINE_GAP_MAX 4096 /* between two lines that lie in the same buffer */
 
 /* What a header's name allows (RFC 9110, 5.6.2). */
 static bool is_token(const char *text, size_t length)
@@ -44,7 +57,7 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
 
     (void)kind;
     exchange->header_bytes += name_length + value_length + 4;
-    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HTTP_HEADER_BYTES_MAX) {
+    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HEAD_FIELD_BYTES_MAX) {
         exchange->header_overflow = true;
         return MHD_NO;
     }
@@ -56,6 +69,41 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
         return MHD_NO;
     }
     return MHD_YES;
+}
+
+/* Whether a line's text, which ends at end with its zero, is followed by the next line as after
+   CR LF, of which both bytes have become zero. Strings that do not lie one behind the other, since
+   one was moved, prove nothing. */
+static bool line_is_whole(const char *end, const char *next)
+{
+    uintptr_t from = (uintptr_t)end, to = (uintptr_t)next;
+
+    if (to <= from || to - from > LINE_GAP_MAX) {
+        return true;
+    }
+    if (to - from == 1) {
+        return false;
+    }
+    for (const char *at = end + 1; at + 1 < next; at++) {
+        if (*at != '\0' && *at != ' ' && *at != '\t') {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The same for the request line and all fields but the last. */
+static bool lines_are_whole(const struct exchange *exchange, const char *version)
+{
+    const char *end = version + strlen(version);
+
+    for (size_t i = 0; i < exchange->request.n_headers; i++) {
+        if (!line_is_whole(end, exchange->headers[i].name)) {
+            return false;
+        }
+        end = exchange->headers[i].value + strlen(exchange->headers[i].value);
+    }
+    return true;
 }
 
 static size_t count_headers(const struct exchange *exchange, const char *name, const char **value)
@@ -149,13 +197,12 @@ static const char *check_target(struct exchange *exchange)
     return NULL;
 }
 
-/* The client's X-Request-Id where it is harmless in headers and logs, otherwise a random one. */
+/* The client's X-Request-Id where it is harmless in headers and logs, otherwise one of ours. */
 static void choose_id(struct exchange *exchange)
 {
     static const char allowed[] =
         "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._-";
     const char *given = NULL;
-    unsigned char bytes[12];
     char *id = exchange->request.id;
 
     if (count_headers(exchange, "X-Request-Id", &given) == 1 && given[0] &&
@@ -163,9 +210,17 @@ static void choose_id(struct exchange *exchange)
         (void)snprintf(id, sizeof exchange->request.id, "%s", given);
         return;
     }
-    randombytes_buf(bytes, sizeof bytes);
-    memcpy(id, "req-", 4);
-    (void)sodium_bin2hex(id + 4, 2 * sizeof bytes + 1, bytes, sizeof bytes);
+    http_make_id(exchange->http, id);
+}
+
+/* Whether the request is part of a trace. */
+static void choose_trace(struct exchange *exchange)
+{
+    const char *given = NULL;
+
+    if (count_headers(exchange, "traceparent", &given) == 1) {
+        trace_continue(given, exchange->request.trace);
+    }
 }
 
 /* Pages of foreign sites in a browser beside the service are kept out (origin.c). */
@@ -196,6 +251,13 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     (void)MHD_get_connection_values_n(exchange->mhd, MHD_HEADER_KIND, take_header, exchange);
     exchange->request.headers = exchange->headers;
     choose_id(exchange);
+    choose_trace(exchange);
+    if (version != exchange->connection->target_end) {
+        return "The request line has a zero byte, or is not a method, a target and a version.";
+    }
+    if (!lines_are_whole(exchange, version)) {
+        return "The head has a zero byte, or a line that does not end in CR LF.";
+    }
     if (exchange->header_overflow) {
         *status = 431;
         *code = "headers-too-large";
@@ -204,7 +266,7 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     if (exchange->content_length == -2) {
         return "A header field has characters that it must not have.";
     }
-    if (strlen(exchange->connection->target) > HTTP_TARGET_MAX) {
+    if (strlen(exchange->connection->target) > HEAD_TARGET_MAX) {
         *status = 414;
         *code = "uri-too-long";
         return "The request target exceeds 8 KiB.";

@@ -1,15 +1,19 @@
 /*
  * http.c - starting and stopping: the daemon of libmicrohttpd, the request threads and the timer.
  *
- * Stopping goes in this order: no new connections; what waits for jobs is answered with the job as
- * it is; requests in progress get their grace; the pool ends, after which no connection is
- * suspended (libmicrohttpd aborts the process otherwise); then the daemon, and with it the
- * connections that are left.
+ * Connections come from the front (front.c), which hands over those whose first request has a well
+ * formed head.
+ *
+ * Stopping goes in this order: the front, and so no new connections; what waits for jobs is
+ * answered with the job as it is; requests in progress get their grace; the pool ends, after which
+ * no connection is suspended (libmicrohttpd aborts the process otherwise); then the daemon, and
+ * with it the connections that are left.
  */
 #include "http/internal.h"
 
 #include "log.h"
 
+#include <sodium.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +21,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#define CONNECTION_MEMORY ((size_t)64 << 10) /* for the headers, beyond our own limits */
+#define CONNECTION_MEMORY \
+    ((size_t)40 << 10) /* for a head within head.h's limits and ours; cleared for each request */
 #define CONNECTIONS_SPARE \
     128 /* beyond max_connections, to be answered 503 instead of left waiting */
 
@@ -25,7 +30,10 @@ static void set_defaults(struct http_config *config)
 {
     const struct http_config defaults = {.threads = 2,
                                          .request_threads = 4,
-                                         .max_connections = 512,
+                                         .max_connections = 1024,
+                                         .max_waiting = 4096,
+                                         .max_streams = 128,
+                                         .heartbeat_seconds = 15,
                                          .max_buffered = (size_t)1 << 30,
                                          .header_seconds = 15,
                                          .transfer_seconds = 30,
@@ -36,6 +44,10 @@ static void set_defaults(struct http_config *config)
         config->request_threads ? config->request_threads : defaults.request_threads;
     config->max_connections =
         config->max_connections ? config->max_connections : defaults.max_connections;
+    config->max_waiting = config->max_waiting ? config->max_waiting : defaults.max_waiting;
+    config->max_streams = config->max_streams ? config->max_streams : defaults.max_streams;
+    config->heartbeat_seconds =
+        config->heartbeat_seconds > 0 ? config->heartbeat_seconds : defaults.heartbeat_seconds;
     config->max_buffered = config->max_buffered ? config->max_buffered : defaults.max_buffered;
     config->header_seconds =
         config->header_seconds > 0 ? config->header_seconds : defaults.header_seconds;
@@ -52,7 +64,7 @@ __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const c
     (void)cls;
     (void)vsnprintf(text, sizeof text, format, arguments);
     text[strcspn(text, "\n")] = '\0';
-    LOG("http-library", log_text("message", text));
+    LOG_WARN("http-library", log_text("message", text));
 }
 
 /* Not MHD_OPTION_STRICT_FOR_CLIENT: all that it adds is a refusal without Host, and the library
@@ -67,13 +79,14 @@ static int start_daemon(struct http *http)
 
     tls_options(http->tls, tls);
     http->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | tls_flag, 0,
-        NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
-        MHD_OPTION_LISTEN_SOCKET, http->listen_fd, MHD_OPTION_THREAD_POOL_SIZE, threads,
-        MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION, connection_notify, http,
-        MHD_OPTION_URI_LOG_CALLBACK, connection_target, http, MHD_OPTION_NOTIFY_COMPLETED,
-        exchange_completed, http, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG |
+            MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC | tls_flag,
+        0, NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
+        MHD_OPTION_THREAD_POOL_SIZE, threads, MHD_OPTION_CONNECTION_LIMIT, connections,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION,
+        connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
+        MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_ARRAY, tls,
+        MHD_OPTION_END);
     return http->daemon ? 0 : -1;
 }
 
@@ -101,6 +114,23 @@ static void http_free(struct http *http)
     free(http);
 }
 
+/* Ids of requests are a random start, the daemon's own, and a count: no two are the same, and
+   none costs a system call. */
+static void choose_id_start(struct http *http)
+{
+    unsigned char bytes[6];
+
+    randombytes_buf(bytes, sizeof bytes);
+    (void)sodium_bin2hex(http->id_start, sizeof http->id_start, bytes, sizeof bytes);
+}
+
+void http_make_id(struct http *http, char id[40])
+{
+    unsigned long long count = atomic_fetch_add_explicit(&http->ids, 1, memory_order_relaxed);
+
+    (void)snprintf(id, 40, "req-%s%012llx", http->id_start, count & 0xffffffffffffULL);
+}
+
 int http_start(struct http **out, const struct http_config *config, char *message, size_t size)
 {
     struct http *http = calloc(1, sizeof *http);
@@ -113,6 +143,7 @@ int http_start(struct http **out, const struct http_config *config, char *messag
     }
     http->config = *config;
     set_defaults(&http->config);
+    choose_id_start(http);
     if (config->tls_certificate) {
         http->tls = tls_open(config->tls_certificate, config->tls_key, message, size);
         if (!http->tls) {
@@ -126,9 +157,13 @@ int http_start(struct http **out, const struct http_config *config, char *messag
         http_free(http);
         return -1;
     }
-    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0) {
+    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0 ||
+        front_start(http) != 0) {
         (void)snprintf(message, size, "cannot start the threads that listen on %s", config->listen);
         (void)close(http->listen_fd);
+        if (http->daemon) {
+            MHD_stop_daemon(http->daemon);
+        }
         pool_stop(http);
         timer_stop(http);
         http_free(http);
@@ -159,12 +194,11 @@ static void wait_idle(struct http *http, double grace_seconds)
 
 void http_stop(struct http *http, double grace_seconds)
 {
-    int fd;
-
     if (!http) {
         return;
     }
-    fd = (int)MHD_quiesce_daemon(http->daemon);
+    front_stop(http);
+    (void)close(http->listen_fd);
     (void)pthread_mutex_lock(&http->mutex);
     http->draining = true;
     pool_wake_all(http);
@@ -173,8 +207,5 @@ void http_stop(struct http *http, double grace_seconds)
     pool_stop(http);
     MHD_stop_daemon(http->daemon);
     timer_stop(http);
-    if (fd >= 0) {
-        (void)close(fd);
-    }
     http_free(http);
 }

@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #include "api/api.h"
+#include "metrics.h"
 
 struct http;
 
@@ -18,18 +19,21 @@ struct http_config {
     const char *listen;     /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
     size_t threads;         /* of libmicrohttpd; 0: 2 */
     size_t request_threads; /* for slow routes; 0: 4 */
-    size_t max_connections; /* beyond them requests are answered 503; 0: 512 */
-    size_t max_buffered;    /* bytes of all bodies that are arriving or being handled; 0: 1 GiB */
+    size_t max_connections; /* beyond them requests are answered 503; 0: 1024 */
+    size_t max_waiting;     /* connections without a request; the oldest goes; 0: 4096 */
+    size_t max_streams;     /* of server-sent events; 0: 128 */
+    size_t max_buffered;    /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
-    const char
-        *cors_origins; /* "https://host[:port]", separated by commas: pages that may call; may
-                                 be NULL */
-    const char *tls_certificate,
-        *tls_key;            /* PEM files, read anew when replaced; NULL: plain HTTP */
-    double header_seconds;   /* from connecting to the end of the headers; 0: 15 */
-    double transfer_seconds; /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
-    double idle_seconds;     /* between requests of one connection; 0: 60 */
+    const char *cors_origins;  /* "https://host[:port]", separated by commas: pages that may call;
+                                 may be NULL */
+    const char *tls_certificate, *tls_key; /* PEM files, read anew when replaced; NULL: plain */
+    double header_seconds;                 /* from connecting to the end of the headers; 0: 15 */
+    double transfer_seconds;  /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
+    double idle_seconds;      /* between requests of one connection; 0: 60 */
+    double heartbeat_seconds; /* between signs of life in a stream; 0: 15 */
+    bool log_refusals_only;   /* no line in the log for a request that was answered well */
+    struct metrics *metrics;  /* may be NULL */
 };
 
 /* Listens and starts the threads. message gets a sentence on failure. */
@@ -40,6 +44,10 @@ const char *http_address(const struct http *http);
 
 /* To be called when a job's row changed; from any thread. */
 void http_job_changed(struct http *http, const char *job_id);
+
+/* To be called when the progress or the message of a running job changed; from any thread. Only
+   streams take notice. */
+void http_job_progressed(struct http *http, const char *job_id);
 
 /* Stops listening, answers what waits for jobs, gives requests in progress grace_seconds to end,
    then closes all connections and frees everything. */

@@ -2,6 +2,7 @@
  * internal.h - what the files of http/ share.
  *
  * Threads
+ *   srnfd-front accepts connections and sees the head of their first request (front.c);
  *   libmicrohttpd's (a pool, one epoll loop each) parse requests, run quick handlers and send
  *   responses; srnfd-req-N run slow handlers and what goes on after a wait; srnfd-timer watches the
  *   deadlines.
@@ -18,15 +19,14 @@
 #ifndef SRNFD_HTTP_INTERNAL_H
 #define SRNFD_HTTP_INTERNAL_H
 
+#include "http/head.h"
 #include "http/http.h"
 
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
-#define HTTP_HEADERS_MAX 64
-#define HTTP_HEADER_BYTES_MAX ((size_t)16 << 10)
-#define HTTP_TARGET_MAX ((size_t)8 << 10)
+#define HTTP_HEADERS_MAX HEAD_FIELDS_MAX
 #define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
 #define HTTP_REQUEST_THREADS_MAX 32
 
@@ -39,6 +39,7 @@ struct connection {
     bool reads;      /* [m] waits for bytes of a request: its head, or the rest of its body */
     double gone;     /* [m] since when the peer has said that no more bytes come; 0: it has not */
     char *target;    /* raw request target of the current request; owned by its MHD thread */
+    const char *target_end; /* behind its zero, where the version must stand: never read through */
 };
 
 enum phase {
@@ -69,6 +70,11 @@ struct exchange {
     bool resumed;                /* api_resume is next, not api_handle */
     bool woken;                  /* [m] the job changed while this was queued or running */
     bool waits;                  /* [m] in the list of waits */
+    size_t held;                 /* bytes of the response that are counted in buffered */
+    bool streams;                /* the response is a stream (stream.c) */
+    size_t piece_sent;           /* of a stream's piece */
+    double alive_at;             /* when a stream is to give a sign of life */
+    double pause_until;          /* before which a stream makes no piece */
     double started;              /* monotonic, when the headers were there */
     double total_ms;             /* until the response was handed to libmicrohttpd */
     double deadline;             /* [m] of the wait */
@@ -93,8 +99,12 @@ struct http {
     struct exchange *waits;                      /* [m] */
     struct connection *connections;              /* [m] */
     size_t n_connections, n_exchanges, buffered; /* [m] */
-    atomic_bool draining;                        /* written under the mutex, read anywhere */
-    bool stopping, timer_stopping;               /* [m] */
+    size_t n_streams;                            /* [m] */
+    struct front *front;
+    char id_start[13]; /* of the ids of requests */
+    atomic_ullong ids;
+    atomic_bool draining;          /* written under the mutex, read anywhere */
+    bool stopping, timer_stopping; /* [m] */
     pthread_t request_threads[HTTP_REQUEST_THREADS_MAX];
     size_t n_request_threads;
     pthread_t timer_thread;
@@ -103,6 +113,8 @@ struct http {
 
 /* Monotonic seconds. */
 double http_now(void);
+/* An id for a request that brings none. */
+void http_make_id(struct http *http, char id[40]);
 
 /* ---- listen.c -------------------------------------------------------------------------------- */
 
@@ -116,6 +128,18 @@ int listen_open(const char *text, char *address, size_t address_size, char *mess
    disagree. NULL when all is well, otherwise the detail of the problem, with status and code. */
 const char *guard_check(struct exchange *exchange, const char *version, int *status,
                         const char **code);
+
+/* ---- front.c --------------------------------------------------------------------------------- */
+
+/* The daemon of libmicrohttpd is there, and goes after the front has stopped. */
+int front_start(struct http *http);
+void front_stop(struct http *http);
+
+/* ---- trace.c --------------------------------------------------------------------------------- */
+
+/* The traceparent of this request from the one that came (NULL: none); "" where there is no valid
+   one. */
+void trace_continue(const char *given, char trace[56]);
 
 /* ---- origin.c -------------------------------------------------------------------------------- */
 
@@ -148,6 +172,13 @@ enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char 
 void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code);
 
+/* ---- account.c ------------------------------------------------------------------------------- */
+
+/* The line of the log that a request leaves, and what is counted of it. whole: the response was
+   taken. */
+void account_log(const struct exchange *exchange, bool whole);
+void account_count(const struct exchange *exchange);
+
 /* ---- pool.c ---------------------------------------------------------------------------------- */
 
 int pool_start(struct http *http);
@@ -159,6 +190,20 @@ void pool_wake(struct exchange *exchange);
 void pool_wake_all(struct http *http);
 /* Answers what is still queued, waits for the threads: afterwards nothing is suspended. */
 void pool_stop(struct http *http);
+
+/* Enters a stream whose connection was just suspended: it looks for a change at once, or when its
+   pause is over. The mutex is held. */
+void pool_await_stream(struct exchange *exchange);
+
+/* ---- stream.c -------------------------------------------------------------------------------- */
+
+/* A response that goes on with the pieces of exchange->response.stream; NULL when there are too
+   many streams, or no memory. */
+struct MHD_Response *stream_open(struct exchange *exchange);
+void stream_closed(struct exchange *exchange);
+/* On a request thread: makes the next piece, if there is one. */
+void stream_run(struct exchange *exchange);
+bool stream_has_piece(const struct exchange *exchange);
 
 /* ---- connections.c --------------------------------------------------------------------------- */
 

@@ -50,9 +50,18 @@ bool pool_submit(struct exchange *exchange)
     return open;
 }
 
+/* A stream that pauses is woken by the timer, when its pause is over. */
+static bool pauses(struct exchange *exchange)
+{
+    return exchange->streams && !exchange->http->draining && http_now() < exchange->pause_until;
+}
+
 void pool_wake(struct exchange *exchange)
 {
-    if (exchange->phase == PHASE_WAITING) {
+    if (exchange->phase == PHASE_WAITING && pauses(exchange)) {
+        exchange->deadline = exchange->pause_until;
+        (void)pthread_cond_signal(&exchange->http->timer);
+    } else if (exchange->phase == PHASE_WAITING) {
         enqueue(exchange->http, exchange);
     } else {
         exchange->woken = true;
@@ -66,22 +75,33 @@ void pool_wake_all(struct http *http)
     }
 }
 
-void http_job_changed(struct http *http, const char *job_id)
+static void wake_those_of(struct http *http, const char *job_id, bool streams_only)
 {
     (void)pthread_mutex_lock(&http->mutex);
     for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {
-        if (strcmp(exchange->wait_job, job_id) == 0) {
+        if ((exchange->streams || !streams_only) && strcmp(exchange->wait_job, job_id) == 0) {
             pool_wake(exchange);
         }
     }
     (void)pthread_mutex_unlock(&http->mutex);
 }
 
-static void add_wait(struct http *http, struct exchange *exchange)
+void http_job_changed(struct http *http, const char *job_id)
+{
+    wake_those_of(http, job_id, false);
+}
+
+void http_job_progressed(struct http *http, const char *job_id)
+{
+    wake_those_of(http, job_id, true);
+}
+
+static void add_wait(struct http *http, struct exchange *exchange, const char *job_id,
+                     double deadline)
 {
     exchange->waits = true;
-    exchange->deadline = http_now() + exchange->response.wait.seconds;
-    memcpy(exchange->wait_job, exchange->response.wait.job_id, sizeof exchange->wait_job);
+    exchange->deadline = deadline;
+    (void)snprintf(exchange->wait_job, sizeof exchange->wait_job, "%s", job_id);
     exchange->wait_next = http->waits;
     exchange->wait_place = &http->waits;
     if (http->waits) {
@@ -89,6 +109,15 @@ static void add_wait(struct http *http, struct exchange *exchange)
     }
     http->waits = exchange;
     (void)pthread_cond_signal(&http->timer);
+}
+
+void pool_await_stream(struct exchange *exchange)
+{
+    struct http *http = exchange->http;
+
+    add_wait(http, exchange, exchange->response.stream.job_id, exchange->alive_at);
+    exchange->phase = PHASE_WAITING;
+    pool_wake(exchange);
 }
 
 static void remove_wait(struct exchange *exchange)
@@ -106,6 +135,10 @@ static void run(struct exchange *exchange, double seconds_left)
 {
     struct api *api = exchange->http->config.api;
 
+    if (exchange->streams) {
+        stream_run(exchange);
+        return;
+    }
     if (!exchange->resumed) {
         api_handle(api, &exchange->request, &exchange->response);
         return;
@@ -114,15 +147,34 @@ static void run(struct exchange *exchange, double seconds_left)
     api_resume(api, &exchange->request, &exchange->response);
 }
 
+/* The same for a stream: true when there is a piece to send. */
+static bool settle_stream(struct http *http, struct exchange *exchange)
+{
+    if (stream_has_piece(exchange)) {
+        exchange->phase = PHASE_READY;
+        return true;
+    }
+    exchange->phase = PHASE_WAITING;
+    exchange->deadline = exchange->alive_at;
+    if (exchange->woken || http->draining) {
+        pool_wake(exchange);
+    }
+    return false;
+}
+
 /* After a run, with the mutex held: true when the response is complete. */
 static bool settle(struct http *http, struct exchange *exchange, bool was_waiting)
 {
+    if (exchange->streams) {
+        return settle_stream(http, exchange);
+    }
     if (!exchange->response.wait.job_id[0]) {
         exchange->phase = PHASE_READY;
         return true;
     }
     if (!exchange->waits) {
-        add_wait(http, exchange);
+        add_wait(http, exchange, exchange->response.wait.job_id,
+                 http_now() + exchange->response.wait.seconds);
     }
     exchange->resumed = true;
     if (!was_waiting || exchange->woken || http->draining) {

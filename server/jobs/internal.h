@@ -115,6 +115,7 @@ struct jobs {
     atomic_size_t tickets; /* at least as many as there are accepted rows that nobody is claiming */
     size_t accepted;  /* accepted rows and those about to be; the limit of the queue is on these */
     size_t idle;      /* workers that wait */
+    size_t alive;     /* workers whose thread was started and has not ended */
     size_t held;      /* tickets of jobs whose owners have as many running as they may */
     uint64_t endings; /* counts ends of runs, so that a claim can tell whether one fell beside it */
     struct jobs_run **slots; /* [n_workers]: what each worker runs, or NULL */

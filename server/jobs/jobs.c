@@ -44,6 +44,20 @@ size_t jobs_worker_count(const struct jobs *jobs)
     return jobs->n_workers;
 }
 
+void jobs_health(struct jobs *jobs, struct jobs_health *health)
+{
+    *health = (struct jobs_health){.workers = jobs->n_workers,
+                                   .queue_limit = jobs->config.max_queued,
+                                   .closing = atomic_load(&jobs->closing)};
+    pthread_mutex_lock(&jobs->mutex);
+    health->alive = jobs->alive;
+    health->queued = jobs->accepted;
+    for (size_t i = 0; i < jobs->n_workers; i++) {
+        health->busy += jobs->slots[i] != NULL;
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+}
+
 /* Ids go on where the last run of the daemon stopped, even if the clock has gone back since. */
 static bool note_newest(void *user, const struct store_job *job)
 {
@@ -91,6 +105,9 @@ static int start_workers(struct jobs *jobs)
             return STORE_NOMEM;
         }
         jobs->n_started++;
+        pthread_mutex_lock(&jobs->mutex);
+        jobs->alive++;
+        pthread_mutex_unlock(&jobs->mutex);
     }
     return STORE_OK;
 }

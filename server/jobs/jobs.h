@@ -13,6 +13,7 @@
 #ifndef SRNFD_JOBS_H
 #define SRNFD_JOBS_H
 
+#include "metrics.h"
 #include "srnf.h"
 #include "store/store.h"
 
@@ -48,6 +49,9 @@ struct jobs_config {
     void (*log)(void *user, const char *event, const char *job_id, const char *detail);
     /* Called, on any thread and without locks held, whenever a job ended or its row changed. */
     void (*changed)(void *user, const char *job_id);
+    /* The same, but only for progress and message of a running job; may be NULL. */
+    void (*progressed)(void *user, const char *job_id);
+    struct metrics *metrics; /* NULL: nothing is counted */
 };
 
 enum jobs_status {
@@ -91,6 +95,17 @@ int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
 
 size_t jobs_worker_count(const struct jobs *jobs);
+
+/* What the engine does at this moment. */
+struct jobs_health {
+    size_t workers;     /* as many as there should be */
+    size_t alive;       /* threads that run */
+    size_t busy;        /* with a job of their own */
+    size_t queued;      /* accepted jobs */
+    size_t queue_limit; /* of accepted jobs */
+    bool closing;
+};
+void jobs_health(struct jobs *jobs, struct jobs_health *health);
 
 /* ---- For the code of a process --------------------------------------------------------------- */
 

@@ -238,6 +238,12 @@ int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char
     }
     status = submit(jobs, &s, job, how);
     free(key);
+    if (status == JOBS_OK) {
+        static const char *const names[] = {"new", "joined", "cached"};
+
+        metrics_add(jobs->config.metrics, METRIC_JOBS_SUBMITTED,
+                    METRIC_LABELS(s.process->id, names[*how]), 1);
+    }
     return status;
 }
 
@@ -272,6 +278,8 @@ static int dismiss(struct jobs *jobs, const struct store_job *job)
     if (status == STORE_OK) {
         unreserve(jobs);
         jobs_log(jobs, "job-dismissed", job->id, "");
+        metrics_add(jobs->config.metrics, METRIC_JOBS_ENDED,
+                    METRIC_LABELS(job->process, store_job_status_name(STORE_JOB_DISMISSED)), 1);
         jobs_changed(jobs, job->id);
     }
     return status;

@@ -56,6 +56,9 @@ static void on_progress(void *user, double fraction, const char *message)
         snprintf(run->message, sizeof run->message, "%s", message);
     }
     pthread_mutex_unlock(&run->mutex);
+    if (run->jobs->config.progressed) {
+        run->jobs->config.progressed(run->jobs->config.user, run->job->id);
+    }
 }
 
 static double on_seconds(void *user)
@@ -205,7 +208,21 @@ static bool may_retry(struct jobs *jobs)
     return !atomic_load(&jobs->closing) && nanosleep(&pause, NULL) == 0;
 }
 
-static void write_ending(struct jobs_run *run, struct ending ending)
+/* Counts the end of a run, and how long it took. */
+static void count_ending(struct jobs_run *run, enum store_job_status to, double seconds)
+{
+    struct metrics *metrics = run->jobs->config.metrics;
+    const char *process = run->job->process;
+
+    if (to != STORE_JOB_ACCEPTED) {
+        metrics_observe(metrics, METRIC_JOB_SECONDS, METRIC_LABELS(process), seconds);
+        metrics_add(metrics, METRIC_JOBS_ENDED, METRIC_LABELS(process, store_job_status_name(to)),
+                    1);
+    }
+}
+
+/* Returns the state that was written, or STORE_JOB_RUNNING where none was. */
+static enum store_job_status write_ending(struct jobs_run *run, struct ending ending)
 {
     struct jobs *jobs = run->jobs;
     const struct store_job *job = run->job;
@@ -234,9 +251,10 @@ static void write_ending(struct jobs_run *run, struct ending ending)
     if (status == STORE_OK) {
         snprintf(event, sizeof event, "job-%s", store_job_status_name(ending.to));
         jobs_log(jobs, event, job->id, ending.code ? ending.code : "");
-    } else {
-        jobs_log(jobs, "job-lost", job->id, store_strerror(status));
+        return ending.to;
     }
+    jobs_log(jobs, "job-lost", job->id, store_strerror(status));
+    return STORE_JOB_RUNNING;
 }
 
 void jobs_run_execute(struct jobs_run *run)
@@ -244,7 +262,14 @@ void jobs_run_execute(struct jobs_run *run)
     struct jobs *jobs = run->jobs;
     const struct jobs_process *process = jobs_process_find(jobs, run->job->process);
     struct jobs_result result = {0};
+    double started = on_seconds(run);
+    enum store_job_status ended;
 
+    if (run->job->attempt == 1) {
+        metrics_observe(jobs->config.metrics, METRIC_JOB_WAIT_SECONDS,
+                        METRIC_LABELS(run->job->process),
+                        1e-3 * (double)(run->job->started_ms - run->job->created_ms));
+    }
     jobs_log(jobs, "job-running", run->job->id, run->job->process);
     jobs_changed(jobs, run->job->id);
     if (process) {
@@ -255,6 +280,9 @@ void jobs_run_execute(struct jobs_run *run)
                  "This version has no process of that name.");
     }
     result.problem_detail[sizeof result.problem_detail - 1] = '\0';
-    write_ending(run, judge(run, &result));
+    ended = write_ending(run, judge(run, &result));
+    if (ended != STORE_JOB_RUNNING) {
+        count_ending(run, ended, on_seconds(run) - started);
+    }
     free(result.results);
 }

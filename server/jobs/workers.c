@@ -133,6 +133,7 @@ void *jobs_worker_main(void *argument)
             jobs->idle--;
         }
     }
+    jobs->alive--;
     pthread_mutex_unlock(&jobs->mutex);
     return NULL;
 }

@@ -5,6 +5,7 @@
  * Threads and locks
  *   writer->mutex   rank 40: the queue of writes and the closing flag
  *   readers.mutex   rank 41: the pool's list and its count of connections in use
+ *   recent.mutex    rank 42: the slots of recent results
  * They are never held together, nor across a call into SQLite or the file system. The connections
  * need no lock: the writer's belongs to the writer thread, a reader's to whoever has taken it
  * from the pool.
@@ -51,6 +52,8 @@ struct store_readers {
     bool closing;
 };
 
+struct store_recent;
+
 struct store {
     char *directory;
     char *database; /* path of the database file */
@@ -59,6 +62,7 @@ struct store {
     int64_t reserve_tried_ms; /* of the writer thread */
     struct store_writer writer;
     struct store_readers readers;
+    struct store_recent *recent;
 };
 
 /* ---- Statements (statement.c) ---------------------------------------------------------------- */
@@ -94,6 +98,20 @@ int store_connect_reader(const char *path, sqlite3 **db);
 int store_identify(sqlite3 *db, int64_t *version, char *message, size_t message_size);
 /* Checks that, and brings it to the newest version. */
 int store_migrate(sqlite3 *db, char *message, size_t message_size);
+
+/* ---- Recent results (recent.c) --------------------------------------------------------------- */
+
+/* NULL when memory is short. */
+struct store_recent *store_recent_create(void);
+void store_recent_destroy(struct store_recent *recent);
+/* To be called by the writer when a group is committed, before its callers are woken. */
+void store_recent_expire(struct store_recent *recent);
+/* The age of what is read from now on, for store_recent_keep. */
+uint64_t store_recent_age(struct store_recent *recent);
+/* Keeps a copy of results that were read since then, where they are small and no write fell
+   between. */
+void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id,
+                       const char *results, size_t size);
 
 /* ---- Writing (writer.c) ---------------------------------------------------------------------- */
 

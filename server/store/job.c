@@ -119,6 +119,7 @@ int store_job_results(struct store *store, const char *id, char **results, size_
     unsigned char *bytes = NULL;
     struct store_reader *reader = NULL;
     sqlite3_stmt *row = NULL;
+    uint64_t age = store_recent_age(store->recent);
     int status = store_reader_take(store, &reader);
 
     *results = NULL;
@@ -138,6 +139,9 @@ int store_job_results(struct store *store, const char *id, char **results, size_
         status = hash[0] ? store_blob_read(store, reader->db, hash, &bytes, size) : STORE_CONFLICT;
     }
     store_reader_return(store, reader);
+    if (status == STORE_OK) {
+        store_recent_keep(store->recent, age, id, (const char *)bytes, *size);
+    }
     *results = (char *)bytes;
     return status;
 }

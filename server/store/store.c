@@ -127,7 +127,8 @@ static int name_files(struct store *store, const char *directory)
 
     store->directory = strdup(directory);
     store->database = malloc(size);
-    if (!store->directory || !store->database) {
+    store->recent = store_recent_create();
+    if (!store->directory || !store->database || !store->recent) {
         return STORE_NOMEM;
     }
     snprintf(store->database, size, "%s/%s", directory, STORE_DATABASE_NAME);
@@ -145,6 +146,7 @@ static void release(struct store *store)
     if (store->lock_fd >= 0) {
         close(store->lock_fd);
     }
+    store_recent_destroy(store->recent);
     free(store->database);
     free(store->directory);
     free(store);

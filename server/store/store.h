@@ -97,9 +97,9 @@ struct store_mesh {
     struct store_owner owner; /* to be set for put; not set by get */
 };
 
-/* Stores the mesh for its owner, unless the owner has it; *created says which. Where the owner has it
-   and its content is damaged, the content is replaced. content has mesh->bytes bytes, mesh->id is
-   set. On return mesh->created_ms and mesh->name are what the store holds for that owner. */
+/* Stores the mesh for its owner, unless the owner has it; *created says which. Where the owner has
+   it and its content is damaged, the content is replaced. content has mesh->bytes bytes, mesh->id
+   is set. On return mesh->created_ms and mesh->name are what the store holds for that owner. */
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content,
                    bool *created);
 /* For a mesh that is there: content replaces what is stored of it, where that is damaged. */
@@ -292,6 +292,9 @@ int store_job_get(struct store *store, const char *id, struct store_job *job);
 int store_job_find(struct store *store, const char *digest, struct store_job *job);
 /* results is allocated with malloc; STORE_CONFLICT when the job is not successful. */
 int store_job_results(struct store *store, const char *id, char **results, size_t *size);
+/* The same from memory, for small results that were read since the last write (recent.c):
+   STORE_NOT_FOUND where they are not there. Costs a lock and a copy; results NULL: only asks. */
+int store_job_results_recent(struct store *store, const char *id, char **results, size_t *size);
 /* The next job becomes running, attempt + 1: the oldest accepted one of the owner whose turn it is.
    STORE_NOT_FOUND when no job waits, STORE_CONFLICT when those that do belong to owners who have
    as many running as they may. */
@@ -341,5 +344,26 @@ int store_sweep_files(struct store *store, size_t *removed);
 int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
+
+/* ---- For monitoring (usage.c) ---------------------------------------------------------------- */
+
+/* Whether a write gets through to the disk: commits one that changes nothing. */
+int store_probe(struct store *store);
+
+struct store_usage {
+    int64_t database, log, blobs; /* bytes */
+    int64_t free;                 /* bytes left on the file system */
+};
+int store_usage(struct store *store, struct store_usage *usage);
+int store_free_bytes(struct store *store, int64_t *bytes);
+
+/* The jobs of one process that are accepted, or running. */
+struct store_load {
+    const char *process, *status;
+    size_t count;
+    int64_t oldest_ms; /* when the oldest of them was created */
+};
+int store_job_load(struct store *store, void (*visit)(void *user, const struct store_load *load),
+                   void *user);
 
 #endif

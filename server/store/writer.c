@@ -86,6 +86,7 @@ static int run_group(struct store *store, struct store_write *list)
     if (status != STORE_OK && !sqlite3_get_autocommit(db)) {
         sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
     }
+    store_recent_expire(store->recent);
     for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
         if (write->dropped[0]) {
             store_blob_remove(store, db, write->dropped);

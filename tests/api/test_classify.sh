@@ -54,7 +54,7 @@ wrong() { # INPUTS POINTER WHAT
 wrong '{}' /inputs/cohort 'no cohort'
 wrong '{"cohort":"kinds","components":4}' /inputs/components 'more components than the folds determine'
 wrong '{"cohort":"kinds","method":"svm"}' /inputs/method 'a method that there is not'
-post_json /v1/cohorts "$(jq -nc "{name: \"few\", members: ($THALAMI + $PALLIDA[:2])}")"
+post_json /v1/cohorts "$(jq -nc "{name: \"few\", members: (${THALAMI} + ${PALLIDA}[:2])}")"
 wrong '{"cohort":"few"}' /inputs/cohort 'a label with two members'
 
 # ---- distances ---------------------------------------------------------------------------------------

@@ -4,12 +4,13 @@
  *
  *   paper OUT.html [SECTION..]     sections by name; without any, all of them
  *
- * Tells each section and its seconds on standard output; ends with 1 if one fails, and then leaves
+ * Tells each section, its seconds and the processor seconds of both threads on standard output; ends with 1 if one fails, and then leaves
  * no report.
  */
 #include <fftw3.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "paper/paper.h"
 #include "support/parallel.h"
@@ -39,6 +40,12 @@ static double seconds(void *user)
 {
     (void)user;
     return timing_monotonic();
+}
+
+/* Of all threads of the process. */
+static double processor_seconds(void)
+{
+    return (double)clock() / (double)CLOCKS_PER_SEC;
 }
 
 static void spread(void *user, size_t count, void (*body)(void *argument, size_t index),
@@ -80,15 +87,18 @@ int main(int argc, char **argv)
                      SRNF_VERSION, "degrees and options stand with each figure", THREADS);
     for (size_t i = 0; i < SECTIONS; i++) {
         double before = timing_monotonic();
+        double worked = processor_seconds();
 
         if (wanted(&sections[i], argc, argv)) {
             sections[i].write(&paper);
-            printf("%-15s %6.1f s\n", sections[i].name, timing_monotonic() - before);
+            printf("%-15s %6.1f s, of processors %6.1f s\n", sections[i].name,
+                   timing_monotonic() - before, processor_seconds() - worked);
             (void)fflush(stdout);
         }
     }
     report_paragraph(paper.report, "Written in %.0f s.", timing_monotonic() - start);
     report_close(paper.report);
-    printf("%-15s %6.1f s\n", "all", timing_monotonic() - start);
+    printf("%-15s %6.1f s, of processors %6.1f s\n", "all", timing_monotonic() - start,
+           processor_seconds());
     return 0;
 }

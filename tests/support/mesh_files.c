@@ -109,7 +109,7 @@ static void put_faces(const struct srnf_mesh *mesh, enum file_number type, bool 
     }
 }
 
-/* ---- PLY ------------------------------------------------------------------------------------ */
+/* ---- PLY ------------------------------------------------------------------------------------- */
 
 static void make_ply_ascii(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 {
@@ -173,7 +173,7 @@ static void make_ply_big(const struct srnf_mesh *mesh, struct srnf_buffer *out)
     }
 }
 
-/* ---- OBJ and OFF ---------------------------------------------------------------------------- */
+/* ---- OBJ and OFF ----------------------------------------------------------------------------- */
 
 static void make_obj(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 {
@@ -220,7 +220,7 @@ static void make_off_colors(const struct srnf_mesh *mesh, struct srnf_buffer *ou
     }
 }
 
-/* ---- STL ------------------------------------------------------------------------------------ */
+/* ---- STL ------------------------------------------------------------------------------------- */
 
 static void make_stl_ascii(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 {
@@ -263,7 +263,7 @@ static void make_stl_solid(const struct srnf_mesh *mesh, struct srnf_buffer *out
     stl_binary(mesh, "solid but binary", out);
 }
 
-/* ---- VTK ------------------------------------------------------------------------------------ */
+/* ---- VTK ------------------------------------------------------------------------------------- */
 
 static void vtk_head(const struct srnf_mesh *mesh, const char *encoding, const char *type,
                      struct srnf_buffer *out)
@@ -321,7 +321,7 @@ static void make_vtk5_binary(const struct srnf_mesh *mesh, struct srnf_buffer *o
     file_print(out, "\n");
 }
 
-/* ---- GIfTI ---------------------------------------------------------------------------------- */
+/* ---- GIfTI ----------------------------------------------------------------------------------- */
 
 static void put_base64(struct srnf_buffer *out, const unsigned char *bytes, size_t size)
 {
@@ -444,7 +444,7 @@ static void make_gifti_gzip_big(const struct srnf_mesh *mesh, struct srnf_buffer
     make_gifti(mesh, &gifti_styles[4], out);
 }
 
-/* ---- FreeSurfer ----------------------------------------------------------------------------- */
+/* ---- FreeSurfer ------------------------------------------------------------------------------ */
 
 static void make_freesurfer(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 {

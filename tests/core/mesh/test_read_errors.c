@@ -324,7 +324,7 @@ static void test_binary(void **state)
     srnf_mesh_clear(&sample);
 }
 
-/* ---- What is no error ----------------------------------------------------------------------- */
+/* ---- What is no error ------------------------------------------------------------------------ */
 
 static void check_faces(enum srnf_mesh_format format, const char *text, const uint32_t *faces,
                         size_t n_faces, size_t polygons)
@@ -416,7 +416,7 @@ static void test_numbers(void **state)
     (void)setlocale(LC_ALL, "C");
 }
 
-/* ---- Limits --------------------------------------------------------------------------------- */
+/* ---- Limits ---------------------------------------------------------------------------------- */
 
 static void test_limits(void **state)
 {

@@ -167,7 +167,7 @@ static void test_names(void **state)
     assert_string_equal(srnf_mesh_format_name(SRNF_MESH_UNKNOWN), "unknown");
 }
 
-/* ---- Files ---------------------------------------------------------------------------------- */
+/* ---- Files ----------------------------------------------------------------------------------- */
 
 static struct srnf_buffer load(const char *path)
 {

@@ -177,7 +177,7 @@ static void test_fields(void **state)
     srnf_buffer_clear(&file);
 }
 
-/* ---- GLB ------------------------------------------------------------------------------------ */
+/* ---- GLB ------------------------------------------------------------------------------------- */
 
 static json_int_t integer(const json_t *object, const char *key)
 {
@@ -339,7 +339,7 @@ static void test_color_map(void **state)
     }
 }
 
-/* ---- What cannot be written ----------------------------------------------------------------- */
+/* ---- What cannot be written ------------------------------------------------------------------ */
 
 static void test_refusals(void **state)
 {

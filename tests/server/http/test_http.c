@@ -10,266 +10,7 @@
 
 #include <cmocka.h>
 
-#include "http/http.h"
-
-#include <arpa/inet.h>
-#include <errno.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <pthread.h>
-#include <sodium.h>
-#include <stdatomic.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <strings.h>
-#include <sys/socket.h>
-#include <time.h>
-#include <unistd.h>
-
-#define BODY_LIMIT ((size_t)100000)
-#define ANSWER_MAX ((size_t)256 << 10)
-#define PATIENCE_MS 20000
-
-/* ---- The api layer of this test
-   -------------------------------------------------------------------------- */
-
-static struct {
-    atomic_int handled;     /* calls of api_handle */
-    atomic_bool job_ended;  /* what api_resume finds */
-    atomic_bool in_handler; /* a /race request is inside api_handle */
-    atomic_bool leave;      /* ... and may leave */
-    atomic_int on_request_thread;
-} fake;
-
-const char *api_request_header(const struct api_request *request, const char *name)
-{
-    for (size_t i = 0; i < request->n_headers; i++) {
-        if (strcasecmp(request->headers[i].name, name) == 0) {
-            return request->headers[i].value;
-        }
-    }
-    return NULL;
-}
-
-void api_response_clear(struct api_response *response)
-{
-    for (size_t i = 0; i < response->n_headers; i++) {
-        free((void *)(uintptr_t)response->headers[i].value);
-    }
-    free(response->body);
-    memset(response, 0, sizeof *response);
-}
-
-int api_response_header(struct api_response *response, const char *name, const char *format, ...)
-{
-    char text[256];
-    va_list arguments;
-
-    va_start(arguments, format);
-    (void)vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    response->headers[response->n_headers].name = name;
-    response->headers[response->n_headers++].value = strdup(text);
-    return 0;
-}
-
-static void answer(struct api_response *response, int status, const char *text)
-{
-    response->status = status;
-    response->body = (unsigned char *)strdup(text);
-    response->body_size = strlen(text);
-}
-
-void api_problem(const struct api_request *request, struct api_response *response, int status,
-                 const char *code, const char *detail)
-{
-    char text[300];
-
-    (void)request;
-    (void)snprintf(text, sizeof text, "%s: %s", code, detail);
-    api_response_clear(response);
-    answer(response, status, text);
-}
-
-enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
-                           size_t *max_body, struct api_response *response)
-{
-    (void)api;
-    *max_body = BODY_LIMIT;
-    if (content_length > (int64_t)BODY_LIMIT) {
-        api_problem(request, response, 413, "body-too-large", "by its Content-Length");
-        return API_REFUSED;
-    }
-    return strcmp(request->path, "/quick") == 0 ? API_QUICK : API_SLOW;
-}
-
-static void nap(long ms)
-{
-    struct timespec time = {.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000};
-
-    (void)nanosleep(&time, NULL);
-}
-
-void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
-{
-    char name[32] = "", text[200];
-    size_t sum = 0;
-
-    (void)api;
-    atomic_fetch_add(&fake.handled, 1);
-    (void)pthread_getname_np(pthread_self(), name, sizeof name);
-    atomic_store(&fake.on_request_thread, strncmp(name, "srnfd-req-", 10) == 0);
-    for (size_t i = 0; i < request->body_size; i++) {
-        sum += request->body[i];
-    }
-    if (strncmp(request->path, "/wait", 5) == 0 || strcmp(request->path, "/race") == 0) {
-        if (strcmp(request->path, "/race") == 0) {
-            atomic_store(&fake.in_handler, true);
-            while (!atomic_load(&fake.leave)) {
-                nap(5);
-            }
-        }
-        (void)snprintf(response->wait.job_id, sizeof response->wait.job_id, "job-1");
-        response->wait.seconds = strcmp(request->path, "/wait-short") == 0 ? 0.2 : 600;
-        return;
-    }
-    (void)snprintf(text, sizeof text, "path=%s query=%s size=%zu sum=%zu", request->path,
-                   request->query, request->body_size, sum);
-    answer(response, 200, text);
-}
-
-void api_resume(struct api *api, const struct api_request *request, struct api_response *response)
-{
-    (void)api;
-    (void)request;
-    if (!atomic_load(&fake.job_ended) && response->wait.seconds > 0) {
-        return;
-    }
-    response->wait.job_id[0] = '\0';
-    answer(response, atomic_load(&fake.job_ended) ? 200 : 201, "resumed");
-}
-
-/* ---- A client
-   -------------------------------------------------------------------------------------------- */
-
-static double now(void)
-{
-    struct timespec time;
-
-    (void)clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
-static int dial(const struct http *http)
-{
-    const char *colon = strrchr(http_address(http), ':');
-    struct sockaddr_in to = {.sin_family = AF_INET};
-    int fd = socket(AF_INET, SOCK_STREAM, 0);
-
-    to.sin_port = htons((uint16_t)strtol(colon + 1, NULL, 10));
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    assert_int_equal(connect(fd, (struct sockaddr *)&to, sizeof to), 0);
-    return fd;
-}
-
-static void say(int fd, const char *text)
-{
-    size_t length = strlen(text);
-
-    while (length > 0) {
-        ssize_t n = send(fd, text, length, MSG_NOSIGNAL);
-
-        if (n <= 0) {
-            return;
-        }
-        text += n;
-        length -= (size_t)n;
-    }
-}
-
-/* Whether the answer in text is whole: headers and Content-Length bytes. */
-static bool whole(const char *text, bool head)
-{
-    const char *end = strstr(text, "\r\n\r\n"), *length = strcasestr(text, "\r\nContent-Length:");
-
-    if (!end) {
-        return false;
-    }
-    return head || !length || strlen(end + 4) >= strtoul(length + 17, NULL, 10);
-}
-
-/* Reads one answer, or what came until the peer closed (*closed); returns its status, 0 where there
-   is none. */
-static int hear(int fd, char *text, bool head, bool *closed)
-{
-    size_t used = 0;
-    double start = now();
-    bool ended = false;
-
-    text[0] = '\0';
-    while (!whole(text, head) && now() - start < PATIENCE_MS / 1000.0) {
-        struct pollfd poll_fd = {.fd = fd, .events = POLLIN};
-        ssize_t n;
-
-        if (poll(&poll_fd, 1, 100) <= 0) {
-            continue;
-        }
-        n = recv(fd, text + used, ANSWER_MAX - 1 - used, 0);
-        if (n <= 0) {
-            ended = true;
-            break;
-        }
-        used += (size_t)n;
-        text[used] = '\0';
-    }
-    if (closed) {
-        *closed = ended;
-    }
-    return strncmp(text, "HTTP/1.", 7) == 0 ? (int)strtol(text + 9, NULL, 10) : 0;
-}
-
-/* Whether the peer closes within the patience. */
-static bool closes(int fd)
-{
-    double start = now();
-    char byte;
-
-    while (now() - start < PATIENCE_MS / 1000.0) {
-        struct pollfd poll_fd = {.fd = fd, .events = POLLIN};
-
-        if (poll(&poll_fd, 1, 100) > 0 && recv(fd, &byte, 1, 0) <= 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static char text[ANSWER_MAX];
-
-static struct http *serve(struct http_config config)
-{
-    struct http *http;
-    char message[200];
-
-    atomic_store(&fake.handled, 0);
-    atomic_store(&fake.job_ended, false);
-    atomic_store(&fake.in_handler, false);
-    atomic_store(&fake.leave, false);
-    config.listen = "127.0.0.1:0";
-    assert_int_equal(http_start(&http, &config, message, sizeof message), 0);
-    return http;
-}
-
-static int ask(const struct http *http, const char *request)
-{
-    int fd = dial(http), status;
-
-    say(fd, request);
-    status = hear(fd, text, false, NULL);
-    (void)close(fd);
-    return status;
-}
+#include "server/http/http_fixture.h"
 
 /* ---- Tests
    -----------------------------------------------------------------------------------------------
@@ -517,9 +258,11 @@ static void test_dawdlers_are_cut_off(void **state)
         say(head, "a");
         say(body, "b");
         nap(100);
-        ended = recv(head, &byte, 1, MSG_DONTWAIT) == 0 || errno == ECONNRESET;
+        ended = recv(head, &byte, 1, MSG_DONTWAIT | MSG_PEEK) == 1;
     }
     assert_true(ended);
+    assert_int_equal(hear(head, text, false, NULL), 408);
+    assert_true(closes(head));
     assert_true(closes(body));
     (void)close(head);
     (void)close(body);
@@ -665,6 +408,188 @@ static void test_foreign_sites_are_kept_out(void **state)
     http_stop(http, 5);
 }
 
+/* Reads until the text has come, or the peer has closed. */
+static bool hear_until(int fd, const char *wanted)
+{
+    size_t used = 0;
+    double start = now();
+
+    text[0] = '\0';
+    while (!strstr(text, wanted) && now() - start < PATIENCE_MS / 1000.0) {
+        struct pollfd poll_fd = {.fd = fd, .events = POLLIN};
+        ssize_t n =
+            poll(&poll_fd, 1, 100) > 0 ? recv(fd, text + used, ANSWER_MAX - 1 - used, 0) : -1;
+
+        if (n == 0) {
+            break;
+        }
+        used += n > 0 ? (size_t)n : 0;
+        text[used] = '\0';
+    }
+    return strstr(text, wanted) != NULL;
+}
+
+static void test_streams_follow_the_job(void **state)
+{
+    struct http *http = serve((struct http_config){.heartbeat_seconds = 0.3});
+    int fd = dial(http), old = dial(http);
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    say(old, "GET /stream HTTP/1.0\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    assert_true(hear_until(fd, "alive\n"));
+    atomic_store(&fake.state, 1);
+    http_job_changed(http, "job-2");
+    http_job_progressed(http, "job-1");
+    assert_true(hear_until(fd, "state 1 "));
+    atomic_store(&fake.state, -1);
+    http_job_changed(http, "job-1");
+    assert_true(hear_until(fd, "\r\n0\r\n\r\n"));
+    assert_non_null(strstr(text, "state -1 "));
+    assert_true(hear_until(old, "state -1 "));
+    assert_true(closes(old));
+    /* The connection of HTTP/1.1 goes on. */
+    say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(fd, text, false, NULL), 200);
+    (void)close(fd);
+    (void)close(old);
+    http_stop(http, 5);
+}
+
+/* However often the job changes, pieces follow each other at a pace, and the last state comes. */
+static void test_streams_pass_over_what_is_stale(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http);
+    double start;
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    start = now();
+    for (int i = 1; i <= 500; i++) {
+        atomic_store(&fake.state, i);
+        http_job_progressed(http, "job-1");
+        nap(1);
+    }
+    assert_true(hear_until(fd, "state 500 "));
+    assert_true(atomic_load(&fake.pieces) <= 2 + (int)((now() - start) / 0.1));
+    (void)close(fd);
+    http_stop(http, 5);
+}
+
+static void test_streams_are_limited(void **state)
+{
+    struct http *http = serve((struct http_config){.max_streams = 1});
+    int first = dial(http), second = dial(http);
+
+    (void)state;
+    say(first, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(first, "first\n"));
+    say(second, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(second, text, false, NULL), 503);
+    atomic_store(&fake.state, -1);
+    http_job_changed(http, "job-1");
+    assert_true(hear_until(first, "state -1 "));
+    nap(200);
+    say(second, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(second, "state -1 "));
+    (void)close(first);
+    (void)close(second);
+    http_stop(http, 5);
+}
+
+/* A reader that takes nothing is cut off, and its stream is free again. */
+static void test_streams_do_not_wait_for_readers(void **state)
+{
+    struct http *http =
+        serve((struct http_config){.max_streams = 1, .transfer_seconds = 0.5, .idle_seconds = 60});
+    int fd = dial(http), small = 1000, status = 503;
+    double start = now();
+
+    (void)state;
+    (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    nap(100);
+    for (int i = 1; status != 200 && now() - start < PATIENCE_MS / 1000.0; i++) {
+        int other = dial(http);
+
+        atomic_store(&fake.state, i);
+        http_job_progressed(http, "job-1");
+        say(other, "HEAD /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+        status = hear(other, text, true, NULL);
+        (void)close(other);
+        nap(50);
+    }
+    assert_int_equal(status, 200);
+    (void)close(fd);
+    http_stop(http, 5);
+}
+
+static void test_stopping_ends_streams(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http);
+    double start;
+
+    (void)state;
+    say(fd, "GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_true(hear_until(fd, "first\n"));
+    nap(200);
+    start = now();
+    http_stop(http, 20);
+    assert_true(now() - start < 8);
+    assert_true(hear_until(fd, "0\r\n\r\n"));
+    assert_true(closes(fd));
+    (void)close(fd);
+}
+
+/* Zero bytes in the target of a second request, which no front has seen. */
+static void test_later_requests_are_guarded(void **state)
+{
+    static const char *const lines[] = {"GET /quick\0x HTTP/1.1", "GET /quick\0HTTP/1.1 HTTP/1.1",
+                                        "GET /quick\0 HTTP/1.1"};
+    static const size_t lengths[] = {21, 28, 20};
+    struct http *http = serve((struct http_config){0});
+
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        int fd = dial(http), status;
+
+        say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+        assert_int_equal(hear(fd, text, false, NULL), 200);
+        assert_int_equal(send(fd, lines[i], lengths[i], MSG_NOSIGNAL), lengths[i]);
+        say(fd, "\r\nHost: x\r\n\r\n");
+        status = hear(fd, text, false, NULL);
+        assert_int_equal(status, 400);
+        assert_true(closes(fd));
+        (void)close(fd);
+    }
+    http_stop(http, 5);
+}
+
+/* Those who say nothing make room for those who do. */
+static void test_idle_connections_keep_nobody_out(void **state)
+{
+    struct http *http = serve((struct http_config){.max_waiting = 5, .max_connections = 2});
+    int idle[50];
+
+    (void)state;
+    for (size_t i = 0; i < 50; i++) {
+        idle[i] = dial(http);
+    }
+    assert_int_equal(ask(http, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    assert_int_equal(hear(idle[0], text, false, NULL), 503);
+    assert_true(closes(idle[0]));
+    say(idle[49], "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(idle[49], text, false, NULL), 200);
+    for (size_t i = 0; i < 50; i++) {
+        (void)close(idle[i]);
+    }
+    http_stop(http, 5);
+}
+
 static void test_too_many_connections_are_told(void **state)
 {
     struct http *http = serve((struct http_config){.max_connections = 2});
@@ -717,6 +642,13 @@ int main(void)
         cmocka_unit_test(test_half_closed_clients_are_answered),
         cmocka_unit_test(test_refusals_have_one_head),
         cmocka_unit_test(test_foreign_sites_are_kept_out),
+        cmocka_unit_test(test_streams_follow_the_job),
+        cmocka_unit_test(test_streams_pass_over_what_is_stale),
+        cmocka_unit_test(test_streams_are_limited),
+        cmocka_unit_test(test_streams_do_not_wait_for_readers),
+        cmocka_unit_test(test_stopping_ends_streams),
+        cmocka_unit_test(test_later_requests_are_guarded),
+        cmocka_unit_test(test_idle_connections_keep_nobody_out),
         cmocka_unit_test(test_too_many_connections_are_told),
         cmocka_unit_test(test_loopback_is_told_from_the_rest),
     };

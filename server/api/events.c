@@ -1,0 +1,158 @@
+/*
+ * events.c - GET /v1/jobs/{id}/events: a job as a stream of server-sent events (WHATWG HTML, 9.2).
+ *
+ * An event is the job's record as it is at that moment, not an entry of a history: `status` when
+ * the status differs from that of the event before, `progress` when anything else does, `deleted`
+ * when the job is gone. So a client that reads slowly gets fewer events and never old ones, and
+ * nothing is kept for it but the piece that it is about to read. The stream ends with the event of
+ * the status in which the job ended.
+ *
+ * The id of an event is a digest of the record. A client that comes back with Last-Event-ID has
+ * seen that record: it gets the next one that differs, whatever happened in between, also after a
+ * restart of the daemon; if the record is that of an ended job the answer is 204, which tells an
+ * EventSource to stay away.
+ */
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include "api/job_answers.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EVENT_ID_LENGTH 16
+#define RECONNECT_MS 2000
+
+/* What a stream knows of its client. */
+struct api_stream_state {
+    char seen[EVENT_ID_LENGTH + 1]; /* id of the last event; "" at first */
+    int status;                     /* of the last event; -1 at first */
+    struct api_auth *auth;
+    struct auth_account *account; /* whose streams this is one of; NULL: of none */
+};
+
+void events_free(struct api_stream_state *state)
+{
+    if (state) {
+        stream_leave(state->auth, state->account);
+        free(state);
+    }
+}
+
+static void event_id(const char *data, char id[EVENT_ID_LENGTH + 1])
+{
+    char hex[65];
+
+    store_sha256_hex(hex, data, strlen(data));
+    memcpy(id, hex, EVENT_ID_LENGTH);
+    id[EVENT_ID_LENGTH] = '\0';
+}
+
+/* Makes the piece the response's body; a piece that memory is short for ends the stream. */
+static void set_piece(struct api_response *response, char *piece)
+{
+    free(response->body);
+    response->body = (unsigned char *)piece;
+    response->body_size = piece ? strlen(piece) : 0;
+    response->stream.ended = response->stream.ended || !piece;
+}
+
+static char *make_event(bool first, const char *id, const char *name, const char *data)
+{
+    char *piece = NULL, retry[32] = "";
+
+    if (first) {
+        (void)snprintf(retry, sizeof retry, "retry: %d\n", RECONNECT_MS);
+    }
+    return asprintf(&piece, "%sid: %s\nevent: %s\ndata: %s\n\n", retry, id, name, data) < 0 ? NULL
+                                                                                            : piece;
+}
+
+/* The event of the job as it is, if it differs from the one before; otherwise an empty piece, or a
+   comment that keeps the connection alive. */
+static void tell_job(struct api_response *response, const struct store_job *job, bool alive)
+{
+    struct api_stream_state *state = response->stream.state;
+    json_t *record = job_record(job, NULL);
+    char *data = record ? json_dumps(record, JSON_COMPACT) : NULL;
+    char id[EVENT_ID_LENGTH + 1];
+
+    json_decref(record);
+    if (!data) {
+        set_piece(response, NULL);
+        return;
+    }
+    event_id(data, id);
+    if (strcmp(id, state->seen) == 0) {
+        set_piece(response, strdup(alive ? ": still here\n\n" : ""));
+    } else {
+        bool moved = state->status != (int)job->status;
+
+        set_piece(response, make_event(state->status < 0, id, moved ? "status" : "progress", data));
+        memcpy(state->seen, id, sizeof id);
+        state->status = (int)job->status;
+    }
+    free(data);
+    response->stream.ended = response->stream.ended || job_ended(job);
+}
+
+void api_stream_next(struct api *api, struct api_response *response, bool alive)
+{
+    struct store_job job = {0};
+    const char *id = response->stream.job_id;
+    int status = jobs_get(api->config.jobs, id, &job);
+
+    if (status == STORE_OK) {
+        tell_job(response, &job, alive);
+        store_job_clear(&job);
+    } else if (status == STORE_NOT_FOUND) {
+        char data[STORE_ID_MAX + 16];
+
+        (void)snprintf(data, sizeof data, "{\"id\":\"%s\"}", id);
+        response->stream.ended = true;
+        set_piece(response, make_event(false, "deleted", "deleted", data));
+    } else {
+        /* The store does not answer now: the client comes back by itself. */
+        set_piece(response, NULL);
+    }
+}
+
+void jobs_events(struct api_call *call)
+{
+    const char *known = api_request_header(call->request, "Last-Event-ID");
+    struct api_response *response = call->response;
+    struct api_stream_state *state = calloc(1, sizeof *state);
+    struct store_job job = {0};
+    int status = state ? jobs_get(call->api->config.jobs, call->parameters[0], &job) : STORE_NOMEM;
+
+    if (status != STORE_OK) {
+        free(state);
+        (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
+        return;
+    }
+    if (!stream_enter(call)) {
+        free(state);
+        store_job_clear(&job);
+        return;
+    }
+    state->auth = call->api->auth;
+    state->account = call->request->caller.account;
+    state->status = -1;
+    if (known && strlen(known) == EVENT_ID_LENGTH) {
+        memcpy(state->seen, known, sizeof state->seen);
+    }
+    response->stream.state = state;
+    tell_job(response, &job, true);
+    if (job_ended(&job) && known && strcmp(known, state->seen) == 0 && state->status < 0) {
+        api_response_clear(response);
+        response->status = 204;
+    } else {
+        response->status = 200;
+        (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "%s", job.id);
+        (void)api_response_header(response, "Content-Type", "text/event-stream");
+        (void)api_response_header(response, "Cache-Control", "no-store");
+        (void)api_response_header(response, "X-Accel-Buffering", "no");
+    }
+    store_job_clear(&job);
+}

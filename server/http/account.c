@@ -1,0 +1,85 @@
+/*
+ * account.c - what is told of a request when it is over: a line in the log, and the counts of
+ * /metrics. The labels come from the table of routes, a list of methods and the table of problems,
+ * never from the client.
+ */
+#include "http/internal.h"
+
+#include "log.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *method_label(const char *method)
+{
+    static const char *const known[] = {"GET",   "HEAD",   "POST",    "PUT",
+                                        "PATCH", "DELETE", "OPTIONS", "TRACE"};
+
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (strcmp(method, known[i]) == 0) {
+            return known[i];
+        }
+    }
+    return "other";
+}
+
+/* What a client cannot have caused, and no other moment will cure. */
+static bool is_fault(int status)
+{
+    return status == 500 || status == 507;
+}
+
+void account_log(const struct exchange *exchange, bool whole)
+{
+    const struct api_request *request = &exchange->request;
+    const char *code = exchange->response.problem;
+    const char *level = is_fault(exchange->status) ? "error" : code ? "warn" : "info";
+    struct log_field fields[10] = {
+        log_text("id", request->id),
+        log_text("method", request->method),
+        log_text("path", request->path),
+        log_number("status", exchange->status),
+        log_number("ms", round(1e3 * exchange->total_ms) / 1e3),
+        log_number("in", (double)(request->body_size + exchange->drained)),
+        log_number("out", (double)exchange->sent),
+        log_text("end", whole ? "ok" : "cut"),
+    };
+    size_t n = 8;
+
+    if (exchange->http->config.log_refusals_only && !code) {
+        return;
+    }
+    if (code) {
+        fields[n++] = log_text("code", code);
+    }
+    if (request->trace[0]) {
+        fields[n++] = log_text("traceparent", request->trace);
+    }
+    log_line(level, "request", fields, n);
+}
+
+void account_count(const struct exchange *exchange)
+{
+    const struct api_request *request = &exchange->request;
+    struct metrics *metrics = exchange->http->config.metrics;
+    const char *route = request->route_name ? request->route_name : "none";
+    char status[16];
+
+    if (!metrics) {
+        return;
+    }
+    (void)snprintf(status, sizeof status, "%d", exchange->status);
+    metrics_add(metrics, METRIC_HTTP_REQUESTS,
+                METRIC_LABELS(route, method_label(request->method), status), 1);
+    metrics_observe(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route), 1e-3 * exchange->total_ms);
+    if (request->body_size + exchange->drained > 0) {
+        metrics_add(metrics, METRIC_HTTP_RECEIVED, NULL,
+                    (double)(request->body_size + exchange->drained));
+    }
+    metrics_add(metrics, METRIC_HTTP_SENT, NULL, (double)exchange->sent);
+    metrics_add(metrics, METRIC_HTTP_IN_PROGRESS, NULL, -1);
+    if (exchange->response.problem) {
+        metrics_add(metrics, METRIC_HTTP_REFUSALS, METRIC_LABELS(exchange->response.problem), 1);
+    }
+}

@@ -1,0 +1,474 @@
+/*
+ * front.c - the door: the thread srnfd-front accepts connections and keeps each until the head of
+ * its first request is there; only then libmicrohttpd gets it.
+ *
+ * The head is looked at where it lies, in the socket's buffer (MSG_PEEK), and judged by head.c. So
+ * a client that connects and says nothing, or says it a byte a second, costs a descriptor and
+ * struct waiting, and neither memory nor a slot of libmicrohttpd; and what libmicrohttpd would
+ * answer by itself, with pages of its own, is answered here with problem documents. The later
+ * requests of a connection do not come by here: guard.c judges them, as far as libmicrohttpd lets
+ * them through. With TLS that holds for every request: a connection is handed over at its first
+ * byte.
+ *
+ * When more than max_waiting connections wait, the one that has waited longest goes: whoever sends
+ * a request when it connects is never kept out by those who do not. A head must come in
+ * header_seconds and in PIECES_MAX pieces. With all max_connections in use a request is answered
+ * 503 here. An answer closes its connection in good order: what the client still sends is passed
+ * over for a moment, since closing a socket with unread bytes would take the answer back.
+ *
+ * All of this belongs to the one thread; it takes http->mutex only to read the number of
+ * connections. It never blocks on a client: an answer is one send into an empty buffer.
+ */
+#include "http/internal.h"
+
+#include "http/head.h"
+#include "log.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#define PIECES_MAX 256     /* looks at one head: each looks at all of it again */
+#define LINGER_SECONDS 1.0 /* for the rest of what a refused client sends */
+#define LINGER_BYTES_MAX ((size_t)1 << 20)
+#define ANSWER_MAX 8192
+#define EVENTS 64
+#define NO_DESCRIPTORS_MS 100 /* before accepting again when descriptors ran out */
+
+struct waiting {
+    struct waiting *next, *previous; /* in the order of their deadlines, within their list */
+    struct waiting_list *list;
+    int fd;
+    unsigned pieces;
+    size_t passed_over;
+    double deadline;
+    socklen_t peer_length;
+    struct sockaddr_storage peer;
+};
+
+struct waiting_list {
+    struct waiting *first, *last;
+    size_t count;
+};
+
+struct front {
+    struct http *http;
+    pthread_t thread;
+    int epoll, stop;
+    struct waiting_list heads;    /* whose head has not come */
+    struct waiting_list answered; /* refused, to be closed */
+    char bytes[HEAD_BYTES_MAX];
+    bool listening;
+};
+
+static void list_add(struct waiting_list *list, struct waiting *w)
+{
+    w->list = list;
+    w->next = NULL;
+    w->previous = list->last;
+    *(list->last ? &list->last->next : &list->first) = w;
+    list->last = w;
+    list->count++;
+}
+
+static void list_remove(struct waiting *w)
+{
+    struct waiting_list *list = w->list;
+
+    *(w->previous ? &w->previous->next : &list->first) = w->next;
+    *(w->next ? &w->next->previous : &list->last) = w->previous;
+    list->count--;
+}
+
+static void count_waiting(struct front *front, double change)
+{
+    metrics_add(front->http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("waiting"),
+                change);
+}
+
+/* Forgets it; the descriptor is the caller's. */
+static void let_go(struct front *front, struct waiting *w)
+{
+    (void)epoll_ctl(front->epoll, EPOLL_CTL_DEL, w->fd, NULL);
+    list_remove(w);
+    count_waiting(front, -1);
+    free(w);
+}
+
+static void hang_up(struct front *front, struct waiting *w)
+{
+    int fd = w->fd;
+
+    let_go(front, w);
+    (void)close(fd);
+}
+
+/* ---- Refusing -------------------------------------------------------------------------------- */
+
+/* The answer as it goes over the wire; its length, 0 where it cannot be. */
+static size_t write_answer(char text[ANSWER_MAX], const struct api_request *request,
+                           const struct api_response *response)
+{
+    time_t now = time(NULL);
+    struct tm parts;
+    char date[64];
+    size_t used;
+
+    (void)gmtime_r(&now, &parts);
+    (void)strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    used = (size_t)snprintf(text, ANSWER_MAX,
+                            "HTTP/1.1 %d %s\r\nDate: %s\r\nX-Request-Id: %s\r\n"
+                            "X-Content-Type-Options: nosniff\r\nConnection: close\r\n"
+                            "Content-Length: %zu\r\n",
+                            response->status, MHD_get_reason_phrase_for((unsigned)response->status),
+                            date, request->id, response->body_size);
+    for (size_t i = 0; i < response->n_headers && used < ANSWER_MAX; i++) {
+        used += (size_t)snprintf(text + used, ANSWER_MAX - used, "%s: %s\r\n",
+                                 response->headers[i].name, response->headers[i].value);
+    }
+    if (used + 2 + response->body_size > ANSWER_MAX) {
+        return 0;
+    }
+    memcpy(text + used, "\r\n", 2);
+    if (strcmp(request->method, "HEAD") == 0) {
+        return used + 2;
+    }
+    memcpy(text + used + 2, response->body, response->body_size);
+    return used + 2 + response->body_size;
+}
+
+static void note_refusal(struct front *front, const struct api_request *request,
+                         const struct api_response *response)
+{
+    struct metrics *metrics = front->http->config.metrics;
+    const char *code = response->problem ? response->problem : "other";
+    char status[16];
+
+    (void)snprintf(status, sizeof status, "%d", response->status);
+    metrics_add(metrics, METRIC_HTTP_REQUESTS, METRIC_LABELS("none", "other", status), 1);
+    metrics_add(metrics, METRIC_HTTP_REFUSALS, METRIC_LABELS(code), 1);
+    LOG_WARN("request", log_text("id", request->id), log_text("method", "-"), log_text("path", "-"),
+             log_number("status", response->status), log_text("code", code),
+             log_text("by", "front"));
+}
+
+/* Passes over what a refused client still sends; closes at its end. */
+static void drain(struct front *front, struct waiting *w)
+{
+    ssize_t n;
+
+    while ((n = recv(w->fd, front->bytes, sizeof front->bytes, MSG_DONTWAIT)) > 0) {
+        w->passed_over += (size_t)n;
+        if (w->passed_over > LINGER_BYTES_MAX) {
+            break;
+        }
+    }
+    if (n > 0 || n == 0 || (errno != EAGAIN && errno != EINTR)) {
+        hang_up(front, w);
+    }
+}
+
+/* Answers and begins to close: it may be gone afterwards. Who speaks TLS gets no answer: there is
+   no session yet to send one in. */
+static void refuse(struct front *front, struct waiting *w, const struct head_refusal *refusal)
+{
+    struct api_request request = {.method = "GET", .path = "", .query = ""};
+    struct api_response response = {0};
+    char text[ANSWER_MAX], start[5] = "";
+    size_t length;
+
+    if (front->http->tls) {
+        hang_up(front, w);
+        return;
+    }
+    if (recv(w->fd, start, sizeof start, MSG_PEEK | MSG_DONTWAIT) == sizeof start &&
+        memcmp(start, "HEAD ", sizeof start) == 0) {
+        request.method = "HEAD";
+    }
+    http_make_id(front->http, request.id);
+    api_problem(&request, &response, refusal->status, refusal->code, refusal->detail);
+    length = write_answer(text, &request, &response);
+    note_refusal(front, &request, &response);
+    api_response_clear(&response);
+    if (send(w->fd, text, length, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)length ||
+        shutdown(w->fd, SHUT_WR) != 0) {
+        hang_up(front, w);
+        return;
+    }
+    list_remove(w);
+    list_add(&front->answered, w);
+    w->deadline = http_now() + LINGER_SECONDS;
+    /* The epoll set tells of new bytes only: those that are there are passed over now. */
+    drain(front, w);
+}
+
+/* ---- Looking at heads ------------------------------------------------------------------------ */
+
+static bool is_full(struct http *http)
+{
+    bool full;
+
+    (void)pthread_mutex_lock(&http->mutex);
+    full = http->n_connections >= http->config.max_connections;
+    (void)pthread_mutex_unlock(&http->mutex);
+    return full;
+}
+
+static void hand_over(struct front *front, struct waiting *w)
+{
+    static const struct head_refusal busy = {503, "server-busy",
+                                             "Too many connections are open; try again in a "
+                                             "moment."};
+    struct sockaddr_storage peer = w->peer;
+    socklen_t length = w->peer_length;
+    int fd = w->fd;
+
+    if (is_full(front->http)) {
+        refuse(front, w, &busy);
+        return;
+    }
+    let_go(front, w);
+    /* Closes the descriptor where it fails. */
+    (void)MHD_add_connection(front->http->daemon, fd, (const struct sockaddr *)&peer, length);
+}
+
+static void look(struct front *front, struct waiting *w)
+{
+    static const struct head_refusal dribble = {400, "malformed-request",
+                                                "The head comes in too many pieces."};
+    struct head_refusal refusal;
+    ssize_t n = recv(w->fd, front->bytes, sizeof front->bytes, MSG_PEEK | MSG_DONTWAIT);
+    enum head_verdict verdict;
+
+    if (n <= 0) {
+        if (n == 0 || (errno != EAGAIN && errno != EINTR)) {
+            hang_up(front, w);
+        }
+        return;
+    }
+    if (front->http->tls) { /* not to be read here: guard.c judges what is inside */
+        hand_over(front, w);
+        return;
+    }
+    verdict = head_check(front->bytes, (size_t)n, &refusal);
+    if (verdict == HEAD_INCOMPLETE && ++w->pieces > PIECES_MAX) {
+        verdict = HEAD_REFUSED;
+        refusal = dribble;
+    }
+    if (verdict == HEAD_COMPLETE) {
+        hand_over(front, w);
+    } else if (verdict == HEAD_REFUSED) {
+        refuse(front, w, &refusal);
+    }
+}
+
+/* ---- Accepting ------------------------------------------------------------------------------- */
+
+static void make_room(struct front *front)
+{
+    static const struct head_refusal crowded = {503, "server-busy",
+                                                "Too many connections wait without a request."};
+    struct waiting *oldest = front->heads.first;
+
+    if (front->heads.count > front->http->config.max_waiting) {
+        metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("crowded"), 1);
+        refuse(front, oldest, &crowded);
+    }
+    if (front->answered.count > front->http->config.max_waiting) {
+        hang_up(front, front->answered.first);
+    }
+}
+
+static bool take_in(struct front *front, int fd, const struct sockaddr_storage *peer,
+                    socklen_t length)
+{
+    struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP | EPOLLET};
+    struct waiting *w = calloc(1, sizeof *w);
+
+    if (!w) {
+        return false;
+    }
+    w->fd = fd;
+    w->peer = *peer;
+    w->peer_length = length;
+    w->deadline = http_now() + front->http->config.header_seconds;
+    event.data.ptr = w;
+    if (epoll_ctl(front->epoll, EPOLL_CTL_ADD, fd, &event) != 0) {
+        free(w);
+        return false;
+    }
+    list_add(&front->heads, w);
+    count_waiting(front, 1);
+    metrics_add(front->http->config.metrics, METRIC_HTTP_ACCEPTED, NULL, 1);
+    make_room(front);
+    return true;
+}
+
+/* Takes what is there. False when the descriptors ran out. */
+static bool accept_all(struct front *front)
+{
+    for (int i = 0; i < EVENTS; i++) {
+        struct sockaddr_storage peer;
+        socklen_t length = sizeof peer;
+        int fd = accept4(front->http->listen_fd, (struct sockaddr *)&peer, &length,
+                         SOCK_NONBLOCK | SOCK_CLOEXEC);
+
+        if (fd < 0) {
+            return errno != EMFILE && errno != ENFILE && errno != ENOBUFS && errno != ENOMEM;
+        }
+        if (!take_in(front, fd, &peer, length)) {
+            (void)close(fd);
+        }
+    }
+    return true;
+}
+
+static void listen_again(struct front *front, bool listening)
+{
+    struct epoll_event event = {.events = listening ? EPOLLIN : 0, .data.ptr = front};
+
+    (void)epoll_ctl(front->epoll, EPOLL_CTL_MOD, front->http->listen_fd, &event);
+    front->listening = listening;
+}
+
+/* Ends what is late; returns the milliseconds until the next is. */
+static int expire(struct front *front)
+{
+    static const struct head_refusal late = {408, "request-timeout",
+                                             "The head of the request did not come in time."};
+    double now = http_now(), next = now + 60;
+
+    while (front->heads.first && front->heads.first->deadline <= now) {
+        struct waiting *w = front->heads.first;
+
+        metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("late"), 1);
+        if (w->pieces > 0) {
+            refuse(front, w, &late);
+        } else {
+            hang_up(front, w);
+        }
+    }
+    while (front->answered.first && front->answered.first->deadline <= now) {
+        hang_up(front, front->answered.first);
+    }
+    next = front->heads.first && front->heads.first->deadline < next ? front->heads.first->deadline
+                                                                     : next;
+    next = front->answered.first && front->answered.first->deadline < next
+               ? front->answered.first->deadline
+               : next;
+    return (int)(1000 * (next - now)) + 1;
+}
+
+/* What one round may free is not looked at again in it: each descriptor is in the set once, and
+   only its own event, or expire and make_room, end it. */
+static bool handle(struct front *front, const struct epoll_event *events, int n)
+{
+    bool arrivals = false;
+
+    for (int i = 0; i < n; i++) {
+        struct waiting *w = events[i].data.ptr;
+
+        if (events[i].data.ptr == &front->stop) {
+            return false;
+        }
+        if (events[i].data.ptr == front) {
+            arrivals = true;
+        } else if (w->list == &front->heads) {
+            look(front, w);
+        } else {
+            drain(front, w);
+        }
+    }
+    if (arrivals && !accept_all(front)) {
+        LOG_WARN("no-descriptors", log_number("waiting", (double)front->heads.count));
+        listen_again(front, false);
+    }
+    return true;
+}
+
+static void *stand(void *argument)
+{
+    struct front *front = argument;
+    struct epoll_event events[EVENTS];
+    bool going = true;
+
+    while (going) {
+        int patience = expire(front), n;
+
+        if (!front->listening) {
+            patience = NO_DESCRIPTORS_MS;
+        }
+        n = epoll_wait(front->epoll, events, EVENTS, patience);
+        if (!front->listening) {
+            listen_again(front, true);
+        }
+        going = n <= 0 || handle(front, events, n);
+    }
+    return NULL;
+}
+
+/* ---- Life ------------------------------------------------------------------------------------ */
+
+static void front_free(struct front *front)
+{
+    while (front->heads.first) {
+        hang_up(front, front->heads.first);
+    }
+    while (front->answered.first) {
+        hang_up(front, front->answered.first);
+    }
+    if (front->epoll >= 0) {
+        (void)close(front->epoll);
+    }
+    if (front->stop >= 0) {
+        (void)close(front->stop);
+    }
+    free(front);
+}
+
+int front_start(struct http *http)
+{
+    struct front *front = calloc(1, sizeof *front);
+    struct epoll_event arrivals = {.events = EPOLLIN}, stop = {.events = EPOLLIN};
+
+    if (!front) {
+        return -1;
+    }
+    front->http = http;
+    front->listening = true;
+    front->epoll = epoll_create1(EPOLL_CLOEXEC);
+    front->stop = eventfd(0, EFD_CLOEXEC);
+    arrivals.data.ptr = front;
+    stop.data.ptr = &front->stop;
+    if (front->epoll < 0 || front->stop < 0 ||
+        epoll_ctl(front->epoll, EPOLL_CTL_ADD, http->listen_fd, &arrivals) != 0 ||
+        epoll_ctl(front->epoll, EPOLL_CTL_ADD, front->stop, &stop) != 0 ||
+        pthread_create(&front->thread, NULL, stand, front) != 0) {
+        front_free(front);
+        return -1;
+    }
+    (void)pthread_setname_np(front->thread, "srnfd-front");
+    http->front = front;
+    return 0;
+}
+
+void front_stop(struct http *http)
+{
+    struct front *front = http->front;
+    const uint64_t one = 1;
+
+    if (!front) {
+        return;
+    }
+    if (write(front->stop, &one, sizeof one) == (ssize_t)sizeof one) {
+        (void)pthread_join(front->thread, NULL);
+        front_free(front);
+    }
+    http->front = NULL;
+}

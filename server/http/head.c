@@ -1,0 +1,224 @@
+/*
+ * head.c - the form of a request's head (RFC 9112, 2 to 6; RFC 9110, 5), strictly.
+ *
+ *   head = *1CRLF  method SP target SP "HTTP/1." ("0" / "1") CRLF  *( name ":" value CRLF )  CRLF
+ *
+ * Refused is everything on which two servers in a row might disagree: a line feed without its
+ * carriage return or the other way round, control characters and zero bytes anywhere, folded
+ * lines, blanks before a colon, several Content-Lengths or one that is no number, Content-Length
+ * together with Transfer-Encoding, codings other than chunked; and what is longer than the limits
+ * of head.h. The cost is one pass over the bytes. Which Host and which target are meant is not
+ * judged here (guard.c).
+ */
+#include "http/head.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+#include <strings.h>
+
+#define LENGTH_DIGITS_MAX 18 /* of a Content-Length that fits an int64_t */
+
+struct head {
+    struct head_refusal *refusal;
+    size_t fields, field_bytes;
+    size_t lengths, codings;
+};
+
+static enum head_verdict refuse(struct head *head, int status, const char *code, const char *detail)
+{
+    *head->refusal = (struct head_refusal){status, code, detail};
+    return HEAD_REFUSED;
+}
+
+static enum head_verdict malformed(struct head *head, const char *detail)
+{
+    return refuse(head, 400, "malformed-request", detail);
+}
+
+/* What a method and a field's name are made of (RFC 9110, 5.6.2). */
+static bool is_token(const char *text, size_t length)
+{
+    static const char marks[] = "!#$%&'*+-.^_`|~";
+
+    for (size_t i = 0; i < length; i++) {
+        char c = text[i];
+        bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+
+        if (!letter && (c == '\0' || !strchr(marks, c))) {
+            return false;
+        }
+    }
+    return length > 0;
+}
+
+static bool is_called(const char *text, size_t length, const char *name)
+{
+    return strlen(name) == length && strncasecmp(text, name, length) == 0;
+}
+
+/* ---- The request line ------------------------------------------------------------------------ */
+
+static enum head_verdict check_version(struct head *head, const char *text, size_t length)
+{
+    if (length != 8 || memcmp(text, "HTTP/", 5) != 0) {
+        return malformed(head, "The request line does not end in a version of HTTP.");
+    }
+    if (memcmp(text + 5, "1.0", 3) != 0 && memcmp(text + 5, "1.1", 3) != 0) {
+        return refuse(head, 505, "http-version-not-supported",
+                      "The service speaks HTTP/1.1 and HTTP/1.0.");
+    }
+    return HEAD_COMPLETE;
+}
+
+static enum head_verdict check_request_line(struct head *head, const char *line, size_t length)
+{
+    const char *first = memchr(line, ' ', length), *second;
+    size_t method = first ? (size_t)(first - line) : length, target;
+
+    if (!first || !is_token(line, method)) {
+        return malformed(head, "The request line does not start with a method and a blank.");
+    }
+    if (method > HEAD_METHOD_MAX) {
+        return malformed(head, "The method has more than 32 characters.");
+    }
+    second = memchr(first + 1, ' ', length - method - 1);
+    target = second ? (size_t)(second - first) - 1 : 0;
+    if (target == 0) {
+        return malformed(head, "The request line is not a method, a target and a version.");
+    }
+    if (target > HEAD_TARGET_MAX) {
+        return refuse(head, 414, "uri-too-long", "The request target exceeds 8 KiB.");
+    }
+    return check_version(head, second + 1, length - method - target - 2);
+}
+
+/* ---- Fields ---------------------------------------------------------------------------------- */
+
+/* How the end of the body is told. value is without blanks around it. */
+static enum head_verdict check_framing(struct head *head, const char *name, size_t name_length,
+                                       const char *value, size_t length)
+{
+    if (is_called(name, name_length, "Transfer-Encoding")) {
+        if (head->codings++ > 0 || !is_called(value, length, "chunked")) {
+            return malformed(head, "The one Transfer-Encoding that is understood is chunked, "
+                                   "given once.");
+        }
+    } else if (is_called(name, name_length, "Content-Length")) {
+        size_t digits = 0;
+
+        while (digits < length && value[digits] >= '0' && value[digits] <= '9') {
+            digits++;
+        }
+        if (head->lengths++ > 0) {
+            return malformed(head, "Content-Length is given more than once.");
+        }
+        if (digits == 0 || digits < length) {
+            return malformed(head, "Content-Length is not a number of bytes.");
+        }
+        if (digits > LENGTH_DIGITS_MAX) {
+            return refuse(head, 413, "body-too-large", "The body is larger than any limit.");
+        }
+    }
+    if (head->lengths > 0 && head->codings > 0) {
+        return malformed(head, "Content-Length and Transfer-Encoding exclude each other.");
+    }
+    return HEAD_COMPLETE;
+}
+
+static enum head_verdict check_field(struct head *head, const char *line, size_t length)
+{
+    const char *colon = memchr(line, ':', length), *value;
+    size_t name = colon ? (size_t)(colon - line) : 0;
+
+    if (line[0] == ' ' || line[0] == '\t') {
+        return malformed(head, "A header field goes on in the next line.");
+    }
+    if (!is_token(line, name)) {
+        return malformed(head, "A header field has characters in its name that it must not have, "
+                               "or no colon right after it.");
+    }
+    head->field_bytes += length + 2;
+    if (++head->fields > HEAD_FIELDS_MAX || head->field_bytes > HEAD_FIELD_BYTES_MAX) {
+        return refuse(head, 431, "headers-too-large",
+                      "The header fields exceed 16 KiB or 64 fields.");
+    }
+    value = colon + 1;
+    length -= name + 1;
+    while (length > 0 && (*value == ' ' || *value == '\t')) {
+        value++;
+        length--;
+    }
+    while (length > 0 && (value[length - 1] == ' ' || value[length - 1] == '\t')) {
+        length--;
+    }
+    return check_framing(head, line, name, value, length);
+}
+
+/* ---- Lines ----------------------------------------------------------------------------------- */
+
+/* The length of the line at text without its CRLF; SIZE_MAX where a byte must not be there. *whole
+   says whether its end has come. Blanks: space, and tab where a field may have it. */
+static size_t line_length(const char *text, size_t size, bool tabs, bool *whole)
+{
+    *whole = false;
+    for (size_t i = 0; i < size; i++) {
+        unsigned char c = (unsigned char)text[i];
+
+        if (c == '\r') {
+            *whole = i + 1 < size;
+            return !*whole || text[i + 1] == '\n' ? i : SIZE_MAX;
+        }
+        if ((c < 0x20 && !(c == '\t' && tabs)) || c == 0x7f) {
+            return SIZE_MAX;
+        }
+    }
+    return size;
+}
+
+/* The end has not come: is there room for it? */
+static enum head_verdict unfinished(struct head *head, bool in_request_line, size_t rest)
+{
+    if (in_request_line && rest > HEAD_METHOD_MAX + HEAD_TARGET_MAX + 16) {
+        return refuse(head, 414, "uri-too-long", "The request target exceeds 8 KiB.");
+    }
+    if (!in_request_line && head->field_bytes + rest > HEAD_FIELD_BYTES_MAX) {
+        return refuse(head, 431, "headers-too-large",
+                      "The header fields exceed 16 KiB or 64 fields.");
+    }
+    return HEAD_INCOMPLETE;
+}
+
+enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal *refusal)
+{
+    struct head head = {.refusal = refusal};
+    enum head_verdict verdict = HEAD_COMPLETE;
+    bool request_line = true, whole;
+    size_t at = 0;
+
+    if (size >= 2 && bytes[0] == '\r' && bytes[1] == '\n') {
+        at = 2;
+    }
+    if (size > 0 && bytes[0] == 0x16) {
+        return malformed(&head, "This port speaks plain HTTP, not TLS.");
+    }
+    while (verdict == HEAD_COMPLETE) {
+        size_t length = line_length(bytes + at, size - at, !request_line, &whole);
+
+        if (length == SIZE_MAX) {
+            return malformed(&head, "The head has a character that it must not have, or a line "
+                                    "that does not end in CR LF.");
+        }
+        if (!whole) {
+            return unfinished(&head, request_line, size - at);
+        }
+        if (length == 0 && !request_line) {
+            return HEAD_COMPLETE;
+        }
+        verdict = request_line ? check_request_line(&head, bytes + at, length)
+                               : check_field(&head, bytes + at, length);
+        request_line = false;
+        at += length + 2;
+    }
+    return verdict;
+}

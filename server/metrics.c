@@ -1,0 +1,452 @@
+/*
+ * metrics.c - the table of metric families, their series, and the text that Prometheus reads.
+ *
+ * A series is kept under the values of its labels in a small hash table of its family. Series are
+ * made when first counted and stay; their number is bounded (METRIC_SERIES_MAX) so that no client
+ * can make the daemon hold, or a monitor store, more than the tables of routes, processes and
+ * problems amount to. Histograms have one fixed set of bounds each.
+ *
+ * Locks: one mutex for each family, which protects its series; rank: innermost, nothing is called
+ * while it is held.
+ */
+#include "metrics.h"
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CHAINS 64 /* of the hash table of one family */
+#define LABEL_BYTES_MAX 512
+#define BOUNDS_MAX 14
+
+enum kind { KIND_COUNTER, KIND_GAUGE, KIND_HISTOGRAM };
+static const char *const kind_names[] = {"counter", "gauge", "histogram"};
+
+/* Upper bounds of the buckets, in seconds: of answers, and of jobs. Ended by 0. */
+static const double request_bounds[BOUNDS_MAX + 1] = {
+    0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 10, 30, 0};
+static const double job_bounds[BOUNDS_MAX + 1] = {0.01, 0.05, 0.1, 0.5, 1,    2.5,   5,
+                                                  10,   30,   60,  300, 1800, 10800, 0};
+
+static const struct family {
+    enum kind kind;
+    const char *name, *help;
+    const char *labels[METRIC_LABELS_MAX]; /* NULL: no more */
+    const double *bounds;                  /* of a histogram */
+} families[METRICS] = {
+    [METRIC_BUILD_INFO] = {KIND_GAUGE,
+                           "srnfd_build_info",
+                           "Always 1; the labels tell what was built.",
+                           {"version", "numeric_build"},
+                           NULL},
+    [METRIC_HTTP_REQUESTS] = {KIND_COUNTER,
+                              "srnfd_http_requests_total",
+                              "Requests answered, by route of the API, method and status.",
+                              {"route", "method", "status"},
+                              NULL},
+    [METRIC_HTTP_SECONDS] = {KIND_HISTOGRAM,
+                             "srnfd_http_request_duration_seconds",
+                             "From the end of the head of a request to its answer, by route.",
+                             {"route"},
+                             request_bounds},
+    [METRIC_HTTP_RECEIVED] =
+        {KIND_COUNTER, "srnfd_http_received_bytes_total", "Bytes of request bodies.", {NULL}, NULL},
+    [METRIC_HTTP_SENT] =
+        {KIND_COUNTER, "srnfd_http_sent_bytes_total", "Bytes of response bodies.", {NULL}, NULL},
+    [METRIC_HTTP_REFUSALS] = {KIND_COUNTER,
+                              "srnfd_http_refusals_total",
+                              "Requests answered with a problem, by its code.",
+                              {"code"},
+                              NULL},
+    [METRIC_HTTP_ACCEPTED] = {KIND_COUNTER,
+                              "srnfd_http_connections_accepted_total",
+                              "Connections accepted.",
+                              {NULL},
+                              NULL},
+    [METRIC_HTTP_CONNECTIONS] = {KIND_GAUGE,
+                                 "srnfd_http_connections",
+                                 "Open connections: waiting for the head of their first request, "
+                                 "or serving.",
+                                 {"place"},
+                                 NULL},
+    [METRIC_HTTP_CUT] = {KIND_COUNTER,
+                         "srnfd_http_connections_cut_total",
+                         "Connections ended because the client was late, or had gone.",
+                         {"reason"},
+                         NULL},
+    [METRIC_HTTP_IN_PROGRESS] = {KIND_GAUGE,
+                                 "srnfd_http_requests_in_progress",
+                                 "Requests whose answer is not sent yet.",
+                                 {NULL},
+                                 NULL},
+    [METRIC_HTTP_STREAMS] =
+        {KIND_GAUGE, "srnfd_http_streams", "Open streams of server-sent events.", {NULL}, NULL},
+    [METRIC_HTTP_BUFFERED] = {KIND_GAUGE,
+                              "srnfd_http_buffered_bytes",
+                              "Memory held for the bodies of requests.",
+                              {NULL},
+                              NULL},
+    [METRIC_JOBS_SUBMITTED] = {KIND_COUNTER,
+                               "srnfd_jobs_submitted_total",
+                               "Executions by what became of them: a new job, joined to one in "
+                               "progress, or answered from the cache.",
+                               {"process", "how"},
+                               NULL},
+    [METRIC_JOBS_ENDED] = {KIND_COUNTER,
+                           "srnfd_jobs_ended_total",
+                           "Jobs that ended since the start, by process and final status.",
+                           {"process", "status"},
+                           NULL},
+    [METRIC_JOB_SECONDS] = {KIND_HISTOGRAM,
+                            "srnfd_job_duration_seconds",
+                            "From the claim of a job by a worker to its end.",
+                            {"process"},
+                            job_bounds},
+    [METRIC_JOB_WAIT_SECONDS] = {KIND_HISTOGRAM,
+                                 "srnfd_job_wait_seconds",
+                                 "From the acceptance of a job to its claim by a worker.",
+                                 {"process"},
+                                 job_bounds},
+    [METRIC_JOBS] = {KIND_GAUGE,
+                     "srnfd_jobs",
+                     "Jobs that have not ended, by process and status.",
+                     {"process", "status"},
+                     NULL},
+    [METRIC_QUEUE_LENGTH] =
+        {KIND_GAUGE, "srnfd_queue_length", "Accepted jobs that wait for a worker.", {NULL}, NULL},
+    [METRIC_QUEUE_AGE] = {KIND_GAUGE,
+                          "srnfd_queue_age_seconds",
+                          "How long the oldest accepted job has waited.",
+                          {NULL},
+                          NULL},
+    [METRIC_WORKERS] = {KIND_GAUGE, "srnfd_workers", "Worker threads.", {NULL}, NULL},
+    [METRIC_WORKERS_BUSY] =
+        {KIND_GAUGE, "srnfd_workers_busy", "Worker threads with a job of their own.", {NULL}, NULL},
+    [METRIC_STORE_BYTES] = {KIND_GAUGE,
+                            "srnfd_store_bytes",
+                            "Size of what the data directory holds, by part.",
+                            {"part"},
+                            NULL},
+    [METRIC_STORE_FREE] = {KIND_GAUGE,
+                           "srnfd_store_free_bytes",
+                           "Space left on the file system of the data directory.",
+                           {NULL},
+                           NULL},
+    [METRIC_PROCESS_CPU_SECONDS] = {KIND_COUNTER,
+                                    "process_cpu_seconds_total",
+                                    "Processor time spent, user and system.",
+                                    {NULL},
+                                    NULL},
+    [METRIC_PROCESS_RESIDENT] =
+        {KIND_GAUGE, "process_resident_memory_bytes", "Resident memory.", {NULL}, NULL},
+    [METRIC_PROCESS_VIRTUAL] =
+        {KIND_GAUGE, "process_virtual_memory_bytes", "Virtual memory.", {NULL}, NULL},
+    [METRIC_PROCESS_OPEN_FDS] =
+        {KIND_GAUGE, "process_open_fds", "Open file descriptors.", {NULL}, NULL},
+    [METRIC_PROCESS_MAX_FDS] =
+        {KIND_GAUGE, "process_max_fds", "Limit of open file descriptors.", {NULL}, NULL},
+    [METRIC_PROCESS_THREADS] = {KIND_GAUGE, "process_threads", "Threads.", {NULL}, NULL},
+    [METRIC_PROCESS_START_SECONDS] = {KIND_GAUGE,
+                                      "process_start_time_seconds",
+                                      "Start of the process, in seconds since the epoch.",
+                                      {NULL},
+                                      NULL},
+};
+
+struct series {
+    struct series *next; /* of its chain */
+    double value;        /* of a histogram: the sum */
+    uint64_t count;
+    uint64_t below[BOUNDS_MAX]; /* observations in each bucket, not cumulated */
+    size_t key_length;
+    char key[]; /* the label values, each with its zero */
+};
+
+struct metrics {
+    struct {
+        pthread_mutex_t mutex;
+        struct series *chains[CHAINS];
+        size_t n_series;
+    } of[METRICS];
+};
+
+struct metrics *metrics_create(void)
+{
+    struct metrics *metrics = calloc(1, sizeof *metrics);
+
+    for (size_t i = 0; metrics && i < METRICS; i++) {
+        (void)pthread_mutex_init(&metrics->of[i].mutex, NULL);
+    }
+    return metrics;
+}
+
+void metrics_destroy(struct metrics *metrics)
+{
+    if (!metrics) {
+        return;
+    }
+    for (size_t i = 0; i < METRICS; i++) {
+        for (size_t chain = 0; chain < CHAINS; chain++) {
+            while (metrics->of[i].chains[chain]) {
+                struct series *series = metrics->of[i].chains[chain];
+
+                metrics->of[i].chains[chain] = series->next;
+                free(series);
+            }
+        }
+        (void)pthread_mutex_destroy(&metrics->of[i].mutex);
+    }
+    free(metrics);
+}
+
+/* ---- Series ---------------------------------------------------------------------------------- */
+
+/* The label values, each with its zero, into key; returns their length in all. Values that do not
+   fit are cut. */
+static size_t make_key(enum metric metric, const char *const *labels, char key[LABEL_BYTES_MAX])
+{
+    size_t length = 0;
+
+    for (size_t i = 0; i < METRIC_LABELS_MAX && families[metric].labels[i]; i++) {
+        const char *value = labels && labels[i] ? labels[i] : "other";
+        size_t room = (LABEL_BYTES_MAX - length) / (METRIC_LABELS_MAX - i);
+        size_t n = strnlen(value, room - 1);
+
+        memcpy(key + length, value, n);
+        key[length + n] = '\0';
+        length += n + 1;
+    }
+    return length;
+}
+
+/* FNV-1a. */
+static size_t chain_of(const char *key, size_t length)
+{
+    uint32_t hash = 2166136261u;
+
+    for (size_t i = 0; i < length; i++) {
+        hash = (hash ^ (unsigned char)key[i]) * 16777619u;
+    }
+    return (hash ^ (hash >> 16)) % CHAINS;
+}
+
+static struct series *look_up(struct metrics *metrics, enum metric metric, const char *key,
+                              size_t length)
+{
+    struct series *series = metrics->of[metric].chains[chain_of(key, length)];
+
+    while (series && !(series->key_length == length && memcmp(series->key, key, length) == 0)) {
+        series = series->next;
+    }
+    return series;
+}
+
+/* The series of these labels, made if it is new; NULL when memory is short. The mutex is held. */
+static struct series *find(struct metrics *metrics, enum metric metric, const char *const *labels)
+{
+    char key[LABEL_BYTES_MAX];
+    size_t length = make_key(metric, labels, key), chain;
+    struct series *series = look_up(metrics, metric, key, length);
+
+    if (!series && metrics->of[metric].n_series >= METRIC_SERIES_MAX) {
+        length = make_key(metric, NULL, key);
+        series = look_up(metrics, metric, key, length);
+    }
+    if (series) {
+        return series;
+    }
+    series = calloc(1, sizeof *series + length + 1);
+    if (!series) {
+        return NULL;
+    }
+    memcpy(series->key, key, length);
+    series->key_length = length;
+    chain = chain_of(key, length);
+    series->next = metrics->of[metric].chains[chain];
+    metrics->of[metric].chains[chain] = series;
+    metrics->of[metric].n_series++;
+    return series;
+}
+
+static void change(struct metrics *metrics, enum metric metric, const char *const *labels,
+                   double factor, double value)
+{
+    struct series *series;
+
+    if (!metrics) {
+        return;
+    }
+    (void)pthread_mutex_lock(&metrics->of[metric].mutex);
+    series = find(metrics, metric, labels);
+    if (series) {
+        series->value = factor * series->value + value;
+    }
+    (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
+}
+
+void metrics_add(struct metrics *metrics, enum metric metric, const char *const *labels,
+                 double value)
+{
+    change(metrics, metric, labels, 1.0, value);
+}
+
+void metrics_set(struct metrics *metrics, enum metric metric, const char *const *labels,
+                 double value)
+{
+    change(metrics, metric, labels, 0.0, value);
+}
+
+void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
+                     double seconds)
+{
+    const double *bounds = families[metric].bounds;
+    struct series *series;
+    size_t bucket = 0;
+
+    if (!metrics || !bounds) {
+        return;
+    }
+    while (bucket < BOUNDS_MAX && bounds[bucket] > 0 && seconds > bounds[bucket]) {
+        bucket++;
+    }
+    (void)pthread_mutex_lock(&metrics->of[metric].mutex);
+    series = find(metrics, metric, labels);
+    if (series) {
+        series->value += seconds;
+        series->count++;
+        if (bucket < BOUNDS_MAX) {
+            series->below[bucket]++;
+        }
+    }
+    (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
+}
+
+double metrics_value(struct metrics *metrics, enum metric metric, const char *const *labels)
+{
+    char key[LABEL_BYTES_MAX];
+    size_t length = make_key(metric, labels, key);
+    const struct series *series;
+    double value = 0.0;
+
+    (void)pthread_mutex_lock(&metrics->of[metric].mutex);
+    series = look_up(metrics, metric, key, length);
+    if (series) {
+        value = families[metric].bounds ? (double)series->count : series->value;
+    }
+    (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
+    return value;
+}
+
+/* ---- The text -------------------------------------------------------------------------------- */
+
+/* A label's value: backslash, quote and newline are escaped. */
+static void put_escaped(FILE *out, const char *value)
+{
+    for (; *value; value++) {
+        if (*value == '\\' || *value == '"') {
+            (void)fputc('\\', out);
+        }
+        if (*value == '\n') {
+            (void)fputs("\\n", out);
+        } else {
+            (void)fputc(*value, out);
+        }
+    }
+}
+
+/* {route="/healthz",le="0.1"}, or nothing; bound NULL: without le. */
+static void put_labels(FILE *out, const struct family *family, const struct series *series,
+                       const char *bound)
+{
+    const char *value = series->key;
+    const char *separator = "{";
+
+    for (size_t i = 0; i < METRIC_LABELS_MAX && family->labels[i]; i++) {
+        (void)fprintf(out, "%s%s=\"", separator, family->labels[i]);
+        put_escaped(out, value);
+        (void)fputc('"', out);
+        value += strlen(value) + 1;
+        separator = ",";
+    }
+    if (bound) {
+        (void)fprintf(out, "%sle=\"%s\"", separator, bound);
+        separator = ",";
+    }
+    if (separator[0] == ',') {
+        (void)fputc('}', out);
+    }
+}
+
+static void put_histogram(FILE *out, const struct family *family, const struct series *series)
+{
+    uint64_t cumulated = 0;
+    char bound[32];
+
+    for (size_t i = 0; i < BOUNDS_MAX && family->bounds[i] > 0; i++) {
+        cumulated += series->below[i];
+        (void)snprintf(bound, sizeof bound, "%.15g", family->bounds[i]);
+        (void)fprintf(out, "%s_bucket", family->name);
+        put_labels(out, family, series, bound);
+        (void)fprintf(out, " %llu\n", (unsigned long long)cumulated);
+    }
+    (void)fprintf(out, "%s_bucket", family->name);
+    put_labels(out, family, series, "+Inf");
+    (void)fprintf(out, " %llu\n%s_sum", (unsigned long long)series->count, family->name);
+    put_labels(out, family, series, NULL);
+    (void)fprintf(out, " %.15g\n%s_count", series->value, family->name);
+    put_labels(out, family, series, NULL);
+    (void)fprintf(out, " %llu\n", (unsigned long long)series->count);
+}
+
+static void put_family(FILE *out, struct metrics *metrics, enum metric metric)
+{
+    const struct family *family = &families[metric];
+
+    (void)fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", family->name, family->help, family->name,
+                  kind_names[family->kind]);
+    for (size_t chain = 0; chain < CHAINS; chain++) {
+        const struct series *series = metrics->of[metric].chains[chain];
+
+        for (; series; series = series->next) {
+            if (family->bounds) {
+                put_histogram(out, family, series);
+                continue;
+            }
+            (void)fputs(family->name, out);
+            put_labels(out, family, series, NULL);
+            (void)fprintf(out, " %.15g\n", series->value);
+        }
+    }
+}
+
+char *metrics_text(struct metrics *const *registries, size_t count, size_t *size)
+{
+    char *text = NULL;
+    FILE *out = open_memstream(&text, size);
+    bool written = false;
+
+    if (!out) {
+        return NULL;
+    }
+    for (int metric = 0; metric < METRICS; metric++) {
+        bool done = false;
+
+        for (size_t i = 0; i < count && !done; i++) {
+            (void)pthread_mutex_lock(&registries[i]->of[metric].mutex);
+            if (registries[i]->of[metric].n_series > 0) {
+                put_family(out, registries[i], (enum metric)metric);
+                done = true;
+            }
+            (void)pthread_mutex_unlock(&registries[i]->of[metric].mutex);
+        }
+    }
+    written = !ferror(out);
+    if (fclose(out) != 0 || !written) {
+        free(text);
+        text = NULL;
+    }
+    return text;
+}
