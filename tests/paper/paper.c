@@ -4,8 +4,8 @@
  *
  *   paper OUT.html [SECTION..]     sections by name; without any, all of them
  *
- * Tells each section, its seconds and the processor seconds of both threads on standard output; ends with 1 if one fails, and then leaves
- * no report.
+ * Tells each section, its seconds and the processor seconds of both threads on standard output;
+ * ends with 1 if one fails, and then leaves no report.
  */
 #include <fftw3.h>
 #include <stdio.h>

@@ -2,8 +2,8 @@
  * test_report.c - the report that `make paper` writes is complete and well formed: every element is
  * closed, and nothing in it refers to another file or to a network.
  *
- * The report is written so that it is XML too; expat judges it. Sections are long: here each kind of
- * content is written once, and the program with no section at all.
+ * The report is written so that it is XML too; expat judges it. Sections are long: here each kind
+ * of content is written once, and the program is run with no section at all.
  */
 #include <setjmp.h>
 #include <stdarg.h>
