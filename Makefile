@@ -25,6 +25,7 @@ CC_asan    := gcc
 CC_tsan    := gcc
 CC_clang   := clang
 CC_fuzz    := clang
+CC_coverage := gcc
 CC         := $(CC_$(CONFIG))
 
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wformat=2 \
@@ -35,13 +36,14 @@ OPT_asan    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-
 OPT_tsan    := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link \
                -fno-sanitize-recover=all
+OPT_coverage := -O1 -g --coverage -fprofile-update=atomic
 OPT         := $(OPT_$(CONFIG))
 
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
 # (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
 CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
-LDFLAGS  = $(filter -fsanitize=% -fno-sanitize%,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
+LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
 SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lpthread
