@@ -5,6 +5,7 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make load      requests a second, and the time of one beside thousands of hostile clients
@@ -67,7 +68,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench crash faults load fuzz install deb test-deb deps clean build-tests \
+.PHONY: all demo run check lint asan tsan clang bench crash faults load fuzz fuzz-api install deb test-deb deps clean build-tests \
         build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
@@ -130,10 +131,11 @@ $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
-$(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
+$(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
+	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(SERVER_LIBS) \
+	    $(CORE_LIBS) -lcmocka
 
 # Loaded into a daemon under test with LD_PRELOAD; never sanitized, so that they load before anything.
 $(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
@@ -178,6 +180,9 @@ faults: build-tests
 
 load: $(B)/srnfd $(B)/tests/load/test_load
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
+
+fuzz-api: $(B)/srnfd
+	@REQUESTS=$${REQUESTS:-20000} SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd tests/fuzz/test_api.sh
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

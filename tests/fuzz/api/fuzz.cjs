@@ -34,7 +34,7 @@ const fc = modules('fast-check');
 const seed = Number(seedText || Date.now() % 0x7fffffff);
 const total = Number(countText);
 const ANSWER_MS = 60000; // an answer that takes longer is a violation
-const STREAM_MS = 200; // a stream of events is left after this
+const STREAM_MS = 50; // a stream of events is left after this
 const ALIVE_MAX = 60; // identifiers kept of each kind
 const VIOLATIONS_MAX = 20;
 
@@ -245,7 +245,7 @@ const requests = makeRequests(fc, description, values, {
     npy: samples.npy,
     json: { createSurface: () => samples.surfaces, createCohort: cohortSamples },
     etag: () => lastEtag,
-    prefer: (g, text) => g(() => fc.constantFrom('respond-async', 'respond-async', 'wait=1', 'respond-async, wait=0', text)),
+    prefer: (g, text) => g(() => fc.constantFrom('respond-async', 'respond-async', 'respond-async', 'respond-async, wait=0', 'respond-async;x', 'wait=0', text)),
 });
 
 // Executions have as many inputs as all the rest, and give the other operations something to find.

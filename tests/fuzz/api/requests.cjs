@@ -31,7 +31,10 @@ function makeRequests(fc, description, values, samples) {
         const bendable = operation.parameters;
         const target = bend && bendable.length ? g(() => fc.constantFrom(...bendable)) : null;
         for (const parameter of operation.parameters) {
-            const wanted = parameter.required || parameter === target || g(fc.integer, { min: 0, max: 2 }) === 0;
+            // Without a preference an execution waits for its job: that is for the few.
+            const often = parameter.name === 'Prefer' ? 7 : 2;
+            const chosen = (g(fc.integer, { min: 0, max: often }) === 0) === (often === 2);
+            const wanted = parameter.required || parameter === target || chosen;
             if (wanted) {
                 const text = parameter === target ? strangeText(g) : parameterText(g, parameter);
                 drawn.push({ parameter, text });
