@@ -5,6 +5,8 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make soak      REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
+#   make coverage  lines of core/ and server/ that the tests run
 #   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
@@ -68,7 +70,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench crash faults load fuzz fuzz-api install deb test-deb deps clean build-tests \
+.PHONY: all demo run check lint asan tsan clang bench crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
         build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
@@ -180,6 +182,16 @@ faults: build-tests
 
 load: $(B)/srnfd $(B)/tests/load/test_load
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
+
+# Line coverage of the library and the daemon by all tests; fails below what tests/coverage.sh demands.
+coverage:
+	$(MAKE) --no-print-directory -j2 CONFIG=coverage build-tests
+	find build/coverage -name '*.gcda' -delete
+	tests/run.sh build/coverage; tests/coverage.sh build/coverage
+
+soak: $(B)/srnfd
+	@REQUESTS=$${REQUESTS:-1000000} JOBS=$${JOBS:-5000} GROWTH=$${GROWTH:-0.05} SRNFD_BUILD=$(abspath $(B)) \
+	    SRNFD=$(abspath $(B))/srnfd tests/soak/test_soak.sh
 
 fuzz-api: $(B)/srnfd
 	@REQUESTS=$${REQUESTS:-20000} SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd tests/fuzz/test_api.sh

@@ -57,7 +57,8 @@ static void open_setting(void)
 {
     const size_t count = (DEGREE + 1) * (DEGREE + 1), order[3] = {3, 1, 2};
 
-    fuzz_require(srnf_sht_create(DEGREE, 12, 24, NULL, &setting.sht) == SRNF_OK);
+    fuzz_require(srnf_sht_create(&setting.sht, DEGREE, SRNF_GRID_GAUSS_LEGENDRE, 12, 24) ==
+                 SRNF_OK);
     for (size_t i = 0; i < N; i++) {
         for (size_t k = 0; k < 3; k++) {
             setting.surfaces[i][k * count + order[k]] = 1.0 + 0.3 * (double)(i * k);

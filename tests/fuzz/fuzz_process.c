@@ -1,8 +1,8 @@
 /*
  * fuzz_process.c - JSON as the inputs of every process, canonicalised against a store with meshes,
  * a surface, a model and cohorts. The first byte chooses the process; in the text after it @ stands
- * for the surface and % for the model. There is a canonical form or a reason, never both (the
- * fixture holds that); and the canonical form canonicalises to itself.
+ * for the surface and % for the model. There is a canonical form or a reason, never both and never
+ * neither: the fixture holds that, and ends the program where it is not so.
  */
 #include "fuzz/fuzz_require.h"
 #include "server/api/process_fixture.h"
