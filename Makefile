@@ -8,6 +8,7 @@
 #   make soak      REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
 #   make coverage  lines of core/ and server/ that the tests run
 #   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
+#   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make load      requests a second, and the time of one beside thousands of hostile clients
@@ -57,6 +58,7 @@ SUPPORT_SRC:= $(sort $(wildcard tests/support/*.c))
 TEST_SRC   := $(sort $(shell find tests -name 'test_*.c'))
 BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
+PAPER_SRC  := $(sort $(filter-out tests/paper/test_%,$(wildcard tests/paper/*.c)))
 SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 
@@ -70,7 +72,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
+.PHONY: all demo run check lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
         build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
@@ -139,18 +141,26 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(SERVER_LIB) $(CORE_LIB)
 	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(SERVER_LIBS) \
 	    $(CORE_LIBS) -lcmocka
 
+$(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
+
 # Loaded into a daemon under test with LD_PRELOAD; never sanitized, so that they load before anything.
 $(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -Itests -O2 -g -shared -fPIC -o $@ $< -ldl
 
+# The test of the report links the parts that write it.
+$(B)/tests/paper/test_report: $(call obj,$(addprefix tests/paper/,report.c chart.c picture.c))
+$(B)/tests/paper/test_report: SERVER_LIBS += -lpng
+
 $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(TESTS) $(SHIMS)
+build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS)
 build-benches: $(BENCHES)
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')
@@ -199,6 +209,12 @@ fuzz-api: $(B)/srnfd
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers
 	tests/fuzz/run.sh build/fuzz $${SECONDS_EACH:-60}
+
+# Every figure and table of the paper with the data at hand, as one HTML file.
+paper:
+	@deploy/install-deps.sh --tests
+	@$(MAKE) --no-print-directory -j2 $(B)/paper
+	$(B)/paper $(B)/paper.html
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)

@@ -32,10 +32,11 @@ curl
 jq
 '
 
-# libsharp is the transform's oracle and yardstick. shellcheck and clang-format serve the linter.
+# libsharp is the transform's oracle and yardstick; libpng draws the pictures of `make paper`. shellcheck and clang-format serve the linter.
 TESTS='
 libcmocka-dev
 libsharp-dev
+libpng-dev
 clang
 clang-format
 binutils
@@ -160,7 +161,7 @@ if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>
     say 'this system has no apt (Debian and Ubuntu have). Please install, with their headers:'
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
     say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK; and the programs curl and jq.'
-    say 'For the tests also: cmocka, libsharp, clang with its sanitizers, clang-format, binutils,'
+    say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
     say 'shellcheck, node and npm (18 or newer), sqlite3, openssl.'
     exit 1
 fi

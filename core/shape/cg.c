@@ -9,38 +9,41 @@
  */
 #include "shape.h"
 
-size_t shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
-                                 double *work)
+#include <math.h>
+#include <string.h>
+
+#define CANCEL_EVERY 16
+
+int shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
+                              double *work, struct shape_linear_figures *figures)
 {
     size_t n = problem->n;
     double *z = work;
     double *p = work + n;
     double *product = work + 2 * n;
+    double start;
     double rz;
-    double goal;
     size_t k = 0;
 
-    for (size_t i = 0; i < n; i++) {
-        x[i] = 0.0;
-    }
+    memset(x, 0, n * sizeof *x);
     problem->precondition(problem->argument, r, z);
     shape_copy(n, z, p);
-    rz = shape_dot(n, r, z);
-    goal = problem->tolerance * problem->tolerance * rz;
-    while (k < problem->cap && rz > goal) {
+    rz = start = shape_dot(n, r, z);
+    while (k < problem->cap && rz > problem->tolerance * problem->tolerance * start) {
         double curvature;
-        double alpha;
         double next;
 
+        if (k % CANCEL_EVERY == 0 && srnf_is_canceled(problem->context)) {
+            return SRNF_ECANCELED;
+        }
         problem->product(problem->argument, p, product);
         k++;
         curvature = shape_dot(n, p, product);
         if (!(curvature > 0.0)) {
             break;
         }
-        alpha = rz / curvature;
-        shape_axpy(n, alpha, p, x);
-        shape_axpy(n, -alpha, product, r);
+        shape_axpy(n, rz / curvature, p, x);
+        shape_axpy(n, -rz / curvature, product, r);
         problem->precondition(problem->argument, r, z);
         next = shape_dot(n, r, z);
         for (size_t i = 0; i < n; i++) {
@@ -48,5 +51,7 @@ size_t shape_conjugate_gradients(const struct shape_linear *problem, double *r, 
         }
         rz = next;
     }
-    return k;
+    *figures = (struct shape_linear_figures){.products = k,
+                                             .residual = start > 0.0 ? sqrt(rz / start) : 0.0};
+    return SRNF_OK;
 }

@@ -1,6 +1,6 @@
 /*
  * conjugate.c - the damped normal equations (J' W J + lambda D) x = b of Q_* at one surface, by
- * conjugate gradients preconditioned with D = diag(1 + l (l + 1) / 4).
+ * conjugate gradients (cg.c) preconditioned with D = diag(1 + l (l + 1) / 4).
  *
  * J' W J is close to a multiple of l (l + 1) on a round sphere, and D keeps that scaling for any
  * surface, since Q is homogeneous of degree one and J therefore free of scale. With b = J' W v and
@@ -10,11 +10,6 @@
  * A product costs one gradient transform and one adjoint. It never overwrites the state.
  */
 #include "shape.h"
-
-#include <math.h>
-#include <string.h>
-
-#define CANCEL_EVERY 16
 
 int shape_conjugate_create(struct shape_conjugate *conjugate, const struct shape_system *system)
 {
@@ -26,9 +21,7 @@ int shape_conjugate_create(struct shape_conjugate *conjugate, const struct shape
     }
     conjugate->diagonal = conjugate->memory;
     conjugate->r = conjugate->memory + n;
-    conjugate->z = conjugate->memory + 2 * n;
-    conjugate->p = conjugate->memory + 3 * n;
-    conjugate->product = conjugate->memory + 4 * n;
+    conjugate->work = conjugate->memory + 2 * n;
     shape_diagonal(system->degree, 1.0, 0.25, conjugate->diagonal);
     return SRNF_OK;
 }
@@ -39,50 +32,50 @@ void shape_conjugate_destroy(struct shape_conjugate *conjugate)
     conjugate->memory = NULL;
 }
 
-static void precondition(const struct shape_conjugate *c, size_t n)
+struct normal_equations {
+    struct shape_system *system;
+    const double *diagonal;
+    double lambda;
+};
+
+static void precondition(void *argument, const double *r, double *z)
 {
-    for (size_t i = 0; i < n; i++) {
-        c->z[i] = c->diagonal[i] > 0.0 ? c->r[i] / c->diagonal[i] : 0.0;
+    const struct normal_equations *e = argument;
+
+    for (size_t i = 0; i < e->system->count; i++) {
+        z[i] = e->diagonal[i] > 0.0 ? r[i] / e->diagonal[i] : 0.0;
+    }
+}
+
+static void multiply(void *argument, const double *x, double *out)
+{
+    const struct normal_equations *e = argument;
+
+    shape_system_product(e->system, x, out);
+    for (size_t i = 0; i < e->system->count; i++) {
+        out[i] += e->lambda * e->diagonal[i] * x[i];
     }
 }
 
 int shape_conjugate_solve(struct shape_conjugate *c, struct shape_system *system, const double *b,
                           double lambda, double tolerance, size_t cap, double *x)
 {
-    size_t n = system->count;
-    double start;
-    double rz;
+    struct normal_equations equations = {system, c->diagonal, lambda};
+    struct shape_linear problem = {.n = system->count,
+                                   .product = multiply,
+                                   .precondition = precondition,
+                                   .argument = &equations,
+                                   .tolerance = tolerance,
+                                   .cap = cap,
+                                   .context = c->context};
+    struct shape_linear_figures figures;
+    int status;
 
-    memset(x, 0, n * sizeof *x);
-    shape_copy(n, b, c->r);
-    precondition(c, n);
-    shape_copy(n, c->z, c->p);
-    rz = start = shape_dot(n, c->r, c->z);
-    for (c->iterations = 0; c->iterations < cap && rz > tolerance * tolerance * start;
-         c->iterations++) {
-        double curvature;
-        double next;
-
-        if (c->iterations % CANCEL_EVERY == 0 && srnf_is_canceled(c->context)) {
-            return SRNF_ECANCELED;
-        }
-        shape_system_product(system, c->p, c->product);
-        for (size_t i = 0; i < n; i++) {
-            c->product[i] += lambda * c->diagonal[i] * c->p[i];
-        }
-        curvature = shape_dot(n, c->p, c->product);
-        if (!(curvature > 0.0)) {
-            break;
-        }
-        shape_axpy(n, rz / curvature, c->p, x);
-        shape_axpy(n, -rz / curvature, c->product, c->r);
-        precondition(c, n);
-        next = shape_dot(n, c->r, c->z);
-        for (size_t i = 0; i < n; i++) {
-            c->p[i] = c->z[i] + next / rz * c->p[i];
-        }
-        rz = next;
+    shape_copy(system->count, b, c->r);
+    status = shape_conjugate_gradients(&problem, c->r, x, c->work, &figures);
+    if (status == SRNF_OK) {
+        c->iterations = figures.products;
+        c->residual = figures.residual;
     }
-    c->residual = start > 0.0 ? sqrt(rz / start) : 0.0;
-    return SRNF_OK;
+    return status;
 }

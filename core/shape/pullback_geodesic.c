@@ -233,8 +233,8 @@ void srnf_pullback_geodesic_clear(struct srnf_pullback_geodesic *result)
 
 int srnf_pullback_log(const struct srnf_sht *sht, const double *from, const double *to,
                       const struct srnf_pullback_options *options,
-                      const struct srnf_context *context, double *velocity, double *length,
-                      struct srnf_error *error)
+                      const struct srnf_context *context, double *velocity,
+                      struct srnf_pullback_log_figures *figures, struct srnf_error *error)
 {
     struct srnf_pullback_options tight = options ? *options : srnf_pullback_options_defaults();
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
@@ -250,8 +250,11 @@ int srnf_pullback_log(const struct srnf_sht *sht, const double *from, const doub
     for (size_t i = 0; i < count; i++) {
         velocity[i] = (double)tight.segments * (path.coefficients[count + i] - from[i]);
     }
-    if (length) {
-        *length = path.path.length;
+    if (figures) {
+        *figures = (struct srnf_pullback_log_figures){.path = path.path,
+                                                      .gradient = path.gradient,
+                                                      .iterations = path.iterations,
+                                                      .transforms = path.transforms};
     }
     srnf_pullback_geodesic_clear(&path);
     return status;

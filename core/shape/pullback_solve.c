@@ -87,7 +87,9 @@ static void solve_step(struct minimise *m, bool newton)
                                    .precondition = pullback_graph_precondition,
                                    .argument = m->graph,
                                    .tolerance = INNER_TOLERANCE,
-                                   .cap = newton ? NEWTON_CAP : INNER_CAP};
+                                   .cap = newton ? NEWTON_CAP : INNER_CAP,
+                                   .context = m->graph->context};
+    struct shape_linear_figures figures;
 
     if (newton) {
         problem.tolerance = fmax(NEWTON_TOLERANCE, fmin(INNER_TOLERANCE, m->solve->gradient_left));
@@ -97,7 +99,7 @@ static void solve_step(struct minimise *m, bool newton)
     m->graph->displaced = m->candidate;
     shape_copy(m->n, m->gradient, m->residual);
     shape_scale(m->n, -1.0, m->residual);
-    (void)shape_conjugate_gradients(&problem, m->residual, m->step, m->inner);
+    (void)shape_conjugate_gradients(&problem, m->residual, m->step, m->inner, &figures);
     if (newton) {
         pullback_graph_linearise(m->graph, m->x);
     }

@@ -32,6 +32,7 @@ static int carry(const struct srnf_sht *sht, const double *source, const double 
         return status;
     }
     result->distance = path.path.length;
+    result->transforms += path.transforms;
     result->converged = result->converged && status == SRNF_OK;
     status = srnf_pullback_transport(sht, options->segments, path.coefficients, result->velocity,
                                      context, &moved, error);
@@ -39,6 +40,7 @@ static int carry(const struct srnf_sht *sht, const double *source, const double 
     if (status) {
         return status;
     }
+    result->transforms += moved.transforms;
     result->norm_from = moved.norm_from;
     result->norm = moved.norm;
     shape_copy(3 * srnf_coefficient_count(srnf_sht_degree(sht)), moved.vector, result->velocity);
@@ -58,6 +60,7 @@ static int follow(const struct srnf_sht *sht, const double *target, size_t segme
         return status;
     }
     result->converged = result->converged && status == SRNF_OK;
+    result->transforms += shot.transforms;
     shape_copy(count, shot.coefficients + segments * count, result->coefficients);
     srnf_pullback_shot_clear(&shot);
     return SRNF_OK;
@@ -70,6 +73,7 @@ int srnf_pullback_transfer(const struct srnf_sht *sht, const double *source, con
 {
     struct srnf_pullback_options defaults = srnf_pullback_options_defaults();
     struct srnf_context quiet = quiet_context(context);
+    struct srnf_pullback_log_figures log;
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
     int status;
 
@@ -87,10 +91,12 @@ int srnf_pullback_transfer(const struct srnf_sht *sht, const double *source, con
         return pullback_told(SRNF_ENOMEM, error);
     }
     result->velocity = result->coefficients + count;
-    status = srnf_pullback_log(sht, source, deformed, options, &quiet, result->velocity,
-                               &result->deformation, error);
+    status =
+        srnf_pullback_log(sht, source, deformed, options, &quiet, result->velocity, &log, error);
     result->converged = status == SRNF_OK;
     if (status >= 0) {
+        result->deformation = log.path.length;
+        result->transforms = log.transforms;
         srnf_report_progress(context, 0.4, "transporting the deformation");
         status = carry(sht, source, target, options, &quiet, result, error);
     }

@@ -87,14 +87,12 @@ void shape_system_differential(struct shape_system *system, const struct shape_s
                                const double *w, double *field);
 /* out = J' W J w at the state; 0 in the translations. */
 void shape_system_product(struct shape_system *system, const double *w, double *out);
-/* field = J w at the state. */
-void shape_system_push_forward(struct shape_system *system, const double *w);
 
 /* ---- conjugate.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) -------- */
 
 struct shape_conjugate {
     double *memory;
-    double *diagonal, *r, *z, *p, *product;
+    double *diagonal, *r, *work;        /* work: of conjugate gradients */
     const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
     size_t iterations;                  /* of the last solve */
     double residual; /* what it left of b, relative, in the norm of the preconditioner */
@@ -114,13 +112,21 @@ struct shape_linear {
     void (*product)(void *argument, const double *x, double *out);
     void (*precondition)(void *argument, const double *r, double *z);
     void *argument;
-    double tolerance; /* on the residual, relative to that of x = 0 */
-    size_t cap;       /* on the products */
+    double tolerance;                   /* on the residual, relative to that of x = 0 */
+    size_t cap;                         /* on the products */
+    const struct srnf_context *context; /* asked for cancellation now and then; may be NULL */
 };
 
-/* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns the products. */
-size_t shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
-                                 double *work);
+/* What conjugate gradients came to. */
+struct shape_linear_figures {
+    size_t products;
+    double residual; /* sqrt(r' P r) relative to that of x = 0; 0 for b = 0 */
+};
+
+/* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns SRNF_OK whether the
+   tolerance was reached or not, or SRNF_ECANCELED. */
+int shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
+                              double *work, struct shape_linear_figures *figures);
 /* gmres.c; precondition is not used. work: shape_gmres_doubles. Returns the products. */
 size_t shape_gmres_doubles(size_t n, size_t cap);
 size_t shape_gmres(const struct shape_linear *problem, const double *b, double *x, double *work);

@@ -123,13 +123,8 @@ void shape_system_gradient(struct shape_system *system, double *g)
     shape_system_pull_back(system, system->state.residual, g);
 }
 
-void shape_system_push_forward(struct shape_system *system, const double *w)
-{
-    shape_system_differential(system, &system->state, w, system->field);
-}
-
 void shape_system_product(struct shape_system *system, const double *w, double *out)
 {
-    shape_system_push_forward(system, w);
+    shape_system_differential(system, &system->state, w, system->field);
     shape_system_pull_back(system, system->field, out);
 }

@@ -66,7 +66,7 @@ int shape_pull_velocity(struct shape_system *system, const double *velocity, dou
     if (status) {
         goto out;
     }
-    shape_system_push_forward(system, w);
+    shape_system_differential(system, &system->state, w, system->field);
     shape_axpy(3 * system->points, -1.0, velocity, system->field);
     *tangent = (struct srnf_tangent){
         .coefficients = w,

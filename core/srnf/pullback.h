@@ -71,19 +71,28 @@ SRNF_CHECKED int srnf_pullback_geodesic(const struct srnf_sht *sht, const double
                                         struct srnf_error *error);
 void srnf_pullback_geodesic_clear(struct srnf_pullback_geodesic *result);
 
+/* The path that a logarithm was taken from. */
+struct srnf_pullback_log_figures {
+    struct srnf_path_figures path;
+    double gradient; /* relative, as of srnf_pullback_geodesic */
+    size_t iterations;
+    double transforms;
+};
+
 /*
  * Logarithm: the velocity at `from` of the geodesic to `to`, m (f_1 - f_0) of the path of m
  * segments, solved until the relative gradient is 1e-9 unless options say otherwise. It differs
  * from that of the continuous geodesic by O(1 / m), and is the one that srnf_pullback_exp with the
  * same m takes back to `to`.
  *   velocity  [out] double[3][(L+1)^2]
- *   length    [out] of the path; NULL: not wanted
+ *   figures   [out] of the path; NULL: not wanted
  * Returns SRNF_OK or SRNF_WNOT_CONVERGED (velocity valid, the gradient above what was asked for).
  */
 SRNF_CHECKED int srnf_pullback_log(const struct srnf_sht *sht, const double *from, const double *to,
                                    const struct srnf_pullback_options *options,
                                    const struct srnf_context *context, double *velocity,
-                                   double *length, struct srnf_error *error);
+                                   struct srnf_pullback_log_figures *figures,
+                                   struct srnf_error *error);
 
 struct srnf_pullback_shot {
     size_t degree, steps; /* steps = m + 1 surfaces */
@@ -136,6 +145,7 @@ struct srnf_pullback_transfer {
     double distance;        /* length of the geodesic from source to target */
     double norm_from, norm; /* of the velocity at the source and at the target */
     bool converged;         /* both geodesics and the exponential */
+    double transforms;
 };
 
 /*

@@ -25,15 +25,20 @@ static const char *const mean_names[] = {"surfaces",   "cohort",        "registe
 static const char *const pca_names[] = {"surfaces",   "cohort", "register", "commonPose",
                                         "tolerance",  "method", "lmax",     "maxIterations",
                                         "components", NULL};
-static const char *const methods[] = {"srnf", "pullback", NULL};
+static const char *const mean_methods[] = {"srnf", "pullback", NULL};
+static const char *const methods[] = {"srnf", NULL}; /* of all that needs the mean SRNF itself */
 
 /* Fields that are held for each surface: q and the warp on the grid; with modes and their copy. */
 #define COPIES_MEAN 4
 #define COPIES_PCA 6
+/* Of the pulled-back mean: 200 bytes for each point of each surface of its 8 segments
+   (srnf_pullback_mean), in fields of 24. */
+#define COPIES_PULLBACK (COPIES_MEAN + 8 * 200 / 24)
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-void inputs_mean_options(struct process_inputs *inputs)
+/* method apart. */
+static void read_options(struct process_inputs *inputs)
 {
     (void)inputs_boolean(inputs, "register", true);
     (void)inputs_boolean(inputs, "commonPose", false);
@@ -41,10 +46,12 @@ void inputs_mean_options(struct process_inputs *inputs)
                       PROCESS_MEAN_TOLERANCE_DEFAULT);
     (void)inputs_integer(inputs, "maxIterations", 1, PROCESS_MEAN_ITERATIONS_MAX,
                          PROCESS_MEAN_ITERATIONS_DEFAULT);
-    if (strcmp(inputs_choice(inputs, "method", methods), "pullback") == 0) {
-        problem_add(inputs->list, "/inputs/method",
-                    "pullback is not available in this version; srnf is");
-    }
+}
+
+void inputs_mean_options(struct process_inputs *inputs)
+{
+    read_options(inputs);
+    (void)inputs_choice(inputs, "method", methods);
 }
 
 void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, size_t copies)
@@ -55,27 +62,35 @@ void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, si
     }
 }
 
-/* All but components. */
-static void read_inputs(struct process_inputs *inputs, size_t copies)
+/* Group and degree, after the options. */
+static size_t read_group(struct process_inputs *inputs, size_t copies)
 {
     long degree = PROCESS_DEGREE_DEFAULT;
     size_t n = 0;
 
-    inputs_mean_options(inputs);
     if (!inputs->list->errors) {
         n = inputs_group(inputs, &degree);
     }
     inputs_mean_degree(inputs, n, degree, copies);
+    return n;
 }
 
 json_t *mean_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
 {
     struct process_inputs inputs;
+    bool pullback;
+    size_t n;
 
     if (!inputs_open(&inputs, call, given, list, mean_names)) {
         return NULL;
     }
-    read_inputs(&inputs, COPIES_MEAN);
+    read_options(&inputs);
+    pullback = strcmp(inputs_choice(&inputs, "method", mean_methods), "pullback") == 0;
+    n = read_group(&inputs, pullback ? COPIES_PULLBACK : COPIES_MEAN);
+    if (pullback && n > PROCESS_PULLBACK_GROUP_MAX) {
+        problem_add(list, "/inputs/method", "pullback takes up to %d surfaces; there are %zu",
+                    PROCESS_PULLBACK_GROUP_MAX, n);
+    }
     return inputs_close(&inputs);
 }
 
@@ -87,7 +102,8 @@ json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct prob
         return NULL;
     }
     (void)inputs_integer_or_null(&inputs, "components", 1, PROCESS_COMPONENTS_MAX);
-    read_inputs(&inputs, COPIES_PCA);
+    inputs_mean_options(&inputs);
+    (void)read_group(&inputs, COPIES_PCA);
     return inputs_close(&inputs);
 }
 
@@ -95,6 +111,8 @@ bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result)
 {
+    const char *method = json_string_value(json_object_get(inputs, "method"));
+
     *options = registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
     *typed = (struct compute_mean_inputs){
         .n = n,
@@ -104,6 +122,7 @@ bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
         .components = (size_t)json_integer_value(json_object_get(inputs, "components")),
     };
+    typed->pullback = method && strcmp(method, "pullback") == 0;
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
     }
@@ -189,6 +208,20 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
 }
 
+/* What the mean in the pulled-back metric came to; null for the other method. */
+static json_t *pullback_document(const struct srnf_pullback_mean *pullback)
+{
+    if (pullback->n == 0) {
+        return json_null();
+    }
+    return json_pack("{s:I, s:o, s:o, s:o, s:I, s:b, s:o}", "segments",
+                     (json_int_t)srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH).segments,
+                     "variance", json_finite(pullback->variance), "meanVelocity",
+                     json_finite(pullback->mean_velocity), "moved", json_finite(pullback->moved),
+                     "iterations", (json_int_t)pullback->iterations, "converged",
+                     pullback->converged, "transforms", json_finite(pullback->transforms));
+}
+
 void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document, *surface;
@@ -209,6 +242,7 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
     if (surface) {
         document = json_object();
         (void)json_object_set_new(document, "surface", surface);
+        (void)json_object_set_new(document, "pullback", pullback_document(&outputs.pullback));
         set_members(run, document, inputs, &typed, &outputs);
         process_finish(run, document, inputs, result);
     }

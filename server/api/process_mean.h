@@ -8,7 +8,7 @@
 #include "api/process_group.h"
 #include "jobs/compute_mean.h"
 
-/* Reads register, commonPose, tolerance, maxIterations and method. */
+/* Reads register, commonPose, tolerance, maxIterations and method, which is srnf. */
 void inputs_mean_options(struct process_inputs *inputs);
 /* Reads lmax, by default that of the group of n surfaces, and checks the memory for `copies` fields
    of each surface. n 0: the group had a problem. */

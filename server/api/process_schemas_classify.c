@@ -3,21 +3,17 @@
  * process_schemas.c, which has the others.
  */
 #include "api/cohorts.h"
-#include "api/process.h"
+#include "api/process_schemas.h"
 
 #define CLASSIFY_COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_CLASSIFY_COMPONENTS_MAX)
-#define PERMUTATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_MAX)
-#define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
 #define SIZE_WEIGHT_MAX_TEXT PROCESS_TEXT(PROCESS_SIZE_WEIGHT_MAX)
-#define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
-#define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
+
 #define METHODS                                                                        \
     "[\"srnf-gauss\",\"srnf-nn\",\"srm-gauss\",\"srm-nn\",\"harmonic-nn\",\"icp-nn\"," \
     "\"spharm-pdm\"]"
 
-const char classify_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
+const char classify_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
     "\",\"description\":\"Name of a cohort whose members have labels, each of them three "
     "members at least.\"},\"method\":{\"oneOf\":[{\"enum\":" METHODS
@@ -49,9 +45,8 @@ const char classify_inputs_schema[] =
     ",\"maximum\":" DEGREE_MAX_TEXT ",\"description\":\"Degree of the comparison; the surfaces "
     "are cut or filled up to it. Default: the largest of theirs. 15 is enough for most.\"}}}";
 
-const char classify_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"methods\":{\"type\":\"object\",\"description\":\"By name: accuracy; "
+const char classify_outputs_schema[] = OUTPUTS_OPENING
+    "\"methods\":{\"type\":\"object\",\"description\":\"By name: accuracy; "
     "correct; confidenceInterval (Wilson, 95 %); confusion (rows: labels, columns: predictions, in "
     "the order of classes); perSubject [{subject, label, predicted, logLikelihoods or "
     "nearestDistances, of each class}]; components and covariance of each fold, or null; pValue, "
@@ -60,6 +55,4 @@ const char classify_outputs_schema[] =
     "\"type\":\"string\"},\"description\":\"The labels, in the order in which they first "
     "appear.\"},\"lmax\":{\"type\":\"integer\"},\"registration\":{\"type\":\"object\","
     "\"description\":\"Of the methods that register: degree, penalty and all other "
-    "options.\"},\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "options.\"}," MADE_BY;

@@ -1,43 +1,23 @@
 /*
  * process_schemas_group.c - the inputs and outputs of registration and of the processes on groups
  * and models as JSON Schema (2020-12). As process_schemas.c, which has the others; what several of
- * them have in common stands once, as macros that end inside an object.
+ * them have in common stands once, as macros that end inside an object, here or, where other files
+ * have it too, in process_schemas.h.
  */
 #include "api/cohorts.h"
-#include "api/process.h"
+#include "api/process_schemas.h"
 
 #define COEFFICIENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COEFFICIENTS_MAX)
 #define COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COMPONENTS_MAX)
 #define DEVIATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_DEVIATIONS_MAX)
-#define GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_GROUP_MAX)
+#define PULLBACK_GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_PULLBACK_GROUP_MAX)
 #define GROUP_MIN_TEXT PROCESS_TEXT(PROCESS_GROUP_MIN)
-#define MEAN_ITERATIONS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_DEFAULT)
-#define MEAN_ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_MAX)
-#define MEAN_TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_DEFAULT)
-#define MEAN_TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MAX)
-#define MEAN_TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MIN)
 #define PENALTY_MAX_TEXT PROCESS_TEXT(PROCESS_PENALTY_MAX)
 #define SAMPLES_MAX_TEXT PROCESS_TEXT(PROCESS_SAMPLES_MAX)
-#define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
 #define WARP_DEGREE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_DEFAULT)
 #define WARP_DEGREE_MAX_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_MAX)
-#define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
-#define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
 
 /* ---- What several schemas have in common ----------------------------------------------------- */
-
-#define OUTPUTS_OPENING                                                                  \
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
-    "\"properties\":{"
-
-#define INPUTS_OPENING                                                                   \
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
-    "\"additionalProperties\":false,"
-
-#define MADE_BY                                                                         \
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "             \
-    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made " \
-    "the numbers.\"}}}"
 
 #define GROUP_INPUT                                                                             \
     "\"surfaces\":{\"type\":\"array\",\"minItems\":" GROUP_MIN_TEXT                             \
@@ -56,36 +36,22 @@
     "\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"}," \
     "\"description\":\"A name for each surface, in order.\"},"
 
-#define REGISTRATION                                                                   \
-    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How surfaces " \
-    "were registered: degree, penalty and all other options; null where they were "    \
-    "not.\"},"
-
 #define MODEL_SURFACES                                                               \
     "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"              \
     "\"description\":\"Records; the deformation from the mean rides along in their " \
     "meshes.\"},"
 
-#define MEAN_INPUTS                                                                               \
-    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \
-    "every surface to the mean, with the default options of register; false: as they "            \
-    "are parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"               \
-    "\"description\":\"The surfaces share a pose: nothing is rotated. Keeps "                     \
-    "correspondence better in aligned data.\"},\"tolerance\":{\"type\":\"number\","               \
-    "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
-    ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
-    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
-    "its norm. Where surfaces are registered, the mean is also found when its objective "         \
-    "falls by less than this part of itself twice in a "                                          \
-    "row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\","                  \
-    "\"description\":\"pullback is not available in this version.\"},"                            \
-    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
-    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
-    "Default: the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\","                 \
-    "\"minimum\":1,\"maximum\":" MEAN_ITERATIONS_MAX_TEXT                                         \
-    ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT                                                  \
-    ",\"description\":\"Iterations after which the mean is a result as it is, with "              \
-    "converged false.\"}"
+/* Of mean alone, and of what is made from the mean SRNF. */
+#define MEAN_METHOD                                                                              \
+    ",\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\",\"description\":"        \
+    "\"srnf: the surface of the mean SRNF. pullback: the surface with the least sum of squared " \
+    "lengths of geodesics within the space of surfaces, of at most " PULLBACK_GROUP_MAX_TEXT     \
+    " surfaces, at many times the cost; they are registered to the mean of srnf first, where "   \
+    "register is true.\"}"
+
+#define PCA_METHOD                                                                              \
+    ",\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":\"srnf: components " \
+    "are straight lines in the space of SRNFs.\"}"
 
 #define MEAN_OUTPUTS                                                                           \
     "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"              \
@@ -171,14 +137,19 @@ const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "from the job's results.\"},\"lmax\":{\"type\":\"integer\"}," REGISTRATION MADE_BY;
 
 const char mean_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS "}}";
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS MEAN_METHOD "}}";
 
 const char mean_outputs_schema[] = OUTPUTS_OPENING
     "\"surface\":{\"type\":\"object\",\"description\":\"Record of the mean surface, "
-    "centred at its area centroid.\"}," MEAN_OUTPUTS;
+    "centred at its area centroid.\"},\"pullback\":{\"type\":[\"object\",\"null\"],"
+    "\"description\":\"Of method pullback, null otherwise: segments of each geodesic, variance "
+    "(mean squared length), meanVelocity (norm of the mean logarithm at the mean: 0 at a minimum), "
+    "moved (distance from the surface of the mean SRNF), iterations, converged, transforms. "
+    "distances are then the lengths, relativeEnergy is of that surface; iterations, history and "
+    "seconds are of the mean SRNF that it starts from.\"}," MEAN_OUTPUTS;
 
 const char pca_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS
+    INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS PCA_METHOD
                    ",\"components\":{\"type\":[\"integer\",\"null\"],\"minimum\":1,"
                    "\"maximum\":" COMPONENTS_MAX_TEXT
                    ",\"default\":null,\"description\":\"How many to keep at most; null: all above "

@@ -3,55 +3,27 @@
  * Schema (2020-12). As process_schemas.c.
  */
 #include "api/cohorts.h"
-#include "api/process.h"
+#include "api/process_schemas.h"
 
 #define COVARIATES_MAX_TEXT PROCESS_TEXT(COHORT_COVARIATES_MAX)
-#define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
-#define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
-#define GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_GROUP_MAX)
-#define ITERATIONS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_DEFAULT)
-#define ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_MAX)
 #define PERMUTATIONS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_DEFAULT)
-#define PERMUTATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_MAX)
 #define SAMPLES_DEFAULT_TEXT PROCESS_TEXT(PROCESS_QUALITY_SAMPLES_DEFAULT)
 #define SAMPLES_MAX_TEXT PROCESS_TEXT(PROCESS_QUALITY_SAMPLES_MAX)
-#define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
-#define TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_DEFAULT)
-#define TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MAX)
-#define TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MIN)
 
-/* How the mean is computed that both begin with. */
-#define MEAN_OPTIONS                                                                              \
-    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register every "       \
-    "surface to the mean, with the default options of register; false: as they are "              \
-    "parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"                   \
-    "\"description\":\"The surfaces share a pose: nothing is rotated.\"},\"tolerance\":{"         \
-    "\"type\":\"number\",\"minimum\":" TOLERANCE_MIN_TEXT ",\"maximum\":" TOLERANCE_MAX_TEXT      \
-    ",\"default\":" TOLERANCE_DEFAULT_TEXT ",\"description\":\"On the change of the mean SRNF "   \
-    "in one iteration, relative to its norm. Where surfaces "                                     \
-    "are registered, the mean is also found when its objective falls by less than this part of "  \
-    "itself twice in a row.\"},\"method\":{\"enum\":[\"srnf\",\"pullback\"],"                     \
-    "\"default\":\"srnf\",\"description\":\"pullback is not available in this version.\"},"       \
-    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
-    ",\"description\":\"Degree of the mean. Default: the largest of the surfaces'.\"},"           \
-    "\"maxIterations\":{\"type\":\"integer\",\"minimum\":1,\"maximum\":" ITERATIONS_MAX_TEXT      \
-    ",\"default\":" ITERATIONS_DEFAULT_TEXT ",\"description\":\"Of the mean.\"}"
+#define METHOD                                                               \
+    ",\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":" \
+    "\"srnf: of the space of SRNFs, in which components are straight lines.\"}"
 
+/* Of the mean that both begin with. */
 #define MEAN_MEMBERS                                                                            \
     "\"iterations\":{\"type\":\"integer\",\"description\":\"Of the mean.\"},\"converged\":{"    \
     "\"type\":\"boolean\"},\"history\":{\"type\":\"array\",\"description\":\"As in mean.\"},"   \
     "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost of the " \
     "mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\",\"null\"],"     \
-    "\"description\":\"Of the mean.\"},\"registration\":{\"type\":[\"object\",\"null\"],"       \
-    "\"description\":\"How surfaces were registered; null where they were not.\"}"
+    "\"description\":\"Of the mean.\"}," REGISTRATION
 
-#define LAST_MEMBERS                                                                       \
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting.\"}," \
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}"
-
-const char evaluate_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[],\"properties\":{\"model\":{"
+const char evaluate_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[],\"properties\":{\"model\":{"
     "\"type\":[\"string\",\"null\"],\"pattern\":\"" PROCESS_MODEL_PATTERN
     "\",\"description\":\"A model that keeps all of its components; or surfaces or a cohort "
     "instead, with the options of their mean.\"},\"surfaces\":{\"type\":[\"array\",\"null\"],"
@@ -59,7 +31,7 @@ const char evaluate_inputs_schema[] =
     ",\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
     "\"},\"description\":\"The surfaces. Meshes are encoded with the default options.\"},"
     "\"cohort\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_OPTIONS
+    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_INPUTS METHOD
     ",\"components\":{\"type\":[\"integer\",\"null\"],\"exclusiveMinimum\":0,"
     "\"default\":null,\"description\":\"The curves run from 1 to this; at most two less than "
     "there are surfaces. null: 10 or what there is.\"},\"samples\":{\"type\":\"integer\","
@@ -68,9 +40,8 @@ const char evaluate_inputs_schema[] =
     "\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
     ",\"default\":0,\"description\":\"Of the samples.\"}}}";
 
-const char evaluate_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"subjects\":{\"type\":\"integer\"},\"compactness\":{\"type\":\"array\","
+const char evaluate_outputs_schema[] = OUTPUTS_OPENING
+    "\"subjects\":{\"type\":\"integer\"},\"compactness\":{\"type\":\"array\","
     "\"description\":\"[{components, value, standardError}]: share of the variance in the first "
     "components.\"},\"generalisation\":{\"type\":\"array\",\"description\":\"[{components, value, "
     "standardError, elastic, elasticStandardError}]: distance of a subject that is left out from "
@@ -80,11 +51,10 @@ const char evaluate_outputs_schema[] =
     "members: distance of a sample from the nearest subject, averaged.\"},\"refitted\":{"
     "\"type\":\"array\",\"description\":\"What is fitted again without the subject that is left "
     "out.\"},\"shared\":{\"type\":\"array\",\"description\":\"What is not: the registration is "
-    "that of all.\"}," MEAN_MEMBERS "," LAST_MEMBERS "}}";
+    "that of all.\"}," MEAN_MEMBERS MADE_BY;
 
-const char compare_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
+const char compare_inputs_schema[] = INPUTS_OPENING
+    "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
     "\",\"description\":\"A cohort whose members have two labels.\"},\"covariates\":{"
     "\"type\":\"array\",\"maxItems\":" COVARIATES_MAX_TEXT
@@ -94,11 +64,10 @@ const char compare_inputs_schema[] =
     ",\"default\":" PERMUTATIONS_DEFAULT_TEXT
     ",\"description\":\"No p can be below 1 / (permutations + 1).\"},\"seed\":{"
     "\"type\":\"integer\",\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
-    ",\"default\":0,\"description\":\"Of the permutations.\"}," MEAN_OPTIONS "}}";
+    ",\"default\":0,\"description\":\"Of the permutations.\"}," MEAN_INPUTS METHOD "}}";
 
-const char compare_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{\"pValue\":{\"type\":\"number\",\"description\":\"Permutation p of the "
+const char compare_outputs_schema[] = OUTPUTS_OPENING
+    "\"pValue\":{\"type\":\"number\",\"description\":\"Permutation p of the "
     "distance between the groups' means.\"},\"distance\":{\"type\":\"number\","
     "\"description\":\"That distance, in the L2 norm of SRNFs, without the covariates' "
     "part.\"},\"leastSignificance\":{\"type\":\"number\",\"description\":\"Least value of "
@@ -113,4 +82,4 @@ const char compare_outputs_schema[] =
     "point is reported; effect: length of the mean displacement, for surfaces of area 1.\"},"
     "\"surface\":{\"type\":\"object\",\"description\":\"Record of the mean surface; its meshes "
     "carry significance, fdr, effect, normalEffect (outward positive), pointwiseP and statistic "
-    "at every vertex.\"}," MEAN_MEMBERS "," LAST_MEMBERS "}}";
+    "at every vertex.\"}," MEAN_MEMBERS MADE_BY;

@@ -7,6 +7,18 @@
 #define TIMES_MAX_TEXT PROCESS_TEXT(PROCESS_TIMES_MAX)
 #define TIME_MAX_TEXT PROCESS_TEXT(PROCESS_TIME_MAX)
 
+#define METHOD                                                                                    \
+    "\"method\":{\"enum\":[\"srnf\",\"pullback\"],\"default\":\"srnf\",\"description\":\"srnf: "  \
+    "straight "                                                                                   \
+    "lines in the space of SRNFs, inverted numerically. pullback: geodesics within the space of " \
+    "surfaces, in the metric that the SRNF pulls back to it, at many times the cost.\"}"
+
+/* A path in the pulled-back metric. */
+#define LEG                                                                                        \
+    "segments, energy, length, speedVariation, iterations, residual (relative: the gradient of a " \
+    "geodesic, "                                                                                   \
+    "what the equations of an exponential were left with), converged"
+
 const char shoot_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
     "\"additionalProperties\":false,\"required\":[\"surface\",\"velocity\"],"
@@ -34,9 +46,7 @@ const char shoot_inputs_schema[] =
     "\"default\":true,\"description\":\"Register the surface that the velocity is toward, "
     "with the default options of register; false: as it is parameterised.\"},"
     "\"commonPose\":{\"type\":\"boolean\",\"default\":false,\"description\":\"Where "
-    "surfaces are registered: they share a pose, and nothing is rotated.\"},"
-    "\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\",\"description\":\"srnf: straight "
-    "lines in the space of SRNFs, inverted numerically.\"}}}";
+    "surfaces are registered: they share a pose, and nothing is rotated.\"}," METHOD "}}";
 
 const char shoot_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -50,6 +60,9 @@ const char shoot_outputs_schema[] =
     "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"distance, "
     "distanceBefore, objective, minJacobian, maxJacobian, truncationError, iterations, "
     "converged, and its options; null where nothing was registered.\"},"
+    "\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of method pullback, null "
+    "otherwise: toward, the geodesic that the velocity was taken from, or null; shots, the path to "
+    "each surface, null at time 0. Each " LEG ". converged: all of them.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; q by "
     "its digest.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
     "numbers.\"}}}";
@@ -79,25 +92,29 @@ const char transport_inputs_schema[] =
     "with the vector to to, with the default options of register; false: as they are "
     "parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"
     "\"description\":\"Where surfaces are registered: they share a pose, and nothing is "
-    "rotated.\"},\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\","
-    "\"description\":\"srnf: straight lines in the space of SRNFs, inverted "
-    "numerically.\"}}}";
+    "rotated.\"}," METHOD "}}";
 
 const char transport_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
     "\"properties\":{\"vector\":{\"type\":\"object\",\"description\":\"The vector at to: "
     "coefficients {lmax, x, y, z}, the motion of its points that comes nearest, and srnf "
-    "{lmax, nTheta, nPhi, q}, the field itself, which parallel transport leaves unchanged. "
+    "{lmax, nTheta, nPhi, q}, the field itself, which parallel transport leaves unchanged "
+    "(pullback: that of the motion). "
     "Either may be sent as an input.\"},\"surface\":{\"type\":\"object\","
     "\"description\":\"Record of the surface that the vector leads to from to in one unit "
     "of time.\"},\"norm\":{\"type\":\"number\",\"description\":\"Of the vector in the "
     "space of SRNFs.\"},\"residual\":{\"type\":\"number\",\"description\":\"Norm of the "
-    "part that no motion of to gives.\"},\"iterations\":{\"type\":\"integer\","
+    "part that no motion of to gives; of pullback, of a field that no motion of from gives, which "
+    "stays behind.\"},\"iterations\":{\"type\":\"integer\","
     "\"description\":\"Of conjugate gradients.\"},\"energy\":{\"type\":\"number\","
     "\"description\":\"Squared distance of the SRNF of the surface from the end of the "
     "line.\"},\"relativeEnergy\":{\"type\":\"number\",\"description\":\"The same divided "
     "by the squared norm of that end.\"},\"transforms\":{\"type\":\"number\","
     "\"description\":\"Cost in gradient transforms.\"},"
+    "\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of method pullback, null "
+    "otherwise: toward, the geodesic that the vector was taken from, or null; path, that from from "
+    "to to; shot, the path to the surface. Each " LEG
+    ". normFrom, norm: of the vector before and after. converged: all of them.\"},"
     "\"registration\":{\"type\":\"object\",\"description\":\"toward and from: each "
     "distance, distanceBefore, objective, minJacobian, maxJacobian, truncationError, "
     "iterations, converged, and its options; null where nothing was registered.\"},"
@@ -123,9 +140,7 @@ const char transfer_inputs_schema[] =
     "deformed surface to its source, and both to the target, with the default options of "
     "register; false: as they are parameterised.\"},\"commonPose\":{\"type\":\"boolean\","
     "\"default\":false,\"description\":\"Where surfaces are registered: they share a pose, "
-    "and nothing is rotated.\"},\"method\":{\"enum\":[\"srnf\"],\"default\":\"srnf\","
-    "\"description\":\"srnf: straight lines in the space of SRNFs, inverted "
-    "numerically.\"}}}";
+    "and nothing is rotated.\"}," METHOD "}}";
 
 const char transfer_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -137,7 +152,10 @@ const char transfer_outputs_schema[] =
     "SRNF from Q(target) + Q(deformed) - Q(source).\"},"
     "\"relativeEnergy\":{\"type\":\"number\",\"description\":\"The same divided by the "
     "squared norm of that.\"},\"transforms\":{\"type\":\"number\",\"description\":\"Cost "
-    "in gradient transforms.\"},\"registration\":{\"type\":\"object\","
+    "in gradient transforms.\"},\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of "
+    "method pullback, null otherwise: segments of each path; deformation and distance, lengths of "
+    "the geodesics from source to deformed and to target; normFrom, norm: of the velocity before "
+    "and after transport; converged.\"},\"registration\":{\"type\":\"object\","
     "\"description\":\"deformed and source: each distance, distanceBefore, objective, "
     "minJacobian, maxJacobian, truncationError, iterations, converged, and its options; "
     "null where nothing was registered.\"},\"inputs\":{\"type\":\"object\","

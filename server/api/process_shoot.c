@@ -60,6 +60,28 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_shoot_in
     return records;
 }
 
+static json_t *result_document(const struct compute_shoot_outputs *outputs,
+                               const struct srnf_register_options *options, const double *times,
+                               json_t *surfaces)
+{
+    const struct srnf_shot *shot = &outputs->shot;
+    const struct compute_pullback *pullback = &outputs->pullback;
+    json_t *document =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "surfaces", surfaces, "times",
+                  json_vector(times, shot->n), "energies", json_vector(shot->energy, shot->n),
+                  "relativeEnergies", json_vector(shot->relative_energy, shot->n), "transforms",
+                  json_finite(shot->transforms), "registration",
+                  alignment_json(&outputs->registration, options));
+
+    (void)json_object_set_new(
+        document, "pullback",
+        pullback->asked
+            ? json_pack("{s:o, s:o, s:b}", "toward", pullback_leg_json(&pullback->toward), "shots",
+                        pullback_shots_json(pullback), "converged", pullback->converged)
+            : json_null());
+    return document;
+}
+
 void shoot_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *surfaces, *echoed;
@@ -79,23 +101,15 @@ void shoot_run(struct jobs_run *run, void *api, const char *text, struct jobs_re
     typed.times = times;
     typed.surface = json_string_value(json_object_get(inputs, "surface"));
     typed.registration = alignment_read(inputs, &options);
+    typed.pullback = alignment_pullback(inputs);
     if (!velocity_read(json_object_get(inputs, "velocity"), &typed.velocity, &numbers, result) ||
         compute_shoot(run, &typed, &outputs, result)) {
         goto out;
     }
     surfaces = keep_surfaces(run, &typed, &outputs, result);
     if (surfaces) {
-        const struct srnf_shot *shot = &outputs.shot;
-
         echoed = velocity_inputs_for_results(inputs, "velocity");
-        process_finish(run,
-                       json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "surfaces", surfaces, "times",
-                                 json_vector(times, typed.n), "energies",
-                                 json_vector(shot->energy, shot->n), "relativeEnergies",
-                                 json_vector(shot->relative_energy, shot->n), "transforms",
-                                 json_finite(shot->transforms), "registration",
-                                 alignment_json(&outputs.registration, &options)),
-                       echoed, result);
+        process_finish(run, result_document(&outputs, &options, times, surfaces), echoed, result);
         json_decref(echoed);
     }
 out:

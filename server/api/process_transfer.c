@@ -34,18 +34,31 @@ json_t *transfer_canonicalise(struct api_call *call, const json_t *given, struct
     return inputs_close(&inputs);
 }
 
+/* What the transfer came to in the pulled-back metric; null for the other method. */
+static json_t *pullback_document(const struct compute_pullback *pullback)
+{
+    if (!pullback->asked) {
+        return json_null();
+    }
+    return json_pack("{s:I, s:o, s:o, s:o, s:o, s:b}", "segments",
+                     (json_int_t)COMPUTE_PULLBACK_SEGMENTS, "deformation",
+                     json_finite(pullback->deformation), "distance",
+                     json_finite(pullback->distance), "normFrom", json_finite(pullback->norm_from),
+                     "norm", json_finite(pullback->norm), "converged", pullback->converged);
+}
+
 static json_t *result_document(const struct compute_transfer_outputs *outputs,
                                const struct srnf_register_options *options, json_t *surface)
 {
     const struct srnf_transferred *transferred = &outputs->transferred;
 
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "surface", surface, "sizeRatio",
-                     json_finite(transferred->size_ratio), "energy",
-                     json_finite(transferred->energy), "relativeEnergy",
-                     json_finite(transferred->relative_energy), "transforms",
-                     json_finite(transferred->transforms), "registration", "deformed",
-                     alignment_json(&outputs->deformed, options), "source",
-                     alignment_json(&outputs->source, options));
+    return json_pack(
+        "{s:o, s:o, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "surface", surface, "sizeRatio",
+        json_finite(transferred->size_ratio), "energy", json_finite(transferred->energy),
+        "relativeEnergy", json_finite(transferred->relative_energy), "transforms",
+        json_finite(transferred->transforms), "pullback", pullback_document(&outputs->pullback),
+        "registration", "deformed", alignment_json(&outputs->deformed, options), "source",
+        alignment_json(&outputs->source, options));
 }
 
 void transfer_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
@@ -69,6 +82,7 @@ void transfer_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.deformed = ids[1];
     typed.target = ids[2];
     typed.registration = alignment_read(inputs, &options);
+    typed.pullback = alignment_pullback(inputs);
     if (size && strcmp(size, sizes[SRNF_TRANSFER_ABSOLUTE]) == 0) {
         typed.size = SRNF_TRANSFER_ABSOLUTE;
     }

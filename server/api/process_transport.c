@@ -72,18 +72,32 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_transport
                         scale, &outputs->measures, typed->to, result);
 }
 
+/* The paths in the pulled-back metric; null for the other method. */
+static json_t *pullback_document(const struct compute_pullback *pullback)
+{
+    if (!pullback->asked) {
+        return json_null();
+    }
+    return json_pack(
+        "{s:o, s:o, s:o, s:o, s:o, s:b}", "toward", pullback_leg_json(&pullback->toward), "path",
+        pullback_leg_json(&pullback->along), "shot", pullback_leg_json(&pullback->shots[0]),
+        "normFrom", json_finite(pullback->norm_from), "norm", json_finite(pullback->norm),
+        "converged", pullback->converged);
+}
+
 static json_t *result_document(const struct compute_transport_outputs *outputs,
                                const struct srnf_register_options *options, json_t *surface)
 {
     const struct srnf_tangent *tangent = &outputs->tangent;
 
     return json_pack(
-        "{s:o, s:o, s:o, s:o, s:I, s:o, s:o, s:o, s:{s:o, s:o}}", "vector", vector_json(outputs),
-        "surface", surface, "norm", json_finite(tangent->norm), "residual",
+        "{s:o, s:o, s:o, s:o, s:I, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "vector",
+        vector_json(outputs), "surface", surface, "norm", json_finite(tangent->norm), "residual",
         json_finite(tangent->residual), "iterations", (json_int_t)tangent->iterations, "energy",
         json_finite(outputs->shot.energy[0]), "relativeEnergy",
         json_finite(outputs->shot.relative_energy[0]), "transforms",
-        json_finite(tangent->transforms + outputs->shot.transforms), "registration", "toward",
+        json_finite(tangent->transforms + outputs->shot.transforms), "pullback",
+        pullback_document(&outputs->pullback), "registration", "toward",
         alignment_json(&outputs->toward, options), "from", alignment_json(&outputs->from, options));
 }
 
@@ -102,6 +116,7 @@ void transport_run(struct jobs_run *run, void *api, const char *text, struct job
     typed.from = json_string_value(json_object_get(inputs, "from"));
     typed.to = json_string_value(json_object_get(inputs, "to"));
     typed.registration = alignment_read(inputs, &options);
+    typed.pullback = alignment_pullback(inputs);
     if (!velocity_read(json_object_get(inputs, "vector"), &typed.vector, &numbers, result) ||
         compute_transport(run, &typed, &outputs, result)) {
         goto out;

@@ -16,7 +16,7 @@
 #include "api/surfaces.h"
 
 static const char *const axes[] = {"x", "y", "z"};
-static const char *const methods[] = {"srnf", NULL};
+static const char *const methods[] = {"srnf", "pullback", NULL};
 
 /* ---- Reading --------------------------------------------------------------------------------- */
 
@@ -156,6 +156,13 @@ bool velocity_read(const json_t *value, struct compute_velocity *velocity, doubl
     return true;
 }
 
+bool alignment_pullback(const json_t *inputs)
+{
+    const char *method = json_string_value(json_object_get(inputs, "method"));
+
+    return method && strcmp(method, "pullback") == 0;
+}
+
 const struct srnf_register_options *alignment_read(const json_t *inputs,
                                                    struct srnf_register_options *options)
 {
@@ -174,6 +181,28 @@ json_t *alignment_json(const struct srnf_registration *registration,
     document = registration_figures(registration);
     (void)json_object_set_new(document, "options", registration_json(options));
     return document;
+}
+
+json_t *pullback_leg_json(const struct compute_pullback_leg *leg)
+{
+    if (leg->segments == 0) {
+        return json_null();
+    }
+    return json_pack(
+        "{s:I, s:o, s:o, s:o, s:I, s:o, s:b}", "segments", (json_int_t)leg->segments, "energy",
+        json_finite(leg->path.energy), "length", json_finite(leg->path.length), "speedVariation",
+        json_finite(leg->path.speed_variation), "iterations", (json_int_t)leg->iterations,
+        "residual", json_finite(leg->residual), "converged", leg->converged);
+}
+
+json_t *pullback_shots_json(const struct compute_pullback *pullback)
+{
+    json_t *shots = json_array();
+
+    for (size_t i = 0; i < pullback->n; i++) {
+        (void)json_array_append_new(shots, pullback_leg_json(&pullback->shots[i]));
+    }
+    return shots;
 }
 
 json_t *keep_reached(struct jobs_run *run, const char *process, const char *name, size_t degree,

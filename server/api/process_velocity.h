@@ -22,12 +22,20 @@ void inputs_alignment(struct process_inputs *inputs);
    set. */
 bool velocity_read(const json_t *value, struct compute_velocity *velocity, double **numbers,
                    struct jobs_result *result);
+/* Whether the method is pullback. */
+bool alignment_pullback(const json_t *inputs);
 /* options, or NULL where nothing is to be registered. */
 const struct srnf_register_options *alignment_read(const json_t *inputs,
                                                    struct srnf_register_options *options);
 /* Figures and options of a registration; null where there was none. */
 json_t *alignment_json(const struct srnf_registration *registration,
                        const struct srnf_register_options *options);
+
+/* segments, energy, length, speedVariation, iterations, residual, converged of a path in the
+   pulled-back metric; null where there was none. */
+json_t *pullback_leg_json(const struct compute_pullback_leg *leg);
+/* The same of each shot, in an array. */
+json_t *pullback_shots_json(const struct compute_pullback *pullback);
 
 /* Stores a surface that a process has reached; its record, or NULL with the problem set. reference
    is the surface that deformation is measured from, where that is a stored one. */

@@ -10,16 +10,21 @@
 #include "jobs/compute_mean.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Percent of a job that encoding its meshes takes, before registration or without it: half a
    second each at degree 31, where a registration takes two and more. */
 #define SHARE_REGISTERED 20.0
 #define SHARE_PLAIN 80.0
+/* Percent that the mean SRNF takes before the pulled-back mean, registered or not. */
+#define SHARE_FIRST_REGISTERED 50.0
+#define SHARE_FIRST_PLAIN 2.0
 
 void compute_mean_clear(struct compute_mean_outputs *outputs)
 {
     compute_group_clear(&outputs->group);
     srnf_mean_clear(&outputs->mean);
+    srnf_pullback_mean_clear(&outputs->pullback);
     srnf_pca_clear(&outputs->pca);
     srnf_free(outputs->residuals);
     outputs->residuals = NULL;
@@ -61,6 +66,74 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     }
     free(bytes);
     return status;
+}
+
+/* Registers every member to the mean surface, in its place. */
+static int register_members(const struct srnf_sht *sht, const struct compute_mean_inputs *inputs,
+                            const struct srnf_context *context,
+                            struct compute_mean_outputs *outputs, struct srnf_error *error)
+{
+    struct compute_group *group = &outputs->group;
+    size_t count = 3 * srnf_coefficient_count(group->degree);
+
+    for (size_t i = 0; i < group->n; i++) {
+        struct srnf_registration registration;
+        int status = srnf_register(sht, outputs->mean.coefficients, NULL, group->surfaces[i],
+                                   inputs->registration, NULL, context, &registration, error);
+
+        if (status < 0) {
+            return status;
+        }
+        memcpy(group->coefficients + i * count, registration.coefficients, count * sizeof(double));
+        srnf_registration_clear(&registration);
+    }
+    return 0;
+}
+
+/* How far the surface's SRNF is from the mean SRNF, relative to that. */
+static int measure_loss(const struct srnf_sht *sht, struct srnf_mean *mean)
+{
+    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
+
+    if (!workspace) {
+        return SRNF_ENOMEM;
+    }
+    mean->relative_energy = srnf_energy(sht, mean->coefficients, mean->mean_q, NULL, workspace) /
+                            srnf_inner_product(srnf_sht_grid(sht), mean->mean_q, mean->mean_q);
+    srnf_free(workspace);
+    return 0;
+}
+
+/* The mean in the pulled-back metric takes the place of the other one. */
+static int pull_back(struct jobs_run *run, const struct srnf_sht *sht,
+                     const struct compute_mean_inputs *inputs, struct compute_mean_outputs *outputs,
+                     struct srnf_error *error)
+{
+    struct srnf_pullback_mean_options options =
+        srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH);
+    const struct compute_group *group = &outputs->group;
+    struct srnf_context quiet = *jobs_run_context(run);
+    struct srnf_mean *mean = &outputs->mean;
+    int status = 0;
+
+    quiet.progress = NULL;
+    jobs_run_phase(run, 100.0);
+    if (inputs->registration) {
+        status = register_members(sht, inputs, &quiet, outputs, error);
+    }
+    options.max_iterations = inputs->max_iterations;
+    if (status == 0) {
+        status = srnf_pullback_mean(sht, group->n, group->surfaces, &options, jobs_run_context(run),
+                                    &outputs->pullback, error);
+    }
+    if (status < 0) {
+        return status;
+    }
+    memcpy(mean->coefficients, outputs->pullback.coefficients,
+           3 * srnf_coefficient_count(group->degree) * sizeof(double));
+    memcpy(mean->distances, outputs->pullback.distances, group->n * sizeof(double));
+    mean->converged = mean->converged && outputs->pullback.converged;
+    return measure_loss(sht, mean);
 }
 
 /* What the components that are kept cannot represent of each surface. */
@@ -116,6 +189,9 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
     outputs->n_theta = srnf_sht_grid(sht)->n_theta;
     outputs->n_phi = srnf_sht_grid(sht)->n_phi;
     status = iterate(run, sht, inputs, outputs, &error);
+    if (status >= 0 && inputs->pullback) {
+        status = pull_back(run, sht, inputs, outputs, &error);
+    }
     if (status < 0) {
         (void)compute_fail(result, status, &error, "computing the mean");
         goto out;
@@ -134,6 +210,15 @@ out:
     return status;
 }
 
+/* Percent of the job that the mean SRNF takes, of what encoding leaves. */
+static double share_of_mean(const struct compute_mean_inputs *inputs)
+{
+    if (!inputs->pullback) {
+        return 100.0;
+    }
+    return inputs->registration ? SHARE_FIRST_REGISTERED : SHARE_FIRST_PLAIN;
+}
+
 static int compute(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
                    struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
@@ -144,7 +229,7 @@ static int compute(struct jobs_run *run, const struct compute_mean_inputs *input
                                 inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN,
                                 &outputs->group, result);
     if (status == 0) {
-        jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : 100.0);
+        jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : share_of_mean(inputs));
         status = analyse(run, inputs, components, outputs, result);
     }
     if (status) {

@@ -15,11 +15,13 @@ struct compute_mean_inputs {
     size_t max_iterations;
     size_t components; /* of principal components; 0: all above rounding */
     double share;      /* percent of the job that the mean is; 0: all that encoding leaves */
+    bool pullback;     /* the mean in the pulled-back metric instead; of compute_mean only */
 };
 
 struct compute_mean_outputs {
     struct compute_group group;
     struct srnf_mean mean;
+    struct srnf_pullback_mean pullback;    /* when asked for; n 0 otherwise */
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* of compute_pca only */
     double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
@@ -30,6 +32,9 @@ struct compute_mean_outputs {
 /*
  * The Karcher mean. After each iteration a checkpoint is saved, and a job that was cut short goes
  * on from its last one. A mean that has not converged within the iterations allowed is a result.
+ * The mean in the pulled-back metric begins from that: surfaces are registered to it, where they
+ * are, and its surface, the distances to it and what it loses of the mean SRNF take the place of
+ * those; it has no checkpoint of its own.
  * Returns 0, or a negative status with the problem in result; outputs are cleared with
  * compute_mean_clear.
  */

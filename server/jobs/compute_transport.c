@@ -178,6 +178,16 @@ static void place(const struct compute_stage *stage, size_t from, const double r
     compute_move(stage->group.degree, coefficients, measures, target);
 }
 
+/* The same for the pulled-back metric; the field is that of the stage. */
+static struct compute_pullback_velocity motion_of(const struct compute_velocity *given,
+                                                  const struct compute_stage *stage, size_t toward)
+{
+    return (struct compute_pullback_velocity){.motion = stage->motion,
+                                              .toward =
+                                                  given->toward ? surface_of(stage, toward) : NULL,
+                                              .field = stage->velocity};
+}
+
 /* ---- shoot ----------------------------------------------------------------------------------- */
 
 void compute_shoot_clear(struct compute_shoot_outputs *outputs)
@@ -185,6 +195,7 @@ void compute_shoot_clear(struct compute_shoot_outputs *outputs)
     stage_clear(&outputs->stage);
     srnf_registration_clear(&outputs->registration);
     srnf_shot_clear(&outputs->shot);
+    compute_pullback_clear(&outputs->pullback);
     srnf_free(outputs->measures);
     outputs->measures = NULL;
 }
@@ -210,8 +221,16 @@ static int shoot(struct jobs_run *run, const struct compute_shoot_inputs *inputs
     if (status) {
         return status;
     }
-    status = srnf_shoot(stage->sht, surface_of(stage, 0), stage->velocity, inputs->n, inputs->times,
-                        jobs_run_context(run), &outputs->shot, &error);
+    if (inputs->pullback) {
+        struct compute_pullback_velocity velocity = motion_of(&inputs->velocity, stage, 1);
+
+        status = compute_pullback_shoot(
+            stage->sht, surface_of(stage, 0), &velocity, stage->velocity, inputs->n, inputs->times,
+            jobs_run_context(run), &outputs->shot, &outputs->pullback, &error);
+    } else {
+        status = srnf_shoot(stage->sht, surface_of(stage, 0), stage->velocity, inputs->n,
+                            inputs->times, jobs_run_context(run), &outputs->shot, &error);
+    }
     if (status < 0) {
         return compute_fail(result, status, &error, "shooting");
     }
@@ -252,6 +271,7 @@ void compute_transport_clear(struct compute_transport_outputs *outputs)
     srnf_registration_clear(&outputs->from);
     srnf_tangent_clear(&outputs->tangent);
     srnf_shot_clear(&outputs->shot);
+    compute_pullback_clear(&outputs->pullback);
 }
 
 /* Lays `toward` on `from`, and both with the motion on `to`. */
@@ -277,14 +297,39 @@ static int lay_vector(struct jobs_run *run, const struct compute_transport_input
     return status;
 }
 
+/* The vector at `to`, and the surface that it leads to, in the one metric or the other. */
+static int carry_vector(struct jobs_run *run, const struct compute_transport_inputs *inputs,
+                        struct compute_transport_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    const double one = 1.0;
+    const struct compute_stage *stage = &outputs->stage;
+    const double *to = surface_of(stage, TO);
+    struct srnf_error error = {0};
+    int status;
+
+    if (inputs->pullback) {
+        struct compute_pullback_velocity vector = motion_of(&inputs->vector, stage, TOWARD);
+
+        status = compute_pullback_transport(stage->sht, surface_of(stage, FROM), to, &vector,
+                                            context, stage->velocity, &outputs->tangent,
+                                            &outputs->shot, &outputs->pullback, &error);
+    } else {
+        status =
+            srnf_transport(stage->sht, to, stage->velocity, context, &outputs->tangent, &error);
+        if (status == 0) {
+            status = srnf_shoot(stage->sht, to, stage->velocity, 1, &one, context, &outputs->shot,
+                                &error);
+        }
+    }
+    return status ? compute_fail(result, status, &error, "transporting the vector") : 0;
+}
+
 static int transport(struct jobs_run *run, const struct compute_transport_inputs *inputs,
                      struct compute_transport_outputs *outputs, struct jobs_result *result)
 {
     const char *ids[3] = {inputs->from, inputs->to, inputs->vector.toward};
-    const struct srnf_context *context = jobs_run_context(run);
-    const double one = 1.0;
     struct compute_stage *stage = &outputs->stage;
-    struct srnf_error error = {0};
     double rate[3];
     int status =
         stage_open(run, inputs->vector.toward ? 3 : 2, ids, &inputs->vector, stage, result);
@@ -298,14 +343,9 @@ static int transport(struct jobs_run *run, const struct compute_transport_inputs
     if (status) {
         return status;
     }
-    status = srnf_transport(stage->sht, surface_of(stage, TO), stage->velocity, context,
-                            &outputs->tangent, &error);
-    if (status == 0) {
-        status = srnf_shoot(stage->sht, surface_of(stage, TO), stage->velocity, 1, &one, context,
-                            &outputs->shot, &error);
-    }
+    status = carry_vector(run, inputs, outputs, result);
     if (status) {
-        return compute_fail(result, status, &error, "transporting the vector");
+        return status;
     }
     for (size_t k = 0; stage->motion && k < 3; k++) {
         size_t i = k * srnf_coefficient_count(stage->group.degree);
@@ -313,7 +353,7 @@ static int transport(struct jobs_run *run, const struct compute_transport_inputs
         outputs->tangent.coefficients[i] = stage->motion[i];
     }
     drift(stage, FROM, TOWARD, rate);
-    place(stage, TO, rate, one, outputs->shot.coefficients, &outputs->measures);
+    place(stage, TO, rate, 1.0, outputs->shot.coefficients, &outputs->measures);
     return 0;
 }
 
@@ -340,6 +380,26 @@ void compute_transfer_clear(struct compute_transfer_outputs *outputs)
     srnf_registration_clear(&outputs->deformed);
     srnf_registration_clear(&outputs->source);
     srnf_transferred_clear(&outputs->transferred);
+    compute_pullback_clear(&outputs->pullback);
+}
+
+/* In the one metric or the other. */
+static int transfer_between(struct jobs_run *run, const struct compute_transfer_inputs *inputs,
+                            struct compute_transfer_outputs *outputs, struct jobs_result *result)
+{
+    const struct compute_stage *stage = &outputs->stage;
+    const double *source = surface_of(stage, SOURCE);
+    const double *deformed = surface_of(stage, DEFORMED);
+    const double *target = surface_of(stage, TARGET);
+    struct srnf_error error = {0};
+    int status = inputs->pullback
+                     ? compute_pullback_transfer(stage->sht, source, deformed, target, inputs->size,
+                                                 jobs_run_context(run), &outputs->transferred,
+                                                 &outputs->pullback, &error)
+                     : srnf_transfer(stage->sht, source, deformed, target, inputs->size,
+                                     jobs_run_context(run), &outputs->transferred, &error);
+
+    return status < 0 ? compute_fail(result, status, &error, "transferring the deformation") : 0;
 }
 
 static void multiply(size_t n, double factor, double *x)
@@ -409,7 +469,6 @@ int compute_transfer(struct jobs_run *run, const struct compute_transfer_inputs 
 {
     const char *ids[3] = {inputs->source, inputs->deformed, inputs->target};
     struct compute_stage *stage = &outputs->stage;
-    struct srnf_error error = {0};
     double scales[3];
     int status;
 
@@ -423,12 +482,7 @@ int compute_transfer(struct jobs_run *run, const struct compute_transfer_inputs 
     }
     if (status == 0) {
         set_units(inputs, scales, stage);
-        status = srnf_transfer(stage->sht, surface_of(stage, SOURCE), surface_of(stage, DEFORMED),
-                               surface_of(stage, TARGET), inputs->size, jobs_run_context(run),
-                               &outputs->transferred, &error);
-        if (status < 0) {
-            (void)compute_fail(result, status, &error, "transferring the deformation");
-        }
+        status = transfer_between(run, inputs, outputs, result);
     }
     if (status) {
         compute_transfer_clear(outputs);

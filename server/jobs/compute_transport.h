@@ -6,6 +6,7 @@
 #define SRNFD_COMPUTE_TRANSPORT_H
 
 #include "jobs/compute_group.h"
+#include "jobs/compute_pullback.h"
 
 /* A velocity at a surface: exactly one of the three is given. */
 struct compute_velocity {
@@ -33,11 +34,13 @@ struct compute_shoot_inputs {
     const struct srnf_register_options *registration; /* of toward to surface; NULL: as they are */
     size_t n;
     const double *times;
+    bool pullback; /* in the pulled-back metric instead of L2: here and below */
 };
 struct compute_shoot_outputs {
     struct compute_stage stage; /* surface, toward if there is one */
     struct srnf_registration registration;
     struct srnf_shot shot;
+    struct compute_pullback pullback;
     struct srnf_surface_measures *measures; /* [n], owned */
 };
 /* Each returns 0, or a negative status with the problem in result and outputs cleared. */
@@ -49,12 +52,14 @@ struct compute_transport_inputs {
     const char *from, *to;
     struct compute_velocity vector;                   /* at from */
     const struct srnf_register_options *registration; /* of toward to from, and from to to */
+    bool pullback;
 };
 struct compute_transport_outputs {
     struct compute_stage stage; /* from, to, toward if there is one; velocity as it arrived */
     struct srnf_registration toward, from;
     struct srnf_tangent tangent;
     struct srnf_shot shot; /* the surface reached from to at t = 1 */
+    struct compute_pullback pullback;
     struct srnf_surface_measures measures;
 };
 int compute_transport(struct jobs_run *run, const struct compute_transport_inputs *inputs,
@@ -66,11 +71,13 @@ struct compute_transfer_inputs {
     const struct srnf_register_options *registration; /* of deformed to source, source to target */
     enum srnf_transfer_size size;
     double scales[3]; /* of source, deformed, target; 0: encoded here */
+    bool pullback;
 };
 struct compute_transfer_outputs {
     struct compute_stage stage; /* source, deformed, target */
     struct srnf_registration deformed, source;
     struct srnf_transferred transferred; /* at the size of the target for SRNF_TRANSFER_RATIO */
+    struct compute_pullback pullback;
     double scale; /* of the surface: what multiplies it back to the units of the target */
     struct srnf_surface_measures measures;
 };

@@ -128,8 +128,8 @@ compare "$(json "$SCALE / .scale / $RATIO - 1 | fabs")" '<' 1e-12 'its scale cha
 
 # ---- What is refused ---------------------------------------------------------------------------------
 
-execute transport "{\"from\":\"${S[0]}\",\"to\":\"${S[2]}\",\"vector\":{\"toward\":\"${S[1]}\"},\"method\":\"pullback\"}"
+execute transport "{\"from\":\"${S[0]}\",\"to\":\"${S[2]}\",\"vector\":{\"toward\":\"${S[1]}\"},\"method\":\"flow\"}"
 is_problem 422 invalid-input 'a method that is not there'
-like "$(json '.errors[0] | "\(.pointer) \(.detail)"')" '/inputs/method must be one of: srnf' 'names those that are'
+like "$(json '.errors[0] | "\(.pointer) \(.detail)"')" '/inputs/method must be one of: srnf, pullback' 'names those that are'
 stop_server || not_ok 'the server ends well'
 done_testing

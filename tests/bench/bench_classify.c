@@ -19,30 +19,15 @@
 #include <fftw3.h>
 
 #include "core/stats/group.h"
+#include "support/classification.h"
 
 #define DEGREE 15
 #define ALL ((size_t)100)
 #define REQUIRED 0.78
-#define SHUFFLES ((size_t)20)
 #define PERMUTATIONS ((size_t)199)
-#define PLANTED_A ((size_t)19)
-#define PLANTED_B ((size_t)15)
-#define PLANTED (PLANTED_A + PLANTED_B)
-#define PLANTED_DEGREE 8
-#define NULLS ((size_t)40) /* cohorts without an effect */
-
-static const struct {
-    const char *name;
-    enum srnf_metric metric;
-    bool gauss;
-} methods[] = {
-    {"srnf-gauss", SRNF_METRIC_SRNF, true},       {"srnf-nn", SRNF_METRIC_SRNF, false},
-    {"srm-gauss", SRNF_METRIC_SRM, true},         {"srm-nn", SRNF_METRIC_SRM, false},
-    {"harmonic-nn", SRNF_METRIC_HARMONIC, false}, {"icp-nn", SRNF_METRIC_ICP, false},
-    {"spharm-pdm", SRNF_METRIC_SPHARM, false},
-};
-#define METHODS (sizeof methods / sizeof methods[0])
-#define METRICS ((size_t)5)
+#define NULLS ((size_t)40) /* labellings without an effect */
+#define METHODS CLASSIFICATION_METHODS
+#define METRICS CLASSIFICATION_METRICS
 
 static void give_up(const char *what, const struct srnf_error *error)
 {
@@ -56,9 +41,8 @@ static void classify(size_t method, const struct srnf_folds *comparison, const s
 {
     struct srnf_error error = {0};
 
-    if ((methods[method].gauss ? srnf_classify_gauss : srnf_classify_nearest)(
-            comparison, labels, 2, options, context, result, &error)) {
-        give_up(methods[method].name, &error);
+    if (classification_run(method, comparison, labels, options, context, result, &error)) {
+        give_up(classification_methods[method].name, &error);
     }
 }
 
@@ -80,7 +64,7 @@ static double print_row(size_t method, const struct group *g, const struct srnf_
 {
     double shape = 0.0;
 
-    printf("%-12s", methods[method].name);
+    printf("%-12s", classification_methods[method].name);
     for (size_t with_size = 0; with_size < 2; with_size++) {
         struct srnf_classify_options options = srnf_classify_options_defaults();
         struct srnf_classification r;
@@ -91,16 +75,9 @@ static double print_row(size_t method, const struct group *g, const struct srnf_
         classify(method, comparison, labels, &options, context, &r);
         printf("  %.2f [%.2f, %.2f] p %.3f", r.accuracy, r.interval[0], r.interval[1], r.p_value);
         if (r.components) {
-            size_t least = SIZE_MAX;
-            size_t most = 0;
-            size_t pooled = 0;
+            struct classification_choice choice = classification_choice_of(&r);
 
-            for (size_t i = 0; i < r.n; i++) {
-                least = r.components[i] < least ? r.components[i] : least;
-                most = r.components[i] > most ? r.components[i] : most;
-                pooled += r.pooled[i];
-            }
-            printf(" k %2zu..%2zu pooled %3zu", least, most, pooled);
+            printf(" k %2zu..%2zu pooled %3zu", choice.least, choice.most, choice.pooled);
         } else {
             printf("%21s", "");
         }
@@ -111,35 +88,19 @@ static double print_row(size_t method, const struct group *g, const struct srnf_
     return shape;
 }
 
-/* Mean accuracy over shuffled labels; true where it is at chance: (n_c - 1) / (n - 1) for a nearest
-   neighbour. The interval takes the seeds as independent and their spread as it is found. */
+/* Mean accuracy over shuffled labels; true where it is at chance. */
 static bool print_chance(size_t method, const struct srnf_folds *comparison, const size_t *labels,
                          const struct srnf_context *context)
 {
-    size_t shuffled[GROUP_MAX];
-    size_t permutation[GROUP_MAX];
-    double sum = 0.0;
-    double square = 0.0;
-    double half;
-    bool at_chance;
+    struct classification_chance chance;
+    struct srnf_error error = {0};
 
-    for (size_t seed = 0; seed < SHUFFLES; seed++) {
-        struct srnf_classification r;
-
-        srnf_permutation(1000 + seed, 0, comparison->n, permutation);
-        for (size_t i = 0; i < comparison->n; i++) {
-            shuffled[i] = labels[permutation[i]];
-        }
-        classify(method, comparison, shuffled, NULL, context, &r);
-        sum += r.accuracy / (double)SHUFFLES;
-        square += r.accuracy * r.accuracy / (double)SHUFFLES;
-        srnf_classification_clear(&r);
+    if (classification_chance(method, comparison, labels, context, &chance, &error)) {
+        give_up(classification_methods[method].name, &error);
     }
-    half = 2.093 * sqrt(fmax(0.0, square - sum * sum) / (double)(SHUFFLES - 1)); /* t, 19 degrees */
-    at_chance = fabs(sum - 0.5) <= half + 0.5 / (double)(comparison->n - 1);
-    printf("%-12s  %.3f +- %.3f%s\n", methods[method].name, sum, half,
-           at_chance ? "" : "  - NOT AT CHANCE");
-    return at_chance;
+    printf("%-12s  %.3f +- %.3f%s\n", classification_methods[method].name, chance.mean, chance.half,
+           chance.at_chance ? "" : "  - NOT AT CHANCE");
+    return chance.at_chance;
 }
 
 static bool is_wanted(enum srnf_metric metric, const char *only)
@@ -177,19 +138,23 @@ static bool table(size_t n, const char *only)
     for (size_t m = 0; m < METHODS; m++) {
         double accuracy;
 
-        if (!is_wanted(methods[m].metric, only)) {
+        if (!is_wanted(classification_methods[m].metric, only)) {
             continue;
         }
-        accuracy = print_row(m, &g, &comparisons[methods[m].metric], labels, &context);
+        accuracy =
+            print_row(m, &g, &comparisons[classification_methods[m].metric], labels, &context);
         if (m == 0 && n == ALL && accuracy < REQUIRED) {
             printf("srnf-gauss: required %.2f - NOT MET\n", REQUIRED);
             met = false;
         }
     }
-    printf("\nmean accuracy over %zu shuffled labellings, 95 %% interval\n", SHUFFLES);
+    printf("\nmean accuracy over %zu shuffled labellings, 95 %% interval\n",
+           CLASSIFICATION_SHUFFLES);
     for (size_t m = 0; m < METHODS; m++) {
-        if (is_wanted(methods[m].metric, only)) {
-            met = print_chance(m, &comparisons[methods[m].metric], labels, &context) && met;
+        if (is_wanted(classification_methods[m].metric, only)) {
+            met =
+                print_chance(m, &comparisons[classification_methods[m].metric], labels, &context) &&
+                met;
         }
     }
     for (size_t m = 0; m < METRICS; m++) {
@@ -201,51 +166,34 @@ static bool table(size_t n, const char *only)
 
 /* ---- Planted cohorts ------------------------------------------------------------------------- */
 
-/* Stars about one centre; those of the second class are moved toward another star. */
-static void open_planted(struct group *g, double effect, size_t *labels)
+static void compare_planted(const struct classification_cohort *cohort, size_t method,
+                            const struct srnf_context *context, struct srnf_folds *out)
 {
-    struct shapes_surface other;
+    struct srnf_error error = {0};
 
-    group_open_stars(g, PLANTED_DEGREE, PLANTED, 0.2);
-    shapes_open(&other, PLANTED_DEGREE);
-    shapes_fill_random_star(&other, 777, NULL);
-    for (size_t i = 0; i < PLANTED; i++) {
-        labels[i] = i >= PLANTED_A;
-        for (size_t k = 0; k < g->count && labels[i]; k++) {
-            g->f[i][k] = (1.0 - effect) * g->f[i][k] + effect * other.f[k];
-        }
+    if (classification_compare(cohort, classification_methods[method].metric, context, out,
+                               &error)) {
+        give_up(classification_methods[method].name, &error);
     }
-    shapes_close(&other);
-}
-
-static struct srnf_folds_options planted_options(void)
-{
-    struct srnf_folds_options options = srnf_folds_options_defaults();
-
-    options.registration.common_pose = true;
-    options.registration.degree = 6;
-    return options;
 }
 
 static void planted(void)
 {
     static const double effects[] = {0.0, 0.02, 0.04, 0.08, 0.16};
     static const size_t shown[] = {0, 1, 4, 6}; /* methods */
-    struct srnf_folds_options options = planted_options();
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
-    size_t labels[GROUP_MAX];
 
     printf("\nplanted cohorts of %zu and %zu: accuracy (p) as the effect grows\n\neffect",
-           PLANTED_A, PLANTED_B);
+           CLASSIFICATION_PLANTED_A, CLASSIFICATION_PLANTED_B);
     for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
-        printf("  %-12s", methods[shown[k]].name);
+        printf("  %-12s", classification_methods[shown[k]].name);
     }
     printf("\n");
     for (size_t e = 0; e < sizeof effects / sizeof effects[0]; e++) {
-        struct group g;
+        struct classification_cohort cohort;
 
-        open_planted(&g, effects[e], labels);
+        classification_plant(&cohort, effects[e]);
         printf("%6.2f", effects[e]);
         for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
             struct srnf_classify_options classifier = srnf_classify_options_defaults();
@@ -253,15 +201,15 @@ static void planted(void)
             struct srnf_classification r;
 
             classifier.permutations = PERMUTATIONS;
-            compare(&g, methods[shown[k]].metric, &options, &context, &comparison);
-            classify(shown[k], &comparison, labels, &classifier, &context, &r);
+            compare_planted(&cohort, shown[k], &context, &comparison);
+            classify(shown[k], &comparison, cohort.labels, &classifier, &context, &r);
             printf("  %.2f (%.3f)", r.accuracy, r.p_value);
             srnf_classification_clear(&r);
             srnf_folds_clear(&comparison);
         }
         printf("\n");
         (void)fflush(stdout);
-        group_close(&g);
+        classification_clear(&cohort);
     }
 }
 
@@ -269,44 +217,36 @@ static void planted(void)
 static void nulls(void)
 {
     static const size_t shown[] = {0, 1, 4};
-    struct srnf_folds_options options = planted_options();
-    struct group g;
+    static const double levels[] = {0.1, 0.25, 0.5, 0.75};
+    struct classification_cohort cohort;
     struct group_watch watch;
     struct srnf_context context = group_context(&watch, 2);
-    size_t labels[GROUP_MAX];
 
-    open_planted(&g, 0.0, labels);
+    classification_plant(&cohort, 0.0);
     printf("\np-values of %zu labellings without effect: share at or below .1, .25, .5, .75\n",
            NULLS);
     for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) {
-        static const double levels[] = {0.1, 0.25, 0.5, 0.75};
+        struct srnf_error error = {0};
         struct srnf_folds comparison;
-        double share[4] = {0.0};
+        double p[NULLS];
 
-        compare(&g, methods[shown[k]].metric, &options, &context, &comparison);
-        for (size_t s = 0; s < NULLS; s++) {
-            struct srnf_classify_options classifier = srnf_classify_options_defaults();
-            struct srnf_classification r;
-            size_t permutation[GROUP_MAX];
-            size_t shuffled[GROUP_MAX];
-
-            classifier.permutations = 99;
-            classifier.seed = s;
-            srnf_permutation(5000 + s, 0, PLANTED, permutation);
-            for (size_t i = 0; i < PLANTED; i++) {
-                shuffled[i] = labels[permutation[i]];
-            }
-            classify(shown[k], &comparison, shuffled, &classifier, &context, &r);
-            for (size_t l = 0; l < 4; l++) {
-                share[l] += (r.p_value <= levels[l]) / (double)NULLS;
-            }
-            srnf_classification_clear(&r);
+        compare_planted(&cohort, shown[k], &context, &comparison);
+        if (classification_null(shown[k], &comparison, cohort.labels, NULLS, &context, p, &error)) {
+            give_up(classification_methods[shown[k]].name, &error);
         }
-        printf("%-12s  %.2f  %.2f  %.2f  %.2f\n", methods[shown[k]].name, share[0], share[1],
-               share[2], share[3]);
+        printf("%-12s", classification_methods[shown[k]].name);
+        for (size_t l = 0; l < sizeof levels / sizeof levels[0]; l++) {
+            size_t below = 0;
+
+            for (size_t s = 0; s < NULLS; s++) {
+                below += p[s] <= levels[l];
+            }
+            printf("  %.2f", (double)below / (double)NULLS);
+        }
+        printf("\n");
         srnf_folds_clear(&comparison);
     }
-    group_close(&g);
+    classification_clear(&cohort);
 }
 
 int main(int argc, char **argv)

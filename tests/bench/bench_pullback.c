@@ -6,10 +6,8 @@
  *    surface and steps; from the straight line at once, and by halving. U counts gradient
  *    transforms of three coordinates and adjoints.
  * 2. Logarithms by tight paths, and how far exp(log) ends from where it should.
- * 3. Both frameworks on the same eight surfaces, real left ventricles where the data are there:
- *    processor time of mean, transport and transfer in L2 and pulled back, their ratio, and how far
- *    apart the answers are in L2 (the size of what is compared beside it). The paper's Table 1 has
- *    such ratios: 2.3 to more than 80.
+ *
+ * bench_frameworks.c compares both frameworks.
  *
  * Exit status: 0 if on every pair chord <= length of the geodesic and its energy is at most that of
  * the straight line, and on near pairs energy and length are at most those of the inverted line; 1
@@ -180,148 +178,6 @@ static void bench_exp(const struct pair *pair, const struct shapes_surface ends[
     srnf_free(velocity);
 }
 
-/* ---- The two frameworks on the same surfaces ------------------------------------------------- */
-
-#define N ((size_t)8)
-
-/* Registers all surfaces of the group to the first. */
-static void register_group(const struct group *g)
-{
-    for (size_t i = 1; i < N; i++) {
-        struct srnf_registration registration;
-
-        must(srnf_register(g->sht, g->f[0], NULL, g->f[i], NULL, NULL, NULL, &registration, NULL),
-             "registration");
-        memcpy(g->f[i], registration.coefficients, g->count * sizeof(double));
-        srnf_registration_clear(&registration);
-    }
-}
-
-static void print_row(const char *what, double ours, double other, double apart, double size)
-{
-    printf("%-26s  %8.4f s  %8.4f s  %7.1f  %.2e  %.4f\n", what, ours, other, other / ours, apart,
-           size);
-}
-
-/* Mean in L2, inverted, against the graph and against the paper's steps. */
-static void bench_means(const struct group *g, const struct shapes_surface *s)
-{
-    struct srnf_mean_options options = srnf_mean_options_defaults();
-    double start = timing_cpu();
-    struct srnf_mean mean;
-    double own;
-
-    must(srnf_karcher_mean(g->sht, N, g->surfaces, &options, NULL, &mean, NULL), "mean");
-    own = timing_cpu() - start;
-    for (int method = SRNF_PULLBACK_MEAN_GRAPH; method <= SRNF_PULLBACK_MEAN_LOG_EXP; method++) {
-        struct srnf_pullback_mean_options other =
-            srnf_pullback_mean_defaults((enum srnf_pullback_mean_method)method);
-        struct srnf_pullback_mean pullback;
-
-        start = timing_cpu();
-        must(srnf_pullback_mean(g->sht, N, g->surfaces, &other, NULL, &pullback, NULL), "mean");
-        print_row(method ? "mean, log-exp" : "mean, graph", own, timing_cpu() - start,
-                  field_distance(s, mean.coefficients, pullback.coefficients),
-                  sqrt(pullback.variance));
-        printf("    %zu steps, mean velocity %.1e, converged %d, stalled %d, %.0f U\n",
-               pullback.iterations, pullback.mean_velocity, pullback.converged, pullback.stalled,
-               pullback.transforms);
-        srnf_pullback_mean_clear(&pullback);
-    }
-    srnf_mean_clear(&mean);
-}
-
-/* Transport of the velocity from surface 0 to 1 along the way from 0 to 2: kept as it is in L2 and
-   projected once, or along the geodesic. The distance is that of the two fields there. */
-static void bench_transport(const struct group *g, const struct shapes_surface *s)
-{
-    struct srnf_pullback_options options = srnf_pullback_options_defaults();
-    struct srnf_pullback_transported moved;
-    struct srnf_pullback_geodesic path;
-    double *velocity = shapes_doubles(g->count);
-    double *field = shapes_doubles(9 * g->points);
-    double start;
-    double own;
-    double other;
-
-    options.segments = 16;
-    options.compare = false;
-    must(srnf_pullback_log(g->sht, g->f[0], g->f[1], &options, NULL, velocity, NULL, NULL), "log");
-    start = timing_cpu();
-    srnf_field_differential(g->sht, g->f[0], velocity, field, s->workspace);
-    own = timing_cpu() - start;
-    start = timing_cpu();
-    must(srnf_pullback_geodesic(g->sht, g->f[0], g->f[2], &options, NULL, &path, NULL), "path");
-    must(srnf_pullback_transport(g->sht, 16, path.coefficients, velocity, NULL, &moved, NULL),
-         "transport");
-    other = timing_cpu() - start;
-    srnf_field_differential(g->sht, g->f[2], moved.vector, field + 3 * g->points, s->workspace);
-    for (size_t i = 0; i < 3 * g->points; i++) {
-        field[6 * g->points + i] = field[i] - field[3 * g->points + i];
-    }
-    print_row("transport", own, other,
-              sqrt(srnf_inner_product(g->grid, field + 6 * g->points, field + 6 * g->points)),
-              moved.norm);
-    printf("    norm before and after: %.8f %.8f\n", moved.norm_from, moved.norm);
-    srnf_pullback_geodesic_clear(&path);
-    srnf_free(moved.vector);
-    srnf_free(field);
-    srnf_free(velocity);
-}
-
-/* The deformation from surface 0 to 1, for surface 2: Q(f_2) + Q(f_1) - Q(f_0) inverted, or by
-   transport of the velocity. */
-static void bench_transfer(const struct group *g, const struct shapes_surface *s)
-{
-    struct srnf_pullback_options options = srnf_pullback_options_defaults();
-    struct srnf_invert_options invert = srnf_invert_options_defaults();
-    struct srnf_pullback_transfer transfer;
-    struct srnf_inversion inversion;
-    double *q = shapes_doubles(9 * g->points);
-    double start = timing_cpu();
-    double own;
-
-    invert.initial = SRNF_INITIAL_SURFACE;
-    invert.surface = g->f[2];
-    invert.certify = false;
-    for (size_t i = 0; i < 3; i++) {
-        srnf_field(g->sht, g->f[i], q + i * 3 * g->points, s->workspace);
-    }
-    for (size_t i = 0; i < 3 * g->points; i++) {
-        q[i] = q[6 * g->points + i] + q[3 * g->points + i] - q[i];
-    }
-    must(srnf_invert(g->sht, q, &invert, NULL, &inversion, NULL), "inversion");
-    own = timing_cpu() - start;
-    start = timing_cpu();
-    must(srnf_pullback_transfer(g->sht, g->f[0], g->f[1], g->f[2], &options, NULL, &transfer, NULL),
-         "transfer");
-    print_row("transfer", own, timing_cpu() - start,
-              field_distance(s, inversion.coefficients, transfer.coefficients),
-              transfer.deformation);
-    srnf_pullback_transfer_clear(&transfer);
-    srnf_inversion_clear(&inversion);
-    srnf_free(q);
-}
-
-static void bench_frameworks(void)
-{
-    struct shapes_surface s;
-    struct group g;
-
-    if (!group_open_ventricles(&g, DEGREE, N)) {
-        group_open_stars(&g, DEGREE, N, 0.3);
-    }
-    register_group(&g);
-    shapes_open(&s, DEGREE);
-    printf("\n%-26s  %-10s  %-10s  %7s  %-8s  %s\n", "8 surfaces", "in L2", "pull-back", "ratio",
-           "apart", "size");
-    bench_means(&g, &s);
-    bench_transport(&g, &s);
-    bench_transfer(&g, &s);
-    shapes_close(&s);
-    group_close(&g);
-}
-
 /* Tight paths and exponentials of every near pair, by segments. */
 static void bench_exps(void)
 {
@@ -365,6 +221,5 @@ int main(void)
         shapes_close(&ends[1]);
     }
     bench_exps();
-    bench_frameworks();
     return met ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -12,7 +12,6 @@
 #include <cmocka.h>
 
 #include <fcntl.h>
-#include <ftw.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,12 +21,13 @@
 
 #include "store/store.h"
 #include "support/ledger.h"
+#include "support/scratch.h"
 
 #define CLIENTS 3
 #define BACKUPS 2
 
 struct drill {
-    char folder[200], output[300], text[8192];
+    char folder[SCRATCH_MAX], text[8192];
     struct daemon daemon, restored;
     struct ledger *ledger;
 };
@@ -35,11 +35,8 @@ struct drill {
 static int setup(void **state)
 {
     struct drill *drill = calloc(1, sizeof *drill);
-    const char *base = getenv("TMPDIR");
 
-    snprintf(drill->folder, sizeof drill->folder, "%s/srnfd-backup-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(drill->folder));
-    snprintf(drill->output, sizeof drill->output, "%s/output", drill->folder);
+    assert_true(scratch_make(drill->folder, "backup"));
     daemon_prepare(&drill->daemon, drill->folder, "data");
     daemon_prepare(&drill->restored, drill->folder, "restored");
     drill->ledger = calloc(1, sizeof *drill->ledger);
@@ -47,14 +44,6 @@ static int setup(void **state)
     pthread_mutex_init(&drill->ledger->mutex, NULL);
     *state = drill;
     return 0;
-}
-
-static int unlink_one(const char *path, const struct stat *info, int kind, struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
 }
 
 static int teardown(void **state)
@@ -65,7 +54,7 @@ static int teardown(void **state)
     daemon_release(&drill->restored);
     pthread_mutex_destroy(&drill->ledger->mutex);
     free(drill->ledger);
-    nftw(drill->folder, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(drill->folder);
     free(drill);
     return 0;
 }
@@ -73,14 +62,7 @@ static int teardown(void **state)
 /* Runs srnfd with these arguments; its output is in drill->text. */
 static int command(struct drill *drill, const char *const *arguments)
 {
-    int status = daemon_command(arguments, drill->output);
-    FILE *file = fopen(drill->output, "r");
-
-    drill->text[file ? fread(drill->text, 1, sizeof drill->text - 1, file) : 0] = '\0';
-    if (file) {
-        fclose(file);
-    }
-    return status;
+    return daemon_command(arguments, drill->text, sizeof drill->text);
 }
 
 static void tells(const struct drill *drill, const char *what)
@@ -141,7 +123,7 @@ static void back_up_and_restore(struct drill *drill, int number)
     assert_true(daemon_start(&drill->restored));
     check_restored(drill, n_jobs, n_meshes);
     assert_int_equal(daemon_stop(&drill->restored), 0);
-    nftw(drill->restored.data, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(drill->restored.data);
 }
 
 static void a_backup_of_a_daemon_at_work_can_be_restored(void **state)

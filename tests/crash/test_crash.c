@@ -23,7 +23,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <ftw.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,6 +32,7 @@
 #include <unistd.h>
 
 #include "support/ledger.h"
+#include "support/scratch.h"
 
 #define CYCLES_PER_DIRECTORY 25
 #define CLIENTS 3
@@ -218,16 +218,11 @@ static void check_rows(struct run *run)
 static void check_store(struct run *run)
 {
     const char *repair[] = {"check", "--data", run->daemon.data, "--repair", NULL};
-    char output[400], text[4096] = "";
-    FILE *file;
+    char text[4096];
 
-    snprintf(output, sizeof output, "%s.check", run->daemon.data);
     for (int pass = 0; pass < 2; pass++) {
-        int status = daemon_command(repair, output);
+        int status = daemon_command(repair, text, sizeof text);
 
-        file = fopen(output, "r");
-        text[file ? fread(text, 1, sizeof text - 1, file) : 0] = '\0';
-        fclose(file);
         if (status != 0 || (pass == 1 && !strstr(text, "orphans: 0"))) {
             fail_msg("srnfd check: status %d: %s", status, text);
         }
@@ -235,14 +230,6 @@ static void check_store(struct run *run)
 }
 
 /* ---- Directories ----------------------------------------------------------------------------- */
-
-static int unlink_one(const char *path, const struct stat *info, int kind, struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
-}
 
 static void one_directory(struct run *run, const char *folder, int number, int cycles)
 {
@@ -278,22 +265,20 @@ static void one_directory(struct run *run, const char *folder, int number, int c
 static void what_was_acknowledged_outlives_every_kill(void **state)
 {
     const char *asked = getenv("CYCLES"), *seed = getenv("SRNFD_CRASH_SEED");
-    const char *base = getenv("TMPDIR");
     int left = asked ? (int)strtol(asked, NULL, 10) : 12;
     struct run run = {.random = seed ? (unsigned)strtoul(seed, NULL, 10) : (unsigned)getpid()};
-    char folder[200];
+    char folder[SCRATCH_MAX];
 
     (void)state;
     print_message("# seed %u\n", run.random);
-    snprintf(folder, sizeof folder, "%s/srnfd-crash-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(folder));
+    assert_true(scratch_make(folder, "crash"));
     for (int number = 0; left > 0; number++, left -= CYCLES_PER_DIRECTORY) {
         one_directory(&run, folder, number,
                       left < CYCLES_PER_DIRECTORY ? left : CYCLES_PER_DIRECTORY);
     }
     print_message("# %d at points with a name, and %d starts cut short\n", run.at_points,
                   run.starts_cut_short);
-    nftw(folder, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(folder);
 }
 
 int main(void)

@@ -12,7 +12,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <ftw.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,12 +22,13 @@
 
 #include "store/store.h"
 #include "support/ledger.h"
+#include "support/scratch.h"
 
 #define DAY_MS ((int64_t)86400000)
 #define JSON_BODY "Content-Type: application/json\r\n"
 
 struct scene {
-    char folder[200], mesh[64];
+    char folder[SCRATCH_MAX], mesh[64];
     struct daemon daemon;
 };
 
@@ -42,21 +42,11 @@ static void pause_ms(long ms)
 static int setup(void **state)
 {
     struct scene *scene = calloc(1, sizeof *scene);
-    const char *base = getenv("TMPDIR");
 
-    snprintf(scene->folder, sizeof scene->folder, "%s/srnfd-limits-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(scene->folder));
+    assert_true(scratch_make(scene->folder, "limits"));
     daemon_prepare(&scene->daemon, scene->folder, "data");
     *state = scene;
     return 0;
-}
-
-static int unlink_one(const char *path, const struct stat *info, int kind, struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
 }
 
 static int teardown(void **state)
@@ -64,7 +54,7 @@ static int teardown(void **state)
     struct scene *scene = *state;
 
     daemon_release(&scene->daemon);
-    nftw(scene->folder, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(scene->folder);
     free(scene);
     return 0;
 }

@@ -15,7 +15,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <ftw.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,11 +23,12 @@
 #include <unistd.h>
 
 #include "support/ledger.h"
+#include "support/scratch.h"
 
 #define JSON_BODY "Content-Type: application/json\r\n"
 
 struct scene {
-    char folder[200];
+    char folder[SCRATCH_MAX];
     struct daemon daemon;
     unsigned number;
     int refused, unanswered, failed_jobs;
@@ -38,22 +38,12 @@ struct scene {
 static int setup(void **state)
 {
     struct scene *scene = calloc(1, sizeof *scene);
-    const char *base = getenv("TMPDIR");
 
-    snprintf(scene->folder, sizeof scene->folder, "%s/srnfd-memory-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(scene->folder));
+    assert_true(scratch_make(scene->folder, "memory"));
     daemon_prepare(&scene->daemon, scene->folder, "data");
     scene->daemon.shim = "malloc_shim.so";
     *state = scene;
     return 0;
-}
-
-static int unlink_one(const char *path, const struct stat *info, int kind, struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
 }
 
 static int teardown(void **state)
@@ -61,7 +51,7 @@ static int teardown(void **state)
     struct scene *scene = *state;
 
     daemon_release(&scene->daemon);
-    nftw(scene->folder, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(scene->folder);
     free(scene);
     return 0;
 }

@@ -18,7 +18,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <ftw.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,13 +29,14 @@
 #include <unistd.h>
 
 #include "support/ledger.h"
+#include "support/scratch.h"
 
 #define JSON_BODY "Content-Type: application/json\r\n"
 #define CANNOT_MOUNT 77
 
 struct scene {
     struct daemon daemon;
-    char folder[200], mesh[64], last_mesh[64];
+    char folder[SCRATCH_MAX], mesh[64], last_mesh[64];
     unsigned number; /* of the act: what makes its content new */
     int refused;     /* answers 503 and 507 */
 };
@@ -154,30 +154,18 @@ static bool act(struct scene *scene)
 static int setup(void **state)
 {
     struct scene *scene = calloc(1, sizeof *scene);
-    const char *base = getenv("TMPDIR");
 
-    snprintf(scene->folder, sizeof scene->folder, "%s/srnfd-storage-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(scene->folder));
+    assert_true(scratch_make(scene->folder, "storage"));
     *state = scene;
     return 0;
-}
-
-static int unlink_one(const char *path, const struct stat *info, int kind, struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
 }
 
 static int teardown(void **state)
 {
     struct scene *scene = *state;
 
-    if (scene->daemon.control) {
-        daemon_release(&scene->daemon);
-    }
-    nftw(scene->folder, unlink_one, 16, FTW_DEPTH | FTW_PHYS);
+    daemon_release(&scene->daemon);
+    scratch_remove(scene->folder);
     free(scene);
     return 0;
 }

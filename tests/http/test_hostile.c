@@ -31,7 +31,7 @@
 #define SENDER_KIB (64 + 40) /* of one whose body has begun: its first buffer, and the library's */
 #define SLACK_KIB 16384      /* of the allocator */
 
-static struct wire_daemon daemon_;
+static struct daemon daemon_;
 static struct wire_answer answer;
 static bool sanitized;
 

@@ -43,7 +43,7 @@
 #define ASKS_MAX 3000
 
 static bool full;
-static struct wire_daemon service;
+static struct daemon service;
 static struct wire_answer answer;
 static char host[64], small_job[80], long_job[80];
 
@@ -143,7 +143,7 @@ static bool take(struct client *client)
 /* Requests a second of CONNECTIONS clients that each ask again as soon as they have an answer. */
 static double rate(int port, const char *path, double seconds)
 {
-    const struct wire_daemon at = {.port = port};
+    const struct daemon at = {.port = port};
     struct client *clients = calloc(CONNECTIONS, sizeof *clients);
     struct pollfd polls[CONNECTIONS];
     char request[300];

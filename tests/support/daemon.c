@@ -16,9 +16,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#define ARGUMENTS_MAX 32
+#define ARGUMENTS_MAX 40
 #define START_SECONDS 60
-#define STOP_SECONDS 60
+#define STOP_SECONDS 90
 #define REQUEST_SECONDS 60
 
 static void pause_ms(long ms)
@@ -40,7 +40,8 @@ void daemon_prepare(struct daemon *daemon, const char *folder, const char *name)
     int fd;
 
     *daemon = (struct daemon){.shim = "fault_shim.so"};
-    snprintf(daemon->data, sizeof daemon->data, "%.200s/%.60s", folder, name);
+    snprintf(daemon->folder, sizeof daemon->folder, "%s", folder);
+    snprintf(daemon->data, sizeof daemon->data, "%s/%.60s", daemon->folder, name);
     snprintf(daemon->log, sizeof daemon->log, "%s.log", daemon->data);
     snprintf(daemon->control_path, sizeof daemon->control_path, "%s.fault", daemon->data);
     fd = open(daemon->control_path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
@@ -58,7 +59,10 @@ void daemon_prepare(struct daemon *daemon, const char *folder, const char *name)
 void daemon_release(struct daemon *daemon)
 {
     daemon_kill(daemon);
-    munmap(daemon->control, sizeof *daemon->control);
+    if (daemon->control) {
+        munmap(daemon->control, sizeof *daemon->control);
+        daemon->control = NULL;
+    }
 }
 
 /* ---- Processes ------------------------------------------------------------------------------- */
@@ -187,6 +191,19 @@ int daemon_stop(struct daemon *daemon)
     return -1;
 }
 
+void daemon_show_log(const struct daemon *daemon)
+{
+    FILE *log = fopen(daemon->log, "r");
+    char line[2048];
+
+    while (log && fgets(line, sizeof line, log)) {
+        fputs(line, stderr);
+    }
+    if (log) {
+        fclose(log);
+    }
+}
+
 void daemon_fault(struct daemon *daemon, int kinds, int files, int first, int last, int action)
 {
     struct fault_control *control = daemon->control;
@@ -201,27 +218,44 @@ void daemon_fault(struct daemon *daemon, int kinds, int files, int first, int la
     atomic_store(&control->kinds, kinds);
 }
 
-int daemon_command(const char *const *arguments, const char *output)
+/* In the child. */
+static void run_command(const char *const *arguments, int output)
 {
     const char *program = from_environment("SRNFD", "build/srnfd");
     char *copy[ARGUMENTS_MAX] = {NULL};
-    int status = -1;
-    pid_t child = fork();
 
-    if (child == 0) {
-        int fd = open(output, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-
-        copy[0] = strdup(program);
-        for (int i = 0; arguments[i] && i + 2 < ARGUMENTS_MAX; i++) {
-            copy[i + 1] = strdup(arguments[i]);
-        }
-        if (fd < 0 || dup2(fd, STDERR_FILENO) < 0 || dup2(fd, STDOUT_FILENO) < 0) {
-            _exit(126);
-        }
-        execv(program, copy);
-        _exit(127);
+    copy[0] = strdup(program);
+    for (int i = 0; arguments[i] && i + 2 < ARGUMENTS_MAX; i++) {
+        copy[i + 1] = strdup(arguments[i]);
     }
-    return waitpid(child, &status, 0) == child && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    if (dup2(output, STDERR_FILENO) < 0 || dup2(output, STDOUT_FILENO) < 0) {
+        _exit(126);
+    }
+    execv(program, copy);
+    _exit(127);
+}
+
+int daemon_command(const char *const *arguments, char *text, size_t size)
+{
+    FILE *output = tmpfile();
+    int status = -1;
+    pid_t child;
+
+    text[0] = '\0';
+    if (!output) {
+        return -1;
+    }
+    child = fork();
+    if (child == 0) {
+        run_command(arguments, fileno(output));
+    }
+    if (waitpid(child, &status, 0) != child) {
+        status = -1;
+    }
+    rewind(output);
+    text[fread(text, 1, size - 1, output)] = '\0';
+    fclose(output);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 /* ---- Requests -------------------------------------------------------------------------------- */

@@ -17,6 +17,7 @@
 struct daemon {
     pid_t pid; /* 0: none runs */
     int port;
+    char folder[200]; /* that holds the others */
     char data[300], log[320], control_path[320];
     const char *shim;              /* file name below SRNFD_BUILD/tests, or NULL */
     const char *const *options;    /* of serve, ended by NULL; may be NULL */
@@ -25,12 +26,15 @@ struct daemon {
 
 /* Names a data directory below folder, which exists, and makes the page of faults. */
 void daemon_prepare(struct daemon *daemon, const char *folder, const char *name);
+/* Kills it if it runs; nothing for one that was not prepared. The folder stays. */
 void daemon_release(struct daemon *daemon);
 /* Starts it and waits until it listens; false when it ended before. The log is appended to. */
 bool daemon_start(struct daemon *daemon);
 /* SIGTERM, and the exit status; -1 where it was killed or had to be. */
 int daemon_stop(struct daemon *daemon);
 void daemon_kill(struct daemon *daemon);
+/* Copies the log to standard error. */
+void daemon_show_log(const struct daemon *daemon);
 /* Whether it has ended by itself; it is then reaped. */
 bool daemon_has_ended(struct daemon *daemon);
 /* From now on the calls first..last, counted from here, meet this fate. 0, 0: none. */
@@ -53,7 +57,8 @@ int daemon_request(const struct daemon *daemon, const char *method, const char *
 int daemon_status(const struct daemon *daemon, const char *method, const char *path,
                   const char *body);
 
-/* Runs a command of srnfd to its end with its output in the file; the exit status, or -1. */
-int daemon_command(const char *const *arguments, const char *output);
+/* Runs a command of srnfd to its end, with what it says, cut to size, in text; the exit status, or
+   -1. */
+int daemon_command(const char *const *arguments, char *text, size_t size);
 
 #endif

@@ -4,24 +4,17 @@
 #include "support/wire.h"
 
 #include <arpa/inet.h>
-#include <errno.h>
-#include <fcntl.h>
-#include <ftw.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
-#define OPTIONS_MAX 32
-#define START_SECONDS 60.0
-#define STOP_SECONDS 90.0
+#include "support/scratch.h"
 
 double wire_now(void)
 {
@@ -41,141 +34,36 @@ void wire_nap(double seconds)
 
 /* ---- The daemon ------------------------------------------------------------------------------ */
 
-static void log_path(const struct wire_daemon *daemon, char *path, size_t size)
+bool wire_start(struct daemon *daemon, const char *const *options)
 {
-    (void)snprintf(path, size, "%s/log", daemon->folder);
-}
+    char folder[SCRATCH_MAX];
 
-/* In the child. */
-static void run(const struct wire_daemon *daemon, const char *const *options)
-{
-    const char *program = getenv("SRNFD");
-    const char *arguments[OPTIONS_MAX + 8] = {"srnfd", "serve", "--listen", "127.0.0.1:0",
-                                              "--data"};
-    char path[220], data[220];
-    size_t n = 6;
-    int log, null = open("/dev/null", O_RDWR);
-
-    log_path(daemon, path, sizeof path);
-    (void)snprintf(data, sizeof data, "%s/data", daemon->folder);
-    arguments[5] = data;
-    while (options && *options && n < OPTIONS_MAX) {
-        arguments[n++] = *options++;
-    }
-    log = open(path, O_WRONLY | O_CREAT | O_APPEND, 0600);
-    (void)dup2(null, STDIN_FILENO);
-    (void)dup2(null, STDOUT_FILENO);
-    (void)dup2(log, STDERR_FILENO);
-    union {
-        const char *const *constant;
-        char *const *plain;
-    } vector = {arguments};
-    (void)execv(program ? program : "build/srnfd", vector.plain);
-    _exit(127);
-}
-
-/* The port that the log announces; 0 as long as it does not. */
-static int announced_port(const struct wire_daemon *daemon)
-{
-    static const char mark[] = "\"address\":\"127.0.0.1:";
-    char path[220], line[2048];
-    int port = 0;
-    FILE *log;
-
-    log_path(daemon, path, sizeof path);
-    log = fopen(path, "r");
-    while (log && port == 0 && fgets(line, sizeof line, log)) {
-        const char *address = strstr(line, mark);
-
-        if (address && strchr(line, '\n')) {
-            port = (int)strtol(address + sizeof mark - 1, NULL, 10);
-        }
-    }
-    if (log) {
-        (void)fclose(log);
-    }
-    return port;
-}
-
-static void show_log(const struct wire_daemon *daemon)
-{
-    char path[220], line[2048];
-    FILE *log;
-
-    log_path(daemon, path, sizeof path);
-    log = fopen(path, "r");
-    while (log && fgets(line, sizeof line, log)) {
-        (void)fputs(line, stderr);
-    }
-    if (log) {
-        (void)fclose(log);
-    }
-}
-
-bool wire_start(struct wire_daemon *daemon, const char *const *options)
-{
-    const char *scratch = getenv("TMPDIR");
-    double start = wire_now();
-
-    *daemon = (struct wire_daemon){0};
-    (void)snprintf(daemon->folder, sizeof daemon->folder, "%.150s/srnfd-wire.XXXXXX",
-                   scratch ? scratch : "/tmp");
-    if (!mkdtemp(daemon->folder)) {
+    if (!scratch_make(folder, "wire")) {
         return false;
     }
-    daemon->pid = fork();
-    if (daemon->pid == 0) {
-        run(daemon, options);
+    daemon_prepare(daemon, folder, "data");
+    daemon->shim = NULL;
+    daemon->options = options;
+    if (!daemon_start(daemon)) {
+        (void)wire_stop(daemon);
+        return false;
     }
-    while (daemon->pid > 0 && wire_now() - start < START_SECONDS) {
-        daemon->port = announced_port(daemon);
-        if (daemon->port > 0) {
-            return true;
-        }
-        if (waitpid(daemon->pid, NULL, WNOHANG) == daemon->pid) {
-            daemon->pid = 0;
-            break;
-        }
-        wire_nap(0.02);
-    }
-    show_log(daemon);
-    return false;
+    return true;
 }
 
-static int remove_one(const char *path, const struct stat *about, int kind, struct FTW *place)
+int wire_stop(struct daemon *daemon)
 {
-    (void)about;
-    (void)kind;
-    (void)place;
-    return remove(path);
+    int status = daemon_stop(daemon);
+
+    if (status != 0) {
+        daemon_show_log(daemon);
+    }
+    daemon_release(daemon);
+    scratch_remove(daemon->folder);
+    return status;
 }
 
-int wire_stop(struct wire_daemon *daemon)
-{
-    double start = wire_now();
-    int status = 0;
-    pid_t ended = 0;
-
-    if (daemon->pid > 0) {
-        (void)kill(daemon->pid, SIGTERM);
-        while (ended == 0 && wire_now() - start < STOP_SECONDS) {
-            ended = waitpid(daemon->pid, &status, WNOHANG);
-            wire_nap(0.02);
-        }
-        if (ended == 0) {
-            (void)kill(daemon->pid, SIGKILL);
-            (void)waitpid(daemon->pid, &status, 0);
-        }
-    }
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-        show_log(daemon);
-    }
-    (void)nftw(daemon->folder, remove_one, 16, FTW_DEPTH | FTW_PHYS);
-    daemon->pid = 0;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-long wire_status_number(const struct wire_daemon *daemon, const char *name)
+long wire_status_number(const struct daemon *daemon, const char *name)
 {
     char path[64], line[256];
     size_t length = strlen(name);
@@ -197,7 +85,7 @@ long wire_status_number(const struct wire_daemon *daemon, const char *name)
 
 /* ---- Clients --------------------------------------------------------------------------------- */
 
-int wire_dial(const struct wire_daemon *daemon)
+int wire_dial(const struct daemon *daemon)
 {
     struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons((uint16_t)daemon->port)};
     int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -288,7 +176,7 @@ bool wire_closes(int fd)
     return false;
 }
 
-int wire_ask(const struct wire_daemon *daemon, const char *request, struct wire_answer *answer)
+int wire_ask(const struct daemon *daemon, const char *request, struct wire_answer *answer)
 {
     int fd = wire_dial(daemon);
 

@@ -1,52 +1,10 @@
 /*
  * test_geometry_allocation.c - preparation, star kernel, index, geodesic sphere and fit error when
  * memory runs out: each allocation in turn is refused; the call fails cleanly and nothing leaks.
- *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
- * library. They count what is alive and refuse the n-th request.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "shape/fit.h"
 #include "support/meshes.h"
-
-static size_t requests; /* since the last reset */
-static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
-static size_t alive;
-
-void *srnf_alloc(size_t count, size_t size)
-{
-    void *pointer;
-
-    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
-        return NULL;
-    }
-    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
-    if (pointer) {
-        memset(pointer, 0, count * size);
-        alive++;
-    }
-    return pointer;
-}
-
-void srnf_free(void *pointer)
-{
-    alive -= pointer != NULL;
-    free(pointer);
-}
-
-static void reset(size_t refuse)
-{
-    requests = 0;
-    refused = refuse;
-}
+#include "support/refusing.h"
 
 /* Each runs one function on a mesh and frees what it made. */
 static int run_prepare(struct srnf_mesh *mesh)
@@ -104,33 +62,48 @@ static int run_fit(struct srnf_mesh *mesh)
     return status;
 }
 
+static int (*function)(struct srnf_mesh *mesh);
+
+/* The mesh is made anew, as preparing changes it, and nothing of that is refused or counted. */
+static int run_function(void)
+{
+    const size_t index = refusing.refused;
+    struct srnf_mesh sphere, mesh;
+    size_t before;
+    int status;
+
+    refusing_none();
+    sphere = meshes_sphere(4);
+    mesh = meshes_soup(&sphere);
+    before = refusing.alive;
+    refusing_at(index);
+    status = function(&mesh);
+    assert_true(status == SRNF_OK || status == SRNF_ENOMEM);
+    assert_int_equal(refusing.alive, before);
+    srnf_mesh_clear(&mesh);
+    srnf_mesh_clear(&sphere);
+    return status;
+}
+
 static void each_refusal_is_survived(void **state)
 {
-    int (*const functions[])(struct srnf_mesh *) = {run_prepare, run_star_kernel, run_star_at,
-                                                    run_index,   run_icosphere,   run_fit};
+    static const struct {
+        const char *name;
+        int (*run)(struct srnf_mesh *mesh);
+    } subjects[] = {
+        {"prepare", run_prepare}, {"star kernel", run_star_kernel}, {"star at", run_star_at},
+        {"index", run_index},     {"icosphere", run_icosphere},     {"fit", run_fit},
+    };
     (void)state;
 
-    for (size_t i = 0; i < sizeof functions / sizeof functions[0]; i++) {
-        int status = SRNF_ENOMEM;
+    for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
+        size_t total;
 
-        for (size_t n = 0; status == SRNF_ENOMEM && n < 100; n++) {
-            struct srnf_mesh sphere, mesh;
-            size_t before;
-
-            reset(SIZE_MAX);
-            sphere = meshes_sphere(4);
-            mesh = meshes_soup(&sphere);
-            before = alive;
-            reset(n);
-            status = functions[i](&mesh);
-            assert_true(status == SRNF_OK ? n > 1 : status == SRNF_ENOMEM);
-            assert_int_equal(alive, before);
-            srnf_mesh_clear(&mesh);
-            srnf_mesh_clear(&sphere);
-        }
-        assert_int_equal(status, SRNF_OK);
+        function = subjects[i].run;
+        total = refusing_sweep(subjects[i].name, run_function, 0, 1);
+        assert_true(total > 1 && total < 100);
     }
-    assert_int_equal(alive, 0);
+    assert_int_equal(refusing.alive, 0);
 }
 
 /* Queries are re-entrant and cost no memory. */
@@ -142,13 +115,13 @@ static void queries_allocate_nothing(void **state)
     double t;
     (void)state;
 
-    reset(SIZE_MAX);
+    refusing_none();
     mesh = meshes_sphere(4);
     assert_int_equal(srnf_index_create(&index, &mesh), SRNF_OK);
-    reset(0);
+    refusing_at(0);
     assert_true(srnf_index_ray(index, origin, direction, &t, NULL));
     assert_true(srnf_index_distance2(index, direction, NULL, NULL) > 0.0);
-    assert_int_equal(requests, 0);
+    assert_int_equal(refusing.requests, 0);
     srnf_index_destroy(index);
     srnf_mesh_clear(&mesh);
 }

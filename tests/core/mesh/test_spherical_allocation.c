@@ -1,95 +1,52 @@
 /*
  * test_spherical_allocation.c - the spherical parameterisation when memory runs out: each
  * allocation in turn is refused; the call says so and nothing leaks.
- *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
- * library. They count what is alive and refuse the n-th request.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "support/meshes.h"
+#include "support/refusing.h"
 #include "support/triangulations.h"
 
 #define REQUESTS_MAX 2000
 
-static size_t requests; /* since the last reset */
-static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
-static size_t alive;
+static struct srnf_mesh mesh; /* what the map is of */
 
-void *srnf_alloc(size_t count, size_t size)
+static int run_map(void)
 {
-    void *pointer;
+    struct srnf_spherical_map map;
+    struct srnf_error error = {0};
+    int status = srnf_spherical_map(&mesh, NULL, &map, &error);
 
-    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
-        return NULL;
+    if (status == SRNF_OK) {
+        assert_non_null(map.points);
+    } else {
+        assert_int_equal(status, SRNF_ENOMEM);
+        assert_int_equal(error.status, SRNF_ENOMEM);
+        assert_null(map.points);
     }
-    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
-    if (pointer) {
-        memset(pointer, 0, count * size);
-        alive++;
-    }
-    return pointer;
+    srnf_free(map.points);
+    return status;
 }
 
-void srnf_free(void *pointer)
+/* Clears the mesh. */
+static void sweep(const char *name, struct srnf_mesh of)
 {
-    alive -= pointer != NULL;
-    free(pointer);
-}
+    size_t total;
 
-static void reset(size_t refuse)
-{
-    requests = 0;
-    refused = refuse;
-}
-
-/* Refuses the 0th, 1st, .. request of a map until one is not made any more; clears the mesh. */
-static void sweep(const char *name, struct srnf_mesh mesh)
-{
-    size_t before = alive;
-    int status = SRNF_ENOMEM;
-    size_t n = 0;
-
-    for (; status == SRNF_ENOMEM && n < REQUESTS_MAX; n++) {
-        struct srnf_spherical_map map;
-        struct srnf_error error = {0};
-
-        reset(n);
-        status = srnf_spherical_map(&mesh, NULL, &map, &error);
-        reset(SIZE_MAX);
-        if (status == SRNF_OK) {
-            assert_non_null(map.points);
-        } else {
-            assert_int_equal(status, SRNF_ENOMEM);
-            assert_int_equal(error.status, SRNF_ENOMEM);
-            assert_null(map.points);
-        }
-        srnf_free(map.points);
-        assert_int_equal(alive, before);
-    }
-    assert_int_equal(status, SRNF_OK);
-    printf("# %s: %zu requests, each refused once\n", name, n - 1);
-    assert_true(n > 10);
+    mesh = of;
+    total = refusing_sweep(name, run_map, 0, 1);
+    assert_true(total > 9 && total < REQUESTS_MAX);
     srnf_mesh_clear(&mesh);
 }
 
 static void each_refusal_is_survived(void **state)
 {
     (void)state;
-    reset(SIZE_MAX);
+    refusing_none();
     sweep("tetrahedron", meshes_tetrahedron());
     sweep("sphere", meshes_sphere(4));
     sweep("bumpy sphere", meshes_bumpy(8, 1));
     sweep("two hubs", triangulations_bipyramid(300)); /* rings and stars that have to grow */
-    assert_int_equal(alive, 0);
+    assert_int_equal(refusing.alive, 0);
 }
 
 /* When no attempt succeeds, each starts from nothing and leaves nothing. */
@@ -97,10 +54,9 @@ static void failure_leaves_nothing(void **state)
 {
     struct test_random random = test_random_seed(1);
     struct srnf_spherical_map map;
-    struct srnf_mesh mesh;
     (void)state;
 
-    reset(SIZE_MAX);
+    refusing_none();
     mesh = triangulations_stacked(400, true, &random);
     assert_int_equal(srnf_spherical_map(&mesh, NULL, &map, NULL), SRNF_ENUMERIC);
     assert_null(map.points);
@@ -109,7 +65,7 @@ static void failure_leaves_nothing(void **state)
     mesh = meshes_torus(2, 1, 8, 8);
     assert_int_equal(srnf_spherical_map(&mesh, NULL, &map, NULL), SRNF_EGENUS);
     srnf_mesh_clear(&mesh);
-    assert_int_equal(alive, 0);
+    assert_int_equal(refusing.alive, 0);
 }
 
 int main(void)

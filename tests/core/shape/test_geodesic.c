@@ -2,36 +2,9 @@
  * test_geodesic.c - paths between two surfaces: their ends, the three energy curves, symmetry, the
  * closed form between stars about one centre, cancellation, and wrong arguments.
  */
-#include "figures.h"
+#include "pairs.h"
 
 #define DEGREE 15
-
-struct pair {
-    struct shapes_surface from, to;
-};
-
-/* Two different random stars with the same frame, or two bodies that are no stars. */
-static void open_stars(struct pair *p)
-{
-    shapes_open(&p->from, DEGREE);
-    shapes_open(&p->to, DEGREE);
-    shapes_fill_random_star(&p->from, 1, NULL);
-    shapes_fill_random_star(&p->to, 2, NULL);
-}
-
-static void open_bodies(struct pair *p, const char *from, const char *to)
-{
-    shapes_open(&p->from, DEGREE);
-    shapes_open(&p->to, DEGREE);
-    shapes_fill(&p->from, shapes_find(from)->formula, shapes_find(from)->parameter);
-    shapes_fill(&p->to, shapes_find(to)->formula, shapes_find(to)->parameter);
-}
-
-static void close_pair(struct pair *p)
-{
-    shapes_close(&p->from);
-    shapes_close(&p->to);
-}
 
 static double chord(const struct pair *p)
 {
@@ -124,11 +97,7 @@ static void curves_are_ordered(void **state)
         struct srnf_geodesic g;
         struct pair p;
 
-        if (bodies[b].from) {
-            open_bodies(&p, bodies[b].from, bodies[b].to);
-        } else {
-            open_stars(&p);
-        }
+        pair_open(&p, DEGREE, bodies[b].from, bodies[b].to);
         walk(&p, SRNF_GEODESIC_SRNF, 7, &g);
         printf("# %s to %s\n", bodies[b].from ? bodies[b].from : "star",
                bodies[b].to ? bodies[b].to : "star");
@@ -140,7 +109,7 @@ static void curves_are_ordered(void **state)
         }
         assert_true(g.energy_geodesic[3] < 0.5 * g.energy_linear[3]);
         srnf_geodesic_clear(&g);
-        close_pair(&p);
+        pair_close(&p);
     }
 }
 
@@ -154,8 +123,8 @@ static void reverses(void **state)
     double worst = 0.0;
     (void)state;
 
-    open_stars(&p);
-    swapped = (struct pair){p.to, p.from};
+    pair_open(&p, DEGREE, NULL, NULL);
+    swapped = (struct pair){p.to, p.from, NULL};
     walk(&p, SRNF_GEODESIC_SRNF, 9, &there);
     walk(&swapped, SRNF_GEODESIC_SRNF, 9, &back);
     check_path(&swapped, &back);
@@ -170,7 +139,7 @@ static void reverses(void **state)
     assert_true(fabs(there.length / back.length - 1.0) < 1e-4);
     srnf_geodesic_clear(&back);
     srnf_geodesic_clear(&there);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 static void other_methods(void **state)
@@ -180,7 +149,7 @@ static void other_methods(void **state)
     struct pair p;
     (void)state;
 
-    open_stars(&p);
+    pair_open(&p, DEGREE, NULL, NULL);
     for (size_t m = 0; m < 2; m++) {
         walk(&p, methods[m], 7, &g);
         check_path(&p, &g);
@@ -198,7 +167,7 @@ static void other_methods(void **state)
         }
         srnf_geodesic_clear(&g);
     }
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* Scaled copies of one star: the line stays in the image of Q, where both methods find it. The
@@ -210,7 +179,7 @@ static void closed_form_is_right_between_stars_of_one_shape(void **state)
     struct pair p;
     (void)state;
 
-    open_stars(&p);
+    pair_open(&p, DEGREE, NULL, NULL);
     for (size_t i = 0; i < p.to.count; i++) {
         p.to.f[i] = 2.5 * p.from.f[i];
     }
@@ -237,7 +206,7 @@ static void closed_form_is_right_between_stars_of_one_shape(void **state)
         assert_true(fabs(g.length / g.distance - 1.0) < 1e-12);
         srnf_geodesic_clear(&g);
     }
-    close_pair(&p);
+    pair_close(&p);
 }
 
 static void constant_between_equal_ends(void **state)
@@ -247,7 +216,7 @@ static void constant_between_equal_ends(void **state)
     double worst = 0.0;
     (void)state;
 
-    open_bodies(&p, "bent capsule", "bent capsule");
+    pair_open(&p, DEGREE, "bent capsule", "bent capsule");
     walk(&p, SRNF_GEODESIC_SRNF, 5, &g);
     check_path(&p, &g);
     for (size_t k = 0; k < 5; k++) {
@@ -257,7 +226,7 @@ static void constant_between_equal_ends(void **state)
     figure_below("path between equal ends, largest change", worst, 1e-14);
     assert_true(g.distance == 0.0 && g.length < 1e-13);
     srnf_geodesic_clear(&g);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 static void numbers_of_steps(void **state)
@@ -267,7 +236,7 @@ static void numbers_of_steps(void **state)
     double lengths[3];
     (void)state;
 
-    open_stars(&p);
+    pair_open(&p, DEGREE, NULL, NULL);
     for (size_t k = 0; k < 3; k++) {
         struct srnf_geodesic g;
 
@@ -279,46 +248,22 @@ static void numbers_of_steps(void **state)
         srnf_geodesic_clear(&g);
     }
     assert_true(lengths[0] <= lengths[1] + 1e-9 && lengths[1] <= lengths[2] + 1e-9);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* ---- Caller and library ---------------------------------------------------------------------- */
-
-struct watcher {
-    size_t calls, reports;
-    size_t stop_after; /* SIZE_MAX: never */
-    double last;
-};
-
-static bool watch_canceled(void *user)
-{
-    struct watcher *w = user;
-
-    return w->calls++ >= w->stop_after;
-}
-
-static void watch_progress(void *user, double fraction, const char *message)
-{
-    struct watcher *w = user;
-
-    assert_non_null(message);
-    assert_true(fraction >= w->last && fraction <= 1.0);
-    w->last = fraction;
-    w->reports++;
-}
 
 static void cancels(void **state)
 {
     struct srnf_geodesic_options options = srnf_geodesic_options_defaults();
     struct srnf_geodesic g;
     struct watcher w = {.stop_after = SIZE_MAX};
-    struct srnf_context context = {
-        .user = &w, .progress = watch_progress, .canceled = watch_canceled};
+    struct srnf_context context = watcher_context(&w);
     struct pair p;
     size_t calls;
     (void)state;
 
-    open_stars(&p);
+    pair_open(&p, DEGREE, NULL, NULL);
     assert_int_equal(srnf_geodesic(p.from.sht, p.from.f, p.to.f, &options, &context, &g, NULL),
                      SRNF_OK);
     srnf_geodesic_clear(&g);
@@ -336,7 +281,7 @@ static void cancels(void **state)
         assert_null(g.coefficients);
         assert_null(g.times);
     }
-    close_pair(&p);
+    pair_close(&p);
 }
 
 static void refuses_wrong_arguments(void **state)
@@ -349,7 +294,7 @@ static void refuses_wrong_arguments(void **state)
     struct pair p;
     (void)state;
 
-    open_stars(&p);
+    pair_open(&p, DEGREE, NULL, NULL);
     for (size_t k = 0; k < 4; k++) {
         options.steps = steps[k];
         assert_int_equal(srnf_geodesic(p.from.sht, p.from.f, p.to.f, &options, NULL, &g, &error),
@@ -372,7 +317,7 @@ static void refuses_wrong_arguments(void **state)
     assert_int_equal(g.steps, 7);
     srnf_geodesic_clear(&g);
     srnf_geodesic_clear(&g); /* clearing twice does no harm */
-    close_pair(&p);
+    pair_close(&p);
 }
 
 int main(void)

@@ -37,20 +37,20 @@ static void exponential_inverts_the_logarithm(void **state)
         struct srnf_pullback_shot shot;
         struct pullback_pair p;
         double *velocity;
-        double length;
+        struct srnf_pullback_log_figures figures;
         double worst = 0.0;
 
         open_number(&p, k / 3);
         velocity = shapes_doubles(p.from.count);
         options.segments = m;
         assert_int_equal(srnf_pullback_log(p.from.sht, p.from.f, p.to.f, &options, NULL, velocity,
-                                           &length, NULL),
+                                           &figures, NULL),
                          SRNF_OK);
         shoot(&p.from, velocity, m, &shot);
         printf("# m = %zu: %zu Newton steps, %.0f U\n", m, shot.iterations, shot.transforms);
         figure_below("end of exp(log), distance of the fields",
                      pullback_chord(&p.from, shot.coefficients + m * p.from.count, p.to.f), 1e-7);
-        figure_below("length", fabs(shot.path.length / length - 1.0), 1e-7);
+        figure_below("length", fabs(shot.path.length / figures.path.length - 1.0), 1e-7);
         options.gradient = 1e-9;
         options.compare = false;
         assert_int_equal(
@@ -220,7 +220,7 @@ static void refuses_wrong_arguments(void **state)
     struct srnf_pullback_shot shot;
     struct srnf_error error = {0};
     struct pullback_pair p;
-    double length;
+    struct srnf_pullback_log_figures figures;
     (void)state;
 
     pullback_open_stars(&p, 6);
@@ -239,7 +239,7 @@ static void refuses_wrong_arguments(void **state)
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "surface"));
     assert_int_equal(
-        srnf_pullback_log(p.from.sht, p.from.f, p.to.f, NULL, NULL, p.from.f, &length, &error),
+        srnf_pullback_log(p.from.sht, p.from.f, p.to.f, NULL, NULL, p.from.f, &figures, &error),
         SRNF_EINVAL);
     p.to.f[3] = 1e200;
     assert_int_equal(srnf_pullback_exp(p.from.sht, p.to.f, p.from.f, 4, NULL, &shot, &error),

@@ -1,45 +1,10 @@
 /*
  * test_shape_memory.c - what core/shape does when memory runs out: each allocation in turn is
  * refused.
- *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
- * library. They count what is alive and refuse the n-th request.
  */
 #include "figures.h"
 #include "support/meshes.h"
-
-#include <stdlib.h>
-
-static size_t requests; /* since the last reset */
-static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
-static size_t alive;
-
-void *srnf_alloc(size_t count, size_t size)
-{
-    void *pointer;
-
-    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
-        return NULL;
-    }
-    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
-    if (pointer) {
-        memset(pointer, 0, count * size);
-        alive++;
-    }
-    return pointer;
-}
-
-void srnf_free(void *pointer)
-{
-    alive -= pointer != NULL;
-    free(pointer);
-}
-
-static void reset(size_t refuse)
-{
-    requests = 0;
-    refused = refuse;
-}
+#include "support/refusing.h"
 
 /* One computation; it leaves nothing allocated, and finds its outputs empty when it fails. */
 struct subject {
@@ -179,7 +144,7 @@ static int run_transfer(const struct shapes_surface *s)
 /* given: by the map that area finds. */
 static int encode_by(enum srnf_parameterization route)
 {
-    const size_t keep = refused;
+    const size_t index = refusing.refused;
     struct srnf_mesh mesh;
     struct srnf_mesh sphere;
     struct srnf_mesh_report report;
@@ -189,7 +154,7 @@ static int encode_by(enum srnf_parameterization route)
     struct srnf_error error = {0};
     int status;
 
-    reset(SIZE_MAX);
+    refusing_none();
     mesh = meshes_star(4);
     assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
     assert_int_equal(srnf_spherical_map(&mesh, NULL, &map, NULL), SRNF_OK);
@@ -198,7 +163,7 @@ static int encode_by(enum srnf_parameterization route)
     options.sphere = &sphere;
     options.parameterization = route;
     options.degree = 6;
-    reset(keep);
+    refusing_at(index);
     status = srnf_encode(&mesh, &report, &options, NULL, &encoded, &error);
     if (status < 0) {
         assert_null(encoded.coefficients);
@@ -243,6 +208,14 @@ static int run_triangulate(const struct shapes_surface *s)
     return status;
 }
 
+static struct shapes_surface surface;
+static const struct subject *subject;
+
+static int run_subject(void)
+{
+    return subject->run(&surface);
+}
+
 static void survives_each_refusal(void **state)
 {
     const struct subject subjects[] = {
@@ -258,39 +231,19 @@ static void survives_each_refusal(void **state)
         {"srnf_encode, given", run_encode_given},
         {"srnf_surface_triangulate", run_triangulate},
     };
-    struct shapes_surface s;
     (void)state;
 
-    reset(SIZE_MAX);
-    shapes_open(&s, 6);
-    shapes_fill(&s, shapes_arms, 3.0);
+    shapes_open(&surface, 6);
+    shapes_fill(&surface, shapes_arms, 3.0);
     for (size_t k = 0; k < sizeof subjects / sizeof subjects[0]; k++) {
-        size_t before = alive;
         size_t total;
-        int status;
 
-        reset(SIZE_MAX);
-        status = subjects[k].run(&s);
-        total = requests;
-        assert_true(status >= 0);
-        assert_int_equal(alive, before);
-        printf("# %s: %zu allocations\n", subjects[k].name, total);
+        subject = &subjects[k];
+        total = refusing_sweep(subject->name, run_subject, 0, 1);
         assert_true(total > 3 && total < 2000);
-        for (size_t n = 0; n < total; n++) {
-            reset(n);
-            status = subjects[k].run(&s);
-            if (requests <= n) {
-                fail_msg("%s makes fewer requests than before", subjects[k].name);
-            }
-            if (status != SRNF_ENOMEM) {
-                fail_msg("%s, request %zu refused: status %d", subjects[k].name, n, status);
-            }
-            assert_int_equal(alive, before);
-        }
     }
-    reset(SIZE_MAX);
-    shapes_close(&s);
-    assert_int_equal(alive, 0);
+    shapes_close(&surface);
+    assert_int_equal(refusing.alive, 0);
 }
 
 int main(void)

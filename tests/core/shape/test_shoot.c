@@ -3,35 +3,15 @@
  * depend on which other times are asked for, commutes with rotations and scalings, and says how far
  * the line is from any surface.
  */
-#include "figures.h"
+#include "pairs.h"
 
 #define DEGREE 15
 
-struct pair {
-    struct shapes_surface from, to;
-    double *velocity; /* toward `to` */
-};
-
+/* With the velocity from one to the other. */
 static void open_pair(struct pair *p, const char *from, const char *to)
 {
-    shapes_open(&p->from, DEGREE);
-    shapes_open(&p->to, DEGREE);
-    if (from) {
-        shapes_fill(&p->from, shapes_find(from)->formula, shapes_find(from)->parameter);
-        shapes_fill(&p->to, shapes_find(to)->formula, shapes_find(to)->parameter);
-    } else {
-        shapes_fill_random_star(&p->from, 1, NULL);
-        shapes_fill_random_star(&p->to, 2, NULL);
-    }
-    p->velocity = shapes_doubles(3 * p->from.points);
-    assert_int_equal(srnf_velocity_toward(p->from.sht, p->from.f, p->to.f, p->velocity), SRNF_OK);
-}
-
-static void close_pair(struct pair *p)
-{
-    srnf_free(p->velocity);
-    shapes_close(&p->to);
-    shapes_close(&p->from);
+    pair_open(p, DEGREE, from, to);
+    pair_aim(p);
 }
 
 static struct srnf_shot shoot(const struct shapes_surface *s, const double *velocity, size_t n,
@@ -71,7 +51,7 @@ static void ends_where_it_points(void **state)
                      shapes_distance(DEGREE, shot.coefficients + 2 * p.from.count, p.to.f), 1e-6);
         assert_true(shot.relative_energy[2] < 1e-14);
         srnf_shot_clear(&shot);
-        close_pair(&p);
+        pair_close(&p);
     }
 }
 
@@ -110,7 +90,7 @@ static void energies_are_those_of_the_line(void **state)
     srnf_shot_clear(&shot);
     srnf_free(blend);
     srnf_free(q);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* From the end with the opposite velocity: the surfaces in between and the start again. */
@@ -133,7 +113,7 @@ static void goes_back_the_way_it_came(void **state)
     assert_true(fabs(there.energy[0] / back.energy[0] - 1.0) < 1e-3);
     srnf_shot_clear(&back);
     srnf_shot_clear(&there);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* The same surface, whatever other times are asked for, in any order, on either side, twice. */
@@ -163,7 +143,7 @@ static void times_in_any_order(void **state)
         srnf_shot_clear(&alone);
     }
     srnf_shot_clear(&shot);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* Along its own SRNF a surface grows: Q((1 + t) f) = Q(f) + t Q(f). Down to nothing at t = -1,
@@ -250,39 +230,16 @@ static void commutes_with_similarities(void **state)
                  shapes_distance(DEGREE, plain.coefficients, moved.coefficients) / size, 1e-6);
     srnf_shot_clear(&moved);
     srnf_shot_clear(&plain);
-    close_pair(&p);
+    pair_close(&p);
 }
 
 /* ---- Caller and library ---------------------------------------------------------------------- */
-
-struct watcher {
-    size_t calls, stop_after, reports;
-    double last;
-};
-
-static bool watch_canceled(void *user)
-{
-    struct watcher *w = user;
-
-    return w->calls++ >= w->stop_after;
-}
-
-static void watch_progress(void *user, double fraction, const char *message)
-{
-    struct watcher *w = user;
-
-    assert_non_null(message);
-    assert_true(fraction >= w->last && fraction <= 1.0);
-    w->last = fraction;
-    w->reports++;
-}
 
 static void cancels(void **state)
 {
     const double times[] = {0.5, 1.0, -0.5};
     struct watcher w = {.stop_after = SIZE_MAX};
-    struct srnf_context context = {
-        .user = &w, .progress = watch_progress, .canceled = watch_canceled};
+    struct srnf_context context = watcher_context(&w);
     struct pair p;
     struct srnf_shot shot;
     size_t calls;
@@ -305,7 +262,7 @@ static void cancels(void **state)
         assert_int_equal(error.status, SRNF_ECANCELED);
         assert_null(shot.coefficients);
     }
-    close_pair(&p);
+    pair_close(&p);
 }
 
 static void refuses_wrong_arguments(void **state)
@@ -346,7 +303,7 @@ static void refuses_wrong_arguments(void **state)
                      SRNF_EINVAL);
     assert_null(shot.coefficients);
     srnf_shot_clear(&shot); /* clearing nothing does no harm */
-    close_pair(&p);
+    pair_close(&p);
 }
 
 int main(void)

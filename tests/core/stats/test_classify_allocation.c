@@ -1,40 +1,14 @@
 /*
  * test_classify_allocation.c - metrics, comparisons and classifiers when memory runs out: each
  * allocation in turn is refused; the call fails cleanly and nothing leaks.
- *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
- * library. They count what is alive and refuse the n-th request.
  */
 #include "classes.h"
-
-static size_t requests; /* since the last reset */
-static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
-static size_t alive;
-
-void *srnf_alloc(size_t count, size_t size)
-{
-    void *pointer;
-
-    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
-        return NULL;
-    }
-    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
-    if (pointer) {
-        memset(pointer, 0, count * size);
-        alive++;
-    }
-    return pointer;
-}
-
-void srnf_free(void *pointer)
-{
-    alive -= pointer != NULL;
-    free(pointer);
-}
+#include "support/refusing.h"
 
 #define N ((size_t)7)
 #define COMPARED ((size_t)4)
 #define DEGREE 5
+#define EACH ((size_t)200) /* requests refused one by one, before strides */
 
 /* What the runs work on. */
 static struct group g;
@@ -91,32 +65,11 @@ static int run_nearest(void)
     return run_classifier(false);
 }
 
-/* Refuses the first 200 requests, then every stride-th, until a run makes it to the end. */
-static void sweep(const char *name, int (*run)(void), size_t stride)
-{
-    size_t before = alive;
-    size_t n = 0;
-    int status = SRNF_ENOMEM;
-
-    while (status == SRNF_ENOMEM) {
-        requests = 0;
-        refused = n;
-        status = run();
-        refused = SIZE_MAX;
-        assert_int_equal(alive, before);
-        n += n < 200 ? 1 : stride;
-        assert_true(n < 100000);
-    }
-    assert_true(status >= 0);
-    assert_true(n > 1);
-    printf("# %s: %zu allocations\n", name, requests);
-}
-
 static void metrics_survive(void **state)
 {
     (void)state;
     for (metric = SRNF_METRIC_HARMONIC; metric <= SRNF_METRIC_SPHARM; metric++) {
-        sweep(srnf_metric_name(metric), run_metric, 7);
+        refusing_sweep(srnf_metric_name(metric), run_metric, EACH, 7);
     }
 }
 
@@ -124,16 +77,16 @@ static void comparisons_survive(void **state)
 {
     (void)state;
     metric = SRNF_METRIC_SRM;
-    sweep("comparison", run_comparison, 31);
+    refusing_sweep("comparison", run_comparison, EACH, 31);
     metric = SRNF_METRIC_HARMONIC;
-    sweep("comparison without scores", run_comparison, 1);
+    refusing_sweep("comparison without scores", run_comparison, EACH, 1);
 }
 
 static void classifiers_survive(void **state)
 {
     (void)state;
-    sweep("Gauss", run_gauss, 1);
-    sweep("nearest", run_nearest, 1);
+    refusing_sweep("Gauss", run_gauss, EACH, 1);
+    refusing_sweep("nearest", run_nearest, EACH, 1);
 }
 
 int main(void)
@@ -147,7 +100,6 @@ int main(void)
 
     openblas_set_num_threads(1);
     cmocka_set_message_output(CM_OUTPUT_TAP);
-    refused = SIZE_MAX;
     classes_two(N, 4, labels);
     group_open_stars(&g, DEGREE, COMPARED, 0.3);
     planted = classes_open(N, 2, 1.0, labels, 2);

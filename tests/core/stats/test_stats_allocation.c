@@ -2,40 +2,14 @@
  * test_stats_allocation.c - distances, mean, principal components, the quality of a model and the
  * comparison of groups when memory runs out: each allocation in turn is refused; the call fails
  * cleanly and nothing leaks.
- *
- * This program brings its own srnf_alloc and srnf_free, which the linker prefers to those of the
- * library. They count what is alive and refuse the n-th request.
  */
 #include "group.h"
-
-static size_t requests; /* since the last reset */
-static size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
-static size_t alive;
-
-void *srnf_alloc(size_t count, size_t size)
-{
-    void *pointer;
-
-    if (requests++ == refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
-        return NULL;
-    }
-    pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
-    if (pointer) {
-        memset(pointer, 0, count * size);
-        alive++;
-    }
-    return pointer;
-}
-
-void srnf_free(void *pointer)
-{
-    alive -= pointer != NULL;
-    free(pointer);
-}
+#include "support/refusing.h"
 
 #define N ((size_t)3)
 #define COMPARED ((size_t)6)
 #define DEGREE 5
+#define EACH ((size_t)200) /* requests refused one by one, before strides */
 
 /* What the runs work on. */
 static struct group g;
@@ -134,52 +108,31 @@ static int run_comparison(void)
     return status;
 }
 
-/* Refuses the first 200 requests, then every stride-th, until a run makes it to the end. */
-static void sweep(const char *name, int (*run)(void), size_t stride)
-{
-    size_t before = alive;
-    size_t n = 0;
-    int status = SRNF_ENOMEM;
-
-    while (status == SRNF_ENOMEM) {
-        requests = 0;
-        refused = n;
-        status = run();
-        refused = SIZE_MAX;
-        assert_int_equal(alive, before);
-        n += n < 200 ? 1 : stride;
-        assert_true(n < 100000);
-    }
-    assert_true(status >= 0);
-    assert_true(n > 1);
-    printf("# %s: %zu allocations\n", name, requests);
-}
-
 static void distances_survive(void **state)
 {
     (void)state;
-    sweep("distances", run_distances, 1);
-    sweep("a registered distance", run_registered_distance, 11);
+    refusing_sweep("distances", run_distances, EACH, 1);
+    refusing_sweep("a registered distance", run_registered_distance, EACH, 11);
 }
 
 static void mean_survives(void **state)
 {
     (void)state;
-    sweep("mean", run_mean, 1);
-    sweep("registered mean", run_registered_mean, 7);
+    refusing_sweep("mean", run_mean, EACH, 1);
+    refusing_sweep("registered mean", run_registered_mean, EACH, 7);
 }
 
 static void components_survive(void **state)
 {
     (void)state;
-    sweep("principal components", run_pca, 1);
+    refusing_sweep("principal components", run_pca, EACH, 1);
 }
 
 static void judging_survives(void **state)
 {
     (void)state;
-    sweep("quality of a model", run_quality, 3);
-    sweep("comparison of groups", run_comparison, 3);
+    refusing_sweep("quality of a model", run_quality, EACH, 3);
+    refusing_sweep("comparison of groups", run_comparison, EACH, 3);
 }
 
 int main(void)
@@ -195,7 +148,6 @@ int main(void)
 
     openblas_set_num_threads(1);
     cmocka_set_message_output(CM_OUTPUT_TAP);
-    refused = SIZE_MAX;
     group_open_stars(&g, DEGREE, N, 0.3);
     fields = shapes_doubles((N + 1) * 3 * g.points);
     workspace = shapes_doubles(srnf_surface_workspace_size(g.sht) / sizeof(double) + 1);

@@ -67,6 +67,34 @@ static void test_degree(void **state)
     refused(*state, "pca", TWO ",\"method\":\"pullback\"}", "/inputs/method");
 }
 
+/* The mean alone knows the pulled-back metric, of so many surfaces and in so much memory. */
+static void test_pullback(void **state)
+{
+    const struct fixture *fixture = *state;
+    json_t *inputs = json_pack("{s:[], s:i, s:s}", "surfaces", "lmax", 9, "method", "pullback");
+    struct outcome outcome;
+
+    same(*state, "mean", TWO ",\"method\":\"pullback\"}",
+         TWO ",\"lmax\":31,\"method\":\"pullback\"}");
+    for (int i = 0; i < PROCESS_PULLBACK_GROUP_MAX; i++) {
+        (void)json_array_append_new(json_object_get(inputs, "surfaces"),
+                                    json_string(fixture->surface));
+    }
+    outcome = canonicalise(*state, "mean", inputs);
+    assert_non_null(outcome.canonical);
+    outcome_clear(&outcome);
+    (void)json_object_set_new(inputs, "lmax", json_integer(127));
+    outcome = canonicalise(*state, "mean", inputs);
+    assert_true(has_error(&outcome, "/inputs"));
+    outcome_clear(&outcome);
+    (void)json_object_set_new(inputs, "lmax", json_integer(9));
+    (void)json_array_append_new(json_object_get(inputs, "surfaces"), json_string(fixture->surface));
+    outcome = canonicalise(*state, "mean", inputs);
+    assert_true(has_error(&outcome, "/inputs/method"));
+    outcome_clear(&outcome);
+    json_decref(inputs);
+}
+
 /* So many surfaces of so high a degree are refused with both limits, before anything runs. */
 static void test_memory(void **state)
 {
@@ -148,10 +176,15 @@ static void test_classify_freedom(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_register), cmocka_unit_test(test_cohort),
-        cmocka_unit_test(test_surfaces), cmocka_unit_test(test_degree),
-        cmocka_unit_test(test_memory),   cmocka_unit_test(test_model),
-        cmocka_unit_test(test_classify), cmocka_unit_test(test_classify_freedom),
+        cmocka_unit_test(test_register),
+        cmocka_unit_test(test_cohort),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_degree),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_pullback),
+        cmocka_unit_test(test_model),
+        cmocka_unit_test(test_classify),
+        cmocka_unit_test(test_classify_freedom),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -72,7 +72,9 @@ static void test_times(void **state)
     refused(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"times\":1}", "/inputs/times");
     refused(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"times\":[0,10.5]}", "/inputs/times");
     refused(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"times\":[\"1\"]}", "/inputs/times");
-    refused(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"method\":\"pullback\"}", "/inputs/method");
+    refused(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"method\":\"flow\"}", "/inputs/method");
+    same(*state, "shoot", SHOOT "{\"toward\":\"@\"},\"method\":\"pullback\"}",
+         SHOOT "{\"toward\":\"@\"},\"register\":true,\"method\":\"pullback\"}");
 }
 
 static void test_motion(void **state)

@@ -15,28 +15,16 @@
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
-#include <time.h>
 
-#include "../store/fixture.h"
-#include "jobs/jobs.h"
+#include "engine.h"
 
 #define JOBS_MANY 500
-#define WAIT_MS 60000
 
 /* What the processes do and see. gate holds the runs of "wait" until it opens. */
 struct world {
-    struct fixture *fixture;
-    struct jobs *jobs;
+    struct engine engine;
     atomic_int runs[JOBS_MANY], total, changes, waiting;
-    atomic_bool gate;
 };
-
-static void pause_ms(int ms)
-{
-    struct timespec time = {.tv_nsec = ms * 1000000L};
-
-    nanosleep(&time, NULL);
-}
 
 /* Counts its run and answers with its number. */
 static void run_count(struct jobs_run *run, void *user, const char *inputs,
@@ -60,11 +48,11 @@ static void run_wait(struct jobs_run *run, void *user, const char *inputs,
 
     context->progress(context->user, 0.5, "waiting");
     atomic_fetch_add(&world->waiting, 1);
-    while (!atomic_load(&world->gate)) {
+    while (!atomic_load(&world->engine.gate)) {
         if (context->canceled(context->user)) {
             return;
         }
-        pause_ms(1);
+        engine_pause_ms(1);
     }
     result->results = strdup(inputs);
 }
@@ -77,9 +65,7 @@ static void run_deaf(struct jobs_run *run, void *user, const char *inputs,
 
     (void)run;
     atomic_fetch_add(&world->waiting, 1);
-    while (!atomic_load(&world->gate)) {
-        pause_ms(1);
-    }
+    engine_wait_at_gate(&world->engine);
     result->results = strdup(inputs);
 }
 
@@ -148,7 +134,7 @@ static void on_changed(void *user, const char *job_id)
 static void open_engine(struct world *world, size_t workers, size_t max_queued)
 {
     struct jobs_config config = {
-        .store = world->fixture->store,
+        .store = world->engine.fixture->store,
         .workers = workers,
         .table = table,
         .user = world,
@@ -157,30 +143,12 @@ static void open_engine(struct world *world, size_t workers, size_t max_queued)
         .changed = on_changed,
     };
 
-    assert_int_equal(jobs_open(&world->jobs, &config), JOBS_OK);
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
 }
 
 static int setup(void **state)
 {
-    struct world *world = calloc(1, sizeof *world);
-    void *fixture;
-
-    fixture_setup(&fixture);
-    world->fixture = fixture;
-    *state = world;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    struct world *world = *state;
-    void *fixture = world->fixture;
-
-    atomic_store(&world->gate, true);
-    jobs_close(world->jobs, 10.0);
-    fixture_teardown(&fixture);
-    free(world);
-    return 0;
+    return engine_setup(state, sizeof(struct world));
 }
 
 static enum jobs_submission submit(struct world *world, const char *process, const char *inputs,
@@ -189,7 +157,8 @@ static enum jobs_submission submit(struct world *world, const char *process, con
     struct store_job job;
     enum jobs_submission how;
 
-    assert_int_equal(jobs_submit(world->jobs, process, inputs, NULL, NULL, &job, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, process, inputs, NULL, NULL, &job, &how),
+                     JOBS_OK);
     memcpy(id, job.id, STORE_ID_MAX);
     store_job_clear(&job);
     return how;
@@ -198,21 +167,13 @@ static enum jobs_submission submit(struct world *world, const char *process, con
 /* Waits until the job is in this state. */
 static void await(struct world *world, const char *id, enum store_job_status wanted)
 {
-    enum store_job_status status = fixture_status(world->fixture->store, id);
+    enum store_job_status status = fixture_status(world->engine.fixture->store, id);
 
-    for (int ms = 0; ms < WAIT_MS && status != wanted; ms += 2) {
-        pause_ms(2);
-        status = fixture_status(world->fixture->store, id);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && status != wanted; ms += 2) {
+        engine_pause_ms(2);
+        status = fixture_status(world->engine.fixture->store, id);
     }
     assert_int_equal(status, wanted);
-}
-
-static void await_count(atomic_int *counter, int wanted)
-{
-    for (int ms = 0; ms < WAIT_MS && atomic_load(counter) < wanted; ms += 2) {
-        pause_ms(2);
-    }
-    assert_int_equal(atomic_load(counter), wanted);
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */
@@ -224,24 +185,25 @@ static void many_jobs_run_once_each(void **state)
     size_t successful = 0;
 
     open_engine(world, 4, 0);
-    assert_int_equal(jobs_worker_count(world->jobs), 4);
+    assert_int_equal(jobs_worker_count(world->engine.jobs), 4);
     for (int i = 0; i < JOBS_MANY; i++) {
         snprintf(inputs, sizeof inputs, "%d", i);
         assert_int_equal(submit(world, "count", inputs, id), JOBS_NEW);
         assert_true(strcmp(last, id) < 0); /* ids sort as they were given out */
         memcpy(last, id, sizeof last);
     }
-    for (int ms = 0; ms < WAIT_MS && successful < JOBS_MANY; ms += 5) {
-        pause_ms(5);
-        assert_int_equal(store_job_count(world->fixture->store, STORE_JOB_SUCCESSFUL, &successful),
-                         STORE_OK);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && successful < JOBS_MANY; ms += 5) {
+        engine_pause_ms(5);
+        assert_int_equal(
+            store_job_count(world->engine.fixture->store, STORE_JOB_SUCCESSFUL, &successful),
+            STORE_OK);
     }
     assert_int_equal(successful, JOBS_MANY);
     for (int i = 0; i < JOBS_MANY; i++) {
         assert_int_equal(world->runs[i], 1);
     }
-    jobs_close(world->jobs, 1.0);
-    world->jobs = NULL;
+    jobs_close(world->engine.jobs, 1.0);
+    world->engine.jobs = NULL;
     assert_int_equal(world->changes, 3 * JOBS_MANY); /* accepted, running, successful */
 }
 
@@ -257,7 +219,7 @@ static void ids_are_version_7(void **state)
     assert_memory_equal(id, "job-", 4);
     assert_int_equal(id[18], '7');
     assert_non_null(strchr("89ab", id[23]));
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_true(llabs(job.created_ms - store_now_ms()) < 60000);
     store_job_clear(&job);
 }
@@ -272,12 +234,12 @@ static void equal_work_is_joined_then_cached(void **state)
     assert_int_equal(submit(world, "wait", "a", id), JOBS_NEW);
     assert_int_equal(submit(world, "wait", "a", other), JOBS_JOINED);
     assert_string_equal(id, other);
-    await_count(&world->waiting, 1);
+    engine_await(&world->waiting, 1);
     assert_int_equal(submit(world, "wait", "a", other), JOBS_JOINED);
     assert_string_equal(id, other);
-    atomic_store(&world->gate, true);
+    atomic_store(&world->engine.gate, true);
     await(world, id, STORE_JOB_SUCCESSFUL);
-    pause_ms(20);
+    engine_pause_ms(20);
     changes = world->changes;
     assert_int_equal(submit(world, "wait", "a", other), JOBS_CACHED);
     assert_string_equal(id, other);
@@ -293,7 +255,7 @@ static void equal_work_is_joined_then_cached(void **state)
 static void a_new_numeric_build_is_other_work(void **state)
 {
     struct world *world = *state;
-    struct jobs_config config = {.store = world->fixture->store,
+    struct jobs_config config = {.store = world->engine.fixture->store,
                                  .workers = 1,
                                  .table = table,
                                  .user = world,
@@ -303,8 +265,8 @@ static void a_new_numeric_build_is_other_work(void **state)
     open_engine(world, 1, 0);
     submit(world, "count", "1", id);
     await(world, id, STORE_JOB_SUCCESSFUL);
-    jobs_close(world->jobs, 1.0);
-    assert_int_equal(jobs_open(&world->jobs, &config), JOBS_OK);
+    jobs_close(world->engine.jobs, 1.0);
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
     assert_int_equal(submit(world, "count", "1", id), JOBS_NEW);
 }
 
@@ -323,7 +285,8 @@ static void *submit_the_same(void *user)
         enum jobs_submission how;
 
         snprintf(inputs, sizeof inputs, "%d", i);
-        if (jobs_submit(crowd->world->jobs, "count", inputs, NULL, NULL, &job, &how) == JOBS_OK) {
+        if (jobs_submit(crowd->world->engine.jobs, "count", inputs, NULL, NULL, &job, &how) ==
+            JOBS_OK) {
             atomic_fetch_add(&crowd->made, how == JOBS_NEW);
             store_job_clear(&job);
         } else {
@@ -348,7 +311,7 @@ static void a_crowd_with_one_wish_is_served_once(void **state)
     }
     assert_int_equal(crowd.errors, 0);
     assert_int_equal(crowd.made, 20);
-    await_count(&world->total, 20);
+    engine_await(&world->total, 20);
 }
 
 static void keys_name_their_job(void **state)
@@ -358,26 +321,30 @@ static void keys_name_their_job(void **state)
     enum jobs_submission how;
 
     open_engine(world, 1, 0);
-    assert_int_equal(jobs_submit(world->jobs, "fail", "x", "key", "body", &first, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "x", "key", "body", &first, &how),
+                     JOBS_OK);
     assert_int_equal(how, JOBS_NEW);
     await(world, first.id, STORE_JOB_FAILED);
     /* Without the key this would be a new job: failures are not cached. */
-    assert_int_equal(jobs_submit(world->jobs, "fail", "x", "key", "body", &again, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "x", "key", "body", &again, &how),
+                     JOBS_OK);
     assert_string_equal(first.id, again.id);
     assert_int_equal(how, JOBS_JOINED);
     store_job_clear(&again);
-    assert_int_equal(jobs_submit(world->jobs, "fail", "y", "key", "other", &again, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "y", "key", "other", &again, &how),
                      JOBS_IDEMPOTENCY_MISMATCH);
     assert_null(again.process);
     store_job_clear(&first);
 
     /* A key that met the cache is remembered too. */
-    assert_int_equal(jobs_submit(world->jobs, "count", "1", NULL, NULL, &first, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, "count", "1", NULL, NULL, &first, &how),
+                     JOBS_OK);
     await(world, first.id, STORE_JOB_SUCCESSFUL);
-    assert_int_equal(jobs_submit(world->jobs, "count", "1", "k2", "b", &again, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, "count", "1", "k2", "b", &again, &how),
+                     JOBS_OK);
     assert_int_equal(how, JOBS_CACHED);
     store_job_clear(&again);
-    assert_int_equal(jobs_submit(world->jobs, "count", "2", "k2", "c", &again, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, "count", "2", "k2", "c", &again, &how),
                      JOBS_IDEMPOTENCY_MISMATCH);
     store_job_clear(&first);
 }
@@ -390,15 +357,15 @@ static void progress_is_live(void **state)
 
     open_engine(world, 1, 0);
     submit(world, "wait", "a", id);
-    await_count(&world->waiting, 1);
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    engine_await(&world->waiting, 1);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_int_equal(job.status, STORE_JOB_RUNNING);
     assert_true(job.progress == 50.0);
     assert_string_equal(job.message, "waiting");
     store_job_clear(&job);
-    atomic_store(&world->gate, true);
+    atomic_store(&world->engine.gate, true);
     await(world, id, STORE_JOB_SUCCESSFUL);
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_true(job.progress == 100.0);
     store_job_clear(&job);
 }
@@ -413,7 +380,7 @@ static void progress_never_falls(void **state)
     open_engine(world, 1, 0);
     submit(world, "phases", "p", id);
     await(world, id, STORE_JOB_SUCCESSFUL);
-    assert_int_equal(store_job_results(world->fixture->store, id, &text, &size), STORE_OK);
+    assert_int_equal(store_job_results(world->engine.fixture->store, id, &text, &size), STORE_OK);
     assert_string_equal(text, "10 20 20 20 20 20 40 40 60 80 90 90 100 ");
     free(text);
 }
@@ -428,30 +395,30 @@ static void cancel_in_each_state(void **state)
 
     open_engine(world, 1, 0);
     submit(world, "wait", "runs", runs);
-    await_count(&world->waiting, 1);
+    engine_await(&world->waiting, 1);
     submit(world, "wait", "waits", waits);
 
-    assert_int_equal(jobs_cancel(world->jobs, waits, &job), JOBS_OK);
+    assert_int_equal(jobs_cancel(world->engine.jobs, waits, &job), JOBS_OK);
     assert_int_equal(job.status, STORE_JOB_DISMISSED);
     assert_true(job.cancel_requested);
     store_job_clear(&job);
 
-    assert_int_equal(jobs_cancel(world->jobs, runs, &job), JOBS_OK);
+    assert_int_equal(jobs_cancel(world->engine.jobs, runs, &job), JOBS_OK);
     assert_true(job.cancel_requested);
     store_job_clear(&job);
     await(world, runs, STORE_JOB_DISMISSED);
 
     for (int again = 0; again < 2; again++) {
-        assert_int_equal(jobs_cancel(world->jobs, runs, &job), JOBS_OK);
+        assert_int_equal(jobs_cancel(world->engine.jobs, runs, &job), JOBS_OK);
         assert_int_equal(job.status, STORE_JOB_DISMISSED);
         store_job_clear(&job);
     }
-    assert_int_equal(jobs_cancel(world->jobs, "job-none", &job), STORE_NOT_FOUND);
+    assert_int_equal(jobs_cancel(world->engine.jobs, "job-none", &job), STORE_NOT_FOUND);
     /* Dismissed work can be asked for anew. */
-    atomic_store(&world->gate, true);
+    atomic_store(&world->engine.gate, true);
     assert_int_equal(submit(world, "wait", "runs", waits), JOBS_NEW);
     await(world, waits, STORE_JOB_SUCCESSFUL);
-    assert_int_equal(jobs_cancel(world->jobs, waits, &job), JOBS_OK);
+    assert_int_equal(jobs_cancel(world->engine.jobs, waits, &job), JOBS_OK);
     assert_int_equal(job.status, STORE_JOB_SUCCESSFUL);
     store_job_clear(&job);
 }
@@ -464,11 +431,11 @@ static void a_job_being_cancelled_is_not_joined(void **state)
 
     open_engine(world, 2, 0);
     submit(world, "deaf", "a", first);
-    await_count(&world->waiting, 1);
-    assert_int_equal(jobs_cancel(world->jobs, first, &job), JOBS_OK);
+    engine_await(&world->waiting, 1);
+    assert_int_equal(jobs_cancel(world->engine.jobs, first, &job), JOBS_OK);
     store_job_clear(&job);
     assert_int_equal(submit(world, "deaf", "a", second), JOBS_NEW);
-    atomic_store(&world->gate, true);
+    atomic_store(&world->engine.gate, true);
     await(world, first, STORE_JOB_SUCCESSFUL); /* it never looked */
     await(world, second, STORE_JOB_SUCCESSFUL);
 }
@@ -487,17 +454,18 @@ static void cancels_at_any_moment(void **state)
         snprintf(inputs, sizeof inputs, "%d", i);
         submit(world, "wait", inputs, id[i]);
         if (i % 2) {
-            pause_ms(i % 7);
+            engine_pause_ms(i % 7);
         }
-        assert_int_equal(jobs_cancel(world->jobs, id[i], &job), JOBS_OK);
+        assert_int_equal(jobs_cancel(world->engine.jobs, id[i], &job), JOBS_OK);
         store_job_clear(&job);
     }
     for (int i = 0; i < 60; i++) {
         await(world, id[i], STORE_JOB_DISMISSED);
     }
-    assert_int_equal(store_job_count(world->fixture->store, STORE_JOB_ACCEPTED, &waiting),
+    assert_int_equal(store_job_count(world->engine.fixture->store, STORE_JOB_ACCEPTED, &waiting),
                      STORE_OK);
-    assert_int_equal(store_job_count(world->fixture->store, STORE_JOB_RUNNING, &running), STORE_OK);
+    assert_int_equal(store_job_count(world->engine.fixture->store, STORE_JOB_RUNNING, &running),
+                     STORE_OK);
     assert_int_equal(waiting + running, 0);
     for (int i = 0; i < 60; i++) {
         snprintf(inputs, sizeof inputs, "%d", i + 100);
@@ -516,18 +484,18 @@ static void the_queue_has_a_limit(void **state)
 
     open_engine(world, 1, 3);
     submit(world, "wait", "running", id);
-    await_count(&world->waiting, 1);
+    engine_await(&world->waiting, 1);
     for (int i = 0; i < 3; i++) {
         snprintf(inputs, sizeof inputs, "%d", i);
         submit(world, "wait", inputs, waits);
     }
-    assert_int_equal(jobs_submit(world->jobs, "wait", "more", NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, "wait", "more", NULL, NULL, &job, &how),
                      JOBS_QUEUE_FULL);
     assert_int_equal(submit(world, "wait", "2", id), JOBS_JOINED); /* needs no room */
-    assert_int_equal(jobs_cancel(world->jobs, waits, &job), JOBS_OK);
+    assert_int_equal(jobs_cancel(world->engine.jobs, waits, &job), JOBS_OK);
     store_job_clear(&job);
     assert_int_equal(submit(world, "wait", "more", id), JOBS_NEW);
-    assert_int_equal(jobs_submit(world->jobs, "none", "", NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, "none", "", NULL, NULL, &job, &how),
                      JOBS_NO_SUCH_PROCESS);
 }
 
@@ -540,13 +508,13 @@ static void failures_are_written_down(void **state)
     open_engine(world, 1, 0);
     submit(world, "fail", "please", id);
     await(world, id, STORE_JOB_FAILED);
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_string_equal(job.problem_code, "not-converged");
     assert_string_equal(job.problem_detail, "as asked: please");
     store_job_clear(&job);
     submit(world, "nothing", "", id);
     await(world, id, STORE_JOB_FAILED);
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_string_equal(job.problem_code, "internal-error");
     store_job_clear(&job);
 }
@@ -562,17 +530,17 @@ static void draining_puts_back_what_does_not_end(void **state)
     open_engine(world, 1, 0);
     submit(world, "wait", "runs", runs);
     submit(world, "count", "7", waits);
-    await_count(&world->waiting, 1);
-    jobs_close(world->jobs, 0.05);
-    world->jobs = NULL;
-    assert_int_equal(store_job_get(world->fixture->store, runs, &job), STORE_OK);
+    engine_await(&world->waiting, 1);
+    jobs_close(world->engine.jobs, 0.05);
+    world->engine.jobs = NULL;
+    assert_int_equal(store_job_get(world->engine.fixture->store, runs, &job), STORE_OK);
     assert_int_equal(job.status, STORE_JOB_ACCEPTED);
     assert_int_equal(job.attempt, 0);
     store_job_clear(&job);
-    assert_int_equal(fixture_status(world->fixture->store, waits), STORE_JOB_ACCEPTED);
+    assert_int_equal(fixture_status(world->engine.fixture->store, waits), STORE_JOB_ACCEPTED);
     assert_int_equal(world->total, 0);
 
-    atomic_store(&world->gate, true);
+    atomic_store(&world->engine.gate, true);
     open_engine(world, 1, 0);
     await(world, runs, STORE_JOB_SUCCESSFUL);
     await(world, waits, STORE_JOB_SUCCESSFUL);
@@ -586,18 +554,18 @@ static void draining_lets_runs_end(void **state)
 
     open_engine(world, 2, 0);
     submit(world, "wait", "a", id);
-    await_count(&world->waiting, 1);
-    atomic_store(&world->gate, true);
-    jobs_close(world->jobs, 30.0);
-    world->jobs = NULL;
-    assert_int_equal(fixture_status(world->fixture->store, id), STORE_JOB_SUCCESSFUL);
+    engine_await(&world->waiting, 1);
+    atomic_store(&world->engine.gate, true);
+    jobs_close(world->engine.jobs, 30.0);
+    world->engine.jobs = NULL;
+    assert_int_equal(fixture_status(world->engine.fixture->store, id), STORE_JOB_SUCCESSFUL);
 }
 
 /* Rows that a killed daemon has left as running. */
 static void what_was_cut_short_runs_again(void **state)
 {
     struct world *world = *state;
-    struct store *store = world->fixture->store;
+    struct store *store = world->engine.fixture->store;
     char process[] = "count", inputs[] = "3";
     struct store_job job = {.id = "job-1", .process = process, .inputs = inputs}, claimed;
 
@@ -607,7 +575,7 @@ static void what_was_cut_short_runs_again(void **state)
     store_job_clear(&claimed);
     open_engine(world, 2, 0);
     await(world, "job-1", STORE_JOB_SUCCESSFUL);
-    assert_int_equal(jobs_get(world->jobs, "job-1", &claimed), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, "job-1", &claimed), STORE_OK);
     assert_int_equal(claimed.attempt, 2);
     store_job_clear(&claimed);
     assert_int_equal(world->runs[3], 1);
@@ -619,15 +587,16 @@ static void a_process_that_is_gone_fails_its_jobs(void **state)
     char id[STORE_ID_MAX];
     struct store_job job;
 
-    assert_int_equal(fixture_insert_job(world->fixture->store, 1, id), STORE_OK); /* "encode" */
+    assert_int_equal(fixture_insert_job(world->engine.fixture->store, 1, id),
+                     STORE_OK); /* "encode" */
     open_engine(world, 1, 0);
     await(world, id, STORE_JOB_FAILED);
-    assert_int_equal(jobs_get(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
     assert_string_equal(job.problem_code, "no-such-process");
     store_job_clear(&job);
 }
 
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
 int main(void)
 {

@@ -12,16 +12,13 @@
 #include <stdatomic.h>
 #include <time.h>
 
-#include "../store/fixture.h"
-#include "jobs/jobs.h"
+#include "engine.h"
 
 #define COUNT ((size_t)2000)
 #define INNER ((size_t)10)
-#define WAIT_MS 60000
 
 struct world {
-    struct fixture *fixture;
-    struct jobs *jobs;
+    struct engine engine;
     atomic_int wrong, met;
 };
 
@@ -109,7 +106,7 @@ static void meet(void *argument, size_t index)
     (void)index;
     atomic_fetch_add(&meeting->arrived, 1);
     for (int ms = 0; atomic_load(&meeting->arrived) < 2; ms++) {
-        if (ms > WAIT_MS) {
+        if (ms > ENGINE_WAIT_MS) {
             atomic_store(&meeting->gave_up, true);
             return;
         }
@@ -139,50 +136,36 @@ static const struct jobs_process table[] = {
 
 static int setup(void **state)
 {
-    struct world *world = calloc(1, sizeof *world);
-    void *fixture;
-
-    fixture_setup(&fixture);
-    world->fixture = fixture;
-    *state = world;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    struct world *world = *state;
-    void *fixture = world->fixture;
-
-    fixture_teardown(&fixture);
-    free(world);
-    return 0;
+    return engine_setup(state, sizeof(struct world));
 }
 
 /* Runs n jobs of this process on so many workers to their end. */
 static void run_jobs(struct world *world, const char *process, int n, size_t workers)
 {
     struct jobs_config config = {
-        .store = world->fixture->store, .workers = workers, .table = table, .user = world};
+        .store = world->engine.fixture->store, .workers = workers, .table = table, .user = world};
     struct timespec time = {.tv_nsec = 2000000L};
     size_t successful = 0;
 
-    assert_int_equal(jobs_open(&world->jobs, &config), JOBS_OK);
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
     for (int i = 0; i < n; i++) {
         char inputs[16];
         struct store_job job;
         enum jobs_submission how;
 
         snprintf(inputs, sizeof inputs, "%d", i);
-        assert_int_equal(jobs_submit(world->jobs, process, inputs, NULL, NULL, &job, &how),
+        assert_int_equal(jobs_submit(world->engine.jobs, process, inputs, NULL, NULL, &job, &how),
                          JOBS_OK);
         store_job_clear(&job);
     }
-    for (int ms = 0; ms < WAIT_MS && successful < (size_t)n; ms += 2) {
+    for (int ms = 0; ms < ENGINE_WAIT_MS && successful < (size_t)n; ms += 2) {
         nanosleep(&time, NULL);
-        assert_int_equal(store_job_count(world->fixture->store, STORE_JOB_SUCCESSFUL, &successful),
-                         STORE_OK);
+        assert_int_equal(
+            store_job_count(world->engine.fixture->store, STORE_JOB_SUCCESSFUL, &successful),
+            STORE_OK);
     }
-    jobs_close(world->jobs, 5.0);
+    jobs_close(world->engine.jobs, 5.0);
+    world->engine.jobs = NULL;
     assert_int_equal(successful, n);
 }
 
@@ -218,7 +201,7 @@ static void idle_workers_help(void **state)
     assert_int_equal(world->met, 2);
 }
 
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
 int main(void)
 {

@@ -11,33 +11,21 @@
 
 #include <pthread.h>
 #include <stdatomic.h>
-#include <time.h>
 
-#include "../store/fixture.h"
-#include "jobs/jobs.h"
+#include "engine.h"
 
 #define OWNERS 4
 #define CLIENTS 20
 #define EACH 50 /* jobs of each client */
 #define JOBS (CLIENTS * EACH)
-#define WAIT_MS 120000
 
 struct world {
-    struct fixture *fixture;
-    struct jobs *jobs;
-    atomic_bool gate;
+    struct engine engine;
     atomic_int ended, running[OWNERS], most[OWNERS];
     char order[JOBS]; /* owner's number of the n-th job that ran */
 };
 
 static const char *const owners[OWNERS] = {"ada", "ben", "cleo", "dan"};
-
-static void pause_ms(int ms)
-{
-    struct timespec time = {.tv_nsec = ms * 1000000L};
-
-    nanosleep(&time, NULL);
-}
 
 static int number_of(const char *owner)
 {
@@ -60,9 +48,7 @@ static void run_note(struct jobs_run *run, void *user, const char *inputs,
     while (now > atomic_load(&world->most[owner])) {
         atomic_store(&world->most[owner], now);
     }
-    while (!atomic_load(&world->gate)) {
-        pause_ms(1);
-    }
+    engine_wait_at_gate(&world->engine);
     world->order[atomic_fetch_add(&world->ended, 1)] = (char)owner;
     atomic_fetch_sub(&world->running[owner], 1);
     result->results = strdup(inputs);
@@ -72,36 +58,18 @@ static const struct jobs_process table[] = {{"note", run_note}, {NULL, NULL}};
 
 static int setup(void **state)
 {
-    struct world *world = calloc(1, sizeof *world);
-    void *fixture;
-
-    fixture_setup(&fixture);
-    world->fixture = fixture;
-    *state = world;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    struct world *world = *state;
-    void *fixture = world->fixture;
-
-    atomic_store(&world->gate, true);
-    jobs_close(world->jobs, 10.0);
-    fixture_teardown(&fixture);
-    free(world);
-    return 0;
+    return engine_setup(state, sizeof(struct world));
 }
 
 static void open_engine(struct world *world, size_t workers)
 {
-    struct jobs_config config = {.store = world->fixture->store,
+    struct jobs_config config = {.store = world->engine.fixture->store,
                                  .workers = workers,
                                  .table = table,
                                  .user = world,
                                  .numeric_build = "build"};
 
-    assert_int_equal(jobs_open(&world->jobs, &config), JOBS_OK);
+    assert_int_equal(jobs_open(&world->engine.jobs, &config), JOBS_OK);
 }
 
 /* Returns the status; the id goes to id unless that is NULL. */
@@ -110,8 +78,8 @@ static int submit(struct world *world, const char *owner, struct store_job_limit
 {
     const struct jobs_owner whose = {.name = owner, .limits = limits};
     struct store_job job;
-    int status =
-        jobs_submit_as(world->jobs, &whose, "note", inputs, key, key ? "body" : NULL, &job, how);
+    int status = jobs_submit_as(world->engine.jobs, &whose, "note", inputs, key,
+                                key ? "body" : NULL, &job, how);
 
     if (status == JOBS_OK) {
         if (id) {
@@ -121,14 +89,6 @@ static int submit(struct world *world, const char *owner, struct store_job_limit
         store_job_clear(&job);
     }
     return status;
-}
-
-static void await_ended(struct world *world, int wanted)
-{
-    for (int ms = 0; ms < WAIT_MS && atomic_load(&world->ended) < wanted; ms += 2) {
-        pause_ms(2);
-    }
-    assert_int_equal(atomic_load(&world->ended), wanted);
 }
 
 /* ---- Shares ---------------------------------------------------------------------------------- */
@@ -173,8 +133,8 @@ static void each_owner_gets_its_share(void **state)
         pthread_join(threads[i], NULL);
         assert_int_equal(clients[i].errors, 0);
     }
-    atomic_store(&world->gate, true);
-    await_ended(world, JOBS);
+    atomic_store(&world->engine.gate, true);
+    engine_await(&world->ended, JOBS);
     /* At every moment, but for the jobs that were running before all had come: within one job and
        what two workers may overtake each other. */
     for (int n = 0; n < JOBS; n++) {
@@ -209,13 +169,13 @@ static void no_owner_runs_more_than_it_may(void **state)
         snprintf(inputs, sizeof inputs, "ben %d", i);
         assert_int_equal(submit(world, "ben", none, inputs, NULL, NULL, &how), JOBS_OK);
     }
-    for (int ms = 0; ms < WAIT_MS && atomic_load(&world->running[1]) < 2; ms += 2) {
-        pause_ms(2);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && atomic_load(&world->running[1]) < 2; ms += 2) {
+        engine_pause_ms(2);
     }
     assert_int_equal(atomic_load(&world->running[0]), 1);
     assert_int_equal(atomic_load(&world->running[1]), 2);
-    atomic_store(&world->gate, true);
-    await_ended(world, 30);
+    atomic_store(&world->engine.gate, true);
+    engine_await(&world->ended, 30);
     assert_int_equal(atomic_load(&world->most[0]), 1);
     assert_true(atomic_load(&world->most[1]) >= 2);
 }
@@ -238,10 +198,10 @@ static void work_is_joined_and_cached_within_an_owner(void **state)
     assert_int_equal(submit(world, "ada", none, "x", NULL, again, &how), JOBS_OK);
     assert_int_equal(how, JOBS_JOINED);
     assert_string_equal(a, again);
-    atomic_store(&world->gate, true);
-    await_ended(world, 2);
-    for (int ms = 0; ms < WAIT_MS && how != JOBS_CACHED; ms += 2) {
-        pause_ms(2);
+    atomic_store(&world->engine.gate, true);
+    engine_await(&world->ended, 2);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && how != JOBS_CACHED; ms += 2) {
+        engine_pause_ms(2);
         assert_int_equal(submit(world, "ben", none, "x", NULL, again, &how), JOBS_OK);
     }
     assert_int_equal(how, JOBS_CACHED);
@@ -263,15 +223,15 @@ static void a_full_queue_is_the_owners_own(void **state)
 
     open_engine(world, 1);
     assert_int_equal(submit(world, "dan", two, "running", NULL, NULL, &how), JOBS_OK);
-    for (int ms = 0; ms < WAIT_MS && atomic_load(&world->running[3]) < 1; ms += 2) {
-        pause_ms(2);
+    for (int ms = 0; ms < ENGINE_WAIT_MS && atomic_load(&world->running[3]) < 1; ms += 2) {
+        engine_pause_ms(2);
     }
     assert_int_equal(submit(world, "ada", two, "1", NULL, id, &how), JOBS_OK);
     assert_int_equal(submit(world, "ada", two, "2", NULL, NULL, &how), JOBS_OK);
     assert_int_equal(submit(world, "ada", two, "3", NULL, NULL, &how), STORE_QUEUED);
     assert_int_equal(submit(world, "ada", two, "2", NULL, NULL, &how), JOBS_OK); /* joined */
     assert_int_equal(submit(world, "ben", two, "1", NULL, NULL, &how), JOBS_OK);
-    assert_int_equal(jobs_cancel(world->jobs, id, &job), STORE_OK);
+    assert_int_equal(jobs_cancel(world->engine.jobs, id, &job), STORE_OK);
     store_job_clear(&job);
     assert_int_equal(submit(world, "ada", two, "3", NULL, NULL, &how), JOBS_OK);
 }
@@ -279,10 +239,11 @@ static void a_full_queue_is_the_owners_own(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(each_owner_gets_its_share, setup, teardown),
-        cmocka_unit_test_setup_teardown(no_owner_runs_more_than_it_may, setup, teardown),
-        cmocka_unit_test_setup_teardown(work_is_joined_and_cached_within_an_owner, setup, teardown),
-        cmocka_unit_test_setup_teardown(a_full_queue_is_the_owners_own, setup, teardown),
+        cmocka_unit_test_setup_teardown(each_owner_gets_its_share, setup, engine_teardown),
+        cmocka_unit_test_setup_teardown(no_owner_runs_more_than_it_may, setup, engine_teardown),
+        cmocka_unit_test_setup_teardown(work_is_joined_and_cached_within_an_owner, setup,
+                                        engine_teardown),
+        cmocka_unit_test_setup_teardown(a_full_queue_is_the_owners_own, setup, engine_teardown),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -5,7 +5,6 @@
 #ifndef SRNFD_TEST_FIXTURE_H
 #define SRNFD_TEST_FIXTURE_H
 
-#include <ftw.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,9 +12,10 @@
 #include <unistd.h>
 
 #include "store/store.h"
+#include "support/scratch.h"
 
 struct fixture {
-    char path[256];
+    char path[SCRATCH_MAX];
     struct store *store;
 };
 
@@ -35,10 +35,8 @@ static inline struct store *fixture_store(const char *path)
 static inline int fixture_setup_closed(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
-    const char *base = getenv("TMPDIR");
 
-    snprintf(fixture->path, sizeof fixture->path, "%s/srnfd-test-XXXXXX", base ? base : "/tmp");
-    assert_non_null(mkdtemp(fixture->path));
+    assert_true(scratch_make(fixture->path, "test"));
     *state = fixture;
     return 0;
 }
@@ -53,21 +51,12 @@ static inline int fixture_setup(void **state)
     return 0;
 }
 
-static inline int fixture_unlink(const char *path, const struct stat *info, int kind,
-                                 struct FTW *where)
-{
-    (void)info;
-    (void)kind;
-    (void)where;
-    return remove(path);
-}
-
 static inline int fixture_teardown(void **state)
 {
     struct fixture *fixture = *state;
 
     store_close(fixture->store);
-    nftw(fixture->path, fixture_unlink, 16, FTW_DEPTH | FTW_PHYS);
+    scratch_remove(fixture->path);
     free(fixture);
     return 0;
 }

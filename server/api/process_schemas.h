@@ -1,0 +1,61 @@
+/*
+ * process_schemas.h - parts that schemas of several processes have in common, as macros of text.
+ * An opening starts what MADE_BY closes in outputs and "}}" in inputs; the others are members.
+ */
+#ifndef SRNFD_API_PROCESS_SCHEMAS_H
+#define SRNFD_API_PROCESS_SCHEMAS_H
+
+#include "api/process.h"
+
+#define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
+#define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
+#define GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_GROUP_MAX)
+#define MEAN_ITERATIONS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_DEFAULT)
+#define MEAN_ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_MAX)
+#define MEAN_TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_DEFAULT)
+#define MEAN_TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MAX)
+#define MEAN_TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MIN)
+#define PERMUTATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_MAX)
+#define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
+
+#define OUTPUTS_OPENING                                                                  \
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
+    "\"properties\":{"
+
+#define INPUTS_OPENING                                                                   \
+    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
+    "\"additionalProperties\":false,"
+
+/* The last members of a result. */
+#define MADE_BY                                                                         \
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "             \
+    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made " \
+    "the numbers.\"}}}"
+
+#define REGISTRATION                                                                   \
+    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How surfaces " \
+    "were registered: degree, penalty and all other options; null where they were "    \
+    "not.\"},"
+
+/* How the mean of a group is computed, but for the method. */
+#define MEAN_INPUTS                                                                               \
+    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \
+    "every surface to the mean, with the default options of register; false: as they "            \
+    "are parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"               \
+    "\"description\":\"The surfaces share a pose: nothing is rotated. Keeps "                     \
+    "correspondence better in aligned data.\"},\"tolerance\":{\"type\":\"number\","               \
+    "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
+    ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
+    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
+    "its norm. Where surfaces are registered, the mean is also found when its objective "         \
+    "falls by less than this part of itself twice in a "                                          \
+    "row.\"},"                                                                                    \
+    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
+    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
+    "Default: the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\","                 \
+    "\"minimum\":1,\"maximum\":" MEAN_ITERATIONS_MAX_TEXT                                         \
+    ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT                                                  \
+    ",\"description\":\"Iterations after which the mean is a result as it is, with "              \
+    "converged false.\"}"
+
+#endif
