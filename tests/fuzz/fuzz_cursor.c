@@ -1,7 +1,7 @@
 /*
- * fuzz_cursor.c - any text at all as limit and cursor of a list. An odd first byte takes the rest as
- * the query itself; an even one takes it as what a cursor says, and adds the check that makes it
- * one of ours, so that what is behind the check is reached as well.
+ * fuzz_cursor.c - any text at all as limit and cursor of a list. An odd first byte takes the rest
+ * as the query itself; an even one takes it as what a cursor says, and adds the check that makes
+ * it one of ours, so that what is behind the check is reached as well.
  */
 #include "api/respond.h"
 #include "fuzz/fuzz_require.h"

@@ -1,6 +1,6 @@
 /*
- * fuzz_token.c - any bytes at all as the file of tokens. It is read as a whole or refused as a whole;
- * each token that is read has a name and quotas that could have been given.
+ * fuzz_token.c - any bytes at all as the file of tokens. It is read as a whole or refused as a
+ * whole; each token that is read has a name and quotas that could have been given.
  */
 #include "fuzz/fuzz_require.h"
 #include "store/store.h"
