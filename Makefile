@@ -5,6 +5,9 @@
 #   make run       serve on 127.0.0.1:8080
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
+#   make soak      REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
+#   make coverage  lines of core/ and server/ that the tests run
+#   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
@@ -26,6 +29,7 @@ CC_asan    := gcc
 CC_tsan    := gcc
 CC_clang   := clang
 CC_fuzz    := clang
+CC_coverage := gcc
 CC         := $(CC_$(CONFIG))
 
 WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wformat=2 \
@@ -36,13 +40,14 @@ OPT_asan    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-
 OPT_tsan    := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link \
                -fno-sanitize-recover=all
+OPT_coverage := -O1 -g --coverage -fprofile-update=atomic
 OPT         := $(OPT_$(CONFIG))
 
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
 # (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
 CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
-LDFLAGS  = $(filter -fsanitize=% -fno-sanitize%,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
+LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
 SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lpthread
@@ -67,7 +72,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench paper crash faults load fuzz install deb test-deb deps clean build-tests \
+.PHONY: all demo run check lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
         build-benches unit format
 .SECONDARY:
 .DELETE_ON_ERROR:
@@ -130,10 +135,11 @@ $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)
 
-$(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(CORE_LIB)
+$(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(SERVER_LIB) $(CORE_LIB)
 	@mkdir -p $(dir $@)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(CORE_LIBS)
+	$(Q)$(CC) $(LDFLAGS) $(if $(filter fuzz,$(CONFIG)),-fsanitize=fuzzer) -o $@ $^ $(SERVER_LIBS) \
+	    $(CORE_LIBS) -lcmocka
 
 $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
@@ -186,6 +192,19 @@ faults: build-tests
 
 load: $(B)/srnfd $(B)/tests/load/test_load
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
+
+# Line coverage of the library and the daemon by all tests; fails below what tests/coverage.sh demands.
+coverage:
+	$(MAKE) --no-print-directory -j2 CONFIG=coverage build-tests
+	find build/coverage -name '*.gcda' -delete
+	tests/run.sh build/coverage; tests/coverage.sh build/coverage
+
+soak: $(B)/srnfd
+	@REQUESTS=$${REQUESTS:-1000000} JOBS=$${JOBS:-5000} GROWTH=$${GROWTH:-0.05} SRNFD_BUILD=$(abspath $(B)) \
+	    SRNFD=$(abspath $(B))/srnfd tests/soak/test_soak.sh
+
+fuzz-api: $(B)/srnfd
+	@REQUESTS=$${REQUESTS:-20000} SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd tests/fuzz/test_api.sh
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

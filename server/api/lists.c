@@ -102,16 +102,16 @@ static bool refuse_parameter(struct api_call *call, const char *pointer, const c
 
 bool list_open(struct api_call *call, const char *kind, struct list *list)
 {
-    char text[CURSOR_MAX], *end = NULL;
+    char text[CURSOR_MAX];
     bool refused;
 
     memset(list, 0, sizeof *list);
     list->kind = kind;
     list->limit = LIMIT_DEFAULT;
     if (query_get(call, "limit", text, sizeof text, &refused)) {
-        long limit = strtol(text, &end, 10);
+        long limit = 0;
 
-        if (end == text || *end || limit < 1 || limit > LIMIT_MAX) {
+        if (!query_whole(text, &limit) || limit < 1 || limit > LIMIT_MAX) {
             return refuse_parameter(call, "/limit", "limit must be a whole number from 1 to 200.");
         }
         list->limit = (size_t)limit;

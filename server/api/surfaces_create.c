@@ -191,6 +191,19 @@ static const char *text_member(const json_t *body, const char *name, const char 
     return json_string_value(value);
 }
 
+/* What the query says would be passed over where the options stand in the body. */
+static void refuse_query(const struct api_call *call, struct problem_list *list)
+{
+    const char *cursor = call->request->query;
+    struct query_pair pair;
+    char pointer[40];
+
+    while (query_next(&cursor, &pair)) {
+        (void)snprintf(pointer, sizeof pointer, "/%.*s", (int)pair.name_length, pair.name);
+        problem_add(list, pointer, "stands in the body where that is JSON, not in the query");
+    }
+}
+
 /* False when a problem of its own was answered; otherwise problems are in list. */
 static bool read_json(struct api_call *call, const json_t *body, struct given *given,
                       struct problem_list *list)
@@ -200,6 +213,7 @@ static bool read_json(struct api_call *call, const json_t *body, struct given *g
     const char *name = text_member(body, "name", "/name", list);
     const char *scale = text_member(body, "scale", "/scale", list);
 
+    refuse_query(call, list);
     check_names(body, body_names, "", list);
     if (name) {
         read_name(name, given, list);

@@ -39,7 +39,8 @@ struct verification {
     struct store_report *report;
 };
 
-static void tell(const struct verification *v, const char *kind, const char *format, ...)
+__attribute__((format(printf, 3, 4))) static void tell(const struct verification *v,
+                                                       const char *kind, const char *format, ...)
 {
     char detail[512];
     va_list arguments;

@@ -140,6 +140,14 @@ is "$(head -c 4 "$SCRATCH/mesh.glb")" glTF 'glb begins as it must'
 
 # ---- Lists ------------------------------------------------------------------------------------------
 
+for wrong in %201 +1 1x '' 201 0; do
+    get "/v1/surfaces?limit=$wrong"
+    is_problem 422 invalid-input "limit=$wrong is no number of items"
+done
+post_json '/v1/surfaces?lmax=5' "@$SCRATCH/nested.json"
+is_problem 422 invalid-input 'options in the query of a JSON body are refused, not passed over'
+is "$(json '.errors[0].pointer')" /lmax 'by their name'
+
 get '/v1/surfaces?limit=2'
 is "$(json '.items | length')" 2 'the list has pages'
 FIRST=$(json '.items | map(.id) | join(" ")')

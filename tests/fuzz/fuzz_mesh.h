@@ -10,18 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fuzz/fuzz_require.h"
 #include "srnf.h"
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
 #define FUZZ_MEMORY_MAX ((size_t)64 << 20)
-
-static inline void fuzz_require(bool condition)
-{
-    if (!condition) {
-        abort();
-    }
-}
 
 static inline void fuzz_check_mesh(const struct srnf_mesh *mesh)
 {
