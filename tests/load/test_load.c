@@ -470,7 +470,8 @@ static void test_crowds_do_not_slow_others(void **state)
                   n_idle, n_senders, n_readers, times[asks / 2], times[asks * 99 / 100],
                   times[asks - 1], wire_status_number(&service, "VmRSS") / 1024);
     assert_true(!job_is(long_job, "successful"));
-    /* On a busy machine the last per cent is that of its scheduler: the small form asks the median. */
+    /* On a busy machine the last per cent is that of its scheduler: the small form asks the
+       median. */
     assert_true(times[asks / 2] < 10.0);
     assert_true(!full || times[asks * 99 / 100] < 10.0);
     disperse(n_idle, n_senders, n_readers);
