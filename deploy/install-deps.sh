@@ -32,7 +32,8 @@ curl
 jq
 '
 
-# libsharp is the transform's oracle and yardstick; libpng draws the pictures of `make paper`. shellcheck and clang-format serve the linter.
+# libsharp is the transform's oracle and yardstick, libpng draws the pictures of `make paper`, and shellcheck and
+# clang-format serve the linter.
 TESTS='
 libcmocka-dev
 libsharp-dev

@@ -49,7 +49,7 @@ done
 
 base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
     liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev curl jq'
-tests='libcmocka-dev libsharp-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
+tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
     libclang-rt-14-dev'
 
 # A system with these packages installed, root, and all packages known.

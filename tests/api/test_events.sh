@@ -17,7 +17,7 @@ submit() { # PROCESS INPUTS
 long_inputs() { # STEPS
     printf '{"from":"%s","to":"%s","steps":%d,"register":false}' "$left" "$right" "$1"
 }
-first=$(submit geodesic "$(long_inputs 9)")
+first=$(submit geodesic "$(long_inputs 61)")
 second=$(submit geodesic "$(long_inputs 21)")
 
 stream() { # JOB [CURL ARGUMENTS..]: the events to the end
@@ -81,7 +81,7 @@ is "$STATUS" 200 'HEAD asks without a stream'
 
 # As many streams as allowed; the next is refused, and those that hang up make room. Clients that are ended in
 # the middle are noticed by the next thing that is sent to them.
-fourth=$(submit geodesic "$(long_inputs 31)")
+fourth=$(submit geodesic "$(long_inputs 99)")
 pids=()
 for i in 1 2 3; do
     curl --silent --no-buffer --max-time 120 "$URL/v1/jobs/$fourth/events" >"$SCRATCH/many-$i" &
@@ -102,7 +102,7 @@ get "/v1/jobs/$first/events"
 is "$STATUS" 200 'and then there is room again'
 
 # A service that stops.
-fifth=$(submit geodesic "$(long_inputs 33)")
+fifth=$(submit geodesic "$(long_inputs 97)")
 stream "$fifth" >"$SCRATCH/stopped" &
 follower=$!
 for _ in $(seq 100); do

@@ -17,13 +17,13 @@ left=$(json .id)
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/R_thalamus.ply
 right=$(json .id)
 jobs=()
-for steps in 61 63 65; do
-    execute geodesic "{\"from\":\"$left\",\"to\":\"$right\",\"steps\":$steps,\"register\":false}" \
+for steps in 97 99 101; do
+    execute geodesic "{\"from\":\"$left\",\"to\":\"$right\",\"steps\":$steps}" \
         --header 'Prefer: respond-async'
     jobs+=("$(json .id)")
     # The first is claimed before the queue is filled.
     for _ in $(seq 100); do
-        [ "$steps" = 61 ] || break
+        [ "$steps" = 97 ] || break
         get "/v1/jobs/${jobs[0]}"
         [ "$(json .status)" = accepted ] || break
         sleep 0.05

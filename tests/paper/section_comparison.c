@@ -173,7 +173,7 @@ static void planted(struct paper *paper, const struct paper_group *group)
                      "%zu of %zu nodes of the region and %zu of %zu of the far half.",
                      100.0 * HEIGHT, c.p_value, c.max_p_value, LEVEL, found[0], count[0], found[1],
                      count[1]);
-    show(paper, &s, "The planted region, found", &c);
+    show(paper, &s, "The planted region, as the map has it", &c);
     srnf_comparison_clear(&c);
     paper_statistics_close(&s);
     paper_group_close(&raised);
