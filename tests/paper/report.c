@@ -45,7 +45,8 @@ void report_escape(struct report *report, const char *text)
     }
 }
 
-static void escape_formatted(struct report *report, const char *format, va_list arguments)
+__attribute__((format(printf, 2, 0))) static void
+escape_formatted(struct report *report, const char *format, va_list arguments)
 {
     char text[2000];
     int length = vsnprintf(text, sizeof text, format, arguments);

@@ -38,11 +38,15 @@ static void open_bench(struct bench *t, const struct penalty *penalty, double le
         t->memory[4 * n + i] = t->a.q[i % 3 * n + i / 3];
     }
     assert_int_equal(moving_create(&t->moving, DEGREE, t->b.f, DEGREE), SRNF_OK);
-    t->problem = (struct problem){.target = {n, t->memory, t->memory + 3 * n, t->memory + 4 * n,
-                                             srnf_inner_product(t->a.grid, t->a.q, t->a.q)},
-                                  .moving = &t->moving,
-                                  .penalty = *penalty,
-                                  .free_rotation = true};
+    t->problem =
+        (struct problem){.target = {.n = n,
+                                    .points = t->memory,
+                                    .weight = t->memory + 3 * n,
+                                    .q = t->memory + 4 * n,
+                                    .norm2 = srnf_inner_product(t->a.grid, t->a.q, t->a.q)},
+                         .moving = &t->moving,
+                         .penalty = *penalty,
+                         .free_rotation = true};
     registrations_warp(&random, least, &chain);
     assert_int_equal(warp_create(&t->warp, &t->problem.target), SRNF_OK);
     assert_int_equal(warp_replay(&t->warp, &t->problem.target, &chain), SRNF_OK);
