@@ -63,8 +63,8 @@ void srnf_quality_clear(struct srnf_quality *quality);
  *   mean_q        [in]  double[3][n_theta][n_phi], the mean of registered_q
  *   registered_q  [in]  double[n][3][n_theta][n_phi], n >= 3
  *   quality       [out] freed with srnf_quality_clear; untouched on error
- * Cost: (n + samples) components inversions, in parallel; n eigenproblems of size n - 1. Memory: 24
- * bytes a node for each subject and for each task at work, and n^2.
+ * Cost: (n + samples) components inversions, in parallel; n eigenproblems of size n - 1. Memory: 48
+ * bytes a node for each subject, 48 for each task at work, and n^2.
  * Errors: SRNF_EINVAL (a number out of range, data that are not finite), SRNF_EDEGENERATE (surfaces
  * that do not differ, a mean without area), SRNF_ENOMEM, SRNF_ENUMERIC, SRNF_ECANCELED.
  */
@@ -98,13 +98,13 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
 /*
  * Whether two groups differ, and where: permutation tests of the difference of the group means,
  * covariates regressed out (formulae in core/stats/compare.c).
- *   mean, mean_q, registered_q  [in] as for srnf_model_quality, n >= 4
+ *   mean, registered_q  [in] as for srnf_model_quality, n >= 4
  *   group         [in]  [n] 0 or 1, both of which must occur twice at least
  *   n_covariates  [in]  columns of covariates, may be 0
  *   covariates    [in]  double[n][n_covariates], real numbers of any unit; or NULL
  *   comparison    [out] freed with srnf_comparison_clear; untouched on error
  * Equal seeds give equal results, on any number of threads. Cost: n inversions, permutations
- * (1 + n_covariates) n 3 P multiply-adds (one dgemm). Memory: 24 bytes a node and subject, some
+ * (1 + n_covariates) n 3 P multiply-adds (one dgemm). Memory: 48 bytes a node and subject, some
  * megabytes a thread.
  * Errors: SRNF_EINVAL (as above; too few subjects for a covariance of the residuals; covariates
  * that depend on one another or determine the group), and as srnf_model_quality.

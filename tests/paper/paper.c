@@ -79,12 +79,13 @@ int main(int argc, char **argv)
     paper.report =
         report_open(argv[1], "Elastic shape analysis with srnfd: the paper's figures and "
                              "tables");
-    report_paragraph(paper.report,
-                     "After Q. Xie, I. Jermyn, S. Kurtek, A. Srivastava, Numerical Inversion of "
-                     "SRNFs for Efficient Elastic Shape Analysis of Star-Shaped Objects, ECCV "
-                     "2014. Written by `make paper` (srnfd %s, %s); seconds are of this machine on "
-                     "%d threads.",
-                     SRNF_VERSION, "degrees and options stand with each figure", THREADS);
+    report_paragraph(
+        paper.report,
+        "After Q. Xie, I. Jermyn, S. Kurtek, A. Srivastava, Numerical Inversion of "
+        "SRNFs for Efficient Elastic Shape Analysis of Star-Shaped Objects, ECCV "
+        "2014. Written by `make paper` (srnfd %s); degrees and options stand with each "
+        "figure; seconds are of this machine on %d threads.",
+        SRNF_VERSION, THREADS);
     for (size_t i = 0; i < SECTIONS; i++) {
         double before = timing_monotonic();
         double worked = processor_seconds();
