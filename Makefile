@@ -40,7 +40,7 @@ OPT_asan    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-
 OPT_tsan    := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link \
                -fno-sanitize-recover=all
-OPT_coverage := -O1 -g --coverage -fprofile-update=atomic
+OPT_coverage := -O1 -g --coverage -fprofile-update=atomic -DTESTS_COUNT_LINES
 OPT         := $(OPT_$(CONFIG))
 
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time

@@ -22,7 +22,7 @@ static const char *const surfaces[] = {
     REGISTRATIONS_SHARED "small_bodies/bacchus.ply",
     REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0083.ply",
 };
-#define SURFACES (FIGURES_SANITIZED ? 1 : sizeof surfaces / sizeof surfaces[0])
+#define SURFACES (FIGURES_SLOW ? 1 : sizeof surfaces / sizeof surfaces[0])
 
 /* The recipe's medians are 6e-14, 7e-14 and 6e-12; a single one may lie a good order above. */
 static const struct {
@@ -95,7 +95,7 @@ static void reaches_the_floor_of_truncation(void **state)
                  {"3 arms", 15, 31},
                  {TRUNCATIONS_VENTRICLE, 23, 31},
                  {"3 arms", 15, CUT_DEGREE}};
-    const size_t n_cases = FIGURES_SANITIZED ? 1 : sizeof cases / sizeof cases[0];
+    const size_t n_cases = FIGURES_SLOW ? 1 : sizeof cases / sizeof cases[0];
     (void)state;
 
     for (size_t k = 0; k < n_cases; k++) {
