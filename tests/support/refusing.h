@@ -79,8 +79,9 @@ static inline size_t refusing_count(const char *name, int (*run)(void))
 }
 
 /* Runs with one request refused: the first `each` requests in turn, then every stride-th. Every
-   such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive. Returns how many
-   requests a run makes that is refused nothing. */
+   such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive; after the last one
+   a run that is refused nothing must do what the first one did. Returns how many requests that
+   makes. */
 static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t each, size_t stride)
 {
     size_t total = refusing_count(name, run), before = refusing.alive;
@@ -102,6 +103,7 @@ static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t e
         }
         assert_int_equal(refusing.alive, before);
     }
+    assert_int_equal(refusing_count(name, run), total);
     return total;
 }
 
