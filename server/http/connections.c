@@ -86,6 +86,7 @@ static void connection_closed(struct http *http, struct connection *connection)
     }
     (void)pthread_mutex_unlock(&http->mutex);
     free(connection->target);
+    free(connection->spare);
     free(connection);
 }
 

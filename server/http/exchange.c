@@ -206,11 +206,18 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
 
 /* ---- The calls ------------------------------------------------------------------------------- */
 
+/* A connection has one request at a time, and so one exchange, which is used over and over. */
 static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
                                      const char *method)
 {
-    struct exchange *exchange = malloc(sizeof *exchange);
+    struct connection *connection = connection_of(mhd);
+    struct exchange *exchange = connection ? connection->spare : NULL;
 
+    if (exchange) {
+        connection->spare = NULL;
+    } else {
+        exchange = malloc(sizeof *exchange);
+    }
     if (!exchange) {
         return NULL;
     }
@@ -220,7 +227,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
            sizeof *exchange - offsetof(struct exchange, header_bytes));
     exchange->http = http;
     exchange->mhd = mhd;
-    exchange->connection = connection_of(mhd);
+    exchange->connection = connection;
     exchange->started = http_now();
     exchange->request.method = method;
     exchange->request.path = "";
@@ -372,6 +379,10 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     release(http, exchange->held);
     api_response_clear(&exchange->response);
     free(exchange->path);
-    free(exchange);
+    if (exchange->connection && !exchange->connection->spare) {
+        exchange->connection->spare = exchange;
+    } else {
+        free(exchange);
+    }
     leave(http);
 }

@@ -40,6 +40,7 @@ struct connection {
     atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
     _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
     char *target;        /* raw request target of the current request; owned by its MHD thread */
+    struct exchange *spare; /* of the request before, to be used again; the same thread's */
     const char *target_end; /* behind its zero, where the version must stand: never read through */
 };
 
