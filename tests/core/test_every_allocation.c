@@ -1,7 +1,7 @@
 /*
  * test_every_allocation.c - public functions whose memory runs out, on inputs so small that every
- * request can be refused in turn, alone and with all after it: the call says SRNF_ENOMEM, nothing stays allocated, what the
- * caller handed in is untouched or empty, and the next call succeeds.
+ * request can be refused in turn, alone and with all after it: the call says SRNF_ENOMEM, nothing
+ * stays allocated, what the caller handed in is untouched or empty, and the next call succeeds.
  *
  * Functions that have a test of the kind beside their other ones are not repeated here, but for
  * routes through them that those do not take; tests/lint/lint.sh sees to it that none is left out.
