@@ -189,6 +189,7 @@ crash: build-tests
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
+	STRIDE=$${STRIDE:-1} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
 
 load: $(B)/srnfd $(B)/tests/load/test_load
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null

@@ -82,14 +82,20 @@ static inline size_t refusing_count(const char *name, int (*run)(void))
     return refusing.requests;
 }
 
-/* Runs with one request refused: the first `each` requests in turn, then every stride-th. Every
+/* Runs with one request refused: the first `each` requests in turn, then every stride-th; or every
+   STRIDE-th of all where the environment says so, as "make faults" does with 1. Every
    such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive; after the last one
    a run that is refused nothing must do what the first one did. Returns how many requests that
    makes. */
 static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t each, size_t stride)
 {
     size_t total = refusing_count(name, run), before = refusing.alive;
+    const char *asked = getenv("STRIDE");
 
+    if (asked && strtoul(asked, NULL, 10) > 0) {
+        each = 0;
+        stride = strtoul(asked, NULL, 10);
+    }
     printf("# %s: %zu allocations%s\n", name, total, refusing.lasting ? ", one and all after" : "");
     for (size_t n = 0; n < total; n += n < each ? 1 : stride) {
         size_t made;
