@@ -69,7 +69,7 @@ static int run_ellipsoid(void)
 
 static int run_triangulate(void)
 {
-    struct srnf_mesh mesh;
+    struct srnf_mesh mesh = {0};
     int status = srnf_surface_triangulate(DEGREE, g.f[0], 2, &mesh, NULL);
 
     assert_int_equal(mesh.vertices == NULL, status < 0);
