@@ -112,6 +112,7 @@ static int start_jobs(struct service *service, const struct config *config)
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
                                .job_seconds = config->job_seconds,
+                               .job_memory = (size_t)config->job_memory,
                                .retention_days = config->retention_days,
                                .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
@@ -310,6 +311,7 @@ static int serve(int n_arguments, char **arguments)
         log_text("scheme", config.tls_certificate[0] ? "https" : "http"),
         log_text("data", config.data),
         log_number("workers", (double)jobs_worker_count(service.jobs)),
+        log_number("jobMemory", (double)jobs_memory_limit(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
     notify_manager("READY=1");
     received = wait_for_signal(&service, &signals);

@@ -44,6 +44,8 @@ struct jobs_config {
     const char *numeric_build; /* part of every cache key */
     size_t max_queued;         /* accepted jobs beyond this are refused; default 10,000 */
     double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
+    size_t job_memory;         /* bytes; a run that needs more fails with memory-limit; 0: the
+                                  worker's share of the machine (jobs/memory.h) */
     double retention_days;     /* ended jobs are removed after so long; 0: never */
     double sweep_seconds;      /* between two looks at what may go; 0: none */
     void (*log)(void *user, const char *event, const char *job_id, const char *detail);
@@ -95,6 +97,8 @@ int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
 
 size_t jobs_worker_count(const struct jobs *jobs);
+/* Bytes that a job may have in use. */
+size_t jobs_memory_limit(const struct jobs *jobs);
 
 /* What the engine does at this moment. */
 struct jobs_health {

@@ -9,6 +9,9 @@
  *   neither, its time was over     failed with time-limit
  *   neither, nobody asked          failed with internal-error: the process breaks its contract
  *
+ * Whatever a process returns, a job that was refused memory because of its limit failed with
+ * memory-limit: results that depend on how much there was are none.
+ *
  * Results that the store has no room for fail the job with storage-full; if even that cannot be
  * written, it is tried again until the daemon stops, and the next start finds the job running and
  * queues it anew.
@@ -82,9 +85,11 @@ static bool on_canceled(void *user)
            atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
 }
 
-void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
+void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
+                   struct jobs_memory *memory)
 {
-    *run = (struct jobs_run){.jobs = jobs, .job = job, .to = 100.0};
+    *run = (struct jobs_run){.jobs = jobs, .job = job, .memory = memory, .to = 100.0};
+    jobs_memory_begin(memory, jobs->config.job_memory);
     run->context = (struct srnf_context){
         .user = run,
         .progress = on_progress,
@@ -208,7 +213,22 @@ static bool may_retry(struct jobs *jobs)
     return !atomic_load(&jobs->closing) && nanosleep(&pause, NULL) == 0;
 }
 
-/* Counts the end of a run, and how long it took. */
+/* Where memory was refused because of the limit, that is the problem. */
+static void judge_memory(const struct jobs_run *run, struct jobs_result *result)
+{
+    const struct jobs_memory *memory = run->memory;
+    size_t refused = atomic_load(&memory->refused);
+
+    if (refused > 0) {
+        result->problem_code = "memory-limit";
+        snprintf(result->problem_detail, sizeof result->problem_detail,
+                 "The job needs more memory than this service allows: with %zu bytes in use it "
+                 "asked for %zu more, and the limit is %zu bytes.",
+                 atomic_load(&memory->held), refused, memory->limit);
+    }
+}
+
+/* Counts the end of a run, how long it took and what it had in use. */
 static void count_ending(struct jobs_run *run, enum store_job_status to, double seconds)
 {
     struct metrics *metrics = run->jobs->config.metrics;
@@ -216,6 +236,8 @@ static void count_ending(struct jobs_run *run, enum store_job_status to, double 
 
     if (to != STORE_JOB_ACCEPTED) {
         metrics_observe(metrics, METRIC_JOB_SECONDS, METRIC_LABELS(process), seconds);
+        metrics_observe(metrics, METRIC_JOB_MEMORY, METRIC_LABELS(process),
+                        (double)atomic_load(&run->memory->peak));
         metrics_add(metrics, METRIC_JOBS_ENDED, METRIC_LABELS(process, store_job_status_name(to)),
                     1);
     }
@@ -273,7 +295,10 @@ void jobs_run_execute(struct jobs_run *run)
     jobs_log(jobs, "job-running", run->job->id, run->job->process);
     jobs_changed(jobs, run->job->id);
     if (process) {
+        (void)jobs_memory_enter(run->memory);
         process->run(run, jobs->config.user, run->job->inputs, &result);
+        (void)jobs_memory_enter(NULL);
+        judge_memory(run, &result);
     } else {
         result.problem_code = "no-such-process";
         snprintf(result.problem_detail, sizeof result.problem_detail,
@@ -283,6 +308,9 @@ void jobs_run_execute(struct jobs_run *run)
     ended = write_ending(run, judge(run, &result));
     if (ended != STORE_JOB_RUNNING) {
         count_ending(run, ended, on_seconds(run) - started);
+    }
+    if (atomic_load(&run->memory->used) > 0) {
+        jobs_log(jobs, "job-memory-kept", run->job->id, "blocks of the job were not freed");
     }
     free(result.results);
 }

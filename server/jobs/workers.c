@@ -78,7 +78,7 @@ static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen, uint6
     int status = store_job_claim(jobs->config.store, &job);
 
     if (status == STORE_OK) {
-        jobs_run_init(&run, jobs, &job);
+        jobs_run_init(&run, jobs, &job, &jobs->memories[number]);
         enter_slot(jobs, number, &run, seen);
         jobs_run_execute(&run);
         leave_slot(jobs, number);
