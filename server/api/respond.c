@@ -54,6 +54,7 @@ int api_response_header(struct api_response *response, const char *name, const c
     }
     copy = strdup(value);
     if (!copy) {
+        response->lacking = true;
         return -1;
     }
     response->headers[response->n_headers].name = name;
@@ -82,6 +83,7 @@ void response_json(struct api_response *response, int status, const char *conten
         free(text);
         line = strdup(short_of_memory ? no_memory : internal);
         length = line ? strlen(line) : 0;
+        response->lacking = !line;
         content_type = "application/problem+json";
     }
     json_memory_begin();
