@@ -302,8 +302,11 @@ json_t *body_json(struct api_call *call)
                               "The body is empty where a JSON object is expected.");
         return NULL;
     }
-    document =
-        json_loadb((const char *)request->body, request->body_size, JSON_REJECT_DUPLICATES, &error);
+    document = json_memory_load((const char *)request->body, request->body_size, &error);
+    if (!document && json_memory_failed()) {
+        (void)problem_respond(call, "out-of-memory", "The body does not fit into memory now.");
+        return NULL;
+    }
     if (!document) {
         (void)problem_respond(call, "malformed-json", "At line %d, column %d: %s.", error.line,
                               error.column,

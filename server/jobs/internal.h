@@ -139,8 +139,12 @@ struct jobs {
 struct jobs_worker {
     struct jobs *jobs;
     size_t number;
+    unsigned failures; /* claims in a row that the store has failed */
 };
 void *jobs_worker_main(void *argument);
+/* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
+   time, up to a second. False when a signal woke it up. */
+bool jobs_pause(unsigned failures);
 /* The body of srnf_context.parallel_for. user: struct jobs_run. */
 void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, size_t index),
                        void *argument);
@@ -148,7 +152,9 @@ void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, si
 struct jobs_loop *jobs_loop_enter(struct jobs *jobs);
 /* Works until the loop is empty or a job waits for a worker. Without jobs->mutex. */
 void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop);
-void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail);
+/* job: its id and trace are told; NULL: of no single job. */
+void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job,
+              const char *detail);
 void jobs_changed(struct jobs *jobs, const char *job_id);
 const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id);
 

@@ -15,10 +15,11 @@
 #include <time.h>
 #include <unistd.h>
 
-void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail)
+void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job, const char *detail)
 {
     if (jobs->config.log) {
-        jobs->config.log(jobs->config.user, event, job_id, detail);
+        jobs->config.log(jobs->config.user, event, job ? job->id : "", job ? job->trace : "",
+                         detail);
     }
 }
 
@@ -91,7 +92,7 @@ static int recover(struct jobs *jobs)
         atomic_store(&jobs->tickets, jobs->accepted);
         snprintf(detail, sizeof detail, "%zu queued, of these %zu again, %zu given up",
                  jobs->accepted, requeued, failed);
-        jobs_log(jobs, "jobs-recovered", "", detail);
+        jobs_log(jobs, "jobs-recovered", NULL, detail);
     }
     return status;
 }

@@ -26,8 +26,6 @@
 #include <string.h>
 #include <time.h>
 
-#define RETRY_SECONDS 1
-
 /* Progress from `fraction` of the phase that runs; run->mutex is held. What a computation reports
    may fall where it begins anew or its parts run beside each other; what is told does not. */
 static void advance(struct jobs_run *run, double fraction)
@@ -123,6 +121,11 @@ const char *jobs_run_job_id(const struct jobs_run *run)
     return run->job->id;
 }
 
+const char *jobs_run_numeric_build(const struct jobs_run *run)
+{
+    return run->job->numeric_build ? run->job->numeric_build : "";
+}
+
 const char *jobs_run_owner(const struct jobs_run *run)
 {
     return run->job->owner;
@@ -149,7 +152,7 @@ int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t siz
     } else {
         (void)snprintf(detail, sizeof detail, "%s", store_strerror(status));
     }
-    jobs_log(run->jobs, status == STORE_OK ? "job-checkpoint" : "job-checkpoint-failed", job->id,
+    jobs_log(run->jobs, status == STORE_OK ? "job-checkpoint" : "job-checkpoint-failed", job,
              detail);
     return status;
 }
@@ -170,7 +173,7 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
     if (status == STORE_OK) {
         (void)snprintf(detail, sizeof detail, "%zu bytes, attempt %lld", *size,
                        (long long)job->attempt);
-        jobs_log(run->jobs, "job-resumed", job->id, detail);
+        jobs_log(run->jobs, "job-resumed", job, detail);
     }
     return status;
 }
@@ -206,11 +209,9 @@ static struct ending judge(struct jobs_run *run, const struct jobs_result *resul
 }
 
 /* Sleeps before the next try to write; false when the daemon stops. */
-static bool may_retry(struct jobs *jobs)
+static bool may_retry(struct jobs *jobs, unsigned failures)
 {
-    struct timespec pause = {.tv_sec = RETRY_SECONDS};
-
-    return !atomic_load(&jobs->closing) && nanosleep(&pause, NULL) == 0;
+    return !atomic_load(&jobs->closing) && jobs_pause(failures);
 }
 
 /* Where memory was refused because of the limit, that is the problem. */
@@ -248,6 +249,7 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
 {
     struct jobs *jobs = run->jobs;
     const struct store_job *job = run->job;
+    unsigned failures = 0;
     char event[32];
     int status;
 
@@ -257,7 +259,7 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
         if (status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND) {
             break;
         }
-        jobs_log(jobs, "job-not-written", job->id, store_strerror(status));
+        jobs_log(jobs, "job-not-written", job, store_strerror(status));
         if (ending.to == STORE_JOB_SUCCESSFUL) {
             ending.to = STORE_JOB_FAILED;
             ending.results = NULL;
@@ -266,16 +268,16 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
                           : status == STORE_NOMEM ? "out-of-memory"
                                                   : "internal-error";
             ending.detail = "The results could not be stored.";
-        } else if (!may_retry(jobs)) {
+        } else if (!may_retry(jobs, ++failures)) {
             break;
         }
     }
     if (status == STORE_OK) {
         snprintf(event, sizeof event, "job-%s", store_job_status_name(ending.to));
-        jobs_log(jobs, event, job->id, ending.code ? ending.code : "");
+        jobs_log(jobs, event, job, ending.code ? ending.code : "");
         return ending.to;
     }
-    jobs_log(jobs, "job-lost", job->id, store_strerror(status));
+    jobs_log(jobs, "job-lost", job, store_strerror(status));
     return STORE_JOB_RUNNING;
 }
 
@@ -292,7 +294,7 @@ void jobs_run_execute(struct jobs_run *run)
                         METRIC_LABELS(run->job->process),
                         1e-3 * (double)(run->job->started_ms - run->job->created_ms));
     }
-    jobs_log(jobs, "job-running", run->job->id, run->job->process);
+    jobs_log(jobs, "job-running", run->job, run->job->process);
     jobs_changed(jobs, run->job->id);
     if (process) {
         (void)jobs_memory_enter(run->memory);
@@ -310,7 +312,7 @@ void jobs_run_execute(struct jobs_run *run)
         count_ending(run, ended, on_seconds(run) - started);
     }
     if (atomic_load(&run->memory->used) > 0) {
-        jobs_log(jobs, "job-memory-kept", run->job->id, "blocks of the job were not freed");
+        jobs_log(jobs, "job-memory-kept", run->job, "blocks of the job were not freed");
     }
     free(result.results);
 }

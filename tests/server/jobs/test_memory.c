@@ -259,11 +259,13 @@ static const struct jobs_process table[] = {
     {"transform", run_transform}, {NULL, NULL},
 };
 
-static void on_log(void *user, const char *event, const char *job_id, const char *detail)
+static void on_log(void *user, const char *event, const char *job_id, const char *trace,
+                   const char *detail)
 {
     struct world *world = user;
 
     (void)job_id;
+    (void)trace;
     (void)detail;
     atomic_fetch_add(&world->kept, strcmp(event, "job-memory-kept") == 0);
 }

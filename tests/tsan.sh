@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Everything that has threads, under ThreadSanitizer: tests of the server, whole daemons asked over HTTP, in peace and
+# by a hostile crowd, tests of the core whose loops are spread over threads, and a soak.
+#
+#   tests/tsan.sh BUILD-FOLDER FILTER      FILTER as for tests/run.sh
+#
+#   REQUESTS=5000 JOBS=50   of the soak
+#
+# Reports go to files BUILD-FOLDER/report.PID, also those of daemons that a test kills, and are shown at the end. One
+# report is a failure, whatever the tests say. tests/tsan.supp, where there is one, names what is not reported.
+# The last line reads "N passed, M failed".
+set -u
+BUILD=$(cd "$1" && pwd) || exit 2
+FILTER=$2
+cd "$(dirname "$0")/.." || exit 2
+OUTPUT=$BUILD/tsan.log
+
+rm -f "$BUILD"/report.*
+export TSAN_OPTIONS="second_deadlock_stack=1:allocator_may_return_null=1:log_path=$BUILD/report"
+tests/run.sh "$BUILD" "$FILTER" | tee "$OUTPUT"
+read -r passed _ failed _ < <(tail -n 1 "$OUTPUT")
+
+echo "soak"
+if REQUESTS=${REQUESTS:-5000} JOBS=${JOBS:-50} GROWTH=${GROWTH:-0.5} SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD \
+    SRNFD=$BUILD/srnfd tests/soak/test_soak.sh; then
+    passed=$((passed + 1))
+else
+    failed=$((failed + 1))
+fi
+
+reports=0
+for file in "$BUILD"/report.*; do
+    [ -e "$file" ] || continue
+    cat "$file"
+    reports=$((reports + $(grep -c 'WARNING: ThreadSanitizer' "$file")))
+done
+echo "$reports reports of ThreadSanitizer"
+failed=$((failed + reports))
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
