@@ -23,10 +23,15 @@ static inline struct log_field log_number(const char *name, double number)
     return (struct log_field){name, NULL, number};
 }
 
-/* Writes {"ts":..,"level":level,"event":event, fields ..} in one write, so that lines of several
-   threads do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
+/* Writes {"ts":..,"level":level,"event":event, fields ..}, whole, so that lines of several threads
+   do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
 void log_line(const char *level, const char *event, const struct log_field *fields,
               size_t n_fields);
+
+/* From log_start to log_stop lines of level info may come some milliseconds late, many in one
+   write; other levels, and everything outside, at once. Not while other threads start or stop. */
+void log_start(void);
+void log_stop(void);
 
 #define LOG_AT(level, event, ...)                                   \
     log_line(level, event, (const struct log_field[]){__VA_ARGS__}, \

@@ -317,8 +317,10 @@ static int serve(int n_arguments, char **arguments)
         log_number("workers", (double)jobs_worker_count(service.jobs)),
         log_number("jobMemory", (double)jobs_memory_limit(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
+    log_start();
     notify_manager("READY=1");
     received = wait_for_signal(&service, &signals);
+    log_stop();
     notify_manager("STOPPING=1");
     LOG("draining", log_text("signal", received == SIGTERM ? "SIGTERM" : "SIGINT"));
     stop(&service, config.grace_seconds);

@@ -6,12 +6,14 @@
  * can make the daemon hold, or a monitor store, more than the tables of routes, processes and
  * problems amount to. Histograms have one fixed set of bounds each.
  *
- * Locks: one mutex for each family, which protects its series; rank: innermost, nothing is called
- * while it is held.
+ * Counting takes no lock: a series is added at the head of its chain when it is complete, never
+ * moves and never goes before the registry does, and its numbers are atomic. Lock: one mutex for
+ * each family, to add a series; rank: innermost, nothing is called while it is held.
  */
 #include "metrics.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -172,10 +174,9 @@ static const struct family {
 };
 
 struct series {
-    struct series *next; /* of its chain */
-    double value;        /* of a histogram: the sum */
-    uint64_t count;
-    uint64_t below[BOUNDS_MAX]; /* observations in each bucket, not cumulated */
+    struct series *next;                          /* of its chain */
+    _Atomic double value;                         /* of a histogram: the sum */
+    atomic_uint_least64_t bucket[BOUNDS_MAX + 1]; /* observations, not cumulated; last: the rest */
     size_t key_length;
     char key[]; /* the label values, each with its zero */
 };
@@ -183,7 +184,7 @@ struct series {
 struct metrics {
     struct {
         pthread_mutex_t mutex;
-        struct series *chains[CHAINS];
+        struct series *_Atomic chains[CHAINS];
         size_t n_series;
     } of[METRICS];
 };
@@ -251,7 +252,8 @@ static size_t chain_of(const char *key, size_t length)
 static struct series *look_up(struct metrics *metrics, enum metric metric, const char *key,
                               size_t length)
 {
-    struct series *series = metrics->of[metric].chains[chain_of(key, length)];
+    struct series *series = atomic_load_explicit(&metrics->of[metric].chains[chain_of(key, length)],
+                                                 memory_order_acquire);
 
     while (series && !(series->key_length == length && memcmp(series->key, key, length) == 0)) {
         series = series->next;
@@ -259,99 +261,112 @@ static struct series *look_up(struct metrics *metrics, enum metric metric, const
     return series;
 }
 
-/* The series of these labels, made if it is new; NULL when memory is short. The mutex is held. */
-static struct series *find(struct metrics *metrics, enum metric metric, const char *const *labels)
+static struct series *add_series(struct metrics *metrics, enum metric metric, const char *key,
+                                 size_t length)
 {
-    char key[LABEL_BYTES_MAX];
-    size_t length = make_key(metric, labels, key), chain;
-    struct series *series = look_up(metrics, metric, key, length);
+    struct series *_Atomic *chain = &metrics->of[metric].chains[chain_of(key, length)];
+    struct series *series = calloc(1, sizeof *series + length + 1);
 
-    if (!series && metrics->of[metric].n_series >= METRIC_SERIES_MAX) {
-        length = make_key(metric, NULL, key);
-        series = look_up(metrics, metric, key, length);
-    }
     if (series) {
-        return series;
+        memcpy(series->key, key, length);
+        series->key_length = length;
+        series->next = atomic_load_explicit(chain, memory_order_relaxed);
+        atomic_store_explicit(chain, series, memory_order_release);
+        metrics->of[metric].n_series++;
     }
-    series = calloc(1, sizeof *series + length + 1);
-    if (!series) {
-        return NULL;
-    }
-    memcpy(series->key, key, length);
-    series->key_length = length;
-    chain = chain_of(key, length);
-    series->next = metrics->of[metric].chains[chain];
-    metrics->of[metric].chains[chain] = series;
-    metrics->of[metric].n_series++;
     return series;
 }
 
-static void change(struct metrics *metrics, enum metric metric, const char *const *labels,
-                   double factor, double value)
+/* The series of these labels, made if it is new; NULL when memory is short. */
+static struct series *find(struct metrics *metrics, enum metric metric, const char *const *labels)
 {
-    struct series *series;
+    char key[LABEL_BYTES_MAX];
+    size_t length = make_key(metric, labels, key);
+    struct series *series = look_up(metrics, metric, key, length);
 
-    if (!metrics) {
-        return;
+    if (series) {
+        return series;
     }
     (void)pthread_mutex_lock(&metrics->of[metric].mutex);
-    series = find(metrics, metric, labels);
-    if (series) {
-        series->value = factor * series->value + value;
+    if (metrics->of[metric].n_series >= METRIC_SERIES_MAX) {
+        length = make_key(metric, NULL, key);
+    }
+    series = look_up(metrics, metric, key, length);
+    if (!series) {
+        series = add_series(metrics, metric, key, length);
     }
     (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
+    return series;
+}
+
+static void add(_Atomic double *sum, double value)
+{
+    double before = atomic_load_explicit(sum, memory_order_relaxed);
+
+    while (!atomic_compare_exchange_weak_explicit(sum, &before, before + value,
+                                                  memory_order_relaxed, memory_order_relaxed)) {
+    }
 }
 
 void metrics_add(struct metrics *metrics, enum metric metric, const char *const *labels,
                  double value)
 {
-    change(metrics, metric, labels, 1.0, value);
+    struct series *series = metrics ? find(metrics, metric, labels) : NULL;
+
+    if (series) {
+        add(&series->value, value);
+    }
 }
 
 void metrics_set(struct metrics *metrics, enum metric metric, const char *const *labels,
                  double value)
 {
-    change(metrics, metric, labels, 0.0, value);
+    struct series *series = metrics ? find(metrics, metric, labels) : NULL;
+
+    if (series) {
+        atomic_store_explicit(&series->value, value, memory_order_relaxed);
+    }
 }
 
 void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
                      double value)
 {
     const double *bounds = families[metric].bounds;
-    struct series *series;
+    struct series *series = metrics && bounds ? find(metrics, metric, labels) : NULL;
     size_t bucket = 0;
 
-    if (!metrics || !bounds) {
+    if (!series) {
         return;
     }
     while (bucket < BOUNDS_MAX && bounds[bucket] > 0 && value > bounds[bucket]) {
         bucket++;
     }
-    (void)pthread_mutex_lock(&metrics->of[metric].mutex);
-    series = find(metrics, metric, labels);
-    if (series) {
-        series->value += value;
-        series->count++;
-        if (bucket < BOUNDS_MAX) {
-            series->below[bucket]++;
-        }
+    if (bucket < BOUNDS_MAX && bounds[bucket] <= 0) {
+        bucket = BOUNDS_MAX;
     }
-    (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
+    add(&series->value, value);
+    atomic_fetch_add_explicit(&series->bucket[bucket], 1, memory_order_relaxed);
+}
+
+static uint64_t in_bucket(const struct series *series, size_t bucket)
+{
+    return atomic_load_explicit(&series->bucket[bucket], memory_order_relaxed);
 }
 
 double metrics_value(struct metrics *metrics, enum metric metric, const char *const *labels)
 {
     char key[LABEL_BYTES_MAX];
     size_t length = make_key(metric, labels, key);
-    const struct series *series;
+    const struct series *series = look_up(metrics, metric, key, length);
     double value = 0.0;
 
-    (void)pthread_mutex_lock(&metrics->of[metric].mutex);
-    series = look_up(metrics, metric, key, length);
-    if (series) {
-        value = families[metric].bounds ? (double)series->count : series->value;
+    if (series && families[metric].bounds) {
+        for (size_t i = 0; i <= BOUNDS_MAX; i++) {
+            value += (double)in_bucket(series, i);
+        }
+    } else if (series) {
+        value = atomic_load_explicit(&series->value, memory_order_relaxed);
     }
-    (void)pthread_mutex_unlock(&metrics->of[metric].mutex);
     return value;
 }
 
@@ -401,19 +416,20 @@ static void put_histogram(FILE *out, const struct family *family, const struct s
     char bound[32];
 
     for (size_t i = 0; i < BOUNDS_MAX && family->bounds[i] > 0; i++) {
-        cumulated += series->below[i];
+        cumulated += in_bucket(series, i);
         (void)snprintf(bound, sizeof bound, "%.15g", family->bounds[i]);
         (void)fprintf(out, "%s_bucket", family->name);
         put_labels(out, family, series, bound);
         (void)fprintf(out, " %llu\n", (unsigned long long)cumulated);
     }
+    cumulated += in_bucket(series, BOUNDS_MAX);
     (void)fprintf(out, "%s_bucket", family->name);
     put_labels(out, family, series, "+Inf");
-    (void)fprintf(out, " %llu\n%s_sum", (unsigned long long)series->count, family->name);
+    (void)fprintf(out, " %llu\n%s_sum", (unsigned long long)cumulated, family->name);
     put_labels(out, family, series, NULL);
-    (void)fprintf(out, " %.15g\n%s_count", series->value, family->name);
+    (void)fprintf(out, " %.15g\n%s_count", atomic_load(&series->value), family->name);
     put_labels(out, family, series, NULL);
-    (void)fprintf(out, " %llu\n", (unsigned long long)series->count);
+    (void)fprintf(out, " %llu\n", (unsigned long long)cumulated);
 }
 
 static void put_family(FILE *out, struct metrics *metrics, enum metric metric)
@@ -432,7 +448,7 @@ static void put_family(FILE *out, struct metrics *metrics, enum metric metric)
             }
             (void)fputs(family->name, out);
             put_labels(out, family, series, NULL);
-            (void)fprintf(out, " %.15g\n", series->value);
+            (void)fprintf(out, " %.15g\n", atomic_load(&series->value));
         }
     }
 }

@@ -56,6 +56,7 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * parameterisation centred, repeat; one inversion at the end. Starts from the medoid of the
  * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
+ * The registration's representation is the SRNF.
  * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. SRNF_WNOT_CONVERGED: the mean as
  * it is after max_iterations.
  */

@@ -54,6 +54,11 @@ static int check_options(const struct srnf_mean_options *options, struct srnf_er
         return srnf_fail(error, SRNF_EINVAL, -1, "max_iterations is %zu, not 1 to %d",
                          options->max_iterations, MAX_ITERATIONS_ALLOWED);
     }
+    if (options->registration &&
+        options->registration->representation != SRNF_REPRESENTATION_SRNF) {
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "representation of the registration is not the SRNF, whose mean this is");
+    }
     return SRNF_OK;
 }
 

@@ -175,7 +175,7 @@ static void answer_no_route(struct api_call *call, const char *allow)
                               allow);
     }
     if (allow[0]) {
-        (void)api_response_header(call->response, "Allow", "%s", allow);
+        (void)api_response_header_text(call->response, "Allow", allow);
     }
 }
 

@@ -90,6 +90,8 @@ struct api_response {
     } stream;
 };
 void api_response_clear(struct api_response *response);
+/* Adds a header; -1 when there are too many, the value is too long, or memory is short. */
+int api_response_header_text(struct api_response *response, const char *name, const char *value);
 int api_response_header(struct api_response *response, const char *name, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -310,8 +310,8 @@ static void refuse_token(struct api_call *call, enum admission admission)
                                                 "revoked.";
 
     (void)problem_respond(call, "token-invalid", "%s", detail);
-    (void)api_response_header(call->response, "WWW-Authenticate",
-                              "Bearer realm=\"srnfd\", error=\"invalid_token\"");
+    (void)api_response_header_text(call->response, "WWW-Authenticate",
+                                   "Bearer realm=\"srnfd\", error=\"invalid_token\"");
 }
 
 static void refuse(struct api_call *call, enum admission admission, double wait)
@@ -345,8 +345,8 @@ static bool role_allows(struct api_call *call, enum store_role role)
     }
     (void)problem_respond(call, "forbidden", "The role of this token is %s, which may only read.",
                           store_role_name(role));
-    (void)api_response_header(call->response, "WWW-Authenticate",
-                              "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
+    (void)api_response_header_text(call->response, "WWW-Authenticate",
+                                   "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
     return false;
 }
 
@@ -379,7 +379,8 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
         (void)problem_respond(
             call, "token-required",
             "Send a token: Authorization: Bearer, and what srnfd token add gave.");
-        (void)api_response_header(call->response, "WWW-Authenticate", "Bearer realm=\"srnfd\"");
+        (void)api_response_header_text(call->response, "WWW-Authenticate",
+                                       "Bearer realm=\"srnfd\"");
         return false;
     }
     if (admission != ADMITTED) {

@@ -150,9 +150,9 @@ void jobs_events(struct api_call *call)
     } else {
         response->status = 200;
         (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "%s", job.id);
-        (void)api_response_header(response, "Content-Type", "text/event-stream");
-        (void)api_response_header(response, "Cache-Control", "no-store");
-        (void)api_response_header(response, "X-Accel-Buffering", "no");
+        (void)api_response_header_text(response, "Content-Type", "text/event-stream");
+        (void)api_response_header_text(response, "Cache-Control", "no-store");
+        (void)api_response_header_text(response, "X-Accel-Buffering", "no");
     }
     store_job_clear(&job);
 }

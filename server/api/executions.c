@@ -65,12 +65,12 @@ static void set_execution_headers(struct api_call *call, const struct execution_
     struct api_response *response = call->response;
 
     (void)api_response_header(response, "Link", "</v1/jobs/%s>; rel=\"monitor\"", job_id);
-    (void)api_response_header(response, "Cache-Status", "%s", cache_names[wait->how].header);
+    (void)api_response_header_text(response, "Cache-Status", cache_names[wait->how].header);
     if (wait->prefer.respond_async && wait->prefer.has_wait) {
         (void)api_response_header(response, "Preference-Applied", "respond-async, wait=%.0f",
                                   wait->prefer.wait);
     } else if (wait->prefer.respond_async) {
-        (void)api_response_header(response, "Preference-Applied", "respond-async");
+        (void)api_response_header_text(response, "Preference-Applied", "respond-async");
     } else if (wait->prefer.has_wait) {
         (void)api_response_header(response, "Preference-Applied", "wait=%.0f", wait->prefer.wait);
     }
@@ -226,7 +226,7 @@ static bool enter_key(struct api_call *call, struct execution_wait *wait)
     if (entry == INFLIGHT_TAKEN) {
         (void)problem_respond(call, "idempotency-key-in-flight",
                               "Another request with this Idempotency-Key is not answered yet.");
-        (void)api_response_header(call->response, "Retry-After", "1");
+        (void)api_response_header_text(call->response, "Retry-After", "1");
         return false;
     }
     if (entry == INFLIGHT_NO_MEMORY) {

@@ -118,7 +118,7 @@ void job_respond_results(struct api_call *call, const struct store_job *job)
     case STORE_JOB_RUNNING:
         (void)problem_respond(call, "result-not-ready", "%s is %s; its results come when it ends.",
                               job->id, store_job_status_name(job->status));
-        (void)api_response_header(call->response, "Retry-After", "1");
+        (void)api_response_header_text(call->response, "Retry-After", "1");
         break;
     }
 }
@@ -140,7 +140,7 @@ void jobs_get_one(struct api_call *call)
 
     if (find_job(call, &job)) {
         if (!job_ended(&job)) {
-            (void)api_response_header(call->response, "Retry-After", "1");
+            (void)api_response_header_text(call->response, "Retry-After", "1");
         }
         respond_json(call, 200, job_record(&job, NULL));
         store_job_clear(&job);
@@ -152,7 +152,7 @@ static void respond_form(struct api_call *call, const struct store_job *job, enu
 {
     char tag[STORE_ID_MAX + 8];
 
-    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)api_response_header_text(call->response, "Vary", "Accept");
     (void)snprintf(tag, sizeof tag, "%s.%s", job->id, table_form_name(form));
     if (respond_not_modified(call, tag)) {
         return;
@@ -174,7 +174,7 @@ static bool respond_recent(struct api_call *call)
     if (store_job_results_recent(call->api->config.store, id, &results, &size) != STORE_OK) {
         return false;
     }
-    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)api_response_header_text(call->response, "Vary", "Accept");
     (void)snprintf(tag, sizeof tag, "%s.%s", id, table_form_name(TABLE_JSON));
     if (respond_not_modified(call, tag)) {
         free(results);

@@ -176,7 +176,7 @@ static bool unchanged(struct api_call *call, const char *id, const char *what, e
 {
     char tag[STORE_ID_MAX + 40];
 
-    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)api_response_header_text(call->response, "Vary", "Accept");
     (void)snprintf(tag, sizeof tag, "%s.%s.%s", id, what, table_form_name(form));
     return respond_not_modified(call, tag);
 }

@@ -213,5 +213,5 @@ void system_metrics(struct api_call *call)
     }
     respond_bytes(call, 200, "text/plain; version=0.0.4; charset=utf-8", (unsigned char *)text,
                   size);
-    (void)api_response_header(call->response, "Cache-Control", "no-store");
+    (void)api_response_header_text(call->response, "Cache-Control", "no-store");
 }

@@ -170,7 +170,7 @@ static int respond_problem(struct api_response *response, json_t *document, int 
     response_json(response, status, "application/problem+json", document);
     response->problem = kind ? kind->code : "internal-error";
     if (status == 503) {
-        (void)api_response_header(response, "Retry-After", "5");
+        (void)api_response_header_text(response, "Retry-After", "5");
     }
     return status;
 }

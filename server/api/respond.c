@@ -36,20 +36,11 @@ void api_response_clear(struct api_response *response)
     memset(response, 0, sizeof *response);
 }
 
-int api_response_header(struct api_response *response, const char *name, const char *format, ...)
+int api_response_header_text(struct api_response *response, const char *name, const char *value)
 {
-    char value[HEADER_VALUE_MAX];
-    va_list arguments;
     char *copy;
-    int length;
 
-    if (response->n_headers == API_HEADERS_MAX) {
-        return -1;
-    }
-    va_start(arguments, format);
-    length = vsnprintf(value, sizeof value, format, arguments);
-    va_end(arguments);
-    if (length < 0 || (size_t)length >= sizeof value) {
+    if (response->n_headers == API_HEADERS_MAX || strlen(value) >= HEADER_VALUE_MAX) {
         return -1;
     }
     copy = strdup(value);
@@ -61,6 +52,20 @@ int api_response_header(struct api_response *response, const char *name, const c
     response->headers[response->n_headers].value = copy;
     response->n_headers++;
     return 0;
+}
+
+int api_response_header(struct api_response *response, const char *name, const char *format, ...)
+{
+    char value[HEADER_VALUE_MAX];
+    va_list arguments;
+    int length;
+
+    va_start(arguments, format);
+    length = vsnprintf(value, sizeof value, format, arguments);
+    va_end(arguments);
+    return length < 0 || (size_t)length >= sizeof value
+               ? -1
+               : api_response_header_text(response, name, value);
 }
 
 void response_json(struct api_response *response, int status, const char *content_type,
@@ -90,7 +95,7 @@ void response_json(struct api_response *response, int status, const char *conten
     free(response->body);
     response->body = (unsigned char *)line;
     response->body_size = length;
-    (void)api_response_header(response, "Content-Type", "%s", content_type);
+    (void)api_response_header_text(response, "Content-Type", content_type);
 }
 
 void respond_json(struct api_call *call, int status, json_t *document)
@@ -109,7 +114,7 @@ void respond_bytes(struct api_call *call, int status, const char *content_type,
     call->response->status = status;
     call->response->body = bytes;
     call->response->body_size = size;
-    (void)api_response_header(call->response, "Content-Type", "%s", content_type);
+    (void)api_response_header_text(call->response, "Content-Type", content_type);
 }
 
 json_t *json_time(int64_t ms)
@@ -133,8 +138,8 @@ bool respond_not_modified(struct api_call *call, const char *tag)
 
     (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
     (void)snprintf(weak, sizeof weak, "W/%s", quoted);
-    (void)api_response_header(call->response, "ETag", "%s", quoted);
-    (void)api_response_header(call->response, "Cache-Control", "private, no-cache");
+    (void)api_response_header_text(call->response, "ETag", quoted);
+    (void)api_response_header_text(call->response, "Cache-Control", "private, no-cache");
     if (!known || !(list_has(known, quoted) || list_has(known, weak) || list_has(known, "*"))) {
         return false;
     }

@@ -113,21 +113,14 @@ static void add_method(char *allow, size_t allow_size, const char *method)
     (void)snprintf(allow + used, allow_size - used, "%s%s", used ? ", " : "", method);
 }
 
-void route_find(const char *method, const char *path, struct route_match *match, char *allow,
-                size_t allow_size)
+/* The methods that a path has, for a request that none of them fits. */
+static void list_methods(const char *path, char *allow, size_t allow_size)
 {
-    const char *wanted = strcmp(method, "HEAD") == 0 ? "GET" : method;
     char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE];
 
-    match->route = NULL;
-    allow[0] = '\0';
     for (const struct api_route *route = api_routes; route->method; route++) {
         if (!route_matches(route->pattern, path, parameters)) {
             continue;
-        }
-        if (strcmp(route->method, wanted) == 0) {
-            match->route = route;
-            memcpy(match->parameters, parameters, sizeof parameters);
         }
         add_method(allow, allow_size, route->method);
         if (strcmp(route->method, "GET") == 0) {
@@ -137,4 +130,21 @@ void route_find(const char *method, const char *path, struct route_match *match,
     if (allow[0]) {
         add_method(allow, allow_size, "OPTIONS");
     }
+}
+
+void route_find(const char *method, const char *path, struct route_match *match, char *allow,
+                size_t allow_size)
+{
+    const char *wanted = strcmp(method, "HEAD") == 0 ? "GET" : method;
+
+    allow[0] = '\0';
+    for (const struct api_route *route = api_routes; route->method; route++) {
+        if (strcmp(route->method, wanted) == 0 &&
+            route_matches(route->pattern, path, match->parameters)) {
+            match->route = route;
+            return;
+        }
+    }
+    match->route = NULL;
+    list_methods(path, allow, allow_size);
 }

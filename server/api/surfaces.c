@@ -122,7 +122,7 @@ void surfaces_coefficients(struct api_call *call)
         return;
     }
     shape[1] = srnf_coefficient_count((size_t)surface.lmax);
-    (void)api_response_header(call->response, "Vary", "Accept");
+    (void)api_response_header_text(call->response, "Vary", "Accept");
     if (unchanged(call, surface.id, "coefficients", npy)) {
         goto out;
     }
@@ -271,7 +271,7 @@ static void respond_field(struct api_call *call, const struct field *field)
     if (choose_grid(call, (size_t)surface.lmax, npy, &grid)) {
         (void)snprintf(what, sizeof what, "%s.%s.%zu.%zu", field->name,
                        surface_grid_kind_name(grid.kind), grid.n_theta, grid.n_phi);
-        (void)api_response_header(call->response, "Vary", "Accept");
+        (void)api_response_header_text(call->response, "Vary", "Accept");
         if (!unchanged(call, surface.id, what, npy)) {
             respond_values(call, &surface, field, &grid, npy);
         }

@@ -5,10 +5,10 @@
  */
 #include "http/internal.h"
 
+#include "digits.h"
 #include "log.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static const char *method_label(const char *method)
@@ -67,12 +67,12 @@ void account_count(const struct exchange *exchange)
     const struct api_request *request = &exchange->request;
     struct metrics *metrics = exchange->http->config.metrics;
     const char *route = request->route_name ? request->route_name : "none";
-    char status[16];
+    char status[DIGITS_MAX];
 
     if (!metrics) {
         return;
     }
-    (void)snprintf(status, sizeof status, "%d", exchange->status);
+    (void)digits_unsigned(status, exchange->status > 0 ? (uint64_t)exchange->status : 0);
     metrics_add(metrics, METRIC_HTTP_REQUESTS,
                 METRIC_LABELS(route, method_label(request->method), status), 1);
     metrics_observe(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route), 1e-3 * exchange->total_ms);

@@ -86,6 +86,7 @@ static void connection_closed(struct http *http, struct connection *connection)
     }
     (void)pthread_mutex_unlock(&http->mutex);
     free(connection->target);
+    free(connection->spare);
     free(connection);
 }
 
@@ -109,19 +110,16 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
         free(connection->target);
         connection->target = strdup(uri);
         connection->target_end = uri + strlen(uri) + 1;
-        connection_deadline(http, connection, http_now() + http->config.header_seconds, true);
+        connection_deadline(connection, http_now() + http->config.header_seconds, true);
     }
     return NULL;
 }
 
-void connection_deadline(struct http *http, struct connection *connection, double deadline,
-                         bool reads)
+void connection_deadline(struct connection *connection, double deadline, bool reads)
 {
-    (void)pthread_mutex_lock(&http->mutex);
-    connection->deadline = deadline;
-    connection->reads = reads;
-    connection->gone = 0;
-    (void)pthread_mutex_unlock(&http->mutex);
+    atomic_store_explicit(&connection->reads, reads, memory_order_relaxed);
+    atomic_store_explicit(&connection->gone, 0, memory_order_relaxed);
+    atomic_store_explicit(&connection->deadline, deadline, memory_order_relaxed);
 }
 
 /* ---- The timer ------------------------------------------------------------------------------- */

@@ -61,18 +61,17 @@ void cors_headers(struct exchange *exchange)
     if (!exchange->http->config.cors_origins || !exchange->http->config.cors_origins[0]) {
         return;
     }
-    (void)api_response_header(response, "Vary", "Origin");
+    (void)api_response_header_text(response, "Vary", "Origin");
     if (!cors_allows(exchange->http, origin)) {
         return;
     }
-    (void)api_response_header(response, "Access-Control-Allow-Origin", "%s", origin);
+    (void)api_response_header_text(response, "Access-Control-Allow-Origin", origin);
     if (strcmp(exchange->request.method, "OPTIONS") == 0 && methods &&
         api_request_header(&exchange->request, "Access-Control-Request-Method")) {
-        (void)api_response_header(response, "Access-Control-Allow-Methods", "%s", methods);
-        (void)api_response_header(response, "Access-Control-Allow-Headers", "%s", request_headers);
+        (void)api_response_header_text(response, "Access-Control-Allow-Methods", methods);
+        (void)api_response_header_text(response, "Access-Control-Allow-Headers", request_headers);
         (void)api_response_header(response, "Access-Control-Max-Age", "%d", PREFLIGHT_SECONDS);
     } else {
-        (void)api_response_header(response, "Access-Control-Expose-Headers", "%s",
-                                  response_headers);
+        (void)api_response_header_text(response, "Access-Control-Expose-Headers", response_headers);
     }
 }

@@ -12,6 +12,8 @@
  */
 #include "http/internal.h"
 
+#include "digits.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,20 +69,28 @@ static void hold_response(struct exchange *exchange)
     }
 }
 
+static void add_timing(struct api_response *response, double total_ms)
+{
+    char value[sizeof "total;dur=" + DIGITS_MAX] = "total;dur=";
+
+    (void)digits_thousandths(value + strlen(value), total_ms);
+    (void)api_response_header_text(response, "Server-Timing", value);
+}
+
 /* The fields of every answer. */
 static void add_fields(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
 
     cors_headers(exchange);
-    (void)api_response_header(response, "X-Request-Id", "%s", exchange->request.id);
-    (void)api_response_header(response, "Server-Timing", "total;dur=%.3f", exchange->total_ms);
-    (void)api_response_header(response, "X-Content-Type-Options", "nosniff");
+    (void)api_response_header_text(response, "X-Request-Id", exchange->request.id);
+    add_timing(response, exchange->total_ms);
+    (void)api_response_header_text(response, "X-Content-Type-Options", "nosniff");
     if (exchange->request.trace[0]) {
-        (void)api_response_header(response, "traceparent", "%s", exchange->request.trace);
+        (void)api_response_header_text(response, "traceparent", exchange->request.trace);
     }
     if (exchange->close || exchange->http->draining) {
-        (void)api_response_header(response, "Connection", "close");
+        (void)api_response_header_text(response, "Connection", "close");
     }
 }
 
@@ -141,7 +151,7 @@ static enum MHD_Result send_response(struct exchange *exchange)
         return MHD_NO;
     }
     connection_deadline(
-        exchange->http, exchange->connection,
+        exchange->connection,
         http_now() + http->config.transfer_seconds + (double)exchange->sent / RATE_MIN, false);
     result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
     MHD_destroy_response(mhd);
@@ -205,7 +215,7 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
     const char *code = NULL;
 
     connection_deadline(
-        exchange->http, exchange->connection,
+        exchange->connection,
         exchange->started + exchange->http->config.transfer_seconds + received / RATE_MIN, true);
     if (exchange->phase == PHASE_BODY && size > exchange->max_body - request->body_size) {
         refuse_body(exchange, 413, "body-too-large", "The body is larger than the limit here.");
@@ -228,11 +238,18 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
 
 /* ---- The calls ------------------------------------------------------------------------------- */
 
+/* A connection has one request at a time, and so one exchange, which is used over and over. */
 static struct exchange *exchange_new(struct http *http, struct MHD_Connection *mhd,
                                      const char *method)
 {
-    struct exchange *exchange = malloc(sizeof *exchange);
+    struct connection *connection = connection_of(mhd);
+    struct exchange *exchange = connection ? connection->spare : NULL;
 
+    if (exchange) {
+        connection->spare = NULL;
+    } else {
+        exchange = malloc(sizeof *exchange);
+    }
     if (!exchange) {
         return NULL;
     }
@@ -242,14 +259,12 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
            sizeof *exchange - offsetof(struct exchange, header_bytes));
     exchange->http = http;
     exchange->mhd = mhd;
-    exchange->connection = connection_of(mhd);
+    exchange->connection = connection;
     exchange->started = http_now();
     exchange->request.method = method;
     exchange->request.path = "";
     exchange->request.query = "";
-    (void)pthread_mutex_lock(&http->mutex);
-    http->n_exchanges++;
-    (void)pthread_mutex_unlock(&http->mutex);
+    atomic_fetch_add(&http->n_exchanges, 1);
     metrics_add(http->config.metrics, METRIC_HTTP_IN_PROGRESS, NULL, 1);
     return exchange;
 }
@@ -258,12 +273,9 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
 static bool refuse_load(struct exchange *exchange)
 {
     struct http *http = exchange->http;
-    bool full, draining;
+    bool full = atomic_load(&http->n_connections) > http->config.max_connections;
+    bool draining = atomic_load(&http->draining);
 
-    (void)pthread_mutex_lock(&http->mutex);
-    full = http->n_connections > http->config.max_connections;
-    draining = http->draining;
-    (void)pthread_mutex_unlock(&http->mutex);
     if (!full && !draining) {
         return false;
     }
@@ -301,8 +313,8 @@ static enum MHD_Result first_step(struct exchange *exchange, const char *version
         api_problem(&exchange->request, &exchange->response, status, code, detail);
         return send_response(exchange);
     }
-    connection_deadline(http, exchange->connection,
-                        exchange->started + http->config.transfer_seconds, true);
+    connection_deadline(exchange->connection, exchange->started + http->config.transfer_seconds,
+                        true);
     if (refuse_load(exchange)) {
         exchange->verdict = API_REFUSED;
     } else {
@@ -326,7 +338,7 @@ static enum MHD_Result handle(struct exchange *exchange)
 {
     struct http *http = exchange->http;
 
-    connection_deadline(http, exchange->connection, HUGE_VAL, false);
+    connection_deadline(exchange->connection, HUGE_VAL, false);
     if (exchange->verdict == API_QUICK) {
         api_handle(http->config.api, &exchange->request, &exchange->response);
         exchange->phase = PHASE_READY;
@@ -367,6 +379,17 @@ enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char 
     return send_response(exchange);
 }
 
+/* Who waits for the last one has set draining first, and so misses no ending. */
+static void leave(struct http *http)
+{
+    atomic_fetch_sub(&http->n_exchanges, 1);
+    if (atomic_load(&http->draining)) {
+        (void)pthread_mutex_lock(&http->mutex);
+        (void)pthread_cond_broadcast(&http->idle);
+        (void)pthread_mutex_unlock(&http->mutex);
+    }
+}
+
 void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code)
 {
@@ -382,16 +405,16 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     account_count(exchange);
     stream_closed(exchange);
     if (exchange->connection) {
-        connection_deadline(http, exchange->connection, http_now() + http->config.idle_seconds,
-                            true);
+        connection_deadline(exchange->connection, http_now() + http->config.idle_seconds, true);
     }
     drop_body(exchange);
     release(http, exchange->held);
     api_response_clear(&exchange->response);
     free(exchange->path);
-    free(exchange);
-    (void)pthread_mutex_lock(&http->mutex);
-    http->n_exchanges--;
-    (void)pthread_cond_broadcast(&http->idle);
-    (void)pthread_mutex_unlock(&http->mutex);
+    if (exchange->connection && !exchange->connection->spare) {
+        exchange->connection->spare = exchange;
+    } else {
+        free(exchange);
+    }
+    leave(http);
 }

@@ -16,8 +16,8 @@
  * 503 here. An answer closes its connection in good order: what the client still sends is passed
  * over for a moment, since closing a socket with unread bytes would take the answer back.
  *
- * All of this belongs to the one thread; it takes http->mutex only to read the number of
- * connections. It never blocks on a client: an answer is one send into an empty buffer.
+ * All of this belongs to the one thread, which takes no lock. It never blocks on a client: an
+ * answer is one send into an empty buffer.
  */
 #include "http/internal.h"
 
@@ -212,12 +212,7 @@ static void refuse(struct front *front, struct waiting *w, const struct head_ref
 
 static bool is_full(struct http *http)
 {
-    bool full;
-
-    (void)pthread_mutex_lock(&http->mutex);
-    full = http->n_connections >= http->config.max_connections;
-    (void)pthread_mutex_unlock(&http->mutex);
-    return full;
+    return atomic_load(&http->n_connections) >= http->config.max_connections;
 }
 
 static void hand_over(struct front *front, struct waiting *w)

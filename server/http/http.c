@@ -11,6 +11,7 @@
  */
 #include "http/internal.h"
 
+#include "digits.h"
 #include "log.h"
 
 #include <sodium.h>
@@ -128,7 +129,9 @@ void http_make_id(struct http *http, char id[40])
 {
     unsigned long long count = atomic_fetch_add_explicit(&http->ids, 1, memory_order_relaxed);
 
-    (void)snprintf(id, 40, "req-%s%012llx", http->id_start, count & 0xffffffffffffULL);
+    memcpy(id, "req-", 4);
+    memcpy(id + 4, http->id_start, sizeof http->id_start - 1);
+    (void)digits_hex48(id + 4 + sizeof http->id_start - 1, count);
 }
 
 int http_start(struct http **out, const struct http_config *config, char *message, size_t size)

@@ -12,9 +12,10 @@
  * (QUEUED), a request thread (RUNNING), the list of waits alone (WAITING).
  *
  * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended,
- * connections and counters. It is the only lock of this layer, and held for short walks only; of
+ * and the list of connections. It is the only lock of this layer, and held for short walks only; of
  * libmicrohttpd's functions only MHD_suspend_connection is called under it, so that nobody resumes
- * before it is suspended.
+ * before it is suspended. A request that is answered on libmicrohttpd's thread never takes it:
+ * what all requests touch is atomic.
  */
 #ifndef SRNFD_HTTP_INTERNAL_H
 #define SRNFD_HTTP_INTERNAL_H
@@ -35,10 +36,11 @@ struct connection {
     struct http *http;
     struct connection *next, **place; /* [m] */
     int fd;
-    double deadline; /* [m] monotonic seconds; HUGE_VAL while it is ours to wait */
-    bool reads;      /* [m] waits for bytes of a request: its head, or the rest of its body */
-    double gone;     /* [m] since when the peer has said that no more bytes come; 0: it has not */
-    char *target;    /* raw request target of the current request; owned by its MHD thread */
+    _Atomic double deadline; /* monotonic seconds; HUGE_VAL while it is ours to wait */
+    atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
+    _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
+    char *target;        /* raw request target of the current request; owned by its MHD thread */
+    struct exchange *spare; /* of the request before, to be used again; the same thread's */
     const char *target_end; /* behind its zero, where the version must stand: never read through */
 };
 
@@ -92,14 +94,15 @@ struct http {
     int listen_fd;
     char address[80];
     pthread_mutex_t mutex;
-    pthread_cond_t work;                         /* the queue has something, or stopping */
-    pthread_cond_t timer;                        /* a wait was added, or stopping */
-    pthread_cond_t idle;                         /* an exchange ended */
-    struct exchange *queue_first, **queue_last;  /* [m] */
-    struct exchange *waits;                      /* [m] */
-    struct connection *connections;              /* [m] */
-    size_t n_connections, n_exchanges, buffered; /* [m] */
-    size_t n_streams;                            /* [m] */
+    pthread_cond_t work;                        /* the queue has something, or stopping */
+    pthread_cond_t timer;                       /* a wait was added, or stopping */
+    pthread_cond_t idle;                        /* while draining: an exchange ended */
+    struct exchange *queue_first, **queue_last; /* [m] */
+    struct exchange *waits;                     /* [m] */
+    struct connection *connections;             /* [m] */
+    size_t buffered;                            /* [m] */
+    size_t n_streams;                           /* [m] */
+    atomic_size_t n_connections, n_exchanges;
     struct front *front;
     char id_start[13]; /* of the ids of requests */
     atomic_ullong ids;
@@ -213,8 +216,7 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd);
 struct connection *connection_of(struct MHD_Connection *mhd);
 /* Sets the time by which the connection must have moved on; HUGE_VAL for none. reads: whether it
    waits for bytes of a request. */
-void connection_deadline(struct http *http, struct connection *connection, double deadline,
-                         bool reads);
+void connection_deadline(struct connection *connection, double deadline, bool reads);
 int timer_start(struct http *http);
 void timer_stop(struct http *http);
 

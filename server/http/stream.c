@@ -29,7 +29,7 @@ static bool suspend(struct exchange *exchange)
     struct http *http = exchange->http;
     bool open;
 
-    connection_deadline(http, exchange->connection, HUGE_VAL, false);
+    connection_deadline(exchange->connection, HUGE_VAL, false);
     (void)pthread_mutex_lock(&http->mutex);
     open = !http->stopping && !http->draining;
     if (open) {
@@ -54,7 +54,7 @@ static ssize_t read_stream(void *cls, uint64_t position, char *buffer, size_t si
         memcpy(buffer, response->body + exchange->piece_sent, n);
         exchange->piece_sent += n;
         exchange->sent += n;
-        connection_deadline(http, exchange->connection, http_now() + http->config.transfer_seconds,
+        connection_deadline(exchange->connection, http_now() + http->config.transfer_seconds,
                             false);
         return (ssize_t)n;
     }

@@ -12,14 +12,19 @@
  * jobs that wait belong to owners who have as many running as they may, the ticket is held until a
  * run ends.
  *
- * Threads: srnfd-work-N. Lock: jobs->mutex (rank 20), never held across the store or a run.
+ * Threads: srnfd-work-N, WORKER_NICE below the others: whoever asks for a status is answered at
+ * once, also when every processor computes. Lock: jobs->mutex (rank 20), never held across the
+ * store or a run.
  */
 #include "jobs/internal.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
+#define WORKER_NICE 10 /* added to the process's own, see nice(2) */
 /* Before the next try when the store has failed. */
 #define PAUSE_FIRST_MS 20
 #define PAUSE_LAST_MS 1000
@@ -113,6 +118,14 @@ static void claim_and_run(struct jobs_worker *worker, uint64_t seen, uint64_t en
     }
 }
 
+/* On Linux the priority is each thread's own (sched(7)). Where it cannot be set, as it was. */
+static void step_back(void)
+{
+    int now = getpriority(PRIO_PROCESS, 0);
+
+    (void)setpriority(PRIO_PROCESS, (id_t)gettid(), now + WORKER_NICE);
+}
+
 void *jobs_worker_main(void *argument)
 {
     struct jobs_worker worker = *(struct jobs_worker *)argument;
@@ -122,6 +135,7 @@ void *jobs_worker_main(void *argument)
     free(argument);
     snprintf(name, sizeof name, "srnfd-work-%u", (unsigned)worker.number % 1000);
     pthread_setname_np(pthread_self(), name);
+    step_back();
     pthread_mutex_lock(&jobs->mutex);
     while (!atomic_load(&jobs->closing) || jobs->running > 0) {
         struct jobs_loop *loop;

@@ -72,6 +72,35 @@ static void centroid_of(const struct srnf_mesh *mesh, double centre[3])
     }
 }
 
+/* Largest distance of a vertex from the centroid, with a margin. */
+static double reach_of(const struct srnf_mesh *mesh, const double centre[3])
+{
+    double square = 0.0;
+
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        double x = mesh->vertices[3 * i] - centre[0];
+        double y = mesh->vertices[3 * i + 1] - centre[1];
+        double z = mesh->vertices[3 * i + 2] - centre[2];
+
+        square = fmax(square, x * x + y * y + z * z);
+    }
+    return MARGIN * sqrt(square);
+}
+
+double picture_reach(size_t degree, const double *coefficients)
+{
+    struct srnf_mesh mesh;
+    double centre[3];
+    double reach;
+
+    report_must(srnf_surface_triangulate(degree, coefficients, FREQUENCY, &mesh, NULL) == SRNF_OK,
+                "out of memory");
+    centroid_of(&mesh, centre);
+    reach = reach_of(&mesh, centre);
+    srnf_mesh_clear(&mesh);
+    return reach;
+}
+
 struct picture_view picture_view_of(size_t degree, const double *coefficients)
 {
     struct picture_view view = {.reach = 0.0};
@@ -84,18 +113,15 @@ struct picture_view picture_view_of(size_t degree, const double *coefficients)
     report_must(srnf_surface_triangulate(degree, coefficients, FREQUENCY, &mesh, NULL) == SRNF_OK,
                 "out of memory");
     centroid_of(&mesh, centre);
+    view.reach = reach_of(&mesh, centre);
     for (size_t i = 0; i < mesh.n_vertices; i++) {
-        double square = 0.0;
-
         for (int k = 0; k < 3; k++) {
             double x = mesh.vertices[3 * i + (size_t)k] - centre[k];
 
-            square += x * x;
             for (int l = 0; l < 3; l++) {
                 moments[3 * k + l] += x * (mesh.vertices[3 * i + (size_t)l] - centre[l]);
             }
         }
-        view.reach = fmax(view.reach, MARGIN * sqrt(square));
     }
     report_must(LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'L', 3, moments, 3, values) == 0,
                 "the axes of a surface cannot be found");

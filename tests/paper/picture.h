@@ -15,6 +15,9 @@ struct picture_view {
    from the side of the smallest, with a margin. */
 struct picture_view picture_view_of(size_t degree, const double *coefficients);
 
+/* The reach that a view needs for all of a surface, with the same margin. */
+double picture_reach(size_t degree, const double *coefficients);
+
 struct picture {
     unsigned char *png;
     size_t size;

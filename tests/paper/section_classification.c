@@ -154,7 +154,7 @@ static void real(struct paper *paper)
 
 /* ---- Planted cohorts ------------------------------------------------------------------------- */
 
-static const double effects[] = {0.0, 0.02, 0.04, 0.08, 0.16};
+static const double effects[] = {0.0, 0.04, 0.08, 0.16, 0.32};
 #define EFFECTS (sizeof effects / sizeof effects[0])
 
 struct planted {
@@ -214,8 +214,8 @@ static double share_below(const double *p, double level)
 static void tell_planted(struct report *report, const struct planted *planted)
 {
     static const char *const headings[] = {
-        "method", "effect 0",     "0.02",          "0.04",         "0.08",
-        "0.16",   "null p <= .1", "null p <= .25", "null p <= .5", "null p <= .75"};
+        "method", "effect 0",     "0.04",          "0.08",         "0.16",
+        "0.32",   "null p <= .1", "null p <= .25", "null p <= .5", "null p <= .75"};
     struct report_line lines[CLASSIFICATION_METHODS];
 
     report_table_open(report, "Planted cohorts of 19 and 15: accuracy (p) as the effect grows",

@@ -126,14 +126,18 @@ void paper_row(struct paper *paper, const char *caption, const struct picture_vi
                size_t degree, size_t n, const double *const *surfaces, const double *reference,
                const char *const *captions)
 {
+    struct picture_view wide = *view;
     double highest = 0.0;
 
-    for (size_t i = 0; i < n && reference; i++) {
-        highest = fmax(highest, picture_largest(degree, surfaces[i], reference));
+    for (size_t i = 0; i < n; i++) {
+        wide.reach = fmax(wide.reach, picture_reach(degree, surfaces[i]));
+        if (reference) {
+            highest = fmax(highest, picture_largest(degree, surfaces[i], reference));
+        }
     }
     report_row_open(paper->report, caption);
     for (size_t i = 0; i < n; i++) {
-        struct picture picture = picture_draw(degree, surfaces[i], view, reference, highest);
+        struct picture picture = picture_draw(degree, surfaces[i], &wide, reference, highest);
 
         report_picture(paper->report, picture.png, picture.size, "%s", captions[i]);
         picture_clear(&picture);

@@ -377,6 +377,11 @@ static void refuses_what_it_cannot_take(void **state)
     assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "degree 1000"));
+    registration = quick(true);
+    registration.representation = SRNF_REPRESENTATION_SRM;
+    assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "representation"));
     options.registration = NULL;
     g.f[1][5] = INFINITY;
     assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),

@@ -57,6 +57,13 @@ void api_response_clear(struct api_response *response)
     memset(response, 0, sizeof *response);
 }
 
+int api_response_header_text(struct api_response *response, const char *name, const char *value)
+{
+    response->headers[response->n_headers].name = name;
+    response->headers[response->n_headers++].value = strdup(value);
+    return 0;
+}
+
 int api_response_header(struct api_response *response, const char *name, const char *format, ...)
 {
     char text[256];
@@ -65,9 +72,7 @@ int api_response_header(struct api_response *response, const char *name, const c
     va_start(arguments, format);
     (void)vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    response->headers[response->n_headers].name = name;
-    response->headers[response->n_headers++].value = strdup(text);
-    return 0;
+    return api_response_header_text(response, name, text);
 }
 
 static void answer(struct api_response *response, int status, const char *text)
