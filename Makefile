@@ -174,8 +174,8 @@ $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB
 build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS)
 
 # What has threads: all of the server, whole daemons, and of the core what a test spreads over threads.
-THREADED := $(filter tests/server/% tests/http/% tests/crash/%,$(TEST_SRC)) \
-            $(shell grep -ls support/parallel.h $(TEST_SRC))
+THREADED_CORE := $(shell grep -lE 'group_threads|parallel_threads|parallel_spread' $(filter tests/core/%,$(TEST_SRC)))
+THREADED      := $(THREADED_CORE) $(filter tests/server/% tests/http/% tests/crash/%,$(TEST_SRC))
 build-threaded: $(B)/srnfd $(SHIMS) $(patsubst tests/%.c,$(B)/tests/%,$(THREADED))
 build-benches: $(BENCHES)
 
@@ -192,8 +192,7 @@ asan clang:
 
 tsan:
 	$(MAKE) --no-print-directory -j2 CONFIG=$@ build-threaded
-	@tests/tsan.sh build/$@ \
-	    '^(server|http|crash|api)/$(subst $() ,,$(patsubst tests/%.c,|^%[.]c,$(filter tests/core/%,$(THREADED))))'
+	@tests/tsan.sh build/$@ $(patsubst tests/%,%,$(THREADED_CORE))
 
 lint:
 	tests/lint/lint.sh

@@ -2,7 +2,7 @@
 # Everything that has threads, under ThreadSanitizer: tests of the server, whole daemons asked over HTTP, in peace and
 # by a hostile crowd, tests of the core whose loops are spread over threads, and a soak.
 #
-#   tests/tsan.sh BUILD-FOLDER FILTER      FILTER as for tests/run.sh
+#   tests/tsan.sh BUILD-FOLDER CORE-TEST..     sources below tests/, of which the tests named after threads run
 #
 #   REQUESTS=5000 JOBS=50   of the soak
 #
@@ -11,14 +11,24 @@
 # The last line reads "N passed, M failed".
 set -u
 BUILD=$(cd "$1" && pwd) || exit 2
-FILTER=$2
+shift
 cd "$(dirname "$0")/.." || exit 2
-OUTPUT=$BUILD/tsan.log
+passed=0
+failed=0
+
+# Runs tests and adds what their last line says.
+run() { # FILTER
+    local more_passed more_failed output=$BUILD/tsan.log
+    tests/run.sh "$BUILD" "$1" | tee "$output"
+    read -r more_passed _ more_failed _ < <(tail -n 1 "$output")
+    passed=$((passed + more_passed))
+    failed=$((failed + more_failed))
+}
 
 rm -f "$BUILD"/report.*
 export TSAN_OPTIONS="second_deadlock_stack=1:allocator_may_return_null=1:log_path=$BUILD/report"
-tests/run.sh "$BUILD" "$FILTER" | tee "$OUTPUT"
-read -r passed _ failed _ < <(tail -n 1 "$OUTPUT")
+run '^(server|http|crash|api)/'
+SRNFD_TEST_FILTER='*thread*' run "^($(IFS='|' && echo "$*"))\$"
 
 echo "soak"
 if REQUESTS=${REQUESTS:-5000} JOBS=${JOBS:-50} GROWTH=${GROWTH:-0.5} SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD \

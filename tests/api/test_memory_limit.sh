@@ -46,7 +46,7 @@ while [ "$limit" -lt $((256 * MIB)) ]; do
     fi
     unlike "$(cat "$SERVER_LOG")" job-memory-kept "with $limit bytes nothing is left"
     stop_server || not_ok 'the server ends well'
-    limit=$((limit * 5 / 2))
+    limit=$((limit * 4))
 done
 is "$JOB_STATUS" successful "with $limit bytes it succeeds"
 compare "$failures" '>=' 3 "and failed $failures times before that"
@@ -57,7 +57,7 @@ get /metrics
 is "$(awk '$1 == "srnfd_job_memory_bytes_count{process=\"encode\"}" { print $2 }' "$BODY")" 1 'the job is in the histogram'
 peak=$(awk '$1 == "srnfd_job_memory_bytes_sum{process=\"encode\"}" { print $2 }' "$BODY")
 compare "$peak" '<=' "$limit" 'with what it had in use'
-compare "$peak" '>' $((limit * 2 / 5)) 'which a smaller limit did not allow'
+compare "$peak" '>' $((limit / 4)) 'which a smaller limit did not allow'
 
 # Beside a job that fails, another one succeeds, and so does a smaller one after it on the same worker.
 execute encode "{\"mesh\":\"$mesh\",\"lmax\":16}" --header 'Prefer: respond-async'

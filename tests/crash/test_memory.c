@@ -32,6 +32,7 @@ struct scene {
     struct daemon daemon;
     unsigned number;             /* makes contents new */
     char mesh[64], computed[64]; /* the last one; the one that jobs encode */
+    char surface[64];            /* the last one */
     char job[64];                /* one that has ended and is there, or "" */
     int refused, unanswered, failed_jobs;
     bool short_of_memory; /* the fault is armed */
@@ -68,11 +69,17 @@ static uint64_t fold(uint64_t hash, const char *bytes, size_t n)
 }
 
 /* What two whole answers to one request have in common: the names of the header fields and of the
-   members of all objects, in their order. */
+   members of all objects, in their order, and all of a file. */
 static uint64_t shape_of(const struct answer *answer)
 {
+    static const char *const files[] = {"OFF", "ply", "\x93NUMPY"};
     uint64_t hash = 14695981039346656037u;
 
+    for (size_t i = 0; i < sizeof files / sizeof files[0]; i++) {
+        if (strncmp(answer->body, files[i], strlen(files[i])) == 0) {
+            hash = fold(hash, answer->body, answer->size);
+        }
+    }
     for (const char *line = strstr(answer->headers, "\r\n"); line; line = strstr(line, "\r\n")) {
         line += 2;
         hash = fold(hash, line, strcspn(line, ":"));
@@ -187,6 +194,52 @@ static bool list_cohorts(struct scene *scene)
     return ask_for(scene, "/v1/cohorts?limit=2");
 }
 
+static bool remove_cohort(struct scene *scene)
+{
+    return ask(scene, "DELETE", "/v1/cohorts/gone", "", "", 0, 204, NULL);
+}
+
+/* An ellipsoid by its coefficients of degree 4. */
+static bool make_surface(struct scene *scene)
+{
+    char body[512], id[64];
+    int n = snprintf(body, sizeof body, "{\"coefficients\":{\"lmax\":4");
+    bool done;
+
+    for (int k = 0; k < 3; k++) {
+        n += snprintf(body + n, sizeof body - (size_t)n, ",\"%c\":[0", "xyz"[k]);
+        for (int i = 1; i < 25; i++) {
+            /* The harmonics of degree 1 are y, z, x. */
+            double value = i == 1 + (k + 2) % 3 ? 1.0 + 1e-6 * ++scene->number : 0.0;
+
+            n += snprintf(body + n, sizeof body - (size_t)n, ",%.9g", value);
+        }
+        n += snprintf(body + n, sizeof body - (size_t)n, "]");
+    }
+    (void)snprintf(body + n, sizeof body - (size_t)n, "}}");
+    done = ask(scene, "POST", "/v1/surfaces", JSON_BODY, body, strlen(body), 201, id);
+    if (done) {
+        memcpy(scene->surface, id, sizeof scene->surface);
+    }
+    return done;
+}
+
+static bool read_coefficients(struct scene *scene)
+{
+    char path[160];
+
+    snprintf(path, sizeof path, "/v1/surfaces/%s/coefficients?format=npy", scene->surface);
+    return ask_for(scene, path);
+}
+
+static bool draw_surface(struct scene *scene)
+{
+    char path[160];
+
+    snprintf(path, sizeof path, "/v1/surfaces/%s/mesh?format=ply&resolution=8", scene->surface);
+    return ask_for(scene, path);
+}
+
 static bool ask_readiness(struct scene *scene)
 {
     return ask_for(scene, "/readyz");
@@ -228,6 +281,27 @@ static bool list_jobs(struct scene *scene)
     return ask_for(scene, "/v1/jobs?limit=3");
 }
 
+static bool read_results(struct scene *scene)
+{
+    char path[160];
+
+    snprintf(path, sizeof path, "/v1/jobs/%s/results", scene->job);
+    return ask_for(scene, path);
+}
+
+static bool follow_events(struct scene *scene)
+{
+    char path[160];
+
+    snprintf(path, sizeof path, "/v1/jobs/%s/events", scene->job);
+    return ask_for(scene, path);
+}
+
+static bool read_metrics(struct scene *scene)
+{
+    return ask_for(scene, "/metrics");
+}
+
 static bool remove_job(struct scene *scene)
 {
     char path[128], id[64];
@@ -241,13 +315,20 @@ static bool remove_job(struct scene *scene)
     return done;
 }
 
-/* A job of known inputs that has ended, for those who want one. */
-static void provide_job(struct scene *scene)
+/* What the next request asks for: a job of known inputs that has ended, and a cohort to remove. */
+static void provide(struct scene *scene)
 {
+    char body[256];
+    int status;
+
     if (!scene->job[0]) {
         assert_true(execute(scene, 0, true));
         assert_true(submit_what_is_known(scene));
     }
+    snprintf(body, sizeof body, "{\"name\":\"gone\",\"members\":[{\"id\":\"%s\"}]}",
+             scene->computed);
+    status = daemon_status(&scene->daemon, "POST", "/v1/cohorts", body);
+    assert_true(status == 200 || status == 201);
 }
 
 static struct step {
@@ -259,10 +340,17 @@ static struct step {
     {"its content", read_content, 0},
     {"a cohort", make_cohort, 0},
     {"the list of cohorts", list_cohorts, 0},
+    {"a cohort's removal", remove_cohort, 0},
     {"/readyz", ask_readiness, 0},
+    {"/metrics", read_metrics, 0},
+    {"a surface", make_surface, 0},
+    {"its coefficients", read_coefficients, 0},
+    {"its mesh", draw_surface, 0},
     {"a job", run_new_job, 0},
     {"a job from the cache", submit_what_is_known, 0},
     {"the list of jobs", list_jobs, 0},
+    {"results", read_results, 0},
+    {"events", follow_events, 0},
     {"a deletion", remove_job, 0},
 };
 #define N_STEPS (sizeof steps / sizeof steps[0])
@@ -295,9 +383,24 @@ static bool act(struct scene *scene, struct step *step)
 static void round_of_all(struct scene *scene)
 {
     for (size_t i = 0; i < N_STEPS; i++) {
-        provide_job(scene);
+        provide(scene);
         assert_true(act(scene, &steps[i]));
     }
+}
+
+/* With memory again the request is done: at once, but that /readyz remembers for a moment that a
+   write did not get through. */
+static void recovers(struct scene *scene, struct step *step)
+{
+    struct timespec time = {.tv_nsec = 50000000};
+
+    provide(scene);
+    for (int i = 0; step->act == ask_readiness && i < 60 &&
+                    daemon_status(&scene->daemon, "GET", "/readyz", "") != 200;
+         i++) {
+        nanosleep(&time, NULL);
+    }
+    assert_true(act(scene, step));
 }
 
 /* Fails every stride-th allocation of one request, and of what the daemon does meanwhile, until
@@ -310,7 +413,7 @@ static int fail_each(struct scene *scene, struct step *step, int stride)
     for (int number = 1; idle < 2; number += stride) {
         bool done;
 
-        provide_job(scene);
+        provide(scene);
         arm(scene, number);
         done = act(scene, step);
         idle = atomic_load(&scene->daemon.control->hits) == 0 ? idle + 1 : 0;
@@ -319,9 +422,8 @@ static int fail_each(struct scene *scene, struct step *step, int stride)
         if (daemon_has_ended(&scene->daemon)) {
             fail_msg("the daemon ended when allocation %d of %s failed", number, step->name);
         }
-        provide_job(scene);
         if (!done) {
-            assert_true(act(scene, step));
+            recovers(scene, step);
         }
     }
     return tried;
