@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum kind { KIND_TEXT, KIND_CHOICE, KIND_NUMBER, KIND_FLAG };
 
@@ -336,12 +337,33 @@ static int load_arguments(struct config *config, int n_arguments, char *const *a
     return 0;
 }
 
+/* What a service manager hands over (systemd's LoadCredential): a certificate and its key, where
+   the folder has them. */
+static void take_credentials(struct config *config)
+{
+    const char *folder = getenv("CREDENTIALS_DIRECTORY");
+    char path[CONFIG_TEXT_MAX];
+
+    if (!folder || strlen(folder) + sizeof "/tls-certificate" > sizeof path) {
+        return;
+    }
+    (void)snprintf(path, sizeof path, "%s/tls-certificate", folder);
+    if (access(path, F_OK) == 0) {
+        memcpy(config->tls_certificate, path, sizeof path);
+    }
+    (void)snprintf(path, sizeof path, "%s/tls-key", folder);
+    if (access(path, F_OK) == 0) {
+        memcpy(config->tls_key, path, sizeof path);
+    }
+}
+
 int config_load(struct config *config, int n_arguments, char *const *arguments, char *message,
                 size_t size)
 {
     const char *file = getenv("SRNFD_CONFIG");
 
     *config = defaults;
+    take_credentials(config);
     for (int at = 0; at < n_arguments; at++) {
         const char *value = option_value("--config", n_arguments, arguments, &at);
 

@@ -1,5 +1,6 @@
 /*
- * config.h - the settings of `srnfd serve`: defaults, then a JSON file, then the environment, then
+ * config.h - the settings of `srnfd serve`: defaults, then what a service manager hands over
+ * (CREDENTIALS_DIRECTORY: tls-certificate, tls-key), then a JSON file, then the environment, then
  * the command line, each overriding the one before.
  */
 #ifndef SRNFD_CONFIG_H

@@ -103,4 +103,22 @@ for i in 1 2 3 4 5 6 7 8; do
 done
 is "$failures" 0 'no handshake fails while certificates change'
 stop_server || not_ok 'the server ends well'
+
+# The pair that a service manager hands over; half of it is refused, and settings come before it.
+mkdir "$SCRATCH/credentials"
+make_pair handed "$SCRATCH/credentials/tls-certificate" "$SCRATCH/credentials/tls-key"
+CREDENTIALS_DIRECTORY=$SCRATCH/credentials start_server "$SCRATCH/handed" || exit 1
+URL=https://${URL#http://}
+is "$(shown)" handed 'the certificate that was handed over is shown'
+stop_server || not_ok 'the server ends well'
+make_pair third "$CERTIFICATE" "$KEY"
+CREDENTIALS_DIRECTORY=$SCRATCH/credentials start_server "$SCRATCH/handed" --tls-certificate "$CERTIFICATE" \
+    --tls-key "$KEY" || exit 1
+URL=https://${URL#http://}
+is "$(shown)" third 'settings come before it'
+stop_server || not_ok 'the server ends well'
+rm "$SCRATCH/credentials/tls-key"
+CREDENTIALS_DIRECTORY=$SCRATCH/credentials "$SRNFD" serve --listen 127.0.0.1:0 --data "$SCRATCH/none" >/dev/null \
+    2>"$SCRATCH/refused"
+is $? 2 'a certificate without its key: refused'
 done_testing
