@@ -108,8 +108,12 @@ static struct MHD_Response *make_response(struct exchange *exchange)
     struct MHD_Response *mhd = NULL;
 
     if (response->stream.job_id[0] && (mhd = stream_open(exchange)) == NULL) {
-        replace_response(exchange, "server-busy",
-                         "Too many streams of events are open; try again later.");
+        bool full = !exchange->streams;
+
+        stream_closed(exchange);
+        replace_response(exchange, full ? "server-busy" : "out-of-memory",
+                         full ? "Too many streams of events are open; try again later."
+                              : "There is not enough memory for the stream.");
     }
     if (!mhd) {
         exchange->sent = response->body_size;

