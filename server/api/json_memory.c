@@ -3,7 +3,8 @@
  *
  * jansson tells of a failure by NULL or -1, deep in code that builds an answer member by member. A
  * member that is missing because memory was short would make a wrong answer, or a wrong row, of a
- * right one, and so would a name that was read without its last letter. So nothing built since json_memory_begin is sent or kept once the flag is up.
+ * right one, and so would a name that was read without its last letter. So nothing built since
+ * json_memory_begin is sent or kept once the flag is up.
  *
  * The flag is thread-local: a request or a job is built on one thread from begin to end.
  */

@@ -82,10 +82,10 @@ enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
 int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
                 const char *idempotency_key, const char *body_digest, struct store_job *job,
                 enum jobs_submission *how);
-/* Whose job it is, what the owner may have, and in which trace it is asked for. Cache, joining and keys are each owner's own:
-   nobody learns from an answer, or from its time, what another has computed. NULL for the owner ""
-   without limits, for whom jobs_submit is short. STORE_QUEUED: as many of the owner's jobs wait as
-   may; STORE_QUOTA: the owner holds as many bytes as it may. */
+/* Whose job it is, what the owner may have, and in which trace it is asked for. Cache, joining and
+   keys are each owner's own: nobody learns from an answer, or from its time, what another has
+   computed. NULL for the owner "" without limits, for whom jobs_submit is short. STORE_QUEUED: as
+   many of the owner's jobs wait as may; STORE_QUOTA: the owner holds as many bytes as it may. */
 struct jobs_owner {
     const char *name; /* shorter than STORE_OWNER_MAX */
     struct store_job_limits limits;

@@ -84,8 +84,8 @@ int store_step(sqlite3 *db, sqlite3_stmt *statement);
 int store_execute(sqlite3 *db, size_t *changed, const char *sql, const char *kinds, ...);
 /* First column of the first row as an integer; STORE_NOT_FOUND without a row. */
 int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
-/* First column of the first row as a text, cut to size; "" for NULL. The statement has one parameter,
-   key, which may be the buffer. STORE_NOT_FOUND without a row: text stays as it is. */
+/* First column of the first row as a text, cut to size; "" for NULL. The statement has one
+   parameter, key, which may be the buffer. STORE_NOT_FOUND without a row: text stays as it is. */
 int store_text(sqlite3 *db, char *text, size_t size, const char *sql, const char *key);
 /* Copies of columns: malloc, NULL for NULL; *status becomes STORE_NOMEM when memory is short. */
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);

@@ -156,6 +156,15 @@ static bool ask_for(struct scene *scene, const char *path)
     return ask(scene, "GET", path, "", "", 0, 200, NULL);
 }
 
+/* GET of what is below a resource. */
+static bool ask_of(struct scene *scene, const char *kind, const char *id, const char *what)
+{
+    char path[160];
+
+    snprintf(path, sizeof path, "%s/%s%s", kind, id, what);
+    return ask_for(scene, path);
+}
+
 /* ---- The requests ---------------------------------------------------------------------------- */
 
 static bool upload(struct scene *scene)
@@ -174,10 +183,7 @@ static bool upload(struct scene *scene)
 
 static bool read_content(struct scene *scene)
 {
-    char path[160];
-
-    snprintf(path, sizeof path, "/v1/meshes/%s/content", scene->mesh);
-    return ask_for(scene, path);
+    return ask_of(scene, "/v1/meshes", scene->mesh, "/content");
 }
 
 static bool make_cohort(struct scene *scene)
@@ -226,18 +232,12 @@ static bool make_surface(struct scene *scene)
 
 static bool read_coefficients(struct scene *scene)
 {
-    char path[160];
-
-    snprintf(path, sizeof path, "/v1/surfaces/%s/coefficients?format=npy", scene->surface);
-    return ask_for(scene, path);
+    return ask_of(scene, "/v1/surfaces", scene->surface, "/coefficients?format=npy");
 }
 
 static bool draw_surface(struct scene *scene)
 {
-    char path[160];
-
-    snprintf(path, sizeof path, "/v1/surfaces/%s/mesh?format=ply&resolution=8", scene->surface);
-    return ask_for(scene, path);
+    return ask_of(scene, "/v1/surfaces", scene->surface, "/mesh?format=ply&resolution=8");
 }
 
 static bool ask_readiness(struct scene *scene)
@@ -283,18 +283,12 @@ static bool list_jobs(struct scene *scene)
 
 static bool read_results(struct scene *scene)
 {
-    char path[160];
-
-    snprintf(path, sizeof path, "/v1/jobs/%s/results", scene->job);
-    return ask_for(scene, path);
+    return ask_of(scene, "/v1/jobs", scene->job, "/results");
 }
 
 static bool follow_events(struct scene *scene)
 {
-    char path[160];
-
-    snprintf(path, sizeof path, "/v1/jobs/%s/events", scene->job);
-    return ask_for(scene, path);
+    return ask_of(scene, "/v1/jobs", scene->job, "/events");
 }
 
 static bool read_metrics(struct scene *scene)
