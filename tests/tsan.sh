@@ -4,7 +4,7 @@
 #
 #   tests/tsan.sh BUILD-FOLDER CORE-TEST..     sources below tests/, of which the tests named after threads run
 #
-#   REQUESTS=5000 JOBS=50   of the soak
+#   REQUESTS=20000 JOBS=200   of the soak
 #
 # Reports go to files BUILD-FOLDER/report.PID, also those of daemons that a test kills, and are shown at the end. One
 # report is a failure, whatever the tests say. tests/tsan.supp, where there is one, names what is not reported.
@@ -31,7 +31,7 @@ run '^(server|http|crash|api)/'
 SRNFD_TEST_FILTER='*thread*' run "^($(IFS='|' && echo "$*"))\$"
 
 echo "soak"
-if REQUESTS=${REQUESTS:-5000} JOBS=${JOBS:-50} GROWTH=${GROWTH:-0.5} SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD \
+if REQUESTS=${REQUESTS:-20000} JOBS=${JOBS:-200} GROWTH=${GROWTH:-0.5} SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD \
     SRNFD=$BUILD/srnfd tests/soak/test_soak.sh; then
     passed=$((passed + 1))
 else
