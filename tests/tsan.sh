@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Everything that has threads, under ThreadSanitizer: tests of the server, whole daemons asked over HTTP, in peace and
-# by a hostile crowd, tests of the core whose loops are spread over threads, and a soak.
+# by a hostile crowd, tests of the core whose loops are spread over threads, kills under load, and a soak.
 #
 #   tests/tsan.sh BUILD-FOLDER CORE-TEST..     sources below tests/, of which the tests named after threads run
 #
@@ -30,13 +30,17 @@ export TSAN_OPTIONS="second_deadlock_stack=1:allocator_may_return_null=1:log_pat
 run '^(server|http|crash|api)/'
 SRNFD_TEST_FILTER='*thread*' run "^($(IFS='|' && echo "$*"))\$"
 
-echo "soak"
-if REQUESTS=${REQUESTS:-20000} JOBS=${JOBS:-200} GROWTH=${GROWTH:-0.5} SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD \
-    SRNFD=$BUILD/srnfd tests/soak/test_soak.sh; then
-    passed=$((passed + 1))
-else
-    failed=$((failed + 1))
-fi
+# What "make check" leaves out under a sanitizer, but has threads.
+export SRNFD_SANITIZED=tsan SRNFD_BUILD=$BUILD SRNFD=$BUILD/srnfd
+export REQUESTS=${REQUESTS:-20000} JOBS=${JOBS:-200} GROWTH=${GROWTH:-0.5} SRNFD_KILL_ROUNDS=${SRNFD_KILL_ROUNDS:-1}
+for script in tests/crash/test_kill.sh tests/soak/test_soak.sh; do
+    echo "$script"
+    if "$script"; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+    fi
+done
 
 reports=0
 for file in "$BUILD"/report.*; do
