@@ -18,7 +18,7 @@
 #include "support/shapes.h"
 
 /* Sanitizers and -O1 cost a factor of five to ten: the longest tests then take every n-th shape. */
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define FIGURES_SANITIZED 1
 #else
 #define FIGURES_SANITIZED 0
