@@ -266,8 +266,6 @@ static void live_on_a_full_disk(struct scene *scene, char ended[][64], size_t fr
     for (size_t i = from; i < to; i++) {
         assert_true(job_request(scene, "GET", ended[i], "/results", 200));
         if (!job_request(scene, "DELETE", ended[i], "", 204)) {
-            (void)system("ls -la /tmp/srnfd-storage*/disk/data /tmp/srnfd-storage*/disk; df -k "
-                         "/tmp/srnfd-storage*/disk");
             fail_msg("deletion %zu on a full disk", i);
         }
         assert_int_equal(daemon_status(&scene->daemon, "GET", "/v1/jobs?limit=3", ""), 200);
