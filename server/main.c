@@ -78,7 +78,7 @@ static void job_progressed(void *user, const char *job_id)
 static const char *level_of(const char *event)
 {
     static const char *const alarms[] = {"job-lost", "job-not-written", "job-checkpoint-failed",
-                                         "claim-failed"};
+                                         "claim-failed", "job-memory-kept"};
 
     for (size_t i = 0; i < sizeof alarms / sizeof alarms[0]; i++) {
         if (strcmp(event, alarms[i]) == 0) {
@@ -88,10 +88,14 @@ static const char *level_of(const char *event)
     return strcmp(event, "job-failed") == 0 ? "warn" : "info";
 }
 
-static void job_logged(void *user, const char *event, const char *job_id, const char *detail)
+static void job_logged(void *user, const char *event, const char *job_id, const char *trace,
+                       const char *detail)
 {
+    const struct log_field fields[] = {log_text("job", job_id), log_text("detail", detail),
+                                       log_text("traceparent", trace)};
+
     (void)user;
-    LOG_AT(level_of(event), event, log_text("job", job_id), log_text("detail", detail));
+    log_line(level_of(event), event, fields, trace[0] ? 3 : 2);
 }
 
 static void link_http(struct service *service, struct http *http)
@@ -112,6 +116,7 @@ static int start_jobs(struct service *service, const struct config *config)
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
                                .job_seconds = config->job_seconds,
+                               .job_memory = (size_t)config->job_memory,
                                .retention_days = config->retention_days,
                                .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
@@ -310,6 +315,7 @@ static int serve(int n_arguments, char **arguments)
         log_text("scheme", config.tls_certificate[0] ? "https" : "http"),
         log_text("data", config.data),
         log_number("workers", (double)jobs_worker_count(service.jobs)),
+        log_number("jobMemory", (double)jobs_memory_limit(service.jobs)),
         log_text("version", SRNF_VERSION), log_text("numericBuild", service.numeric_build));
     log_start();
     notify_manager("READY=1");

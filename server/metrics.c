@@ -32,6 +32,11 @@ static const double request_bounds[BOUNDS_MAX + 1] = {
     0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 10, 30, 0};
 static const double job_bounds[BOUNDS_MAX + 1] = {0.01, 0.05, 0.1, 0.5, 1,    2.5,   5,
                                                   10,   30,   60,  300, 1800, 10800, 0};
+/* The same in bytes, of what jobs have in use: 1 MiB to 16 GiB. */
+#define MIB 1048576.0
+static const double memory_bounds[BOUNDS_MAX + 1] = {
+    1 * MIB,   4 * MIB,   8 * MIB,    16 * MIB,   32 * MIB,   64 * MIB,    128 * MIB,
+    256 * MIB, 512 * MIB, 1024 * MIB, 2048 * MIB, 4096 * MIB, 16384 * MIB, 0};
 
 static const struct family {
     enum kind kind;
@@ -112,6 +117,16 @@ static const struct family {
                                  "From the acceptance of a job to its claim by a worker.",
                                  {"process"},
                                  job_bounds},
+    [METRIC_JOB_MEMORY] = {KIND_HISTOGRAM,
+                           "srnfd_job_memory_bytes",
+                           "The most memory that a job had in use at once.",
+                           {"process"},
+                           memory_bounds},
+    [METRIC_JOB_MEMORY_LIMIT] = {KIND_GAUGE,
+                                 "srnfd_job_memory_limit_bytes",
+                                 "Memory that a job may have in use.",
+                                 {NULL},
+                                 NULL},
     [METRIC_JOBS] = {KIND_GAUGE,
                      "srnfd_jobs",
                      "Jobs that have not ended, by process and status.",
@@ -314,7 +329,7 @@ void metrics_set(struct metrics *metrics, enum metric metric, const char *const 
 }
 
 void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
-                     double seconds)
+                     double value)
 {
     const double *bounds = families[metric].bounds;
     struct series *series = metrics && bounds ? find(metrics, metric, labels) : NULL;
@@ -323,13 +338,13 @@ void metrics_observe(struct metrics *metrics, enum metric metric, const char *co
     if (!series) {
         return;
     }
-    while (bucket < BOUNDS_MAX && bounds[bucket] > 0 && seconds > bounds[bucket]) {
+    while (bucket < BOUNDS_MAX && bounds[bucket] > 0 && value > bounds[bucket]) {
         bucket++;
     }
     if (bucket < BOUNDS_MAX && bounds[bucket] <= 0) {
         bucket = BOUNDS_MAX;
     }
-    add(&series->value, seconds);
+    add(&series->value, value);
     atomic_fetch_add_explicit(&series->bucket[bucket], 1, memory_order_relaxed);
 }
 

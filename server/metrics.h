@@ -31,6 +31,8 @@ enum metric {
     METRIC_JOBS_ENDED,            /* process, status */
     METRIC_JOB_SECONDS,           /* process */
     METRIC_JOB_WAIT_SECONDS,      /* process */
+    METRIC_JOB_MEMORY,            /* process */
+    METRIC_JOB_MEMORY_LIMIT,      /* bytes */
     METRIC_JOBS,                  /* process, status: accepted, running */
     METRIC_QUEUE_LENGTH,          /* accepted jobs */
     METRIC_QUEUE_AGE,             /* seconds that the oldest accepted job has waited */
@@ -64,9 +66,9 @@ void metrics_add(struct metrics *metrics, enum metric metric, const char *const 
                  double value);
 void metrics_set(struct metrics *metrics, enum metric metric, const char *const *labels,
                  double value);
-/* One observation of a histogram, in seconds. */
+/* One observation of a histogram, in its unit: seconds or bytes. */
 void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
-                     double seconds);
+                     double value);
 
 /* The value of a counter or gauge, or the number of observations; 0 for what was never counted. */
 double metrics_value(struct metrics *metrics, enum metric metric, const char *const *labels);

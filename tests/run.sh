@@ -48,7 +48,7 @@ done
 export SRNFD SRNFD_BUILD SRNFD_SANITIZED
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_stack_use_after_return=1:allocator_may_return_null=1}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
-export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1}
+export TSAN_OPTIONS=${TSAN_OPTIONS:-second_deadlock_stack=1:allocator_may_return_null=1}
 if [ "$SRNFD_SANITIZED" = tsan ] && [ -f "$TESTS/tsan.supp" ]; then
     export TSAN_OPTIONS="$TSAN_OPTIONS:suppressions=$TESTS/tsan.supp"
 fi

@@ -74,6 +74,7 @@ struct api_response {
     unsigned char *body; /* malloc, owned */
     size_t body_size;
     const char *problem; /* code of the problem that was answered, static; NULL: none was */
+    bool lacking;        /* memory was short: a header or the body is missing */
     /* Not finished: wait until this job ends or the seconds are over, then api_resume. */
     struct {
         char job_id[STORE_ID_MAX];

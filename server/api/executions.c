@@ -284,6 +284,7 @@ static int submit(struct api_call *call, const struct api_process *process, cons
     const struct api_caller *caller = &call->request->caller;
     const struct jobs_owner owner = {
         .name = caller->name,
+        .trace = call->request->trace,
         .limits = {.queued = (size_t)caller->quotas[STORE_QUOTA_QUEUED],
                    .running = (size_t)caller->quotas[STORE_QUOTA_RUNNING],
                    .bytes = caller->quotas[STORE_QUOTA_BYTES]},

@@ -17,6 +17,13 @@ void json_memory_begin(void);
 /* Whether one has since then: what was built may lack members, and what was parsed may be valid. */
 bool json_memory_failed(void);
 
+/* The same for what else a document needs and cannot have, such as a row that could not be read:
+   from now on it lacks something. */
+void json_memory_fail(void);
+
+/* json_loadb of a text, which jansson may read with characters missing where memory is short: NULL
+   then, with the flag set. */
+json_t *json_memory_load(const char *text, size_t size, json_error_t *error);
 /* json_dumps of what was built in full; NULL otherwise, with the flag set. */
 char *json_memory_dumps(const json_t *document, size_t flags);
 

@@ -168,6 +168,7 @@ static void measure_jobs(struct api *api, struct metrics *now)
     metrics_set(now, METRIC_QUEUE_LENGTH, NULL, (double)health.queued);
     metrics_set(now, METRIC_WORKERS, NULL, (double)health.alive);
     metrics_set(now, METRIC_WORKERS_BUSY, NULL, (double)health.busy);
+    metrics_set(now, METRIC_JOB_MEMORY_LIMIT, NULL, (double)jobs_memory_limit(api->config.jobs));
     if (store_job_load(api->config.store, take_load, &load) != STORE_OK) {
         return;
     }

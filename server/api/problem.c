@@ -60,6 +60,7 @@ static const struct problem_kind kinds[] = {
     {"not-converged", 422, "The computation did not converge"},
     {"numerical-failure", 422, "A numerical step broke down"},
     {"time-limit", 422, "The job took longer than is allowed"},
+    {"memory-limit", 422, "The job needs more memory than is allowed"},
     {"limit-exceeded", 422, "The input exceeds a limit"},
     {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
     {"quota-exceeded", 429, "A quota is used up"},

@@ -159,6 +159,9 @@ bool process_finite(size_t count, const double *values, const char *what,
  */
 json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
                              const char *what, struct jobs_result *result);
+/* Whether a row was read, by the status of the store. Where it could not be, and not because it is
+   not there, nothing is made of the results: they would lack what it tells. */
+bool process_read(int status);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);

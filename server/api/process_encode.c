@@ -149,7 +149,7 @@ static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
     };
     json_t *record;
 
-    if (store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), mesh_id, &mesh) == 0) {
+    if (process_read(store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), mesh_id, &mesh))) {
         description.name = mesh.name;
     }
     record = process_keep_surface(run, &description, "the surface", result);

@@ -259,15 +259,10 @@ static bool ran_out(const struct compute_invert_inputs *typed,
    surface. */
 static double scale_of(struct jobs_run *run, const struct compute_surface *truth)
 {
-    struct store_surface stored = {0};
-    double scale = truth->scale > 0.0 ? truth->scale : 1.0;
-
-    if (truth->coefficients && !(truth->scale > 0.0) &&
-        store_surface_get(jobs_run_store(run), truth->id, false, &stored) == 0) {
-        scale = surface_record_number(&stored, "scale", 1.0);
+    if (truth->coefficients) {
+        return process_scale(run, truth->id, truth->scale);
     }
-    store_surface_clear(&stored);
-    return scale;
+    return truth->scale > 0.0 ? truth->scale : 1.0;
 }
 
 static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_inputs *typed,

@@ -142,7 +142,7 @@ static double total_variance(struct jobs_run *run, const char *id)
     json_t *record = NULL;
     double total = 0.0;
 
-    if (store_model_get(jobs_run_store(run), id, 0, &model) == 0) {
+    if (process_read(store_model_get(jobs_run_store(run), id, 0, &model))) {
         record = json_loads(model.record ? model.record : "{}", 0, NULL);
         total = json_number_value(json_object_get(record, "totalVariance"));
     }

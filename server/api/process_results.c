@@ -9,14 +9,14 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 json_t *process_parse(const char *inputs, struct jobs_result *result)
 {
     json_t *document;
 
     json_memory_begin();
-    document = json_loads(inputs, JSON_REJECT_DUPLICATES, NULL);
-
+    document = json_memory_load(inputs, strlen(inputs), NULL);
     if (!document) {
         result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,
@@ -28,13 +28,7 @@ json_t *process_parse(const char *inputs, struct jobs_result *result)
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result)
 {
-    struct store_job job = {0};
-
-    if (store_job_get(jobs_run_store(run), jobs_run_job_id(run), &job) == 0) {
-        (void)json_object_set_new(document, "numericBuild",
-                                  job.numeric_build ? json_string(job.numeric_build) : json_null());
-    }
-    store_job_clear(&job);
+    (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
     (void)json_object_set(document, "inputs", inputs);
     result->results =
         document ? json_memory_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
@@ -118,6 +112,14 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
     return source;
 }
 
+bool process_read(int status)
+{
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
+        json_memory_fail();
+    }
+    return status == STORE_OK;
+}
+
 double process_scale(struct jobs_run *run, const char *id, double known)
 {
     struct store_surface surface = {0};
@@ -126,7 +128,7 @@ double process_scale(struct jobs_run *run, const char *id, double known)
     if (scale > 0.0) {
         return scale;
     }
-    if (store_surface_get(jobs_run_store(run), id, false, &surface) == 0) {
+    if (process_read(store_surface_get(jobs_run_store(run), id, false, &surface))) {
         scale = surface_record_number(&surface, "scale", 1.0);
     }
     store_surface_clear(&surface);

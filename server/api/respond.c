@@ -45,6 +45,7 @@ int api_response_header_text(struct api_response *response, const char *name, co
     }
     copy = strdup(value);
     if (!copy) {
+        response->lacking = true;
         return -1;
     }
     response->headers[response->n_headers].name = name;
@@ -87,6 +88,7 @@ void response_json(struct api_response *response, int status, const char *conten
         free(text);
         line = strdup(short_of_memory ? no_memory : internal);
         length = line ? strlen(line) : 0;
+        response->lacking = !line;
         content_type = "application/problem+json";
     }
     json_memory_begin();
@@ -305,8 +307,11 @@ json_t *body_json(struct api_call *call)
                               "The body is empty where a JSON object is expected.");
         return NULL;
     }
-    document =
-        json_loadb((const char *)request->body, request->body_size, JSON_REJECT_DUPLICATES, &error);
+    document = json_memory_load((const char *)request->body, request->body_size, &error);
+    if (!document && json_memory_failed()) {
+        (void)problem_respond(call, "out-of-memory", "The body does not fit into memory now.");
+        return NULL;
+    }
     if (!document) {
         (void)problem_respond(call, "malformed-json", "At line %d, column %d: %s.", error.line,
                               error.column,

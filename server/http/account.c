@@ -35,7 +35,7 @@ void account_log(const struct exchange *exchange, bool whole)
     const struct api_request *request = &exchange->request;
     const char *code = exchange->response.problem;
     const char *level = is_fault(exchange->status) ? "error" : code ? "warn" : "info";
-    struct log_field fields[10] = {
+    struct log_field fields[11] = {
         log_text("id", request->id),
         log_text("method", request->method),
         log_text("path", request->path),
@@ -52,6 +52,9 @@ void account_log(const struct exchange *exchange, bool whole)
     }
     if (code) {
         fields[n++] = log_text("code", code);
+    }
+    if (request->caller.name[0]) {
+        fields[n++] = log_text("owner", request->caller.name);
     }
     if (request->trace[0]) {
         fields[n++] = log_text("traceparent", request->trace);

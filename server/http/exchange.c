@@ -77,6 +77,62 @@ static void add_timing(struct api_response *response, double total_ms)
     (void)api_response_header_text(response, "Server-Timing", value);
 }
 
+/* The fields of every answer. */
+static void add_fields(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+
+    cors_headers(exchange);
+    (void)api_response_header_text(response, "X-Request-Id", exchange->request.id);
+    add_timing(response, exchange->total_ms);
+    (void)api_response_header_text(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->request.trace[0]) {
+        (void)api_response_header_text(response, "traceparent", exchange->request.trace);
+    }
+    if (exchange->close || exchange->http->draining) {
+        (void)api_response_header_text(response, "Connection", "close");
+    }
+}
+
+/* Another answer in the place of one that cannot be given. */
+static void replace_response(struct exchange *exchange, const char *code, const char *detail)
+{
+    api_problem(&exchange->request, &exchange->response, 503, code, detail);
+    add_fields(exchange);
+}
+
+/* The library's form of the response, with its fields; NULL where there is no memory for it. */
+static struct MHD_Response *make_response(struct exchange *exchange)
+{
+    struct api_response *response = &exchange->response;
+    struct MHD_Response *mhd = NULL;
+
+    if (response->stream.job_id[0] && (mhd = stream_open(exchange)) == NULL) {
+        bool full = !exchange->streams;
+
+        stream_closed(exchange);
+        replace_response(exchange, full ? "server-busy" : "out-of-memory",
+                         full ? "Too many streams of events are open; try again later."
+                              : "There is not enough memory for the stream.");
+    }
+    if (!mhd) {
+        exchange->sent = response->body_size;
+        mhd = MHD_create_response_from_buffer(response->body_size, response->body,
+                                              MHD_RESPMEM_MUST_FREE);
+        response->body = mhd ? NULL : response->body;
+    }
+    for (size_t i = 0; mhd && i < response->n_headers; i++) {
+        if (MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value) !=
+            MHD_YES) {
+            MHD_destroy_response(mhd);
+            mhd = NULL;
+        }
+    }
+    return mhd;
+}
+
+/* An answer that lacks a field, such as the place of what was made, is another answer: where memory
+   was short it becomes a 503, and where there is not enough for that, the connection is closed. */
 static enum MHD_Result send_response(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
@@ -85,39 +141,18 @@ static enum MHD_Result send_response(struct exchange *exchange)
     enum MHD_Result result;
 
     hold_response(exchange);
-    if (response->stream.job_id[0]) {
-        mhd = stream_open(exchange);
-        if (!mhd) {
-            api_problem(&exchange->request, response, 503, "server-busy",
-                        "Too many streams of events are open; try again later.");
-        }
-    }
     if (response->status == 0) {
         api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
     }
     exchange->total_ms = 1e3 * (http_now() - exchange->started);
+    add_fields(exchange);
+    if (response->lacking) {
+        replace_response(exchange, "out-of-memory", "There is not enough memory for the answer.");
+    }
+    mhd = response->lacking ? NULL : make_response(exchange);
     exchange->status = response->status;
     if (!mhd) {
-        exchange->sent = response->body_size;
-        mhd = MHD_create_response_from_buffer(response->body_size, response->body,
-                                              MHD_RESPMEM_MUST_FREE);
-        if (!mhd) {
-            return MHD_NO;
-        }
-        response->body = NULL;
-    }
-    cors_headers(exchange);
-    (void)api_response_header_text(response, "X-Request-Id", exchange->request.id);
-    add_timing(response, exchange->total_ms);
-    (void)api_response_header_text(response, "X-Content-Type-Options", "nosniff");
-    if (exchange->request.trace[0]) {
-        (void)api_response_header_text(response, "traceparent", exchange->request.trace);
-    }
-    if (exchange->close || http->draining) {
-        (void)api_response_header_text(response, "Connection", "close");
-    }
-    for (size_t i = 0; i < response->n_headers; i++) {
-        (void)MHD_add_response_header(mhd, response->headers[i].name, response->headers[i].value);
+        return MHD_NO;
     }
     connection_deadline(
         exchange->connection,
@@ -141,8 +176,8 @@ static void drop_body(struct exchange *exchange)
 }
 
 /* Grows the buffer to hold size bytes: doubling, never beyond max_body, all bodies within
-   max_buffered. */
-static bool grow_body(struct exchange *exchange, size_t size)
+   max_buffered. Otherwise the code of the problem. */
+static const char *grow_body(struct exchange *exchange, size_t size)
 {
     struct http *http = exchange->http;
     size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
@@ -155,16 +190,16 @@ static bool grow_body(struct exchange *exchange, size_t size)
         capacity = exchange->max_body;
     }
     if (!hold(http, capacity - exchange->body_capacity)) {
-        return false;
+        return "server-busy";
     }
     body = realloc(exchange->body, capacity);
     if (!body) {
         release(http, capacity - exchange->body_capacity);
-        return false;
+        return "out-of-memory";
     }
     exchange->body = body;
     exchange->body_capacity = capacity;
-    return true;
+    return NULL;
 }
 
 /* From now on the body is passed over; the response is the problem. */
@@ -181,6 +216,7 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
 {
     struct api_request *request = &exchange->request;
     double received = (double)(request->body_size + exchange->drained + size);
+    const char *code = NULL;
 
     connection_deadline(
         exchange->connection,
@@ -190,9 +226,9 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
         exchange->drained = (size_t)received - size;
     } else if (exchange->phase == PHASE_BODY &&
                request->body_size + size > exchange->body_capacity &&
-               !grow_body(exchange, request->body_size + size)) {
-        refuse_body(exchange, 503, "server-busy",
-                    "Too many bodies are being read at once; try again in a moment.");
+               (code = grow_body(exchange, request->body_size + size)) != NULL) {
+        refuse_body(exchange, 503, code,
+                    "There is no room for the body at present; try again in a moment.");
     }
     if (exchange->phase == PHASE_DRAIN) {
         exchange->drained += size;

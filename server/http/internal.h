@@ -201,7 +201,7 @@ void pool_await_stream(struct exchange *exchange);
 /* ---- stream.c -------------------------------------------------------------------------------- */
 
 /* A response that goes on with the pieces of exchange->response.stream; NULL when there are too
-   many streams, or no memory. */
+   many streams, or, where exchange->streams, no memory. */
 struct MHD_Response *stream_open(struct exchange *exchange);
 void stream_closed(struct exchange *exchange);
 /* On a request thread: makes the next piece, if there is one. */

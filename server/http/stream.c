@@ -92,6 +92,7 @@ void stream_closed(struct exchange *exchange)
     if (!exchange->streams) {
         return;
     }
+    exchange->streams = false;
     (void)pthread_mutex_lock(&http->mutex);
     http->n_streams--;
     (void)pthread_mutex_unlock(&http->mutex);

@@ -22,23 +22,25 @@
 #include <stdatomic.h>
 
 #include "jobs/jobs.h"
+#include "jobs/memory.h"
 
 #define JOBS_MAX_ATTEMPTS 3
 #define JOBS_QUEUE_DEFAULT 10000
 
 /* ---- Parallel loops (parallel.c) ------------------------------------------------------------- */
 
-/* The one loop that a run may have open at a time. count, body and argument are set before it is
-   published. */
+/* The one loop that a run may have open at a time. count, body, argument and memory are set before
+   it is published. */
 struct jobs_loop {
     size_t count;
     void (*body)(void *argument, size_t index);
     void *argument;
-    atomic_size_t next;     /* the first index that nobody has taken; may pass count */
-    atomic_bool open;       /* from before the first call of body until after the last one */
-    size_t helpers;         /* workers inside, other than the caller; jobs->mutex */
-    pthread_cond_t left;    /* the last helper has gone; jobs->mutex */
-    struct jobs_loop *link; /* list of published loops; jobs->mutex */
+    struct jobs_memory *memory; /* of the run, for helpers */
+    atomic_size_t next;         /* the first index that nobody has taken; may pass count */
+    atomic_bool open;           /* from before the first call of body until after the last one */
+    size_t helpers;             /* workers inside, other than the caller; jobs->mutex */
+    pthread_cond_t left;        /* the last helper has gone; jobs->mutex */
+    struct jobs_loop *link;     /* list of published loops; jobs->mutex */
 };
 
 /* ---- Runs (run.c) ---------------------------------------------------------------------------- */
@@ -51,9 +53,10 @@ struct jobs_run {
     struct store_job *job;
     struct srnf_context context;
     struct jobs_loop loop;
-    atomic_bool cancel;  /* a user has asked for it */
-    double deadline;     /* by the monotonic clock; INFINITY without a limit */
-    atomic_bool overran; /* it was told to stop because of that */
+    atomic_bool cancel;         /* a user has asked for it */
+    double deadline;            /* by the monotonic clock; INFINITY without a limit */
+    atomic_bool overran;        /* it was told to stop because of that */
+    struct jobs_memory *memory; /* its worker's */
     pthread_mutex_t mutex;
     double progress;                /* 0 .. 100, never falls; mutex */
     double from, to;                /* of the job, in percent: the phase that runs; mutex */
@@ -61,7 +64,8 @@ struct jobs_run {
     char message[JOBS_MESSAGE_MAX]; /* mutex */
 };
 
-void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job);
+void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
+                   struct jobs_memory *memory);
 void jobs_run_destroy(struct jobs_run *run);
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
 void jobs_run_execute(struct jobs_run *run);
@@ -118,8 +122,9 @@ struct jobs {
     size_t alive;     /* workers whose thread was started and has not ended */
     size_t held;      /* tickets of jobs whose owners have as many running as they may */
     uint64_t endings; /* counts ends of runs, so that a claim can tell whether one fell beside it */
-    struct jobs_run **slots; /* [n_workers]: what each worker runs, or NULL */
-    size_t running;          /* workers between taking a ticket and the end of its run */
+    struct jobs_run **slots;      /* [n_workers]: what each worker runs, or NULL */
+    struct jobs_memory *memories; /* [n_workers]: what the job of each worker has in use */
+    size_t running;               /* workers between taking a ticket and the end of its run */
     uint64_t
         cancellations; /* counts requests, so that a claim can tell whether one fell beside it */
     struct jobs_loop *loops; /* published loops */
@@ -134,8 +139,12 @@ struct jobs {
 struct jobs_worker {
     struct jobs *jobs;
     size_t number;
+    unsigned failures; /* claims in a row that the store has failed */
 };
 void *jobs_worker_main(void *argument);
+/* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
+   time, up to a second. False when a signal woke it up. */
+bool jobs_pause(unsigned failures);
 /* The body of srnf_context.parallel_for. user: struct jobs_run. */
 void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, size_t index),
                        void *argument);
@@ -143,7 +152,9 @@ void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, si
 struct jobs_loop *jobs_loop_enter(struct jobs *jobs);
 /* Works until the loop is empty or a job waits for a worker. Without jobs->mutex. */
 void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop);
-void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail);
+/* job: its id and trace are told; NULL: of no single job. */
+void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job,
+              const char *detail);
 void jobs_changed(struct jobs *jobs, const char *job_id);
 const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id);
 

@@ -15,10 +15,11 @@
 #include <time.h>
 #include <unistd.h>
 
-void jobs_log(struct jobs *jobs, const char *event, const char *job_id, const char *detail)
+void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job, const char *detail)
 {
     if (jobs->config.log) {
-        jobs->config.log(jobs->config.user, event, job_id, detail);
+        jobs->config.log(jobs->config.user, event, job ? job->id : "", job ? job->trace : "",
+                         detail);
     }
 }
 
@@ -42,6 +43,11 @@ const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char
 size_t jobs_worker_count(const struct jobs *jobs)
 {
     return jobs->n_workers;
+}
+
+size_t jobs_memory_limit(const struct jobs *jobs)
+{
+    return jobs->config.job_memory;
 }
 
 void jobs_health(struct jobs *jobs, struct jobs_health *health)
@@ -86,7 +92,7 @@ static int recover(struct jobs *jobs)
         atomic_store(&jobs->tickets, jobs->accepted);
         snprintf(detail, sizeof detail, "%zu queued, of these %zu again, %zu given up",
                  jobs->accepted, requeued, failed);
-        jobs_log(jobs, "jobs-recovered", "", detail);
+        jobs_log(jobs, "jobs-recovered", NULL, detail);
     }
     return status;
 }
@@ -131,6 +137,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config = *config;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->n_workers = count_workers(config->workers);
+    jobs->config.job_memory =
+        config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_workers);
     pthread_mutex_init(&jobs->mutex, NULL);
     pthread_cond_init(&jobs->wake, NULL);
     pthread_cond_init(&jobs->ended, NULL);
@@ -140,7 +148,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
 
     jobs->threads = calloc(jobs->n_workers, sizeof *jobs->threads);
     jobs->slots = calloc(jobs->n_workers, sizeof *jobs->slots);
-    status = jobs->threads && jobs->slots ? recover(jobs) : STORE_NOMEM;
+    jobs->memories = calloc(jobs->n_workers, sizeof *jobs->memories);
+    status = jobs->threads && jobs->slots && jobs->memories ? recover(jobs) : STORE_NOMEM;
     if (status == STORE_OK) {
         status = start_workers(jobs);
     }
@@ -194,6 +203,7 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     pthread_mutex_destroy(&jobs->mutex);
     free(jobs->threads);
     free(jobs->slots);
+    free(jobs->memories);
     free(jobs);
 }
 

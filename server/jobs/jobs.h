@@ -44,9 +44,13 @@ struct jobs_config {
     const char *numeric_build; /* part of every cache key */
     size_t max_queued;         /* accepted jobs beyond this are refused; default 10,000 */
     double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
+    size_t job_memory;         /* bytes; a run that needs more fails with memory-limit; 0: the
+                                  worker's share of the machine (jobs/memory.h) */
     double retention_days;     /* ended jobs are removed after so long; 0: never */
     double sweep_seconds;      /* between two looks at what may go; 0: none */
-    void (*log)(void *user, const char *event, const char *job_id, const char *detail);
+    /* trace: the traceparent that the job came with, or "". */
+    void (*log)(void *user, const char *event, const char *job_id, const char *trace,
+                const char *detail);
     /* Called, on any thread and without locks held, whenever a job ended or its row changed. */
     void (*changed)(void *user, const char *job_id);
     /* The same, but only for progress and message of a running job; may be NULL. */
@@ -78,13 +82,14 @@ enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
 int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
                 const char *idempotency_key, const char *body_digest, struct store_job *job,
                 enum jobs_submission *how);
-/* Whose job it is, and what the owner may have. Cache, joining and keys are each owner's own:
-   nobody learns from an answer, or from its time, what another has computed. NULL for the owner ""
-   without limits, for whom jobs_submit is short. STORE_QUEUED: as many of the owner's jobs wait as
-   may; STORE_QUOTA: the owner holds as many bytes as it may. */
+/* Whose job it is, what the owner may have, and in which trace it is asked for. Cache, joining and
+   keys are each owner's own: nobody learns from an answer, or from its time, what another has
+   computed. NULL for the owner "" without limits, for whom jobs_submit is short. STORE_QUEUED: as
+   many of the owner's jobs wait as may; STORE_QUOTA: the owner holds as many bytes as it may. */
 struct jobs_owner {
     const char *name; /* shorter than STORE_OWNER_MAX */
     struct store_job_limits limits;
+    const char *trace; /* traceparent that a new job is part of (NULL: none), kept with it */
 };
 int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
                    const char *inputs, const char *idempotency_key, const char *body_digest,
@@ -95,6 +100,8 @@ int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
 
 size_t jobs_worker_count(const struct jobs *jobs);
+/* Bytes that a job may have in use. */
+size_t jobs_memory_limit(const struct jobs *jobs);
 
 /* What the engine does at this moment. */
 struct jobs_health {
@@ -111,6 +118,8 @@ void jobs_health(struct jobs *jobs, struct jobs_health *health);
 
 struct store *jobs_run_store(struct jobs_run *run);
 const char *jobs_run_job_id(const struct jobs_run *run);
+/* That its results are computed with. */
+const char *jobs_run_numeric_build(const struct jobs_run *run);
 /* Whose job it is, and so whom its outputs belong to. */
 const char *jobs_run_owner(const struct jobs_run *run);
 /* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,

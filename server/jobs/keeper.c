@@ -56,7 +56,7 @@ static void tell(struct jobs *jobs, const char *event, size_t removed, int statu
     if (removed > 0 || status != STORE_OK) {
         snprintf(detail, sizeof detail, "%zu removed%s%s", removed, status == STORE_OK ? "" : "; ",
                  status == STORE_OK ? "" : store_strerror(status));
-        jobs_log(jobs, event, "", detail);
+        jobs_log(jobs, event, NULL, detail);
     }
 }
 
@@ -86,7 +86,7 @@ static void *keeper_main(void *argument)
         bool jumped = fabs(offset - before) > JUMP_SECONDS;
 
         if (jumped) {
-            jobs_log(jobs, "clock-jumped", "", "no jobs are removed at this sweep and the next");
+            jobs_log(jobs, "clock-jumped", NULL, "no jobs are removed at this sweep and the next");
         } else if (settled) {
             expire_jobs(jobs);
         }

@@ -5,7 +5,7 @@
  * like everyone else, and when none is left withdraws it and waits for the helpers that are still
  * inside a body. It never waits for help to come: when all workers are busy it does the whole
  * loop itself, so that loops cannot deadlock. A helper leaves early when a job waits for a
- * worker.
+ * worker. What bodies allocate on a helper is charged to the job, as on its own worker.
  *
  * A loop inside a body runs serially, there and then: the run knows that its loop is open, and
  * while it is, only bodies can be calling. Who does which index is left to chance; that results
@@ -46,7 +46,9 @@ struct jobs_loop *jobs_loop_enter(struct jobs *jobs)
 
 void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop)
 {
+    (void)jobs_memory_enter(loop->memory);
     take_indexes(jobs, loop, true);
+    (void)jobs_memory_enter(NULL);
     pthread_mutex_lock(&jobs->mutex);
     if (--loop->helpers == 0) {
         pthread_cond_signal(&loop->left);
@@ -95,6 +97,7 @@ void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, si
     loop->count = count;
     loop->body = body;
     loop->argument = argument;
+    loop->memory = run->memory;
     atomic_store(&loop->next, 0);
     atomic_store(&loop->open, true);
     publish(run->jobs, loop);

@@ -130,6 +130,7 @@ static int fill(struct jobs *jobs, const struct submission *s, struct store_job 
     jobs_id_next(&jobs->ids, job->id, &job->created_ms);
     memcpy(job->digest, s->digest, sizeof job->digest);
     (void)snprintf(job->owner, sizeof job->owner, "%s", s->owner->name);
+    (void)snprintf(job->trace, sizeof job->trace, "%s", s->owner->trace ? s->owner->trace : "");
     job->updated_ms = job->created_ms;
     job->process = strdup(s->process->id);
     job->inputs = strdup(s->inputs);
@@ -159,7 +160,7 @@ static int add(struct jobs *jobs, const struct submission *s, struct store_job *
         unreserve(jobs);
         return status;
     }
-    jobs_log(jobs, "job-accepted", job->id, job->process);
+    jobs_log(jobs, "job-accepted", job, job->process);
     issue_ticket(jobs);
     jobs_changed(jobs, job->id);
     return JOBS_OK;
@@ -277,7 +278,7 @@ static int dismiss(struct jobs *jobs, const struct store_job *job)
 
     if (status == STORE_OK) {
         unreserve(jobs);
-        jobs_log(jobs, "job-dismissed", job->id, "");
+        jobs_log(jobs, "job-dismissed", job, "");
         metrics_add(jobs->config.metrics, METRIC_JOBS_ENDED,
                     METRIC_LABELS(job->process, store_job_status_name(STORE_JOB_DISMISSED)), 1);
         jobs_changed(jobs, job->id);
@@ -296,7 +297,7 @@ static int ask_to_stop(struct jobs *jobs, const char *id, struct store_job *job)
     if (status == STORE_OK) {
         flag_run(jobs, id);
         if (!asked_before) {
-            jobs_log(jobs, "job-cancel-requested", id, "");
+            jobs_log(jobs, "job-cancel-requested", job, "");
             jobs_changed(jobs, id);
         }
     }

@@ -9,6 +9,9 @@
  *   neither, its time was over     failed with time-limit
  *   neither, nobody asked          failed with internal-error: the process breaks its contract
  *
+ * Whatever a process returns, a job that was refused memory because of its limit failed with
+ * memory-limit: results that depend on how much there was are none.
+ *
  * Results that the store has no room for fail the job with storage-full; if even that cannot be
  * written, it is tried again until the daemon stops, and the next start finds the job running and
  * queues it anew.
@@ -22,8 +25,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-#define RETRY_SECONDS 1
 
 /* Progress from `fraction` of the phase that runs; run->mutex is held. What a computation reports
    may fall where it begins anew or its parts run beside each other; what is told does not. */
@@ -82,9 +83,11 @@ static bool on_canceled(void *user)
            atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
 }
 
-void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job)
+void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
+                   struct jobs_memory *memory)
 {
-    *run = (struct jobs_run){.jobs = jobs, .job = job, .to = 100.0};
+    *run = (struct jobs_run){.jobs = jobs, .job = job, .memory = memory, .to = 100.0};
+    jobs_memory_begin(memory, jobs->config.job_memory);
     run->context = (struct srnf_context){
         .user = run,
         .progress = on_progress,
@@ -118,6 +121,11 @@ const char *jobs_run_job_id(const struct jobs_run *run)
     return run->job->id;
 }
 
+const char *jobs_run_numeric_build(const struct jobs_run *run)
+{
+    return run->job->numeric_build ? run->job->numeric_build : "";
+}
+
 const char *jobs_run_owner(const struct jobs_run *run)
 {
     return run->job->owner;
@@ -144,7 +152,7 @@ int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t siz
     } else {
         (void)snprintf(detail, sizeof detail, "%s", store_strerror(status));
     }
-    jobs_log(run->jobs, status == STORE_OK ? "job-checkpoint" : "job-checkpoint-failed", job->id,
+    jobs_log(run->jobs, status == STORE_OK ? "job-checkpoint" : "job-checkpoint-failed", job,
              detail);
     return status;
 }
@@ -165,7 +173,7 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
     if (status == STORE_OK) {
         (void)snprintf(detail, sizeof detail, "%zu bytes, attempt %lld", *size,
                        (long long)job->attempt);
-        jobs_log(run->jobs, "job-resumed", job->id, detail);
+        jobs_log(run->jobs, "job-resumed", job, detail);
     }
     return status;
 }
@@ -201,14 +209,27 @@ static struct ending judge(struct jobs_run *run, const struct jobs_result *resul
 }
 
 /* Sleeps before the next try to write; false when the daemon stops. */
-static bool may_retry(struct jobs *jobs)
+static bool may_retry(struct jobs *jobs, unsigned failures)
 {
-    struct timespec pause = {.tv_sec = RETRY_SECONDS};
-
-    return !atomic_load(&jobs->closing) && nanosleep(&pause, NULL) == 0;
+    return !atomic_load(&jobs->closing) && jobs_pause(failures);
 }
 
-/* Counts the end of a run, and how long it took. */
+/* Where memory was refused because of the limit, that is the problem. */
+static void judge_memory(const struct jobs_run *run, struct jobs_result *result)
+{
+    const struct jobs_memory *memory = run->memory;
+    size_t refused = atomic_load(&memory->refused);
+
+    if (refused > 0) {
+        result->problem_code = "memory-limit";
+        snprintf(result->problem_detail, sizeof result->problem_detail,
+                 "The job needs more memory than this service allows: with %zu bytes in use it "
+                 "asked for %zu more, and the limit is %zu bytes.",
+                 atomic_load(&memory->held), refused, memory->limit);
+    }
+}
+
+/* Counts the end of a run, how long it took and what it had in use. */
 static void count_ending(struct jobs_run *run, enum store_job_status to, double seconds)
 {
     struct metrics *metrics = run->jobs->config.metrics;
@@ -216,6 +237,8 @@ static void count_ending(struct jobs_run *run, enum store_job_status to, double 
 
     if (to != STORE_JOB_ACCEPTED) {
         metrics_observe(metrics, METRIC_JOB_SECONDS, METRIC_LABELS(process), seconds);
+        metrics_observe(metrics, METRIC_JOB_MEMORY, METRIC_LABELS(process),
+                        (double)atomic_load(&run->memory->peak));
         metrics_add(metrics, METRIC_JOBS_ENDED, METRIC_LABELS(process, store_job_status_name(to)),
                     1);
     }
@@ -226,6 +249,7 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
 {
     struct jobs *jobs = run->jobs;
     const struct store_job *job = run->job;
+    unsigned failures = 0;
     char event[32];
     int status;
 
@@ -235,7 +259,7 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
         if (status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND) {
             break;
         }
-        jobs_log(jobs, "job-not-written", job->id, store_strerror(status));
+        jobs_log(jobs, "job-not-written", job, store_strerror(status));
         if (ending.to == STORE_JOB_SUCCESSFUL) {
             ending.to = STORE_JOB_FAILED;
             ending.results = NULL;
@@ -244,16 +268,16 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
                           : status == STORE_NOMEM ? "out-of-memory"
                                                   : "internal-error";
             ending.detail = "The results could not be stored.";
-        } else if (!may_retry(jobs)) {
+        } else if (!may_retry(jobs, ++failures)) {
             break;
         }
     }
     if (status == STORE_OK) {
         snprintf(event, sizeof event, "job-%s", store_job_status_name(ending.to));
-        jobs_log(jobs, event, job->id, ending.code ? ending.code : "");
+        jobs_log(jobs, event, job, ending.code ? ending.code : "");
         return ending.to;
     }
-    jobs_log(jobs, "job-lost", job->id, store_strerror(status));
+    jobs_log(jobs, "job-lost", job, store_strerror(status));
     return STORE_JOB_RUNNING;
 }
 
@@ -270,10 +294,13 @@ void jobs_run_execute(struct jobs_run *run)
                         METRIC_LABELS(run->job->process),
                         1e-3 * (double)(run->job->started_ms - run->job->created_ms));
     }
-    jobs_log(jobs, "job-running", run->job->id, run->job->process);
+    jobs_log(jobs, "job-running", run->job, run->job->process);
     jobs_changed(jobs, run->job->id);
     if (process) {
+        (void)jobs_memory_enter(run->memory);
         process->run(run, jobs->config.user, run->job->inputs, &result);
+        (void)jobs_memory_enter(NULL);
+        judge_memory(run, &result);
     } else {
         result.problem_code = "no-such-process";
         snprintf(result.problem_detail, sizeof result.problem_detail,
@@ -283,6 +310,9 @@ void jobs_run_execute(struct jobs_run *run)
     ended = write_ending(run, judge(run, &result));
     if (ended != STORE_JOB_RUNNING) {
         count_ending(run, ended, on_seconds(run) - started);
+    }
+    if (atomic_load(&run->memory->used) > 0) {
+        jobs_log(jobs, "job-memory-kept", run->job, "blocks of the job were not freed");
     }
     free(result.results);
 }

@@ -4,7 +4,7 @@
  *
  * A transform is made outside the lock by whoever asks for it first; others who want the same one
  * wait for it. At most TRANSFORMS_MAX are kept beyond those in use: the least recently used that
- * nobody holds leaves first.
+ * nobody holds leaves first. Their memory is charged to no job.
  *
  * Lock: transforms.mutex (rank 22) guards the list and the counts, never held while a transform
  * is made or freed.
@@ -123,6 +123,7 @@ int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind
         .degree = degree, .kind = kind, .n_theta = n_theta, .n_phi = n_phi};
     struct jobs_transform *entry, *old = NULL;
     struct srnf_sht *made = NULL;
+    struct jobs_memory *asker;
     int status = SRNF_OK;
     bool last = false;
 
@@ -139,7 +140,9 @@ int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind
     if (!entry && (entry = add(transforms, &key)) != NULL) {
         entry->holders = 1;
         pthread_mutex_unlock(&transforms->mutex);
+        asker = jobs_memory_enter(NULL);
         status = srnf_sht_create(&made, key.degree, key.kind, key.n_theta, key.n_phi);
+        (void)jobs_memory_enter(asker);
         pthread_mutex_lock(&transforms->mutex);
         entry->sht = made;
         entry->status = status;

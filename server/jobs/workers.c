@@ -25,8 +25,22 @@
 #include <unistd.h>
 
 #define WORKER_NICE 10 /* added to the process's own, see nice(2) */
-/* Before the next claim when the store has failed. */
-#define RETRY_SECONDS 1
+/* Before the next try when the store has failed. */
+#define PAUSE_FIRST_MS 20
+#define PAUSE_LAST_MS 1000
+
+bool jobs_pause(unsigned failures)
+{
+    long ms = PAUSE_FIRST_MS;
+    struct timespec pause;
+
+    for (; failures > 1 && ms < PAUSE_LAST_MS; failures--) {
+        ms *= 2;
+    }
+    ms = ms < PAUSE_LAST_MS ? ms : PAUSE_LAST_MS;
+    pause = (struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L};
+    return nanosleep(&pause, NULL) == 0;
+}
 
 /* The slot makes the run known. A cancellation that fell between the claim and this moment is
    looked up. */
@@ -75,18 +89,22 @@ static void hold(struct jobs *jobs, uint64_t endings)
 }
 
 /* Spends one ticket. */
-static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen, uint64_t endings)
+static void claim_and_run(struct jobs_worker *worker, uint64_t seen, uint64_t endings)
 {
+    struct jobs *jobs = worker->jobs;
     struct store_job job;
     struct jobs_run run;
     char id[STORE_ID_MAX];
     int status = store_job_claim(jobs->config.store, &job);
 
+    worker->failures = status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND
+                           ? 0
+                           : worker->failures + 1;
     if (status == STORE_OK) {
-        jobs_run_init(&run, jobs, &job);
-        enter_slot(jobs, number, &run, seen);
+        jobs_run_init(&run, jobs, &job, &jobs->memories[worker->number]);
+        enter_slot(jobs, worker->number, &run, seen);
         jobs_run_execute(&run);
-        leave_slot(jobs, number);
+        leave_slot(jobs, worker->number);
         jobs_run_destroy(&run);
         snprintf(id, sizeof id, "%s", job.id);
         store_job_clear(&job);
@@ -94,11 +112,9 @@ static void claim_and_run(struct jobs *jobs, size_t number, uint64_t seen, uint6
     } else if (status == STORE_CONFLICT) {
         hold(jobs, endings);
     } else if (status != STORE_NOT_FOUND) {
-        struct timespec pause = {.tv_sec = RETRY_SECONDS};
-
-        jobs_log(jobs, "claim-failed", "", store_strerror(status));
+        jobs_log(jobs, "claim-failed", NULL, store_strerror(status));
         atomic_fetch_add(&jobs->tickets, 1);
-        nanosleep(&pause, NULL);
+        (void)jobs_pause(worker->failures);
     }
 }
 
@@ -130,7 +146,7 @@ void *jobs_worker_main(void *argument)
             atomic_fetch_sub(&jobs->tickets, 1);
             jobs->running++;
             pthread_mutex_unlock(&jobs->mutex);
-            claim_and_run(jobs, worker.number, seen, endings);
+            claim_and_run(&worker, seen, endings);
             pthread_mutex_lock(&jobs->mutex);
             jobs->running--;
             pthread_cond_broadcast(&jobs->ended);

@@ -14,18 +14,8 @@
 /* Hash of the checkpoint that the job has; STORE_NOT_FOUND when it has none. */
 static int find(sqlite3 *db, const char *job, char hash[65])
 {
-    sqlite3_stmt *row = NULL;
-    int status = store_prepare(db, &row, "SELECT content FROM checkpoint WHERE job = ?", "t", job);
-
     hash[0] = '\0';
-    if (status == STORE_OK) {
-        status = store_step(db, row);
-    }
-    if (status == STORE_OK) {
-        store_column_id(row, 0, hash, 65);
-    }
-    sqlite3_finalize(row);
-    return status;
+    return store_text(db, hash, 65, "SELECT content FROM checkpoint WHERE job = ?", job);
 }
 
 /* Lets go of a blob that no row names any more. */

@@ -84,6 +84,9 @@ int store_step(sqlite3 *db, sqlite3_stmt *statement);
 int store_execute(sqlite3 *db, size_t *changed, const char *sql, const char *kinds, ...);
 /* First column of the first row as an integer; STORE_NOT_FOUND without a row. */
 int store_scalar(sqlite3 *db, int64_t *value, const char *sql);
+/* First column of the first row as a text, cut to size; "" for NULL. The statement has one
+   parameter, key, which may be the buffer. STORE_NOT_FOUND without a row: text stays as it is. */
+int store_text(sqlite3 *db, char *text, size_t size, const char *sql, const char *key);
 /* Copies of columns: malloc, NULL for NULL; *status becomes STORE_NOMEM when memory is short. */
 char *store_column_text(sqlite3_stmt *statement, int column, int *status);
 void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t size);
@@ -295,7 +298,7 @@ int store_checkpoint_sweep(struct store *store);
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
     "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
     "problem_detail, "                                                                    \
-    "owner"
+    "owner, trace"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);

@@ -50,6 +50,7 @@ int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
     job->problem_code = store_column_text(row, 14, &status);
     job->problem_detail = store_column_text(row, 15, &status);
     store_column_id(row, 16, job->owner, sizeof job->owner);
+    store_column_id(row, 17, job->trace, sizeof job->trace);
     if (status != STORE_OK) {
         store_job_clear(job);
     }
@@ -118,7 +119,6 @@ int store_job_results(struct store *store, const char *id, char **results, size_
     char hash[65] = "";
     unsigned char *bytes = NULL;
     struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
     uint64_t age = store_recent_age(store->recent);
     int status = store_reader_take(store, &reader);
 
@@ -127,14 +127,7 @@ int store_job_results(struct store *store, const char *id, char **results, size_
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &row, "SELECT results FROM job WHERE id = ?", "t", id);
-    if (status == STORE_OK) {
-        status = store_step(reader->db, row);
-    }
-    if (status == STORE_OK) {
-        store_column_id(row, 0, hash, sizeof hash);
-    }
-    sqlite3_finalize(row);
+    status = store_text(reader->db, hash, sizeof hash, "SELECT results FROM job WHERE id = ?", id);
     if (status == STORE_OK) {
         status = hash[0] ? store_blob_read(store, reader->db, hash, &bytes, size) : STORE_CONFLICT;
     }
@@ -269,11 +262,11 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
         status = store_execute(
             db, NULL,
             "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
-            "progress, created_ms, updated_ms, owner) "
-            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?)",
-            "ttttttdiit", job->id, job->process, job->inputs, job->digest,
+            "progress, created_ms, updated_ms, owner, trace) "
+            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "ttttttdiitt", job->id, job->process, job->inputs, job->digest,
             job->numeric_build ? job->numeric_build : "", job->message ? job->message : "",
-            job->progress, job->created_ms, insert->now, job->owner);
+            job->progress, job->created_ms, insert->now, job->owner, job->trace);
     }
     if (status == STORE_OK && insert->key) {
         status = insert_key(db, insert);

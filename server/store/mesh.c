@@ -71,7 +71,6 @@ int store_mesh_content(struct store *store, const char *id, unsigned char **cont
 {
     char hash[65];
     struct store_reader *reader = NULL;
-    sqlite3_stmt *row = NULL;
     int status = store_reader_take(store, &reader);
 
     *content = NULL;
@@ -79,14 +78,7 @@ int store_mesh_content(struct store *store, const char *id, unsigned char **cont
     if (status != STORE_OK) {
         return status;
     }
-    status = store_prepare(reader->db, &row, "SELECT content FROM mesh WHERE id = ?", "t", id);
-    if (status == STORE_OK) {
-        status = store_step(reader->db, row);
-    }
-    if (status == STORE_OK) {
-        store_column_id(row, 0, hash, sizeof hash);
-    }
-    sqlite3_finalize(row);
+    status = store_text(reader->db, hash, sizeof hash, "SELECT content FROM mesh WHERE id = ?", id);
     if (status == STORE_OK) {
         status = store_blob_read(store, reader->db, hash, content, size);
     }

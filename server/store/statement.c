@@ -144,6 +144,21 @@ int store_scalar(sqlite3 *db, int64_t *value, const char *sql)
     return status;
 }
 
+int store_text(sqlite3 *db, char *text, size_t size, const char *sql, const char *key)
+{
+    sqlite3_stmt *statement = NULL;
+    int status = store_prepare(db, &statement, sql, "t", key);
+
+    if (status == STORE_OK) {
+        status = store_step(db, statement);
+    }
+    if (status == STORE_OK) {
+        store_column_id(statement, 0, text, size);
+    }
+    sqlite3_finalize(statement);
+    return status;
+}
+
 char *store_column_text(sqlite3_stmt *statement, int column, int *status)
 {
     const unsigned char *text;

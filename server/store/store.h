@@ -254,6 +254,8 @@ enum store_job_status {
 /* "accepted", "running", "successful", "failed", "dismissed". */
 const char *store_job_status_name(enum store_job_status status);
 
+#define STORE_TRACE_MAX 56 /* bytes of a traceparent (W3C Trace Context) with its zero */
+
 struct store_job {
     char id[STORE_ID_MAX]; /* job- + UUIDv7 */
     char *process;
@@ -269,6 +271,7 @@ struct store_job {
     char *problem_detail;
     char *numeric_build;
     char owner[STORE_OWNER_MAX];
+    char trace[STORE_TRACE_MAX]; /* traceparent of the submission, or "" */
 };
 void store_job_clear(struct store_job *job);
 

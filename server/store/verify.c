@@ -103,29 +103,9 @@ static void find_user(sqlite3 *db, const char *hash, char user[STORE_ID_MAX + 40
         "SELECT 'maps of ' || surface FROM surface_maps WHERE content = ?1 UNION ALL "
         "SELECT name || ' of ' || model FROM model_array WHERE content = ?1 UNION ALL "
         "SELECT 'checkpoint of ' || job FROM checkpoint WHERE content = ?1 LIMIT 1";
-    sqlite3_stmt *row = NULL;
 
     (void)snprintf(user, STORE_ID_MAX + 40, "nothing");
-    if (store_prepare(db, &row, sql, "t", hash) == STORE_OK && store_step(db, row) == STORE_OK) {
-        store_column_id(row, 0, user, STORE_ID_MAX + 40);
-    }
-    sqlite3_finalize(row);
-}
-
-static int next_hash(sqlite3 *db, const char *after, char hash[65])
-{
-    sqlite3_stmt *row = NULL;
-    int status = store_prepare(
-        db, &row, "SELECT hash FROM blob WHERE hash > ? ORDER BY hash LIMIT 1", "t", after);
-
-    if (status == STORE_OK) {
-        status = store_step(db, row);
-    }
-    if (status == STORE_OK) {
-        store_column_id(row, 0, hash, 65);
-    }
-    sqlite3_finalize(row);
-    return status;
+    (void)store_text(db, user, STORE_ID_MAX + 40, sql, hash);
 }
 
 static int verify_blob(struct verification *v, const char *hash)
@@ -157,10 +137,12 @@ static int verify_blob(struct verification *v, const char *hash)
 
 static int verify_rows(struct verification *v)
 {
+    static const char next[] = "SELECT hash FROM blob WHERE hash > ? ORDER BY hash LIMIT 1";
     char hash[65] = "";
     int status = STORE_OK;
 
-    while (status == STORE_OK && (status = next_hash(v->db, hash, hash)) == STORE_OK) {
+    while (status == STORE_OK &&
+           (status = store_text(v->db, hash, sizeof hash, next, hash)) == STORE_OK) {
         status = verify_blob(v, hash);
     }
     return status == STORE_NOT_FOUND ? STORE_OK : status;

@@ -149,6 +149,14 @@ is "$(jq -r "select(.event == \"request\" and .id == \"traced\") | .traceparent"
     "$(header traceparent)" 'into the line of the request'
 is "$(jq -r "select(.event == \"job-submitted\" and .job == \"$job\") | .request + \" \" + .traceparent" \
     "$SERVER_LOG")" "traced $(header traceparent)" 'and the line that ties the job to it'
+trace_line=$(header traceparent)
+poll_job "$job" 60
+is "$(jq -r "select(.job == \"$job\" and .event != \"job-submitted\") | .event + \" \" + .traceparent" "$SERVER_LOG" |
+    sort | paste -sd' ')" \
+    "job-accepted $trace_line job-running $trace_line job-successful $trace_line" 'and those of its run'
+execute encode "{\"mesh\":\"$right\",\"lmax\":7}"
+is "$(jq -r "select(.event == \"job-running\" and .job == \"$(header Link | sed 's,.*/jobs/\([^>]*\)>.*,\1,')\") |
+    has(\"traceparent\")" "$SERVER_LOG")" false 'which a job without a trace does not have'
 for bad in "00-$trace-b7ad6b7169203331" "00-${trace^^}-b7ad6b7169203331-01" "ff-$trace-b7ad6b7169203331-01" \
     "00-00000000000000000000000000000000-b7ad6b7169203331-01" "00-$trace-0000000000000000-01" \
     "00-$trace-b7ad6b7169203331-01-more" "00-$trace-b7ad6b7169203331-0g"; do

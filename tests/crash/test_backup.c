@@ -77,14 +77,19 @@ static void tells(const struct drill *drill, const char *what)
 /* What was known before a backup is in what was restored from it, unless it was being deleted. */
 static void check_restored(struct drill *drill, size_t n_jobs, size_t n_meshes)
 {
-    const struct ledger *ledger = drill->ledger;
+    struct ledger *ledger = drill->ledger;
     struct answer answer;
     char path[128];
     size_t size;
 
     for (size_t i = 0; i < n_jobs; i++) {
+        bool kept;
+
+        pthread_mutex_lock(&ledger->mutex);
+        kept = ledger->jobs[i].id[0] && ledger->jobs[i].promise < DELETING;
         snprintf(path, sizeof path, "/v1/jobs/%s", ledger->jobs[i].id);
-        if (ledger->jobs[i].id[0] && ledger->jobs[i].promise < DELETING) {
+        pthread_mutex_unlock(&ledger->mutex);
+        if (kept) {
             assert_int_equal(daemon_status(&drill->restored, "GET", path, ""), 200);
         }
     }

@@ -41,7 +41,9 @@ function send(method, at, body) {
         const request = http.request(base + at, { agent, method, headers }, (answer) => {
             const chunks = [];
             answer.on('data', (chunk) => chunks.push(chunk));
-            answer.on('end', () => done({ status: answer.statusCode, body: Buffer.concat(chunks) }));
+            answer.on('end', () =>
+                done({ status: answer.statusCode, headers: answer.headers, body: Buffer.concat(chunks) })
+            );
         });
         sent++;
         request.on('error', fail);
@@ -49,12 +51,16 @@ function send(method, at, body) {
     });
 }
 
-async function expect(status, method, at, body) {
+async function expectAnswer(status, method, at, body) {
     const answer = await send(method, at, body);
     if (answer.status !== status) {
         throw new Error(`${method} ${at}: ${answer.status}, not ${status}: ${answer.body.toString().slice(0, 300)}`);
     }
-    return answer.body;
+    return answer;
+}
+
+async function expect(...request) {
+    return (await expectAnswer(...request)).body;
 }
 
 // Ellipsoids: the harmonics of degree 1, whose indices are y, z, x.
@@ -76,11 +82,9 @@ function choice(n) {
 
 async function job(n) {
     const inputs = { surfaces: choice(n), register: false };
-    await expect(200, 'POST', '/v1/processes/distances/execution', JSON.stringify({ inputs }));
-    const list = JSON.parse(await expect(200, 'GET', '/v1/jobs?limit=20&status=successful'));
-    for (const { id } of list.items) {
-        await send('DELETE', `/v1/jobs/${id}`); // another client may have been faster
-    }
+    const answer = await expectAnswer(200, 'POST', '/v1/processes/distances/execution', JSON.stringify({ inputs }));
+    await expect(200, 'GET', '/v1/jobs?limit=20&status=successful');
+    await expect(204, 'DELETE', /<(\/v1\/jobs\/[^>]+)>; rel="monitor"/.exec(answer.headers.link)[1]);
 }
 
 const cheap = [

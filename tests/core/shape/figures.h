@@ -19,7 +19,7 @@
 
 /* Sanitizers, or a counter for each line, and -O1 cost a factor of five to ten: the longest tests
    then take every n-th shape. */
-#if defined(__SANITIZE_ADDRESS__) || defined(TESTS_COUNT_LINES)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(TESTS_COUNT_LINES)
 #define FIGURES_SLOW 1
 #else
 #define FIGURES_SLOW 0

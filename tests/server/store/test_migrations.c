@@ -120,6 +120,7 @@ static void check_version_1(struct store *store, int64_t bytes)
     assert_int_equal(store_job_claim(store, &job), STORE_OK);
     assert_string_equal(job.id, "job-1");
     assert_string_equal(job.owner, "");
+    assert_string_equal(job.trace, "");
     store_job_clear(&job);
 }
 

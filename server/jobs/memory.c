@@ -1,0 +1,125 @@
+/*
+ * memory.c - the daemon's srnf_alloc and srnf_free: those of core/memory.c with an account.
+ *
+ * A block has one unit of alignment (64 bytes) in front of it, with the account it was charged to
+ * and its size. Charging is a compare-and-exchange on the account, so that it never holds more than
+ * its limit, not even for a moment; a request that would pass it is refused as if the machine had
+ * no memory, the run ends with SRNF_ENOMEM, and the account tells the engine why. Under
+ * AddressSanitizer the front of a block is poisoned, so that writing before an array is found as
+ * it is without one.
+ *
+ * Cost: 64 bytes and two atomic operations a block, where a block is zeroed anyway; the core
+ * allocates plans and workspaces, not in its inner loops.
+ *
+ * The account of a thread is thread-local. No locks.
+ */
+#include "jobs/memory.h"
+
+#include <sanitizer/asan_interface.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "srnf.h"
+
+#define ALIGNMENT ((size_t)64)
+
+struct front {
+    struct jobs_memory *memory; /* NULL: none */
+    size_t bytes;               /* the front included */
+};
+_Static_assert(sizeof(struct front) <= ALIGNMENT, "a front fits before a block");
+
+static _Thread_local struct jobs_memory *current;
+
+void jobs_memory_begin(struct jobs_memory *memory, size_t limit)
+{
+    memory->limit = limit;
+    atomic_store(&memory->peak, atomic_load(&memory->used));
+    atomic_store(&memory->refused, 0);
+    atomic_store(&memory->held, 0);
+}
+
+struct jobs_memory *jobs_memory_enter(struct jobs_memory *memory)
+{
+    struct jobs_memory *before = current;
+
+    current = memory;
+    return before;
+}
+
+/* Remembers the first request that was refused. */
+static void refuse(struct jobs_memory *memory, size_t used, size_t bytes)
+{
+    size_t none = 0;
+
+    if (atomic_compare_exchange_strong(&memory->refused, &none, bytes)) {
+        atomic_store(&memory->held, used);
+    }
+}
+
+static bool charge(struct jobs_memory *memory, size_t bytes)
+{
+    size_t used, peak;
+
+    if (!memory) {
+        return true;
+    }
+    used = atomic_load_explicit(&memory->used, memory_order_relaxed);
+    do {
+        if (used > memory->limit || bytes > memory->limit - used) {
+            refuse(memory, used, bytes);
+            return false;
+        }
+    } while (!atomic_compare_exchange_weak_explicit(&memory->used, &used, used + bytes,
+                                                    memory_order_relaxed, memory_order_relaxed));
+    used += bytes;
+    peak = atomic_load_explicit(&memory->peak, memory_order_relaxed);
+    while (used > peak &&
+           !atomic_compare_exchange_weak_explicit(&memory->peak, &peak, used, memory_order_relaxed,
+                                                  memory_order_relaxed)) {
+    }
+    return true;
+}
+
+static void discharge(struct jobs_memory *memory, size_t bytes)
+{
+    if (memory) {
+        atomic_fetch_sub_explicit(&memory->used, bytes, memory_order_relaxed);
+    }
+}
+
+void *srnf_alloc(size_t count, size_t size)
+{
+    struct front *front;
+    size_t bytes;
+
+    if (__builtin_mul_overflow(count, size, &bytes) || bytes > PTRDIFF_MAX - 2 * ALIGNMENT) {
+        return NULL;
+    }
+    bytes = (bytes + ALIGNMENT) / ALIGNMENT * ALIGNMENT + ALIGNMENT;
+    if (!charge(current, bytes)) {
+        return NULL;
+    }
+    front = aligned_alloc(ALIGNMENT, bytes);
+    if (!front) {
+        discharge(current, bytes);
+        return NULL;
+    }
+    memset(front, 0, bytes);
+    *front = (struct front){.memory = current, .bytes = bytes};
+    ASAN_POISON_MEMORY_REGION(front, ALIGNMENT);
+    return (char *)front + ALIGNMENT;
+}
+
+void srnf_free(void *pointer)
+{
+    struct front *front;
+
+    if (pointer) {
+        front = (struct front *)(void *)((char *)pointer - ALIGNMENT);
+        ASAN_UNPOISON_MEMORY_REGION(front, ALIGNMENT);
+        discharge(front->memory, front->bytes);
+        free(front);
+    }
+}

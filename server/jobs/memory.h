@@ -1,0 +1,48 @@
+/*
+ * memory.h - what a job has in use of the core's memory, and how much of it it may have.
+ *
+ * The daemon brings its own srnf_alloc and srnf_free (memory.c), which the linker prefers to those
+ * of the library. Each block remembers the account that it was charged to, which is that of the
+ * thread that asked for it: a worker enters its job's account for the run, and a helper the account
+ * of the job it helps. So a block may be freed by anyone, and an account is exact to the byte.
+ *
+ * Counted are the blocks of the core with what they are rounded up to. Outside stay what belongs to
+ * no single job (the shared transforms), the texts of inputs and results and the bytes of stored
+ * meshes, and what FFTW, GLPK, LAPACKE, SQLite and jansson allocate for themselves.
+ */
+#ifndef SRNFD_JOBS_MEMORY_H
+#define SRNFD_JOBS_MEMORY_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+/* One account. Must outlive the blocks charged to it. */
+struct jobs_memory {
+    size_t limit;          /* bytes */
+    atomic_size_t used;    /* bytes in use */
+    atomic_size_t peak;    /* the most that were in use at once since jobs_memory_begin */
+    atomic_size_t refused; /* bytes of the first request beyond the limit; 0: there was none */
+    atomic_size_t held;    /* bytes that were in use when it came */
+};
+
+/* Begins a job's accounting: [in] limit in bytes, above 0. What is still in use of an earlier one
+   stays counted. While no thread charges the account. */
+void jobs_memory_begin(struct jobs_memory *memory, size_t limit);
+/* From now on the calling thread's blocks are charged to this account (NULL: to none). Returns the
+   one before. */
+struct jobs_memory *jobs_memory_enter(struct jobs_memory *memory);
+
+/* ---- What there is to share (machine.c) ------------------------------------------------------ */
+
+/* Bytes of memory that this process may use: that of the machine, or less where a control group
+   (version 2) that it is in has a memory.max. */
+size_t jobs_machine_memory(void);
+/* The smallest memory.max from the control group that the file self (as /proc/self/cgroup) names up
+   to the root, below the folder groups (as /sys/fs/cgroup); SIZE_MAX where none is set. */
+size_t jobs_group_memory(const char *self, const char *groups);
+/* What one of so many jobs may have in use where nothing else is said: its part of three quarters
+   of that. The last quarter is for bodies, the database's cache and the shared transforms. */
+size_t jobs_memory_share(size_t workers);
+
+#endif
