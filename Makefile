@@ -36,11 +36,11 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-protot
         -Wpointer-arith -Wcast-qual -Wwrite-strings -Wundef -Werror
 OPT_release := -O3 -g
 OPT_clang   := -O2 -g
-OPT_asan    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
+OPT_asan    := -O1 -fpeel-loops -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 OPT_tsan    := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link \
                -fno-sanitize-recover=all
-OPT_coverage := -O1 -g --coverage -fprofile-update=atomic
+OPT_coverage := -O1 -g --coverage -fprofile-update=atomic -DTESTS_COUNT_LINES
 OPT         := $(OPT_$(CONFIG))
 
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
@@ -209,6 +209,7 @@ crash: build-tests
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
+	STRIDE=$${STRIDE:-1} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
 
 load: $(B)/srnfd $(B)/tests/load/test_load
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null

@@ -228,6 +228,16 @@ END
 clean core-globals
 cp "$SCRATCH/grid.c" "$COPY/core/sphere/grid.c"
 
+mkdir -p "$COPY/tests/core"
+{
+    echo '#include "support/refusing.h"'
+    sed -n 's/^SRNF_CHECKED int \(srnf_[a-z0-9_]*\).*/int \1;/p' "$COPY"/core/srnf/*.h
+} | file tests/core/test_refusals.c
+clean refusals
+sed -i '/srnf_icp;/d' "$COPY/tests/core/test_refusals.c"
+finds refusals 'core/srnf/mesh.h:[0-9]+: .*srnf_icp' 'a function is found that no test refuses memory'
+rm -r "$COPY/tests/core"
+
 for folder in work root home; do
     echo "see /$folder/somebody" | file notes.md
     finds paths 'notes.md:1' "a path in /$folder is found"

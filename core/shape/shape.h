@@ -51,8 +51,6 @@ void shape_scale(size_t n, double factor, double *x);
 void shape_copy(size_t n, const double *from, double *to);
 /* Diagonals over double[3][(L+1)^2]: a + b l (l + 1), and 0 for l = 0. */
 void shape_diagonal(size_t degree, double a, double b, double *diagonal);
-/* L2 norm of a surface without its translation. */
-double shape_coefficient_norm(size_t degree, const double *coefficients);
 
 /* ---- system.c: E and its Gauss-Newton model at one surface ----------------------------------- */
 

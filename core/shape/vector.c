@@ -87,16 +87,3 @@ void shape_diagonal(size_t degree, double a, double b, double *diagonal)
         }
     }
 }
-
-double shape_coefficient_norm(size_t degree, const double *coefficients)
-{
-    size_t count = srnf_coefficient_count(degree);
-    double sum = 0.0;
-
-    for (size_t c = 0; c < 3; c++) {
-        const double *block = coefficients + c * count + 1;
-
-        sum += shape_dot(count - 1, block, block);
-    }
-    return sqrt(sum);
-}

@@ -238,7 +238,7 @@ static int compare_all(struct comparison *c, enum srnf_metric metric,
         }
         status = surfaces ? stats_field_distances(c->sht, SRNF_REPRESENTATION_SRM, c->n, surfaces,
                                                   registration, context, c->matrix, error)
-                          : SRNF_ENOMEM;
+                          : stats_fail(error, SRNF_ENOMEM, NULL);
         srnf_free(surfaces);
         return status;
     }

@@ -42,9 +42,9 @@ ids_of() { # STATE
     json '.items[].id' | sort
 }
 
-# Waits until at least so many jobs are successful, or 60 s.
+# Waits until at least so many jobs are successful, or 150 s: builds that count lines are slow.
 await_successful() { # COUNT
-    local deadline=$(($(date +%s) + 60)) count=0
+    local deadline=$(($(date +%s) + 150)) count=0
     while [ "$(date +%s)" -lt "$deadline" ]; do
         count=$(count_jobs successful)
         [ "${count:-0}" -ge "$1" ] && return 0

@@ -12,7 +12,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals paths shell shellcheck lockfile openapi'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals paths shell shellcheck lockfile openapi'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -126,6 +126,19 @@ check_core-globals() {
                 / O (\.data|\.bss|\*COM\*)[^\t]*\t/ && !/ \.data\.rel\.ro/ ||
                 / \.t(data|bss)[^\t]*\t/ && !/ d / { print object ": mutable " $NF }'
     done <"$SCRATCH/built"
+}
+
+# Every public function that can fail is called in a test that lets its allocations fail one by one.
+check_refusals() {
+    local tests declared
+    tests=$(files 'tests/core/*.c' |
+        xargs -r grep -lE '^(#include "support/refusing\.h"|void \*srnf_alloc\()' /dev/null)
+    files 'core/srnf/*.h' | xargs -r grep -noE '^SRNF_CHECKED int srnf_[a-z0-9_]+' /dev/null |
+        while IFS= read -r declared; do
+            # shellcheck disable=SC2086
+            grep -qw "${declared##* }" $tests /dev/null ||
+                echo "${declared%:*}: no test refuses ${declared##* } its memory"
+        done
 }
 
 check_paths() {

@@ -3,7 +3,8 @@
  *
  * A program that includes this header, in one file, brings its own srnf_alloc and srnf_free, which
  * the linker prefers to those of the library (core/memory.c). They keep what those promise -
- * zeroed, 64-byte aligned, overflow is a refusal -, count what is alive, and refuse one request.
+ * zeroed, 64-byte aligned, overflow is a refusal -, count what is alive, and refuse one request or,
+ * where a test says so, all from one on.
  * What the limits on memory need, sizes and the highest water, is not counted here. Not for
  * programs whose allocations come from several threads at once.
  */
@@ -25,14 +26,17 @@
 static struct {
     size_t requests; /* since the last refusing_at or refusing_none */
     size_t refused;  /* index of the request to refuse; SIZE_MAX: none */
+    bool lasting;    /* and all after it: there is no memory to clean up with either */
     size_t alive;    /* blocks */
 } refusing = {.refused = SIZE_MAX};
 
 void *srnf_alloc(size_t count, size_t size)
 {
+    size_t index = refusing.requests++;
     void *pointer;
 
-    if (refusing.requests++ == refusing.refused || (size > 0 && count > PTRDIFF_MAX / size - 64)) {
+    if (index == refusing.refused || (refusing.lasting && index > refusing.refused) ||
+        (size > 0 && count > PTRDIFF_MAX / size - 64)) {
         return NULL;
     }
     pointer = aligned_alloc(64, (count * size + 64) / 64 * 64);
@@ -78,14 +82,21 @@ static inline size_t refusing_count(const char *name, int (*run)(void))
     return refusing.requests;
 }
 
-/* Runs with one request refused: the first `each` requests in turn, then every stride-th. Every
-   such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive. Returns how many
-   requests a run makes that is refused nothing. */
+/* Runs with one request refused: the first `each` requests in turn, then every stride-th; or every
+   STRIDE-th of all where the environment says so, as "make faults" does with 1. Every
+   such run must come to the refusal, end in SRNF_ENOMEM and leave nothing alive; after the last one
+   a run that is refused nothing must do what the first one did. Returns how many requests that
+   makes. */
 static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t each, size_t stride)
 {
     size_t total = refusing_count(name, run), before = refusing.alive;
+    const char *asked = getenv("STRIDE");
 
-    printf("# %s: %zu allocations\n", name, total);
+    if (asked && strtoul(asked, NULL, 10) > 0) {
+        each = 0;
+        stride = strtoul(asked, NULL, 10);
+    }
+    printf("# %s: %zu allocations%s\n", name, total, refusing.lasting ? ", one and all after" : "");
     for (size_t n = 0; n < total; n += n < each ? 1 : stride) {
         size_t made;
         int status;
@@ -102,6 +113,7 @@ static inline size_t refusing_sweep(const char *name, int (*run)(void), size_t e
         }
         assert_int_equal(refusing.alive, before);
     }
+    assert_int_equal(refusing_count(name, run), total);
     return total;
 }
 

@@ -33,10 +33,10 @@
 #define CHECK_DIRECTIONS 5
 
 /* Sanitizers cost a factor of ten: tests of size take less of it then. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define CHECK_SANITIZED 1
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(TESTS_COUNT_LINES)
+#define CHECK_SLOW 1
 #else
-#define CHECK_SANITIZED 0
+#define CHECK_SLOW 0
 #endif
 
 /* Sign of det(a, b, c); 0 where rounding could have made it. */

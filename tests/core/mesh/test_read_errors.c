@@ -452,6 +452,55 @@ static void test_limits(void **state)
     srnf_mesh_clear(&sample);
 }
 
+/* What a header may hold, however small the file: elements, properties, elements within elements,
+   and numbers of a field whose product no integer holds. */
+static void test_crowded_headers(void **state)
+{
+    static const struct wrong elements = {SRNF_MESH_PLY, NULL, SRNF_ELIMIT, 32, "32 elements"};
+    static const struct wrong properties = {SRNF_MESH_PLY, NULL, SRNF_ELIMIT, 512,
+                                            "512 properties"};
+    static const struct wrong nested = {SRNF_MESH_GIFTI, NULL, SRNF_ELIMIT, 64, "deeper than 64"};
+    static const struct wrong field = {SRNF_MESH_VTK,
+                                       VTK_3 "FIELD data 1\na 4294967296 4294967296 float\n0\n",
+                                       SRNF_EPARSE, ANY, "numbers of a field"};
+    struct srnf_buffer file = {0};
+
+    (void)state;
+    file_print(&file, PLY);
+    for (size_t i = 0; i < 33; i++) {
+        file_print(&file, "element e%zu 0\n", i);
+    }
+    check_wrong(&elements, file.data, file.size);
+    srnf_buffer_clear(&file);
+    file_print(&file, PLY "element vertex 1\n");
+    for (size_t i = 0; i < 513; i++) {
+        file_print(&file, "property int p%zu\n", i);
+    }
+    check_wrong(&properties, file.data, file.size);
+    srnf_buffer_clear(&file);
+    file_print(&file, "<GIFTI>");
+    for (size_t i = 0; i < 64; i++) {
+        file_print(&file, "<MetaData>");
+    }
+    check_wrong(&nested, file.data, file.size);
+    srnf_buffer_clear(&file);
+    check_wrong(&field, field.text, strlen(field.text));
+}
+
+/* Of an element without properties there is nothing to read, whatever it promises. */
+static void test_empty_element(void **state)
+{
+    static const char text[] = PLY "element nothing 4000000000\nelement vertex 3\n" PLY_XYZ
+                                   "element face 1\n" PLY_LIST "0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
+    struct srnf_mesh mesh;
+
+    (void)state;
+    assert_int_equal(srnf_mesh_read(text, sizeof text - 1, SRNF_MESH_PLY, NULL, &mesh, NULL, NULL),
+                     SRNF_OK);
+    assert_int_equal(mesh.n_faces, 1);
+    srnf_mesh_clear(&mesh);
+}
+
 /* A packed array that unpacks to more than it says: refused at the first byte too many. */
 static void test_bomb(void **state)
 {
@@ -506,12 +555,13 @@ static void test_linear_time(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_strangers),   cmocka_unit_test(test_ply),
-        cmocka_unit_test(test_obj_off),     cmocka_unit_test(test_stl_vtk),
-        cmocka_unit_test(test_gifti),       cmocka_unit_test(test_binary),
-        cmocka_unit_test(test_polygons),    cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_limits),      cmocka_unit_test(test_bomb),
-        cmocka_unit_test(test_linear_time),
+        cmocka_unit_test(test_strangers),     cmocka_unit_test(test_ply),
+        cmocka_unit_test(test_obj_off),       cmocka_unit_test(test_stl_vtk),
+        cmocka_unit_test(test_gifti),         cmocka_unit_test(test_binary),
+        cmocka_unit_test(test_polygons),      cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_limits),        cmocka_unit_test(test_bomb),
+        cmocka_unit_test(test_linear_time),   cmocka_unit_test(test_crowded_headers),
+        cmocka_unit_test(test_empty_element),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

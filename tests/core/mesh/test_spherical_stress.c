@@ -7,7 +7,7 @@
  */
 #include "spherical_checks.h"
 
-#define RANDOM_MESHES (CHECK_SANITIZED ? 50 : 150)
+#define RANDOM_MESHES (CHECK_SLOW ? 50 : 150)
 #define RANDOM_FACES 3000
 
 /* Runs and frees; the mesh is one that the map must manage, in so many seconds. */
@@ -17,7 +17,7 @@ static void must_map(const char *name, struct srnf_mesh mesh, double seconds)
     double start = timing_cpu();
 
     assert_int_equal(check_map(name, &mesh, &map), SRNF_OK);
-    assert_true(CHECK_SANITIZED || timing_cpu() - start <= seconds);
+    assert_true(CHECK_SLOW || timing_cpu() - start <= seconds);
     srnf_free(map.points);
     srnf_mesh_clear(&mesh);
 }
@@ -157,7 +157,7 @@ static void test_globes(void **state)
    the larger they are, and may end in an error. */
 static void test_hubs(void **state)
 {
-    size_t large = CHECK_SANITIZED ? 10000 : 100000;
+    size_t large = CHECK_SLOW ? 10000 : 100000;
     (void)state;
 
     must_map("fan of valence 2,000", triangulations_fan(2000), 5);
@@ -277,7 +277,7 @@ static void test_random_meshes(void **state)
 
 static void test_large(void **state)
 {
-    size_t frequency = CHECK_SANITIZED ? 20 : 100;
+    size_t frequency = CHECK_SLOW ? 20 : 100;
     struct srnf_mesh mesh = meshes_bumpy(frequency, 3);
     (void)state;
 

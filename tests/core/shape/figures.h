@@ -17,11 +17,12 @@
 
 #include "support/shapes.h"
 
-/* Sanitizers and -O1 cost a factor of five to ten: the longest tests then take every n-th shape. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FIGURES_SANITIZED 1
+/* Sanitizers, or a counter for each line, and -O1 cost a factor of five to ten: the longest tests
+   then take every n-th shape. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(TESTS_COUNT_LINES)
+#define FIGURES_SLOW 1
 #else
-#define FIGURES_SANITIZED 0
+#define FIGURES_SLOW 0
 #endif
 
 /* OpenBLAS has no header of its own for this on every distribution. */

@@ -342,6 +342,9 @@ static void refuses_what_it_cannot_do(void **state)
         options.smoothing = smoothings[k];
         assert_int_equal(encode(&good, &options, NULL, &encoded, NULL), SRNF_EINVAL);
     }
+    options = of_degree(15);
+    options.parameterization = (enum srnf_parameterization)9;
+    assert_int_equal(encode(&good, &options, NULL, &encoded, NULL), SRNF_EINVAL);
     for (size_t k = 0; k < 4; k++) {
         struct srnf_error error = {0};
 

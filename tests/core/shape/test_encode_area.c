@@ -90,7 +90,7 @@ static void check_folder(const struct expectation *expected)
     static double errors[FOLDERS_FILES_MAX];
     struct srnf_encode_options options = by_route(SRNF_PARAMETERIZATION_AREA);
     size_t n = folders_list(expected->folder, paths);
-    size_t stride = FIGURES_SANITIZED && n > 20 ? 20 : 1;
+    size_t stride = FIGURES_SLOW && n > 20 ? 20 : 1;
     size_t count = 0;
     struct srnf_sht *sht;
     double fit = 0.0;
@@ -316,7 +316,7 @@ static void pose_and_numbering(void **state)
     struct srnf_encode_options options = by_route(SRNF_PARAMETERIZATION_AREA);
     (void)state;
 
-    for (size_t k = 0; k < sizeof names / sizeof names[0]; k += FIGURES_SANITIZED ? 3 : 1) {
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; k += FIGURES_SLOW ? 3 : 1) {
         char path[128];
         struct srnf_mesh mesh;
         struct srnf_mesh other;

@@ -10,7 +10,7 @@
 
 #define ERROR_LIMIT 1e-5 /* at a tolerance of 1e-12 on the relative energy */
 #define TIGHT_ERROR_LIMIT 1e-6
-#define STRIDE (FIGURES_SANITIZED ? 3 : 1)
+#define STRIDE (FIGURES_SLOW ? 3 : 1)
 
 static void check_inversion(const char *name, const struct shapes_surface *s, double tolerance,
                             double limit)
@@ -60,7 +60,7 @@ static void reaches_random_stars(void **state)
     struct test_random random = test_random_seed(2);
     (void)state;
 
-    for (size_t k = 0; k < (FIGURES_SANITIZED ? 2 : 6); k++) {
+    for (size_t k = 0; k < (FIGURES_SLOW ? 2 : 6); k++) {
         struct shapes_surface s;
 
         shapes_open(&s, k % 2 == 0 ? 15 : 31);

@@ -11,7 +11,7 @@
 static const char *const structures[] = {"L_putamen", "R_putamen",     "L_caudate",
                                          "R_caudate", "L_hippocampus", "R_hippocampus"};
 #define STRUCTURES (sizeof structures / sizeof structures[0])
-#define STRIDE (FIGURES_SANITIZED ? 4 : 1)
+#define STRIDE (FIGURES_SLOW ? 4 : 1)
 
 static void inverts_from_the_sphere(void **state)
 {

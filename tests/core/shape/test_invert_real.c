@@ -17,7 +17,7 @@ static const struct {
     {"R_pallidum", 6.9e-4},
 };
 #define STRUCTURES (sizeof structures / sizeof structures[0])
-#define STRIDE (FIGURES_SANITIZED ? 2 : 1)
+#define STRIDE (FIGURES_SLOW ? 2 : 1)
 
 static void inverts_brain_structures(void **state)
 {

@@ -32,7 +32,7 @@ static const struct {
     {REGISTRATIONS_LOCAL "L_hippocampus.ply", REGISTRATIONS_LOCAL "R_hippocampus.ply",
      SRNF_PARAMETERIZATION_AUTO},
 };
-#define STRUCTURES (FIGURES_SANITIZED ? 1 : sizeof structures / sizeof structures[0])
+#define STRUCTURES (FIGURES_SLOW ? 1 : sizeof structures / sizeof structures[0])
 
 static double diagonal(const struct srnf_mesh *mesh)
 {
@@ -79,7 +79,7 @@ static const struct {
     const char *name;
     struct srnf_mesh (*make)(const struct srnf_mesh *mesh, struct test_random *random);
 } remeshings[] = {{"shaken", shaken}, {"each face in four", subdivided}, {"flipped", flipped}};
-#define REMESHINGS (FIGURES_SANITIZED ? 1 : sizeof remeshings / sizeof remeshings[0])
+#define REMESHINGS (FIGURES_SLOW ? 1 : sizeof remeshings / sizeof remeshings[0])
 
 /* Returns the route that was taken. */
 static enum srnf_parameterization encode(struct srnf_mesh *mesh, enum srnf_parameterization wanted,

@@ -7,7 +7,7 @@
 
 #define DEGREE 15
 #define LIMIT 1e-8 /* of the squared distance, at unit area */
-#define ROTATIONS (FIGURES_SANITIZED ? 12 : 200)
+#define ROTATIONS (FIGURES_SLOW ? 12 : 200)
 #define ELASTIC_EVERY 20 /* of these one in so many starts from the tournament, in exact mode */
 
 static const char *const surfaces[] = {

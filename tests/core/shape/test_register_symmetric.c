@@ -7,8 +7,9 @@
 /* srnfd-test: timeout 600 */
 #include "registrations.h"
 
-#define DEGREE 11
-#define TRIPLES (FIGURES_SANITIZED ? 1 : 20)
+#define DEGREE (FIGURES_SLOW ? 7 : 11)
+#define BODY_DEGREE (FIGURES_SLOW ? 11 : 15)
+#define TRIPLES (FIGURES_SLOW ? 1 : 20)
 
 static const char *const surfaces[] = {
     REGISTRATIONS_LOCAL "L_thalamus.ply",
@@ -25,13 +26,22 @@ static const char *const bodies[] = {"153591alpha", "apophis", "bacchus",    "el
                                      "mathilde",    "psyche",  "thebe",      "toutatis"};
 #define BODIES (sizeof bodies / sizeof bodies[0])
 
-static double symmetric(const struct shapes_surface *a, const double *f, double *gap)
+/* The defaults; where all is slow, with fields of a lower degree. */
+static struct srnf_register_options both_ways(void)
 {
     struct srnf_register_options options = srnf_register_options_defaults();
+
+    options.degree = FIGURES_SLOW ? 6 : options.degree;
+    options.symmetric = true;
+    return options;
+}
+
+static double symmetric(const struct shapes_surface *a, const double *f, double *gap)
+{
+    struct srnf_register_options options = both_ways();
     struct srnf_registration r;
     double distance;
 
-    options.symmetric = true;
     registrations_run(a, NULL, f, &options, &r);
     assert_true(r.min_jacobian > 0.0);
     distance = r.distance;
@@ -42,7 +52,7 @@ static double symmetric(const struct shapes_surface *a, const double *f, double 
 
 static void equal_both_ways_and_zero_to_itself(void **state)
 {
-    struct srnf_register_options options = srnf_register_options_defaults();
+    struct srnf_register_options options = both_ways();
     struct shapes_surface a;
     struct shapes_surface b;
     struct srnf_registration ab;
@@ -52,7 +62,6 @@ static void equal_both_ways_and_zero_to_itself(void **state)
 
     assert_true(registrations_open(&a, DEGREE, surfaces[0]));
     assert_true(registrations_open(&b, DEGREE, surfaces[4]));
-    options.symmetric = true;
     registrations_run(&a, NULL, b.f, &options, &ab);
     registrations_run(&b, NULL, a.f, &options, &ba);
     printf("# objective %.15f %.15f, distance %.12f %.12f, gap of the two ways %.1e\n",
@@ -75,7 +84,7 @@ static void triangle_inequality(void **state)
     double d[SURFACES][SURFACES] = {{0.0}};
     double worst = -INFINITY;
     size_t n = 0;
-    size_t most = FIGURES_SANITIZED ? 3 : SURFACES;
+    size_t most = FIGURES_SLOW ? 3 : SURFACES;
     (void)state;
 
     for (size_t k = 0; k < most; k++) {
@@ -160,17 +169,17 @@ static void default_penalty_bounds_the_jacobian(void **state)
     double least = INFINITY;
     double largest = 0.0;
     size_t n = 0;
-    size_t step = FIGURES_SANITIZED ? 12 : 1;
+    size_t most = FIGURES_SLOW ? 2 : BODIES;
     (void)state;
 
-    for (size_t k = 0; k < BODIES; k++) {
+    for (size_t k = 0; k < most; k++) {
         char path[96];
 
         (void)snprintf(path, sizeof path, REGISTRATIONS_SHARED "small_bodies/%s.ply", bodies[k]);
-        n += registrations_open(&s[n], 15, path);
+        n += registrations_open(&s[n], BODY_DEGREE, path);
     }
-    for (size_t i = 0; i < n; i += step) {
-        for (size_t j = i + 1; j < n; j += step) {
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = i + 1; j < n; j++) {
             struct srnf_registration r;
 
             registrations_run(&s[i], NULL, s[j].f, NULL, &r);

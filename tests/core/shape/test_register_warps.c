@@ -9,7 +9,7 @@
 /* srnfd-test: timeout 600 */
 #include "truncations.h"
 
-#define DEGREE 23
+#define DEGREE (FIGURES_SLOW ? 15 : 23)
 #define CUT_DEGREE 47
 
 static const char *const surfaces[] = {
@@ -22,13 +22,13 @@ static const char *const surfaces[] = {
     REGISTRATIONS_SHARED "small_bodies/bacchus.ply",
     REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0083.ply",
 };
-#define SURFACES (FIGURES_SANITIZED ? 1 : sizeof surfaces / sizeof surfaces[0])
+#define SURFACES (FIGURES_SLOW ? 1 : sizeof surfaces / sizeof surfaces[0])
 
 /* The recipe's medians are 6e-14, 7e-14 and 6e-12; a single one may lie a good order above. */
 static const struct {
     double least, median, worst;
 } strengths[] = {{0.7, 2e-13, 1e-12}, {0.5, 1e-12, 5e-11}, {0.3, 1e-10, 5e-9}};
-#define STRENGTHS (sizeof strengths / sizeof strengths[0])
+#define STRENGTHS (FIGURES_SLOW ? 2 : sizeof strengths / sizeof strengths[0])
 
 static int ascending(const void *a, const void *b)
 {
@@ -95,7 +95,7 @@ static void reaches_the_floor_of_truncation(void **state)
                  {"3 arms", 15, 31},
                  {TRUNCATIONS_VENTRICLE, 23, 31},
                  {"3 arms", 15, CUT_DEGREE}};
-    const size_t n_cases = FIGURES_SANITIZED ? 1 : sizeof cases / sizeof cases[0];
+    const size_t n_cases = FIGURES_SLOW ? 1 : sizeof cases / sizeof cases[0];
     (void)state;
 
     for (size_t k = 0; k < n_cases; k++) {

@@ -492,6 +492,9 @@ static void wrong_arguments_are_refused(void **state)
     options.size_weight = -1.0;
     refused(&c, labels, 2, &options, "size_weight");
     options.size_weight = 1.0;
+    options.covariance = (enum srnf_covariance)3;
+    refused(&c, labels, 2, &options, "no covariance 3");
+    options.covariance = SRNF_COVARIANCE_AUTO;
     options.log_scale = size;
     size[5] = NAN;
     refused(&c, labels, 2, &options, "subject 5");

@@ -459,6 +459,10 @@ static void wrong_input_is_refused(void **state)
     assert_non_null(strstr(error.message, "not finite"));
     assert_int_equal(compare(&a, a.group, 12, covariates, 9, 0, NULL, &out, &error), SRNF_EINVAL);
     assert_non_null(strstr(error.message, "too few"));
+    assert_int_equal(srnf_compare_groups(a.g.sht, 3, a.mean, a.registered_q, a.group, 0, NULL, NULL,
+                                         NULL, &out, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "3 surfaces"));
     a.registered_q[7] = NAN;
     assert_int_equal(compare(&a, a.group, 0, NULL, 9, 0, NULL, &out, &error), SRNF_EINVAL);
     assert_null(out.statistic);

@@ -382,6 +382,11 @@ static void refuses_what_it_cannot_take(void **state)
     assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "representation"));
+    registration = quick(true);
+    memset(g.f[1], 0, g.count * sizeof(double));
+    assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "surface 1 is zero"));
     options.registration = NULL;
     g.f[1][5] = INFINITY;
     assert_int_equal(srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, &error),

@@ -14,9 +14,9 @@
 #include <fftw3.h>
 
 #define DEGREE 15
-#define PLAIN (FIGURES_SANITIZED ? (size_t)24 : (size_t)100)
-#define POSED (FIGURES_SANITIZED ? (size_t)4 : (size_t)24)
-#define FREE (FIGURES_SANITIZED ? (size_t)2 : (size_t)4)
+#define PLAIN (FIGURES_SLOW ? (size_t)24 : (size_t)100)
+#define POSED (FIGURES_SLOW ? (size_t)4 : (size_t)24)
+#define FREE (FIGURES_SLOW ? (size_t)2 : (size_t)4)
 #define RANK ((size_t)12)
 
 /* The mean and its components, told in full; returns the total variance. */
