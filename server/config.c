@@ -16,7 +16,7 @@
 enum kind { KIND_TEXT, KIND_CHOICE, KIND_NUMBER, KIND_FLAG };
 
 /* What a KIND_CHOICE may say; there is one such setting. */
-static const char *const choices[] = {"all", "refusals"};
+static const char *const choices[] = {"all", "requests", "refusals"};
 
 static const struct setting {
     enum kind kind;
@@ -27,7 +27,7 @@ static const struct setting {
     {KIND_TEXT, offsetof(struct config, listen), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, data), 0, 0, false},
     {KIND_NUMBER, offsetof(struct config, workers), 0, 256, true},
-    {KIND_NUMBER, offsetof(struct config, http_threads), 1, 16, true},
+    {KIND_NUMBER, offsetof(struct config, http_threads), 0, 16, true},
     {KIND_NUMBER, offsetof(struct config, request_threads), 1, 32, true},
     {KIND_NUMBER, offsetof(struct config, max_connections), 1, 100000, true},
     {KIND_NUMBER, offsetof(struct config, max_waiting), 1, 1000000, true},
@@ -65,7 +65,8 @@ static const struct config_help names[N_SETTINGS] = {
     {"data", "SRNFD_DATA", "--data", "the data directory, ./data"},
     {"workers", "SRNFD_WORKERS", "--workers",
      "worker threads; 0, the default, is one per processor"},
-    {"httpThreads", "SRNFD_HTTP_THREADS", "--http-threads", "threads of the HTTP library, 2"},
+    {"httpThreads", "SRNFD_HTTP_THREADS", "--http-threads",
+     "threads of the HTTP library; 0, the default, is one for two processors, 1 to 4"},
     {"requestThreads", "SRNFD_REQUEST_THREADS", "--request-threads",
      "threads for slow requests, 4"},
     {"maxConnections", "SRNFD_MAX_CONNECTIONS", "--max-connections",
@@ -99,7 +100,8 @@ static const struct config_help names[N_SETTINGS] = {
     {"allowedHosts", "SRNFD_ALLOWED_HOSTS", "--allowed-hosts",
      "what Host may name beside loopback, separated by commas; none"},
     {"accessLog", "SRNFD_ACCESS_LOG", "--access-log",
-     "all: a line in the log for each request; refusals: only for those refused"},
+     "refusals: a line in the log for each request that is refused; requests, the default: for "
+     "each but successful probes of /healthz, /readyz and /metrics; all: for these too"},
     {"leastFree", "SRNFD_LEAST_FREE", "--least-free",
      "bytes that must be free on the disk for /readyz to say so, 67108864"},
     {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
@@ -125,7 +127,6 @@ static const struct config defaults = {
     .listen = "127.0.0.1:8080",
     .data = "data",
     .workers = 0,
-    .http_threads = 2,
     .request_threads = 4,
     .max_connections = 1024,
     .max_waiting = 4096,
@@ -143,7 +144,7 @@ static const struct config defaults = {
     .retention_days = 0,
     .sweep_seconds = 3600,
     .allowed_hosts = "",
-    .access_log = "all",
+    .access_log = "requests",
     .least_free = 67108864,
     .insecure = false,
     .cors_origins = "",
@@ -186,14 +187,20 @@ static int set_number(struct config *config, size_t i, double value, const char 
 
 static bool is_choice(const char *value)
 {
-    return strcmp(value, choices[0]) == 0 || strcmp(value, choices[1]) == 0;
+    for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++) {
+        if (strcmp(value, choices[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static int set_text(struct config *config, size_t i, const char *value, const char *source,
                     char *message, size_t size)
 {
     if (settings[i].kind == KIND_CHOICE && !is_choice(value)) {
-        (void)snprintf(message, size, "%s must be %s or %s", source, choices[0], choices[1]);
+        (void)snprintf(message, size, "%s must be %s, %s or %s", source, choices[0], choices[1],
+                       choices[2]);
         return -1;
     }
     if (!value[0] || strlen(value) >= CONFIG_TEXT_MAX) {

@@ -14,8 +14,8 @@
 struct config {
     char listen[CONFIG_TEXT_MAX];
     char data[CONFIG_TEXT_MAX];
-    double workers; /* 0: one per processor */
-    double http_threads;
+    double workers;      /* 0: one per processor */
+    double http_threads; /* 0: by the number of processors */
     double request_threads;
     double max_connections;
     double max_waiting; /* connections without a request */
@@ -31,7 +31,7 @@ struct config {
     double sweep_seconds;                /* between two looks for what may go */
     double grace_seconds;                /* that SIGTERM gives requests and jobs */
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
-    char access_log[CONFIG_TEXT_MAX];    /* all or refusals */
+    char access_log[CONFIG_TEXT_MAX];    /* all, requests or refusals */
     double least_free;                   /* bytes on the disk, for /readyz */
     bool insecure;                       /* listen beyond loopback without tokens */
     char cors_origins[CONFIG_TEXT_MAX];  /* of pages that may call; "": none */

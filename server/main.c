@@ -155,6 +155,7 @@ static int start(struct service *service, const struct config *config, char *mes
                                .transfer_seconds = config->transfer_seconds,
                                .idle_seconds = config->idle_seconds,
                                .log_refusals_only = strcmp(config->access_log, "refusals") == 0,
+                               .log_probes = strcmp(config->access_log, "all") == 0,
                                .max_buffered = (size_t)config->max_buffered,
                                .local_only = http_is_loopback(config->listen),
                                .allowed_hosts = config->allowed_hosts,

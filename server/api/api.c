@@ -198,6 +198,12 @@ static bool is_at_hand(struct api *api, const struct api_request *request,
                STORE_OK;
 }
 
+static bool is_probe(const struct api_route *route)
+{
+    return route->handler == system_healthz || route->handler == system_readyz ||
+           route->handler == system_metrics;
+}
+
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
@@ -214,6 +220,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         return API_REFUSED;
     }
     request->route_name = match.route->pattern;
+    request->probe = is_probe(match.route);
     if (!auth_admit(&call, request, match.route)) {
         return API_REFUSED;
     }

@@ -61,16 +61,21 @@ struct api_request {
     char trace[56];           /* traceparent as it goes on from here (W3C Trace Context), or "" */
     void *route;              /* set by api_begin, for api_handle */
     struct api_caller caller; /* the same */
+    bool probe;               /* set by api_begin: monitors ask this every few seconds */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
 };
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
 
 #define API_HEADERS_MAX 24
+#define API_VALUES_SIZE ((size_t)320)
+/* Zero it to begin with; not to be copied or moved while it has headers. */
 struct api_response {
     int status;
     struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */
     size_t n_headers;
+    char short_values[API_VALUES_SIZE]; /* those of the first headers; the others are malloc's */
+    size_t short_used;
     unsigned char *body; /* malloc, owned */
     size_t body_size;
     const char *problem; /* code of the problem that was answered, static; NULL: none was */

@@ -21,6 +21,14 @@
 
 /* ---- Out ------------------------------------------------------------------------------------- */
 
+/* Whether the value lies in the response itself. */
+static bool is_short(const struct api_response *response, const char *value)
+{
+    uintptr_t start = (uintptr_t)response->short_values, at = (uintptr_t)value;
+
+    return at >= start && at < start + API_VALUES_SIZE;
+}
+
 void api_response_clear(struct api_response *response)
 {
     for (size_t i = 0; i < response->n_headers; i++) {
@@ -28,7 +36,9 @@ void api_response_clear(struct api_response *response)
             const char *constant;
             char *owned;
         } value = {response->headers[i].value};
-        free(value.owned);
+        if (!is_short(response, value.constant)) {
+            free(value.owned);
+        }
     }
     free(response->body);
     execution_wait_free(response->wait.state);
@@ -38,16 +48,23 @@ void api_response_clear(struct api_response *response)
 
 int api_response_header_text(struct api_response *response, const char *name, const char *value)
 {
-    char *copy;
+    size_t size = strlen(value) + 1;
+    char *copy = NULL;
 
-    if (response->n_headers == API_HEADERS_MAX || strlen(value) >= HEADER_VALUE_MAX) {
+    if (response->n_headers == API_HEADERS_MAX || size > HEADER_VALUE_MAX) {
         return -1;
     }
-    copy = strdup(value);
+    if (size <= API_VALUES_SIZE - response->short_used) {
+        copy = response->short_values + response->short_used;
+        response->short_used += size;
+    } else {
+        copy = malloc(size);
+    }
     if (!copy) {
         response->lacking = true;
         return -1;
     }
+    memcpy(copy, value, size);
     response->headers[response->n_headers].name = name;
     response->headers[response->n_headers].value = copy;
     response->n_headers++;

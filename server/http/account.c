@@ -30,6 +30,15 @@ static bool is_fault(int status)
     return status == 500 || status == 507;
 }
 
+/* Whether the request leaves a line. Refusals always do. */
+static bool is_told(const struct exchange *exchange)
+{
+    const struct http_config *config = &exchange->http->config;
+
+    return exchange->response.problem ||
+           (!config->log_refusals_only && (config->log_probes || !exchange->request.probe));
+}
+
 void account_log(const struct exchange *exchange, bool whole)
 {
     const struct api_request *request = &exchange->request;
@@ -47,7 +56,7 @@ void account_log(const struct exchange *exchange, bool whole)
     };
     size_t n = 8;
 
-    if (exchange->http->config.log_refusals_only && !code) {
+    if (!is_told(exchange)) {
         return;
     }
     if (code) {

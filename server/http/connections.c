@@ -101,14 +101,28 @@ void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
     }
 }
 
+/* NULL when memory is short. */
+static void keep_target(struct connection *connection, const char *uri)
+{
+    size_t size = strlen(uri) + 1;
+
+    if (!connection->target || size > connection->target_size) {
+        free(connection->target);
+        connection->target = malloc(size);
+        connection->target_size = size;
+    }
+    if (connection->target) {
+        memcpy(connection->target, uri, size);
+    }
+}
+
 void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
 {
     struct connection *connection = connection_of(mhd);
     struct http *http = cls;
 
     if (connection) {
-        free(connection->target);
-        connection->target = strdup(uri);
+        keep_target(connection, uri);
         connection->target_end = uri + strlen(uri) + 1;
         connection_deadline(connection, http_now() + http->config.header_seconds, true);
     }

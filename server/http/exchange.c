@@ -139,12 +139,14 @@ static enum MHD_Result send_response(struct exchange *exchange)
     const struct http *http = exchange->http;
     struct MHD_Response *mhd = NULL;
     enum MHD_Result result;
+    double now;
 
     hold_response(exchange);
     if (response->status == 0) {
         api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
     }
-    exchange->total_ms = 1e3 * (http_now() - exchange->started);
+    now = http_now();
+    exchange->total_ms = 1e3 * (now - exchange->started);
     add_fields(exchange);
     if (response->lacking) {
         replace_response(exchange, "out-of-memory", "There is not enough memory for the answer.");
@@ -154,9 +156,9 @@ static enum MHD_Result send_response(struct exchange *exchange)
     if (!mhd) {
         return MHD_NO;
     }
-    connection_deadline(
-        exchange->connection,
-        http_now() + http->config.transfer_seconds + (double)exchange->sent / RATE_MIN, false);
+    connection_deadline(exchange->connection,
+                        now + http->config.transfer_seconds + (double)exchange->sent / RATE_MIN,
+                        false);
     result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
     MHD_destroy_response(mhd);
     return result;
@@ -414,7 +416,9 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     drop_body(exchange);
     release(http, exchange->held);
     api_response_clear(&exchange->response);
-    free(exchange->path);
+    if (exchange->path != exchange->short_path) {
+        free(exchange->path);
+    }
     if (exchange->connection && !exchange->connection->spare) {
         exchange->connection->spare = exchange;
     } else {

@@ -28,15 +28,6 @@
 
 #define LINE_GAP_MAX 4096 /* between two lines that lie in the same buffer */
 
-/* What a header's name allows (RFC 9110, 5.6.2). */
-static bool is_token(const char *text, size_t length)
-{
-    static const char allowed[] = "!#$%&'*+-.^_`|~0123456789abcdefghijklmnopqrstuvwxyz"
-                                  "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-
-    return length > 0 && strspn(text, allowed) == length;
-}
-
 static bool is_field_value(const char *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
@@ -64,7 +55,7 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
     exchange->headers[request->n_headers].name = name;
     exchange->headers[request->n_headers].value = value ? value : "";
     request->n_headers++;
-    if (!is_token(name, name_length) || (value && !is_field_value(value, value_length))) {
+    if (!head_is_token(name, name_length) || (value && !is_field_value(value, value_length))) {
         exchange->content_length = -2;
         return MHD_NO;
     }
@@ -172,7 +163,7 @@ static const char *check_target(struct exchange *exchange)
     if (target[0] != '/') {
         return "The request target must be a path.";
     }
-    exchange->path = malloc(length + 1);
+    exchange->path = length < HTTP_SHORT_PATH ? exchange->short_path : malloc(length + 1);
     if (!exchange->path) {
         return no_memory;
     }

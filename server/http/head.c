@@ -12,7 +12,6 @@
  */
 #include "http/head.h"
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 #include <strings.h>
@@ -36,8 +35,7 @@ static enum head_verdict malformed(struct head *head, const char *detail)
     return refuse(head, 400, "malformed-request", detail);
 }
 
-/* What a method and a field's name are made of (RFC 9110, 5.6.2). */
-static bool is_token(const char *text, size_t length)
+bool head_is_token(const char *text, size_t length)
 {
     static const char marks[] = "!#$%&'*+-.^_`|~";
 
@@ -76,7 +74,7 @@ static enum head_verdict check_request_line(struct head *head, const char *line,
     const char *first = memchr(line, ' ', length), *second;
     size_t method = first ? (size_t)(first - line) : length, target;
 
-    if (!first || !is_token(line, method)) {
+    if (!first || !head_is_token(line, method)) {
         return malformed(head, "The request line does not start with a method and a blank.");
     }
     if (method > HEAD_METHOD_MAX) {
@@ -134,7 +132,7 @@ static enum head_verdict check_field(struct head *head, const char *line, size_t
     if (line[0] == ' ' || line[0] == '\t') {
         return malformed(head, "A header field goes on in the next line.");
     }
-    if (!is_token(line, name)) {
+    if (!head_is_token(line, name)) {
         return malformed(head, "A header field has characters in its name that it must not have, "
                                "or no colon right after it.");
     }

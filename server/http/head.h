@@ -4,6 +4,7 @@
 #ifndef SRNFD_HTTP_HEAD_H
 #define SRNFD_HTTP_HEAD_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #define HEAD_FIELDS_MAX 64
@@ -24,6 +25,9 @@ struct head_refusal {
     int status;
     const char *code, *detail;
 };
+
+/* Whether this is what a method and a field's name are made of (RFC 9110, 5.6.2). */
+bool head_is_token(const char *text, size_t length);
 
 /*
  * Judges the first size bytes of a request: request line, header fields, empty line. What follows

@@ -23,13 +23,24 @@
 #include <unistd.h>
 
 #define CONNECTION_MEMORY \
-    ((size_t)40 << 10) /* for a head within head.h's limits and ours; cleared for each request */
+    ((size_t)32 << 10) /* for a head within head.h's limits and ours; cleared for each request */
+#define THREADS_MAX 4  /* that are started without being asked for */
 #define CONNECTIONS_SPARE \
     128 /* beyond max_connections, to be answered 503 instead of left waiting */
 
+/* Requests that these threads answer take microseconds: one thread for two processors keeps up with
+   clients on the others. On two processors a second one cost more in changing places than it won:
+   52,000 requests of /healthz a second instead of 72,000. */
+static size_t default_threads(void)
+{
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+
+    return processors < 4 ? 1 : processors > 2 * THREADS_MAX ? THREADS_MAX : (size_t)processors / 2;
+}
+
 static void set_defaults(struct http_config *config)
 {
-    const struct http_config defaults = {.threads = 2,
+    const struct http_config defaults = {.threads = default_threads(),
                                          .request_threads = 4,
                                          .max_connections = 1024,
                                          .max_waiting = 4096,

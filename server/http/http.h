@@ -17,7 +17,7 @@ struct http;
 struct http_config {
     struct api *api;
     const char *listen;     /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
-    size_t threads;         /* of libmicrohttpd; 0: 2 */
+    size_t threads;         /* of libmicrohttpd; 0: half the processors, 1 to 4 */
     size_t request_threads; /* for slow routes; 0: 4 */
     size_t max_connections; /* beyond them requests are answered 503; 0: 1024 */
     size_t max_waiting;     /* connections without a request; the oldest goes; 0: 4096 */
@@ -33,6 +33,7 @@ struct http_config {
     double idle_seconds;      /* between requests of one connection; 0: 60 */
     double heartbeat_seconds; /* between signs of life in a stream; 0: 15 */
     bool log_refusals_only;   /* no line in the log for a request that was answered well */
+    bool log_probes;          /* nor, without this, for a monitor's probe that was */
     struct metrics *metrics;  /* may be NULL */
 };
 

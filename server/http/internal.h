@@ -28,6 +28,7 @@
 #include <stdatomic.h>
 
 #define HTTP_HEADERS_MAX HEAD_FIELDS_MAX
+#define HTTP_SHORT_PATH 128               /* bytes of a path that needs no memory of its own */
 #define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
 #define HTTP_REQUEST_THREADS_MAX 32
 
@@ -40,6 +41,7 @@ struct connection {
     atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
     _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
     char *target;        /* raw request target of the current request; owned by its MHD thread */
+    size_t target_size;  /* bytes that target has room for */
     struct exchange *spare; /* of the request before, to be used again; the same thread's */
     const char *target_end; /* behind its zero, where the version must stand: never read through */
 };
@@ -61,7 +63,8 @@ struct exchange {
     struct api_header headers[HTTP_HEADERS_MAX];
     size_t header_bytes;
     bool header_overflow;
-    char *path; /* decoded */
+    char *path; /* decoded: short_path, or malloc's */
+    char short_path[HTTP_SHORT_PATH];
     struct api_response response;
     enum api_verdict verdict;
     enum phase phase;

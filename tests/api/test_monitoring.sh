@@ -169,6 +169,11 @@ like "$(header traceparent)" "^00-$trace-[0-9a-f]{16}-00\$" 'a later version is 
 get /v1/jobs/job-0 --header 'X-Request-Id: refused'
 is "$(jq -r 'select(.event == "request" and .id == "refused") | .level + " " + .code' "$SERVER_LOG")" \
     'warn no-such-job' 'a refusal leaves a line with its code'
+get /healthz --header 'X-Request-Id: probe'
+get /v1/version --header 'X-Request-Id: told'
+get /v1/nothing
+is "$(jq -r 'select(.event == "request" and (.id == "probe" or .id == "told")) | .id' "$SERVER_LOG")" told \
+    'a probe that is answered well leaves no line'
 check 'every line has a time, a level and an event' jq -e '.ts and (.level | IN("info", "warn", "error")) and .event' \
     "$SERVER_LOG"
 stop_server || not_ok 'the server ends well'

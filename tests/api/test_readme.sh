@@ -3,7 +3,7 @@
 # the first failure. Then the server's log must show every route of the table answered well at least once.
 . "$(dirname "$0")/../support/lib.sh"
 
-start_server "$SCRATCH/data" || exit 1
+start_server "$SCRATCH/data" --access-log all || exit 1
 
 awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' README.md >"$SCRATCH/blocks.sh"
 compare "$(grep -c curl "$SCRATCH/blocks.sh")" '>=' 20 'README has curl lines'

@@ -43,7 +43,8 @@ fails 'a directory that cannot be' 1 add --data /proc/none --name a
 
 # ---- Without tokens, and then with -----------------------------------------------------------------------
 
-start_server "$DATA" --quota-streams 1 --quota-queued 3 --cors-origins 'https://app.example, https://b.example:8443' || exit 1
+start_server "$DATA" --access-log all --quota-streams 1 --quota-queued 3 \
+    --cors-origins 'https://app.example, https://b.example:8443' || exit 1
 post '/v1/meshes?name=before' --data-binary "$MESH"
 is "$STATUS" 201 'before there are tokens, everyone is let in'
 ID=$(json .id)

@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "http/head.h"
 #include "support/wire.h"
 
 #include <stdio.h>
@@ -211,6 +212,41 @@ static void test_floods_in_the_head_are_cut_short(void **state)
         assert_true(wire_closes(fd));
         (void)close(fd);
     }
+    assert_well();
+}
+
+/* As large as the limits allow, over and over on one connection, whose memory is bounded too. */
+static void test_the_largest_heads_are_taken(void **state)
+{
+    static char head[HEAD_BYTES_MAX];
+    size_t n = 0, fields;
+    int fd = wire_dial(&daemon_);
+
+    (void)state;
+    n += (size_t)snprintf(head, sizeof head, "GET /");
+    memset(head + n, 'a', HEAD_TARGET_MAX - 1);
+    n += HEAD_TARGET_MAX - 1;
+    n += (size_t)snprintf(head + n, sizeof head - n, " HTTP/1.1\r\n");
+    fields = n;
+    n += (size_t)snprintf(head + n, sizeof head - n, "Host: x\r\n");
+    for (size_t i = 1; i < HEAD_FIELDS_MAX; i++) {
+        size_t rest = HEAD_FIELD_BYTES_MAX - (n - fields);
+        size_t size = i + 1 < HEAD_FIELDS_MAX ? HEAD_FIELD_BYTES_MAX / HEAD_FIELDS_MAX : rest;
+        size_t start = n;
+
+        n += (size_t)snprintf(head + n, sizeof head - n, "X-%zu: ", i);
+        memset(head + n, 'v', size - 2 - (n - start));
+        n = start + size - 2;
+        n += (size_t)snprintf(head + n, sizeof head - n, "\r\n");
+    }
+    assert_int_equal(n - fields, HEAD_FIELD_BYTES_MAX);
+    n += (size_t)snprintf(head + n, sizeof head - n, "\r\n");
+    for (int k = 0; k < 3; k++) {
+        assert_true(wire_send(fd, head, n));
+        wire_hear(fd, false, &answer);
+        assert_true(wire_is_problem(&answer, 404, "not-found"));
+    }
+    (void)close(fd);
     assert_well();
 }
 
@@ -560,6 +596,7 @@ int main(void)
         cmocka_unit_test(test_shapes_get_one_problem_and_are_closed),
         cmocka_unit_test(test_shapes_behind_a_good_request_are_closed_too),
         cmocka_unit_test(test_floods_in_the_head_are_cut_short),
+        cmocka_unit_test(test_the_largest_heads_are_taken),
         cmocka_unit_test(test_methods_and_versions),
         cmocka_unit_test(test_pipelined_requests_are_answered_in_order),
         cmocka_unit_test(test_bodies_too_large),
