@@ -14,8 +14,8 @@
  * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended,
  * and the list of connections. It is the only lock of this layer, and held for short walks only; of
  * libmicrohttpd's functions only MHD_suspend_connection is called under it, so that nobody resumes
- * before it is suspended. A request that is answered on libmicrohttpd's thread never takes it:
- * what all requests touch is atomic.
+ * before it is suspended. A request without a body whose small answer is given on libmicrohttpd's
+ * thread never takes it: what all requests touch is atomic.
  */
 #ifndef SRNFD_HTTP_INTERNAL_H
 #define SRNFD_HTTP_INTERNAL_H
