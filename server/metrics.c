@@ -176,6 +176,7 @@ static const struct family {
 struct series {
     struct series *next;                          /* of its chain */
     _Atomic double value;                         /* of a histogram: the sum */
+    const atomic_size_t *_Atomic watched;         /* holds the value in its place; may be NULL */
     atomic_uint_least64_t bucket[BOUNDS_MAX + 1]; /* observations, not cumulated; last: the rest */
     size_t key_length;
     char key[]; /* the label values, each with its zero */
@@ -308,34 +309,59 @@ static void add(_Atomic double *sum, double value)
     }
 }
 
-void metrics_add(struct metrics *metrics, enum metric metric, const char *const *labels,
-                 double value)
+struct series *metrics_series(struct metrics *metrics, enum metric metric,
+                              const char *const *labels)
 {
-    struct series *series = metrics ? find(metrics, metric, labels) : NULL;
+    return metrics ? find(metrics, metric, labels) : NULL;
+}
 
+void series_add(struct series *series, double value)
+{
     if (series) {
         add(&series->value, value);
     }
 }
 
+void metrics_add(struct metrics *metrics, enum metric metric, const char *const *labels,
+                 double value)
+{
+    series_add(metrics_series(metrics, metric, labels), value);
+}
+
 void metrics_set(struct metrics *metrics, enum metric metric, const char *const *labels,
                  double value)
 {
-    struct series *series = metrics ? find(metrics, metric, labels) : NULL;
+    struct series *series = metrics_series(metrics, metric, labels);
 
     if (series) {
         atomic_store_explicit(&series->value, value, memory_order_relaxed);
     }
 }
 
-void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
-                     double value)
+/* The number of a series that is no histogram. */
+static double value_of(const struct series *series)
+{
+    const atomic_size_t *watched = atomic_load(&series->watched);
+
+    return watched ? (double)atomic_load(watched) : atomic_load(&series->value);
+}
+
+void metrics_watch(struct metrics *metrics, enum metric metric, const atomic_size_t *counter)
+{
+    struct series *series = metrics_series(metrics, metric, NULL);
+
+    if (series) {
+        atomic_store(&series->value, value_of(series));
+        atomic_store(&series->watched, counter);
+    }
+}
+
+void series_observe(struct series *series, enum metric metric, double value)
 {
     const double *bounds = families[metric].bounds;
-    struct series *series = metrics && bounds ? find(metrics, metric, labels) : NULL;
     size_t bucket = 0;
 
-    if (!series) {
+    if (!series || !bounds) {
         return;
     }
     while (bucket < BOUNDS_MAX && bounds[bucket] > 0 && value > bounds[bucket]) {
@@ -346,6 +372,12 @@ void metrics_observe(struct metrics *metrics, enum metric metric, const char *co
     }
     add(&series->value, value);
     atomic_fetch_add_explicit(&series->bucket[bucket], 1, memory_order_relaxed);
+}
+
+void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
+                     double value)
+{
+    series_observe(metrics_series(metrics, metric, labels), metric, value);
 }
 
 static uint64_t in_bucket(const struct series *series, size_t bucket)
@@ -365,7 +397,7 @@ double metrics_value(struct metrics *metrics, enum metric metric, const char *co
             value += (double)in_bucket(series, i);
         }
     } else if (series) {
-        value = atomic_load_explicit(&series->value, memory_order_relaxed);
+        value = value_of(series);
     }
     return value;
 }
@@ -448,7 +480,7 @@ static void put_family(FILE *out, struct metrics *metrics, enum metric metric)
             }
             (void)fputs(family->name, out);
             put_labels(out, family, series, NULL);
-            (void)fprintf(out, " %.15g\n", atomic_load(&series->value));
+            (void)fprintf(out, " %.15g\n", value_of(series));
         }
     }
 }

@@ -9,6 +9,7 @@
 #ifndef SRNFD_METRICS_H
 #define SRNFD_METRICS_H
 
+#include <stdatomic.h>
 #include <stddef.h>
 
 struct metrics;
@@ -56,6 +57,9 @@ enum metric {
 /* Label values, in the order of the family's labels. */
 #define METRIC_LABELS(...) ((const char *const[METRIC_LABELS_MAX]){__VA_ARGS__})
 
+/* One combination of label values of a family; it stays as long as the registry. */
+struct series;
+
 /* NULL when memory is short. */
 struct metrics *metrics_create(void);
 void metrics_destroy(struct metrics *metrics);
@@ -66,9 +70,19 @@ void metrics_add(struct metrics *metrics, enum metric metric, const char *const 
                  double value);
 void metrics_set(struct metrics *metrics, enum metric metric, const char *const *labels,
                  double value);
+/* From now on the gauge, of a family without labels, is what the counter holds when it is asked
+   for; NULL: what it held last stays. The caller keeps the counter until then. */
+void metrics_watch(struct metrics *metrics, enum metric metric, const atomic_size_t *counter);
 /* One observation of a histogram, in its unit: seconds or bytes. */
 void metrics_observe(struct metrics *metrics, enum metric metric, const char *const *labels,
                      double value);
+
+/* The series itself, for who counts in it again and again; NULL when memory is short, or metrics is
+   NULL. The two below are metrics_add and metrics_observe without the search; NULL does nothing. */
+struct series *metrics_series(struct metrics *metrics, enum metric metric,
+                              const char *const *labels);
+void series_add(struct series *series, double value);
+void series_observe(struct series *series, enum metric metric, double value);
 
 /* The value of a counter or gauge, or the number of observations; 0 for what was never counted. */
 double metrics_value(struct metrics *metrics, enum metric metric, const char *const *labels);

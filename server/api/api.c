@@ -257,8 +257,11 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
 {
     struct api_call call = {.api = api, .request = request, .response = response};
     const struct api_route *route = request->route;
-    struct route_match match = {.route = route};
+    struct route_match match;
 
+    for (size_t i = 0; i < ROUTE_PARAMETERS_MAX; i++) {
+        match.parameters[i][0] = '\0';
+    }
     if (!route_matches(route->pattern, request->path, match.parameters)) {
         (void)problem_respond(&call, "not-found", "Nothing is at this path.");
         return;

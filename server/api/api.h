@@ -15,6 +15,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <strings.h>
 
 #include "jobs/jobs.h"
 #include "metrics.h"
@@ -64,22 +65,27 @@ struct api_request {
     bool probe;               /* set by api_begin: monitors ask this every few seconds */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
 };
+/* Whether a header has this name, without regard to case. Most differ in their first letter, seen
+   with the bit set that tells small letters from capitals. */
+static inline bool api_header_is(const struct api_header *header, const char *name)
+{
+    return (header->name[0] | 0x20) == (name[0] | 0x20) && strcasecmp(header->name, name) == 0;
+}
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
 
 #define API_HEADERS_MAX 24
 #define API_VALUES_SIZE ((size_t)320)
-/* Zero it to begin with; not to be copied or moved while it has headers. */
+/* Zero it to begin with, up to the headers at least; not to be copied or moved while it has
+   headers. */
 struct api_response {
     int status;
-    struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */
-    size_t n_headers;
-    char short_values[API_VALUES_SIZE]; /* those of the first headers; the others are malloc's */
-    size_t short_used;
-    unsigned char *body; /* malloc, owned */
-    size_t body_size;
-    const char *problem; /* code of the problem that was answered, static; NULL: none was */
-    bool lacking;        /* memory was short: a header or the body is missing */
+    size_t n_headers, short_used;
+    unsigned char *body;     /* malloc, owned */
+    const void *static_body; /* in its place: bytes that stay; NULL: body */
+    size_t body_size;        /* of the one or the other */
+    const char *problem;     /* code of the problem that was answered, static; NULL: none was */
+    bool lacking;            /* memory was short: a header or the body is missing */
     /* Not finished: wait until this job ends or the seconds are over, then api_resume. */
     struct {
         char job_id[STORE_ID_MAX];
@@ -93,6 +99,8 @@ struct api_response {
         bool ended;                /* the body is the last piece */
         void *state;               /* freed by api_response_clear */
     } stream;
+    struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */
+    char short_values[API_VALUES_SIZE]; /* those of the first headers; the others are malloc's */
 };
 void api_response_clear(struct api_response *response);
 /* Adds a header; -1 when there are too many, the value is too long, or memory is short. */

@@ -54,9 +54,9 @@ struct api_auth {
     struct auth_account *accounts;
 };
 
-/* Routes that need no token, by pattern. */
-static const char *const public_routes[] = {"/",           "/healthz",         "/readyz",
-                                            "/v1/version", "/v1/openapi.yaml", NULL};
+/* Routes that need no token. */
+static api_handler *const public_routes[] = {system_landing, system_healthz, system_readyz,
+                                             system_version, system_openapi};
 
 /* What the first parameter of a path names. */
 static const struct {
@@ -249,8 +249,8 @@ void stream_leave(struct api_auth *auth, struct auth_account *account)
 
 static bool is_public(const struct api_route *route)
 {
-    for (size_t i = 0; public_routes[i]; i++) {
-        if (strcmp(public_routes[i], route->pattern) == 0) {
+    for (size_t i = 0; i < sizeof public_routes / sizeof public_routes[0]; i++) {
+        if (public_routes[i] == route->handler) {
             return true;
         }
     }

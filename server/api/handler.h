@@ -82,6 +82,9 @@ void respond_json(struct api_call *call, int status, json_t *document);
 /* Takes over bytes (malloc). */
 void respond_bytes(struct api_call *call, int status, const char *content_type,
                    unsigned char *bytes, size_t size);
+/* The same with bytes that outlive the service. */
+void respond_static(struct api_call *call, int status, const char *content_type, const void *bytes,
+                    size_t size);
 /* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered:
    *refused). */
 bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused);

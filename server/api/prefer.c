@@ -8,7 +8,6 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #define WAIT_DIGITS_MAX 6
 
@@ -46,7 +45,7 @@ void prefer_read(const struct api_request *request, struct prefer *prefer)
     for (size_t i = 0; i < request->n_headers; i++) {
         const char *text = request->headers[i].value;
 
-        if (strcasecmp(request->headers[i].name, "Prefer") != 0) {
+        if (!api_header_is(&request->headers[i], "Prefer")) {
             continue;
         }
         while (*text) {

@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <time.h>
 
 #define HEADER_VALUE_MAX 1024
@@ -43,7 +42,7 @@ void api_response_clear(struct api_response *response)
     free(response->body);
     execution_wait_free(response->wait.state);
     events_free(response->stream.state);
-    memset(response, 0, sizeof *response);
+    memset(response, 0, offsetof(struct api_response, headers));
 }
 
 int api_response_header_text(struct api_response *response, const char *name, const char *value)
@@ -110,6 +109,7 @@ void response_json(struct api_response *response, int status, const char *conten
     }
     json_memory_begin();
     free(response->body);
+    response->static_body = NULL;
     response->body = (unsigned char *)line;
     response->body_size = length;
     (void)api_response_header_text(response, "Content-Type", content_type);
@@ -130,8 +130,16 @@ void respond_bytes(struct api_call *call, int status, const char *content_type,
     free(call->response->body);
     call->response->status = status;
     call->response->body = bytes;
+    call->response->static_body = NULL;
     call->response->body_size = size;
     (void)api_response_header_text(call->response, "Content-Type", content_type);
+}
+
+void respond_static(struct api_call *call, int status, const char *content_type, const void *bytes,
+                    size_t size)
+{
+    respond_bytes(call, status, content_type, NULL, size);
+    call->response->static_body = bytes;
 }
 
 json_t *json_time(int64_t ms)
@@ -171,7 +179,7 @@ bool respond_not_modified(struct api_call *call, const char *tag)
 const char *api_request_header(const struct api_request *request, const char *name)
 {
     for (size_t i = 0; i < request->n_headers; i++) {
-        if (strcasecmp(request->headers[i].name, name) == 0) {
+        if (api_header_is(&request->headers[i], name)) {
             return request->headers[i].value;
         }
     }

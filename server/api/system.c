@@ -28,13 +28,8 @@ void system_landing(struct api_call *call)
 void system_healthz(struct api_call *call)
 {
     static const char well[] = "{\"status\":\"ok\"}\n";
-    char *copy = strdup(well);
 
-    if (!copy) {
-        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
-        return;
-    }
-    respond_bytes(call, 200, "application/json", (unsigned char *)copy, sizeof well - 1);
+    respond_static(call, 200, "application/json", well, sizeof well - 1);
 }
 
 void system_version(struct api_call *call)
@@ -57,7 +52,6 @@ void system_version(struct api_call *call)
 void system_openapi(struct api_call *call)
 {
     const struct embedded_file *file = embedded_files;
-    unsigned char *copy;
     char tag[65];
 
     while (file->path && strcmp(file->path, "api/openapi.yaml") != 0) {
@@ -72,11 +66,5 @@ void system_openapi(struct api_call *call)
     if (respond_not_modified(call, tag)) {
         return;
     }
-    copy = malloc(file->size + 1);
-    if (!copy) {
-        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
-        return;
-    }
-    memcpy(copy, file->bytes, file->size);
-    respond_bytes(call, 200, "application/yaml", copy, file->size);
+    respond_static(call, 200, "application/yaml", file->bytes, file->size);
 }

@@ -39,7 +39,7 @@ static bool is_told(const struct exchange *exchange)
            (!config->log_refusals_only && (config->log_probes || !exchange->request.probe));
 }
 
-void account_log(const struct exchange *exchange, bool whole)
+static void tell(const struct exchange *exchange, bool whole)
 {
     const struct api_request *request = &exchange->request;
     const char *code = exchange->response.problem;
@@ -56,9 +56,6 @@ void account_log(const struct exchange *exchange, bool whole)
     };
     size_t n = 8;
 
-    if (!is_told(exchange)) {
-        return;
-    }
     if (code) {
         fields[n++] = log_text("code", code);
     }
@@ -71,26 +68,55 @@ void account_log(const struct exchange *exchange, bool whole)
     log_line(level, "request", fields, n);
 }
 
+void account_log(const struct exchange *exchange, bool whole)
+{
+    if (is_told(exchange)) {
+        tell(exchange, whole);
+    }
+}
+
+/* Finds where requests of this kind are counted. */
+static void find_series(const struct exchange *exchange, struct connection *connection)
+{
+    struct metrics *metrics = exchange->http->config.metrics;
+    const char *route = exchange->request.route_name ? exchange->request.route_name : "none";
+    const char *method = method_label(exchange->request.method);
+    char status[DIGITS_MAX];
+
+    if (connection->counted.requests && connection->counted.seconds &&
+        connection->counted.route == route && connection->counted.method == method &&
+        connection->counted.status == exchange->status) {
+        return;
+    }
+    (void)digits_unsigned(status, exchange->status > 0 ? (uint64_t)exchange->status : 0);
+    connection->counted.route = route;
+    connection->counted.method = method;
+    connection->counted.status = exchange->status;
+    connection->counted.requests =
+        metrics_series(metrics, METRIC_HTTP_REQUESTS, METRIC_LABELS(route, method, status));
+    connection->counted.seconds =
+        metrics_series(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route));
+}
+
 void account_count(const struct exchange *exchange)
 {
     const struct api_request *request = &exchange->request;
     struct metrics *metrics = exchange->http->config.metrics;
-    const char *route = request->route_name ? request->route_name : "none";
-    char status[DIGITS_MAX];
+    struct connection *connection = exchange->connection;
 
     if (!metrics) {
         return;
     }
-    (void)digits_unsigned(status, exchange->status > 0 ? (uint64_t)exchange->status : 0);
-    metrics_add(metrics, METRIC_HTTP_REQUESTS,
-                METRIC_LABELS(route, method_label(request->method), status), 1);
-    metrics_observe(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route), 1e-3 * exchange->total_ms);
+    if (connection) {
+        find_series(exchange, connection);
+        series_add(connection->counted.requests, 1);
+        series_observe(connection->counted.seconds, METRIC_HTTP_SECONDS, 1e-3 * exchange->total_ms);
+    }
     if (request->body_size + exchange->drained > 0) {
         metrics_add(metrics, METRIC_HTTP_RECEIVED, NULL,
                     (double)(request->body_size + exchange->drained));
     }
     metrics_add(metrics, METRIC_HTTP_SENT, NULL, (double)exchange->sent);
-    metrics_add(metrics, METRIC_HTTP_IN_PROGRESS, NULL, -1);
     if (exchange->response.problem) {
         metrics_add(metrics, METRIC_HTTP_REFUSALS, METRIC_LABELS(exchange->response.problem), 1);
     }

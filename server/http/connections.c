@@ -31,12 +31,22 @@
     0.5 /* from the end of what a client sends to its being cut off: what was read
                              before is handled by then */
 
-double http_now(void)
+static double seconds_of(clockid_t clock)
 {
     struct timespec now;
 
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    (void)clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double http_now(void)
+{
+    return seconds_of(CLOCK_MONOTONIC);
+}
+
+double http_last_tick(void)
+{
+    return seconds_of(CLOCK_MONOTONIC_COARSE);
 }
 
 struct connection *connection_of(struct MHD_Connection *mhd)
@@ -124,7 +134,7 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
     if (connection) {
         keep_target(connection, uri);
         connection->target_end = uri + strlen(uri) + 1;
-        connection_deadline(connection, http_now() + http->config.header_seconds, true);
+        connection_deadline(connection, http_last_tick() + http->config.header_seconds, true);
     }
     return NULL;
 }

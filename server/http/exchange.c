@@ -17,7 +17,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
 #define BODY_FIRST ((size_t)64 << 10)
@@ -58,7 +57,8 @@ static void hold_response(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
 
-    if (response->body_size <= RESPONSE_FREE || response->stream.job_id[0]) {
+    if (response->body_size <= RESPONSE_FREE || response->static_body ||
+        response->stream.job_id[0]) {
         return;
     }
     if (hold(exchange->http, response->body_size)) {
@@ -117,8 +117,13 @@ static struct MHD_Response *make_response(struct exchange *exchange)
     }
     if (!mhd) {
         exchange->sent = response->body_size;
-        mhd = MHD_create_response_from_buffer(response->body_size, response->body,
-                                              MHD_RESPMEM_MUST_FREE);
+        union {
+            const void *constant;
+            void *pointer;
+        } body = {response->static_body ? response->static_body : response->body};
+        mhd = MHD_create_response_from_buffer(response->body_size, body.pointer,
+                                              response->static_body ? MHD_RESPMEM_PERSISTENT
+                                                                    : MHD_RESPMEM_MUST_FREE);
         response->body = mhd ? NULL : response->body;
     }
     for (size_t i = 0; mhd && i < response->n_headers; i++) {
@@ -259,10 +264,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     if (!exchange) {
         return NULL;
     }
-    /* All but the headers, which n_headers tells the use of. */
-    memset(exchange, 0, offsetof(struct exchange, headers));
-    memset((char *)exchange + offsetof(struct exchange, header_bytes), 0,
-           sizeof *exchange - offsetof(struct exchange, header_bytes));
+    memset(exchange, 0, offsetof(struct exchange, response.headers));
     exchange->http = http;
     exchange->mhd = mhd;
     exchange->connection = connection;
@@ -271,7 +273,6 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->request.path = "";
     exchange->request.query = "";
     atomic_fetch_add(&http->n_exchanges, 1);
-    metrics_add(http->config.metrics, METRIC_HTTP_IN_PROGRESS, NULL, 1);
     return exchange;
 }
 
@@ -301,7 +302,7 @@ static bool worth_draining(const struct exchange *exchange)
         return true;
     }
     for (size_t i = 0; i < exchange->request.n_headers; i++) {
-        if (strcasecmp(exchange->headers[i].name, "Expect") == 0) {
+        if (api_header_is(&exchange->headers[i], "Expect")) {
             return false;
         }
     }
@@ -411,7 +412,8 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     account_count(exchange);
     stream_closed(exchange);
     if (exchange->connection) {
-        connection_deadline(exchange->connection, http_now() + http->config.idle_seconds, true);
+        connection_deadline(exchange->connection, http_last_tick() + http->config.idle_seconds,
+                            true);
     }
     drop_body(exchange);
     release(http, exchange->held);

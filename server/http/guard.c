@@ -102,7 +102,7 @@ static size_t count_headers(const struct exchange *exchange, const char *name, c
     size_t count = 0;
 
     for (size_t i = 0; i < exchange->request.n_headers; i++) {
-        if (strcasecmp(exchange->headers[i].name, name) == 0) {
+        if (api_header_is(&exchange->headers[i], name)) {
             *value = exchange->headers[i].value;
             count++;
         }

@@ -183,6 +183,7 @@ int http_start(struct http **out, const struct http_config *config, char *messag
         http_free(http);
         return -1;
     }
+    metrics_watch(http->config.metrics, METRIC_HTTP_IN_PROGRESS, &http->n_exchanges);
     *out = http;
     return 0;
 }
@@ -221,5 +222,6 @@ void http_stop(struct http *http, double grace_seconds)
     pool_stop(http);
     MHD_stop_daemon(http->daemon);
     timer_stop(http);
+    metrics_watch(http->config.metrics, METRIC_HTTP_IN_PROGRESS, NULL);
     http_free(http);
 }

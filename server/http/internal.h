@@ -44,6 +44,12 @@ struct connection {
     size_t target_size;  /* bytes that target has room for */
     struct exchange *spare; /* of the request before, to be used again; the same thread's */
     const char *target_end; /* behind its zero, where the version must stand: never read through */
+    /* What its last request was counted as, and where: most clients ask the same again. */
+    struct {
+        const char *route, *method; /* static */
+        int status;
+        struct series *requests, *seconds;
+    } counted;
 };
 
 enum phase {
@@ -60,12 +66,9 @@ struct exchange {
     struct MHD_Connection *mhd;
     struct connection *connection;
     struct api_request request;
-    struct api_header headers[HTTP_HEADERS_MAX];
     size_t header_bytes;
     bool header_overflow;
     char *path; /* decoded: short_path, or malloc's */
-    char short_path[HTTP_SHORT_PATH];
-    struct api_response response;
     enum api_verdict verdict;
     enum phase phase;
     unsigned char *body;
@@ -88,6 +91,10 @@ struct exchange {
     size_t sent;
     struct exchange *queue_next;              /* [m] */
     struct exchange *wait_next, **wait_place; /* [m] */
+    struct api_response response;
+    /* Not cleared: others tell how much of them is in use. */
+    struct api_header headers[HTTP_HEADERS_MAX];
+    char short_path[HTTP_SHORT_PATH];
 };
 
 struct http {
@@ -117,8 +124,10 @@ struct http {
     bool timer_started;
 };
 
-/* Monotonic seconds. */
+/* Monotonic seconds; those of the last tick of the kernel's clock, some milliseconds ago, cost less
+   to ask for. */
 double http_now(void);
+double http_last_tick(void);
 /* An id for a request that brings none. */
 void http_make_id(struct http *http, char id[40]);
 

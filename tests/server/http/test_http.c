@@ -176,6 +176,45 @@ static void test_slow_routes_run_on_request_threads(void **state)
     http_stop(http, 5);
 }
 
+static double counted(struct metrics *metrics, const char *method, const char *status)
+{
+    return metrics_value(metrics, METRIC_HTTP_REQUESTS, METRIC_LABELS("none", method, status));
+}
+
+/* A connection remembers where its last request was counted: other ones go elsewhere. */
+static void test_requests_are_counted_by_what_they_were(void **state)
+{
+    struct metrics *metrics = metrics_create();
+    struct http *http = serve((struct http_config){.metrics = metrics});
+    int fd = dial(http);
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+        assert_int_equal(hear(fd, text, false, NULL), 200);
+        say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+        assert_int_equal(hear(fd, text, false, NULL), 200);
+        say(fd, "HEAD /quick HTTP/1.1\r\nHost: x\r\n\r\n");
+        assert_int_equal(hear(fd, text, true, NULL), 200);
+    }
+    say(fd, "GET /wait HTTP/1.1\r\nHost: x\r\n\r\n");
+    while (metrics_value(metrics, METRIC_HTTP_IN_PROGRESS, NULL) != 1) {
+        nap(5);
+    }
+    atomic_store(&fake.job_ended, true);
+    http_job_changed(http, "job-1");
+    assert_int_equal(hear(fd, text, false, NULL), 200);
+    say(fd, "GET /% HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert_int_equal(hear(fd, text, false, NULL), 400);
+    (void)close(fd);
+    http_stop(http, 5);
+    assert_true(counted(metrics, "GET", "200") == 7 && counted(metrics, "HEAD", "200") == 3);
+    assert_true(counted(metrics, "GET", "400") == 1);
+    assert_true(metrics_value(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS("none")) == 11);
+    assert_true(metrics_value(metrics, METRIC_HTTP_IN_PROGRESS, NULL) == 0);
+    metrics_destroy(metrics);
+}
+
 static void test_waits_end_with_the_job_or_the_time(void **state)
 {
     struct http *http = serve((struct http_config){.request_threads = 1});
@@ -634,6 +673,7 @@ int main(void)
         cmocka_unit_test(test_bodies_arrive_whole_or_not_at_all),
         cmocka_unit_test(test_all_bodies_together_are_bounded),
         cmocka_unit_test(test_slow_routes_run_on_request_threads),
+        cmocka_unit_test(test_requests_are_counted_by_what_they_were),
         cmocka_unit_test(test_waits_end_with_the_job_or_the_time),
         cmocka_unit_test(test_a_job_that_ends_before_the_wait_is_noticed),
         cmocka_unit_test(test_stopping_answers_what_waits),
