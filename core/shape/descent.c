@@ -18,12 +18,13 @@ int shape_descend(struct shape_run *run)
     struct shape_system *system = run->system;
     size_t n = system->count;
     double *gradient = srnf_alloc(2 * n, sizeof(double));
-    double *candidate = gradient + n;
+    double *candidate;
     double step = STEP_START;
 
     if (!gradient) {
         return SRNF_ENOMEM;
     }
+    candidate = gradient + n;
     run->stopped = SRNF_STOP_MAX_ITERATIONS;
     while (run->iterations < run->max_iterations && shape_run_relative(run) > run->tolerance &&
            step > STEP_MIN) {

@@ -50,8 +50,8 @@ int srnf_align_ellipsoid(const struct srnf_sht *sht, const double *coefficients,
     size_t n = grid->n_theta * grid->n_phi;
     size_t each = srnf_coefficient_count(srnf_sht_degree(sht));
     double *points = srnf_alloc(10 * n, sizeof(double));
-    double *values = points + 3 * n;
-    double *turned = points + 6 * n;
+    double *values;
+    double *turned;
     void *workspace = srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
     double a[9];
     double u[9];
@@ -61,6 +61,8 @@ int srnf_align_ellipsoid(const struct srnf_sht *sht, const double *coefficients,
     if (!points || !workspace) {
         goto out;
     }
+    values = points + 3 * n;
+    turned = points + 6 * n;
     for (size_t c = 0; c < 3; c++) {
         a[c] = coefficients[c * each + 3];     /* x */
         a[3 + c] = coefficients[c * each + 1]; /* y */

@@ -94,7 +94,7 @@ static int lift_radius(const struct srnf_sht *sht, const double *radius, double 
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t points = grid->n_theta * grid->n_phi;
     double *values = srnf_alloc(4 * points, sizeof(double));
-    double *r = values + 3 * points;
+    double *r;
     void *workspace = srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
     int status = SRNF_ENOMEM;
 
@@ -102,6 +102,7 @@ static int lift_radius(const struct srnf_sht *sht, const double *radius, double 
         goto out;
     }
     status = SRNF_OK;
+    r = values + 3 * points;
     srnf_sht_synthesis(sht, 1, radius, r, workspace);
     for (size_t i = 0; i < points; i++) {
         size_t row = i / grid->n_phi;

@@ -67,14 +67,16 @@ int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *
     double *memory = srnf_alloc(3 * field + segments, sizeof(double));
     void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
     double *here = memory;
-    double *next = memory + field;
-    double *lengths = memory + 3 * field;
+    double *next;
+    double *lengths;
 
     if (!memory || !workspace) {
         srnf_free(memory);
         srnf_free(workspace);
         return SRNF_ENOMEM;
     }
+    next = memory + field;
+    lengths = memory + 3 * field;
     srnf_field(sht, path, here, workspace);
     for (size_t k = 0; k < segments; k++) {
         double *swap = here;

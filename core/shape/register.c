@@ -306,7 +306,6 @@ int srnf_registration_apply(const struct srnf_sht *sht,
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t n = grid->n_theta * grid->n_phi;
     double *values = srnf_alloc(6 * n, sizeof(double));
-    double *turned = values + 3 * n;
     void *workspace = srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
     int status = SRNF_ENOMEM;
 
@@ -315,6 +314,8 @@ int srnf_registration_apply(const struct srnf_sht *sht,
                                           registration->points, values, NULL);
     }
     if (status == SRNF_OK) {
+        double *turned = values + 3 * n;
+
         for (size_t k = 0; k < 3; k++) {
             const double *o = registration->rotation + 3 * k;
 

@@ -66,23 +66,26 @@ int warp_follow(const struct srnf_warp *warp, size_t n, double *points, double *
 int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points, double *warped,
                     double *jacobian)
 {
-    double *product = srnf_alloc(n, sizeof(double));
+    double *moved = srnf_alloc(4 * n, sizeof(double));
+    double *product;
     int status;
 
-    if (!product) {
+    if (!moved) {
         return SRNF_ENOMEM;
     }
-    if (warped != points) {
-        memcpy(warped, points, 3 * n * sizeof *warped);
-    }
+    product = moved + 3 * n;
+    memcpy(moved, points, 3 * n * sizeof *moved);
     for (size_t i = 0; i < n; i++) {
         product[i] = 1.0;
     }
-    status = warp_follow(warp, n, warped, product);
+    status = warp_follow(warp, n, moved, product);
+    if (status == SRNF_OK) {
+        memcpy(warped, moved, 3 * n * sizeof *warped);
+    }
     if (jacobian && status == SRNF_OK) {
         memcpy(jacobian, product, n * sizeof *jacobian);
     }
-    srnf_free(product);
+    srnf_free(moved);
     return status;
 }
 

@@ -25,8 +25,8 @@ int shape_smallest_singular(struct shape_run *run, double *sigma)
     size_t n = system->count;
     double *memory = srnf_alloc(3 * n, sizeof(double));
     double *mass = memory;
-    double *precondition = memory + n;
-    double *x = memory + 2 * n;
+    double *precondition;
+    double *x;
     struct shape_eigen problem;
     double mu = 0.0;
     double residual = 0.0;
@@ -36,6 +36,8 @@ int shape_smallest_singular(struct shape_run *run, double *sigma)
     if (!memory) {
         return SRNF_ENOMEM;
     }
+    precondition = memory + n;
+    x = memory + 2 * n;
     shape_diagonal(system->degree, 1.0, 0.0, mass);
     shape_diagonal(system->degree, 1.0, 0.25, precondition);
     for (size_t i = 0; i < n; i++) {

@@ -95,15 +95,19 @@ int fold_describe(size_t n, size_t left_out, const double *products, size_t comp
     lapack_int size = (lapack_int)t;
     double *memory = srnf_alloc(n * n + t * t + 2 * n + 64 * n, sizeof(double));
     double *g = memory;
-    double *vectors = g + n * n;
-    double *values = vectors + t * t;
-    double *means = values + n;
-    double *work = means + n;
+    double *vectors;
+    double *values;
+    double *means;
+    double *work;
     int status = SRNF_OK;
 
     if (!memory) {
         return SRNF_ENOMEM;
     }
+    vectors = g + n * n;
+    values = vectors + t * t;
+    means = values + n;
+    work = means + n;
     memcpy(g, products, n * n * sizeof(double));
     center(n, left_out, g, means);
     *spread = measure(n, left_out, g, distances);

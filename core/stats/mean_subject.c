@@ -183,8 +183,8 @@ int mean_potentials(const struct mean_run *run, size_t i, double *potentials)
     struct warp warp = warp_of(run, i);
     size_t k = registration_unknowns(run->degree);
     double *factor = srnf_alloc(k * k + 2 * k, sizeof(double));
-    double *damping = factor + k * k;
-    double *step = damping + k;
+    double *damping = factor ? factor + k * k : NULL;
+    double *step = factor ? damping + k : NULL;
     double curvature;
     int status = SRNF_ENOMEM;
 

@@ -51,7 +51,7 @@ static int place_one(void *argument, size_t i, const struct srnf_context *contex
     struct samples samples = {0};
     size_t n = o->points;
     double *gamma = srnf_alloc(7 * n, sizeof(double));
-    double *surface = gamma + 4 * n;
+    double *surface = gamma ? gamma + 4 * n : NULL;
     int status = gamma ? samples_create(&samples, n) : SRNF_ENOMEM;
 
     (void)context;

@@ -243,12 +243,12 @@ static int run_apply(void)
     return marked(srnf_registration_apply(g.sht, &registered, g.f[2], out), g.count);
 }
 
-/* What it writes is undefined after a failure. */
 static int run_warp(void)
 {
     const double points[2][3] = {{0.0, 0.6, 0.8}, {0.0, 0.0, -1.0}};
 
-    return srnf_warp_apply(&chain, 2, points[0], out, out + 6);
+    mark();
+    return marked(srnf_warp_apply(&chain, 2, points[0], out, out + 6), 8);
 }
 
 /* ---- Groups ---------------------------------------------------------------------------------- */

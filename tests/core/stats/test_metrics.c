@@ -24,7 +24,6 @@ static void measure(const struct group *g, enum srnf_metric metric, double *matr
 /* Surface i moved to surface 1: values turned and moved, and the domain turned if asked for. */
 static void turn(struct group *g, bool domain, uint64_t seed)
 {
-    static const double still[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     struct test_random random = test_random_seed(seed);
     struct shapes_surface s = {.sht = g->sht,
                                .grid = g->grid,
@@ -43,7 +42,6 @@ static void turn(struct group *g, bool domain, uint64_t seed)
     for (size_t c = 0; c < 3; c++) {
         g->f[1][c * g->each] += 0.7 - (double)c;
     }
-    (void)still;
     srnf_warp_clear(&warp);
     srnf_free(s.workspace);
 }
