@@ -225,6 +225,7 @@ static int prepare_process(sigset_t *signals)
     (void)sigemptyset(signals);
     (void)sigaddset(signals, SIGTERM);
     (void)sigaddset(signals, SIGINT);
+    (void)sigaddset(signals, SIGHUP);
     (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
     (void)signal(SIGPIPE, SIG_IGN);
     raise_descriptor_limit();
@@ -236,7 +237,9 @@ static int prepare_process(sigset_t *signals)
 }
 
 /* Waits for the signal to stop; meanwhile, where the service manager wants signs of life, gives one
-   whenever the store has answered, be it with an error. A daemon that hangs gives none. */
+   whenever the store has answered, be it with an error. A daemon that hangs gives none. SIGHUP is
+   no reason to stop, nor is there anything to do: tokens and certificates are read anew when their
+   files are replaced. */
 static int wait_for_signal(const struct service *service, const sigset_t *signals)
 {
     double seconds = notify_watchdog_seconds() / 3.0;
@@ -251,6 +254,11 @@ static int wait_for_signal(const struct service *service, const sigset_t *signal
             received = sigtimedwait(signals, NULL, &pause);
         } else {
             received = sigwaitinfo(signals, NULL);
+        }
+        if (received == SIGHUP) {
+            LOG("hangup", log_text("message", "the service goes on; files of tokens and "
+                                              "certificates are read when they are replaced"));
+            received = -1;
         }
     }
     return received;

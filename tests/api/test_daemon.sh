@@ -80,6 +80,15 @@ is_problem 403 forbidden 'a foreign Origin that would change something'
 post /v1/processes/encode/execution --header 'Content-Type:' --data-binary '{"inputs":{}}'
 is_problem 415 unsupported-media-type 'an execution without Content-Type'
 
+kill -HUP "$SERVER_PID"
+for _ in $(seq 100); do
+    grep -q '"event":"hangup"' "$SERVER_LOG" && break
+    sleep 0.05
+done
+like "$(grep hangup "$SERVER_LOG")" 'the service goes on' 'SIGHUP leaves a line'
+get /v1/version
+is "$STATUS" 200 'and the service goes on'
+
 kill -INT "$SERVER_PID"
 wait_server "$SERVER_PID"
 is "$SERVER_STATUS" 0 'SIGINT ends it as SIGTERM does'
