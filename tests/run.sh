@@ -39,10 +39,11 @@ SHOWN_LINES=150 # of the output of a test that failed, from its end
 SRNFD=$BUILD/srnfd
 SRNFD_BUILD=$BUILD
 SRNFD_SANITIZED=
+SLOWER=1 # times what a release build takes
 for kind in asan tsan; do
     if [ "${BUILD##*/}" = $kind ] || grep -qa "__${kind}_init" "$SRNFD" 2>/dev/null; then
         SRNFD_SANITIZED=$kind
-        LIMIT=$((2 * LIMIT))
+        SLOWER=2
     fi
 done
 export SRNFD SRNFD_BUILD SRNFD_SANITIZED
@@ -117,7 +118,7 @@ run_one() { # NUMBER SOURCE PROGRAM
     local limit passed failed skipped wrong status pid started took verdict
     limit=$(marker "$source" timeout)
     limit=${limit#yes }
-    limit=${limit:-$LIMIT}
+    limit=$((SLOWER * ${limit:-$LIMIT}))
     started=$(date +%s%N)
     mkdir "$base.tmp"
     TMPDIR=$base.tmp setsid timeout -k 5 "$limit" "$program" </dev/null >"$base.out" 2>"$base.err" &

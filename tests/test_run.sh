@@ -118,6 +118,10 @@ END
 started=$SECONDS
 expect test_hang '1 passed, 1 failed' 'timed out after 1 s'
 compare $((SECONDS - started)) '<' 20 'a test that hangs is ended'
+mv "$FAKE/build" "$FAKE/asan"
+like "$(SRNFD_TESTS=$FAKE/tests tests/run.sh "$FAKE/asan" test_hang)" 'timed out after 2 s' \
+    'in a sanitizer build after twice the time'
+mv "$FAKE/asan" "$FAKE/build"
 
 script test_leave.sh <<'END'
 sleep 60 & echo $! >../left; echo 1..1; echo 'ok 1 - a'
