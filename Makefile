@@ -251,6 +251,7 @@ install: all
 
 # A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
 deb: all
+	@deploy/install-deps.sh --package
 	@deploy/deb.sh build/deb
 
 test-deb: deb

@@ -28,7 +28,8 @@ install -D -m 644 LICENSE "$stage/usr/share/doc/srnfd/copyright"
 # dpkg-shlibdeps wants a source package around it.
 mkdir -p "$out/debian"
 printf 'Source: srnfd\n\nPackage: srnfd\nArchitecture: any\n' >"$out/debian/control"
-libraries=$(cd "$out" && dpkg-shlibdeps -O stage/usr/bin/srnfd | sed -n 's/^shlibs:Depends=//p')
+libraries=$(cd "$out" && dpkg-shlibdeps -O stage/usr/bin/srnfd)
+libraries=${libraries#shlibs:Depends=}
 rm -rf "$out/debian"
 
 cat >"$stage/DEBIAN/control" <<CONTROL

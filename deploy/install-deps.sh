@@ -3,6 +3,7 @@
 #
 #   deploy/install-deps.sh           what building and running needs (and curl and jq, for the demo)
 #   deploy/install-deps.sh --tests   and what the tests, the linters and the sanitizers need
+#   deploy/install-deps.sh --package and what making the Debian package needs
 #
 # Only what is missing is installed, and the package lists are fetched only when something is missing, so
 # that on a machine that has everything this is a look at dpkg's database: no network, no root, no time.
@@ -47,12 +48,16 @@ ca-certificates
 openssl
 '
 
+PACKAGE='
+dpkg-dev
+'
+
 say() {
     printf 'install-deps: %s\n' "$*" >&2
 }
 
 usage() {
-    say 'usage: deploy/install-deps.sh [--tests]'
+    say 'usage: deploy/install-deps.sh [--tests | --package]'
     exit 2
 }
 
@@ -91,6 +96,9 @@ needs() {
         echo "$TESTS"
         clang_runtime
         node_programs
+    fi
+    if [ "$with_package" = yes ]; then
+        echo "$PACKAGE"
     fi
 }
 
@@ -152,9 +160,11 @@ if [ -t 0 ]; then
     interactive=yes
 fi
 with_tests=no
+with_package=no
 case "$#:${1-}" in
 0:) ;;
 1:--tests) with_tests=yes ;;
+1:--package) with_package=yes ;;
 *) usage ;;
 esac
 

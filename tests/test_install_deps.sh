@@ -75,6 +75,11 @@ system $base $tests
 install_deps --tests
 is "$RESULT:$LOG" '0:' 'nor with everything there for the tests'
 
+system $base
+echo dpkg-dev >>"$SCRATCH/known"
+install_deps --package
+like "$RESULT:$LOG" '^0:.* install .* dpkg-dev$' 'making the Debian package needs more'
+
 system ${base/libglpk-dev/}
 install_deps
 is "$RESULT" 0 'a missing package is installed'
