@@ -11,7 +11,7 @@
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make deb       a Debian package      make test-deb    installs it in a clean system
-#   make load      requests a second, and the time of one beside thousands of hostile clients
+#   make load      requests a second, the time of one beside thousands of hostile clients, fair shares
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -211,8 +211,9 @@ faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
 	STRIDE=$${STRIDE:-1} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
 
-load: $(B)/srnfd $(B)/tests/load/test_load
+load: $(B)/srnfd $(B)/tests/load/test_load $(B)/tests/load/test_shares
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
+	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_shares 2>/dev/null
 
 # Line coverage of the library and the daemon by all tests; fails below what tests/coverage.sh demands.
 coverage:
