@@ -282,6 +282,8 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
 /* Their bytes, which the caller frees after the write, and the staged blob. */
 int store_maps_stage(struct store *store, const struct store_maps *maps, unsigned char **bytes,
                      struct store_content *content);
+/* Replaces what the store holds of them where that is damaged (mend.c). */
+int store_maps_mend(struct store *store, const struct store_maps *maps);
 /* On the writer thread, in the transaction that inserts the surface. */
 int store_maps_insert(struct store *store, sqlite3 *db, const char *surface,
                       const struct store_maps *maps, const struct store_content *content);

@@ -304,6 +304,10 @@ int store_model_put(struct store *store, struct store_model *model, bool *create
     for (size_t i = 0; i < staged; i++) {
         store_blob_unstage(store, &put.contents[i]);
     }
+    for (size_t i = 0; status == STORE_OK && !put.created && i < staged; i++) {
+        status = store_blob_mend(store, put.bytes[i],
+                                 8 * store_model_count(model, (enum store_model_array)i));
+    }
     for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
         free(put.bytes[i]);
     }

@@ -196,7 +196,8 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     if (owned) {
         status = store_blob_mend(store, bytes, count * 8);
         free(bytes);
-        return status;
+        return status == STORE_OK && surface->maps.count ? store_maps_mend(store, &surface->maps)
+                                                         : status;
     }
     status = store_blob_stage(store, bytes, count * 8, &staged);
     if (status == STORE_OK && surface->maps.count) {

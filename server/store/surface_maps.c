@@ -77,17 +77,33 @@ void store_surface_id_maps(char id[STORE_ID_MAX], const struct store_maps *maps)
     snprintf(id, STORE_ID_MAX, "surf-%.32s", hex);
 }
 
+/* malloc; NULL without memory. */
+static unsigned char *bytes_of(const struct store_maps *maps)
+{
+    size_t count = store_maps_values(maps);
+    unsigned char *bytes = malloc(count * 8);
+
+    if (bytes) {
+        store_put_doubles(bytes, maps->values, count);
+    }
+    return bytes;
+}
+
 int store_maps_stage(struct store *store, const struct store_maps *maps, unsigned char **bytes,
                      struct store_content *content)
 {
-    size_t count = store_maps_values(maps);
+    *bytes = bytes_of(maps);
+    return *bytes ? store_blob_stage(store, *bytes, 8 * store_maps_values(maps), content)
+                  : STORE_NOMEM;
+}
 
-    *bytes = malloc(count * 8);
-    if (!*bytes) {
-        return STORE_NOMEM;
-    }
-    store_put_doubles(*bytes, maps->values, count);
-    return store_blob_stage(store, *bytes, count * 8, content);
+int store_maps_mend(struct store *store, const struct store_maps *maps)
+{
+    unsigned char *bytes = bytes_of(maps);
+    int status = bytes ? store_blob_mend(store, bytes, 8 * store_maps_values(maps)) : STORE_NOMEM;
+
+    free(bytes);
+    return status;
 }
 
 int store_maps_insert(struct store *store, sqlite3 *db, const char *surface,

@@ -5,6 +5,7 @@
 #ifndef SRNFD_TEST_FIXTURE_H
 #define SRNFD_TEST_FIXTURE_H
 
+#include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,6 +65,23 @@ static inline int fixture_teardown(void **state)
 static inline void fixture_reopen(struct fixture *fixture)
 {
     store_close(fixture->store);
+    fixture->store = fixture_store(fixture->path);
+}
+
+/* Changes stored inline content while no store has it open. */
+static inline void fixture_damage_inline(struct fixture *fixture)
+{
+    char path[512];
+    sqlite3 *db;
+
+    store_close(fixture->store);
+    snprintf(path, sizeof path, "%s/srnfd.db", fixture->path);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db,
+                                  "UPDATE blob SET bytes = zeroblob(size) WHERE bytes IS NOT NULL",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    sqlite3_close(db);
     fixture->store = fixture_store(fixture->path);
 }
 

@@ -157,23 +157,6 @@ static void stray_files_are_swept_unless_a_backup_runs(void **state)
 
 /* ---- Damage ---------------------------------------------------------------------------------- */
 
-/* Changes stored inline content while no store has it open. */
-static void damage_inline(struct fixture *fixture)
-{
-    char path[512];
-    sqlite3 *db;
-
-    store_close(fixture->store);
-    snprintf(path, sizeof path, "%s/srnfd.db", fixture->path);
-    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
-    assert_int_equal(sqlite3_exec(db,
-                                  "UPDATE blob SET bytes = zeroblob(size) WHERE bytes IS NOT NULL",
-                                  NULL, NULL, NULL),
-                     SQLITE_OK);
-    sqlite3_close(db);
-    fixture->store = fixture_store(fixture->path);
-}
-
 static void the_same_content_mends(void **state)
 {
     struct fixture *fixture = *state;
@@ -186,7 +169,7 @@ static void the_same_content_mends(void **state)
     for (int i = 0; i < 2; i++) {
         assert_int_equal(fixture_put_mesh(fixture->store, bytes, sizes[i], id, &created), STORE_OK);
     }
-    damage_inline(fixture);
+    fixture_damage_inline(fixture);
     blob_path(fixture, bytes, LARGE, path);
     assert_int_equal(unlink(path), 0);
     for (int i = 0; i < 2; i++) {
@@ -215,7 +198,7 @@ static void the_same_surface_mends(void **state)
     surface.coefficients = coefficients;
     store_surface_id(surface.id, 4, coefficients, 1.0);
     assert_int_equal(store_surface_put(fixture->store, &surface, &created), STORE_OK);
-    damage_inline(fixture);
+    fixture_damage_inline(fixture);
     assert_int_equal(store_surface_get(fixture->store, surface.id, true, &got), STORE_CORRUPT);
     assert_int_equal(store_surface_put(fixture->store, &surface, &created), STORE_OK);
     assert_false(created);
@@ -243,7 +226,7 @@ static void damage_of_rows_is_told(void **state)
     assert_int_equal(report.bytes, 900);
     assert_int_equal(
         store_backup(fixture->path, copy, false, NULL, &report, message, sizeof message), STORE_OK);
-    damage_inline(fixture);
+    fixture_damage_inline(fixture);
     assert_int_equal(store_verify(fixture->path, false, NULL, &report, message, sizeof message),
                      STORE_CORRUPT);
     assert_int_equal(report.damaged, 1);

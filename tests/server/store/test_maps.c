@@ -96,11 +96,29 @@ static void damage_is_told(void **state)
     sqlite3_close(db);
 }
 
+static void the_same_maps_mend(void **state)
+{
+    struct fixture *fixture = *state;
+    char id[STORE_ID_MAX];
+    struct store_maps maps;
+    bool created;
+
+    put(fixture->store, 8, 1.5, id, &created);
+    fixture_damage_inline(fixture);
+    assert_int_equal(store_surface_maps(fixture->store, id, &maps), STORE_CORRUPT);
+    put(fixture->store, 8, 1.5, id, &created);
+    assert_false(created);
+    assert_int_equal(store_surface_maps(fixture->store, id, &maps), STORE_OK);
+    assert_true(maps.values[3] == 1.5);
+    store_maps_clear(&maps);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(maps_come_back, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(damage_is_told, fixture_setup, fixture_teardown),
+        cmocka_unit_test_setup_teardown(the_same_maps_mend, fixture_setup, fixture_teardown),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

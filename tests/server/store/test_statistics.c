@@ -272,6 +272,27 @@ static void test_model(void **state)
     store_model_clear(&other);
 }
 
+static void test_the_same_model_mends(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store_model model, got;
+    char mean[STORE_ID_MAX];
+    bool created;
+
+    put_surface(fixture->store, 1.0, mean);
+    model = make_model(mean, 0.25);
+    assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
+    fixture_damage_inline(fixture);
+    for (size_t a = 0; a < STORE_MODEL_ARRAYS; a++) {
+        assert_int_equal(store_model_get(fixture->store, model.id, 1u << a, &got), STORE_CORRUPT);
+    }
+    assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
+    assert_false(created);
+    assert_int_equal(store_model_get(fixture->store, model.id, 0xf, &got), STORE_OK);
+    store_model_clear(&got);
+    store_model_clear(&model);
+}
+
 static void test_model_without_mean(void **state)
 {
     struct fixture *fixture = *state;
@@ -395,6 +416,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_members_stay, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_cohort_list, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model, fixture_setup, fixture_teardown),
+        cmocka_unit_test_setup_teardown(test_the_same_model_mends, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model_without_mean, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_checkpoint, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_checkpoint_recovery, fixture_setup, fixture_teardown),
