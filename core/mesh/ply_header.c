@@ -37,16 +37,21 @@ static const struct {
     {"binary_big_endian", PLY_BIG_ENDIAN},
 };
 
-/* Names that mean something to us: of elements (owner PLY_OTHER) and of their properties. */
+/* Names that mean something to us: of elements, and of the properties of these. */
+static const struct {
+    const char *name;
+    enum ply_role role;
+} element_roles[] = {
+    {"vertex", PLY_VERTEX},
+    {"face", PLY_FACE},
+    {"tristrips", PLY_STRIPS},
+};
 static const struct {
     enum ply_role owner;
     const char *name;
     bool is_list;
     enum ply_role role;
-} roles[] = {
-    {PLY_OTHER, "vertex", false, PLY_VERTEX},
-    {PLY_OTHER, "face", false, PLY_FACE},
-    {PLY_OTHER, "tristrips", false, PLY_STRIPS},
+} property_roles[] = {
     {PLY_VERTEX, "x", false, PLY_X},
     {PLY_VERTEX, "y", false, PLY_Y},
     {PLY_VERTEX, "z", false, PLY_Z},
@@ -56,12 +61,22 @@ static const struct {
     {PLY_STRIPS, "vertex_index", true, PLY_CORNERS},
 };
 
-static enum ply_role find_role(enum ply_role owner, bool is_list, struct token name)
+static enum ply_role element_role(struct token name)
 {
-    for (size_t i = 0; i < sizeof roles / sizeof roles[0]; i++) {
-        if (roles[i].owner == owner && roles[i].is_list == is_list &&
-            token_is(name, roles[i].name)) {
-            return roles[i].role;
+    for (size_t i = 0; i < sizeof element_roles / sizeof element_roles[0]; i++) {
+        if (token_is(name, element_roles[i].name)) {
+            return element_roles[i].role;
+        }
+    }
+    return PLY_OTHER;
+}
+
+static enum ply_role property_role(enum ply_role owner, bool is_list, struct token name)
+{
+    for (size_t i = 0; i < sizeof property_roles / sizeof property_roles[0]; i++) {
+        if (property_roles[i].owner == owner && property_roles[i].is_list == is_list &&
+            token_is(name, property_roles[i].name)) {
+            return property_roles[i].role;
         }
     }
     return PLY_OTHER;
@@ -103,7 +118,7 @@ static int parse_element(struct mesh_reader *reader, struct ply_header *header, 
                          header->n_elements);
     }
     element = &header->elements[header->n_elements++];
-    element->role = find_role(PLY_OTHER, false, name);
+    element->role = element_role(name);
     element->name = token_quote(name);
     element->count = (size_t)value;
     element->first_property = header->n_properties;
@@ -143,7 +158,7 @@ static int parse_property(struct mesh_reader *reader, struct ply_header *header,
     if (property->type == SCALAR_NONE || !scan_word_on_line(line, &name)) {
         goto bad;
     }
-    property->role = find_role(element->role, property->count != SCALAR_NONE, name);
+    property->role = property_role(element->role, property->count != SCALAR_NONE, name);
     return SRNF_OK;
 bad:
     return srnf_fail(

@@ -45,6 +45,33 @@ static int read_exact(const void *bytes, size_t size, enum srnf_mesh_format form
     return status;
 }
 
+/* What is an element's name elsewhere is nothing as the name of a property. */
+static void test_ply_names_have_their_place(void **state)
+{
+    static const char text[] = "ply\nformat ascii 1.0\n"
+                               "element camera 2\nproperty double vertex\nproperty double face\n"
+                               "property double tristrips\nproperty double x\n"
+                               "element vertex 3\nproperty float x\nproperty float face\n"
+                               "property float y\nproperty float z\nproperty float vertex\n"
+                               "element face 1\nproperty float vertex\n"
+                               "property list uchar int vertex_indices\nproperty float face\n"
+                               "end_header\n"
+                               "71 72 73 74\n81 82 83 84\n"
+                               "1 90 2 3 91\n4 92 5 6 93\n7 94 8 10 95\n"
+                               "96 3 0 1 2 97\n";
+    static const double vertices[] = {1, 2, 3, 4, 5, 6, 7, 8, 10};
+    struct srnf_error error = {0};
+    struct srnf_mesh mesh;
+
+    (void)state;
+    assert_int_equal(read_exact(text, sizeof text - 1, SRNF_MESH_PLY, &mesh, NULL, &error),
+                     SRNF_OK);
+    assert_int_equal(mesh.n_vertices, 3);
+    assert_int_equal(mesh.n_faces, 1);
+    assert_memory_equal(mesh.vertices, vertices, sizeof vertices);
+    srnf_mesh_clear(&mesh);
+}
+
 static void test_every_kind(void **state)
 {
     struct srnf_mesh sample = mesh_file_sample();
@@ -270,9 +297,13 @@ static void test_corpora(void **state)
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_kind),         cmocka_unit_test(test_truncated_everywhere),
-        cmocka_unit_test(test_damaged_everywhere), cmocka_unit_test(test_names),
-        cmocka_unit_test(test_real_meshes),        cmocka_unit_test(test_corpora),
+        cmocka_unit_test(test_ply_names_have_their_place),
+        cmocka_unit_test(test_every_kind),
+        cmocka_unit_test(test_truncated_everywhere),
+        cmocka_unit_test(test_damaged_everywhere),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_real_meshes),
+        cmocka_unit_test(test_corpora),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
