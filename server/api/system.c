@@ -10,7 +10,7 @@
 #include "build.h"
 #include "embedded.h"
 
-#include <stdlib.h>
+#include <pthread.h>
 #include <string.h>
 
 void system_landing(struct api_call *call)
@@ -49,22 +49,37 @@ void system_version(struct api_call *call)
                            versions));
 }
 
-void system_openapi(struct api_call *call)
+/* The API description and its entity tag, which is a hash over all of it: found once. */
+static struct {
+    const struct embedded_file *file; /* path NULL: this build has none */
+    char tag[65];
+} description;
+
+static void find_description(void)
 {
     const struct embedded_file *file = embedded_files;
-    char tag[65];
 
     while (file->path && strcmp(file->path, "api/openapi.yaml") != 0) {
         file++;
     }
-    if (!file->path) {
+    if (file->path) {
+        store_sha256_hex(description.tag, file->bytes, file->size);
+        description.tag[32] = '\0';
+    }
+    description.file = file;
+}
+
+void system_openapi(struct api_call *call)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+    (void)pthread_once(&once, find_description);
+    if (!description.file->path) {
         (void)problem_respond(call, "not-found", "This build carries no API description.");
         return;
     }
-    store_sha256_hex(tag, file->bytes, file->size);
-    tag[32] = '\0';
-    if (respond_not_modified(call, tag)) {
+    if (respond_not_modified(call, description.tag)) {
         return;
     }
-    respond_static(call, 200, "application/yaml", file->bytes, file->size);
+    respond_static(call, 200, "application/yaml", description.file->bytes, description.file->size);
 }

@@ -5,19 +5,19 @@
 #include "fuzz/fuzz_require.h"
 #include "store/store.h"
 #include "store/token.h"
+#include "support/scratch.h"
 
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-static char directory[] = "/tmp/srnfd-fuzz-token-XXXXXX";
-static char path[sizeof directory + 16];
+static char directory[SCRATCH_MAX];
+static char path[SCRATCH_MAX + 16];
 
 static void remove_directory(void)
 {
-    (void)unlink(path);
-    (void)rmdir(directory);
+    scratch_remove(directory);
 }
 
 static void write_file(const uint8_t *data, size_t size)
@@ -34,7 +34,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     int status;
 
     if (!path[0]) {
-        fuzz_require(mkdtemp(directory) != NULL);
+        fuzz_require(scratch_make(directory, "fuzz-token"));
         (void)snprintf(path, sizeof path, "%s/%s", directory, STORE_TOKENS_NAME);
         (void)atexit(remove_directory);
     }

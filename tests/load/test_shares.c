@@ -5,7 +5,8 @@
  *
  * test_shares.c - four users, twenty clients, one queue: how many jobs of each user end while all
  * of them have jobs waiting. The users' clients do not begin together: the first user has queued
- * all its jobs before the others send their first.
+ * all its jobs before the others send their first. Two workers, on any machine: more would be done
+ * before all is queued.
  *
  * SRNFD_LOAD=full (make load) queues 2,000 jobs, without it 200.
  */
@@ -88,7 +89,7 @@ static void make_user(struct user *user, const char *name)
 
 static int set_up(void **state)
 {
-    static const char *const options[] = {"--quota-requests", "0",        "--workers", "0",
+    static const char *const options[] = {"--quota-requests", "0",        "--workers", "2",
                                           "--access-log",     "refusals", NULL};
     static const char *const names[USERS] = {"ada", "ben", "cleo", "dan"};
 

@@ -15,10 +15,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "api/process.h"
+#include "support/scratch.h"
 
 #define GOOD_MESH "mesh-00000000000000000000000000000001"
 #define OPEN_MESH "mesh-00000000000000000000000000000002"
@@ -28,7 +28,7 @@
 #define SURFACE_DEGREE 9
 
 struct fixture {
-    char directory[64];
+    char directory[SCRATCH_MAX];
     struct store *store;
     char surface[STORE_ID_MAX], model[STORE_ID_MAX];
     struct api api;
@@ -143,8 +143,7 @@ static int fixture_open(void **state)
     char message[200] = "";
 
     assert_non_null(fixture);
-    (void)snprintf(fixture->directory, sizeof fixture->directory, "/tmp/srnfd-process-XXXXXX");
-    assert_non_null(mkdtemp(fixture->directory));
+    assert_true(scratch_make(fixture->directory, "process"));
     assert_int_equal(store_open(&fixture->store, fixture->directory, message, sizeof message), 0);
     fixture->api.config.store = fixture->store;
     put_mesh(fixture, GOOD_MESH, "{\"analysable\":true,\"problems\":[]}");
@@ -165,11 +164,9 @@ static int fixture_open(void **state)
 static int fixture_close(void **state)
 {
     struct fixture *fixture = *state;
-    char command[128];
 
     store_close(fixture->store);
-    (void)snprintf(command, sizeof command, "rm -r %s", fixture->directory);
-    assert_int_equal(system(command), 0);
+    scratch_remove(fixture->directory);
     free(fixture);
     return 0;
 }
