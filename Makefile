@@ -10,6 +10,7 @@
 #   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
+#   make nightly   the tests that are too long for make check
 #   make deb       a Debian package      make test-deb    installs it in a clean system
 #   make load      requests a second, the time of one beside thousands of hostile clients, fair shares
 #   make install   PREFIX=/usr/local DESTDIR=
@@ -72,7 +73,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
+.PHONY: all demo run check nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
         build-threaded \
         build-benches unit format
 .SECONDARY:
@@ -111,11 +112,16 @@ $(CORE_LIB): $(call obj,$(CORE_SRC))
 	$(call say,AR,$@)
 	$(Q)ar rcs $@ $^
 
-# Part of the numeric build id, and so of every cache key: results of another core are computed anew.
-CORE_TEXT   := $(CORE_SRC) $(sort $(wildcard core/*.h core/*/*.h server/jobs/compute*.c))
-core_digest  = $(shell (echo '$(OPT)'; cat $(CORE_TEXT)) | sha256sum | cut -c 1-16)
-$(O)/server/build.o: $(CORE_TEXT)
-$(O)/server/build.o: CPPFLAGS += -DSRNF_CORE_DIGEST='"$(core_digest)"'
+# Part of the numeric build id, and so of every cache key: whatever of another core, or of another reading of
+# inputs and writing of results, made an answer is computed anew. A file too many costs a few answers made
+# twice; one too few serves old answers as new. make numeric-digest prints it.
+ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard core/*.h core/*/*.h server/api/*.[ch] server/jobs/*.[ch]))
+answer_digest  = $(shell (echo '$(OPT)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
+$(O)/server/build.o: $(ANSWER_TEXT)
+$(O)/server/build.o: CPPFLAGS += -DSRNF_ANSWER_DIGEST='"$(answer_digest)"'
+.PHONY: numeric-digest
+numeric-digest:
+	@echo $(answer_digest)
 
 # The bytes of migrations and of the API description, as arrays in one C file.
 $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
@@ -185,6 +191,10 @@ build-benches: $(BENCHES)
 
 unit: build-tests
 	tests/run.sh $(B)
+
+# What make check leaves out because it takes too long: tests marked nightly.
+nightly: build-tests
+	SRNFD_NIGHTLY=only tests/run.sh $(B)
 
 asan clang:
 	$(MAKE) --no-print-directory -j2 CONFIG=$@ build-tests

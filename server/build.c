@@ -1,9 +1,10 @@
 /*
  * build.c - versions and the numeric build id.
  *
- * The id names the project's version, a digest of the core's sources and compiler flags, the
- * compiler, and the libraries that compute: FFTW, GLPK and OpenBLAS with the kernels that it has
- * chosen for this processor. The HTTP library or the database may change without making results
+ * The id names the project's version, a digest of the compiler flags and of the sources that decide
+ * answers (core/, server/api/, server/jobs/), the compiler, and the libraries that compute: FFTW,
+ * GLPK and OpenBLAS with the kernels that it has chosen for this processor. The HTTP library or the
+ * database may change without making results
  * stale; they are only listed.
  */
 #include "build.h"
@@ -22,9 +23,9 @@
 #include <string.h>
 #include <zlib.h>
 
-/* Set by the Makefile from core/ and the flags. */
-#ifndef SRNF_CORE_DIGEST
-#define SRNF_CORE_DIGEST "unknown"
+/* Set by the Makefile from what decides answers, and the flags. */
+#ifndef SRNF_ANSWER_DIGEST
+#define SRNF_ANSWER_DIGEST "unknown"
 #endif
 
 #ifdef __clang__
@@ -38,7 +39,7 @@ void build_parts(struct build_part parts[BUILD_PARTS])
     const struct {
         const char *name, *first, *second;
     } table[BUILD_PARTS] = {
-        {"srnfd", SRNF_VERSION, "core " SRNF_CORE_DIGEST},
+        {"srnfd", SRNF_VERSION, "core " SRNF_ANSWER_DIGEST},
         {"compiler", COMPILER, ""},
         {"openblas", openblas_get_config(), openblas_get_corename()},
         {"fftw", fftw_version, ""},
@@ -61,6 +62,6 @@ void build_parts(struct build_part parts[BUILD_PARTS])
 void build_numeric_id(char id[BUILD_ID_SIZE])
 {
     (void)snprintf(id, BUILD_ID_SIZE, "srnf %s core %s; %s; openblas %s %s; %s; glpk %s",
-                   SRNF_VERSION, SRNF_CORE_DIGEST, COMPILER, openblas_get_config(),
+                   SRNF_VERSION, SRNF_ANSWER_DIGEST, COMPILER, openblas_get_config(),
                    openblas_get_corename(), fftw_version, glp_version());
 }

@@ -18,9 +18,11 @@
 # A test's source may carry marker lines among its first twenty:
 #   srnfd-test: release-only    is left out of sanitizer builds
 #   srnfd-test: alone           runs when no other test does (it measures time)
+#   srnfd-test: nightly         is left out, and runs in make nightly
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
-# Environment: SRNFD_TEST_JOBS (2), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
+# Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_TEST_JOBS (2),
+# SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
 set -u
 
@@ -188,6 +190,12 @@ while IFS= read -r source; do
         continue
     fi
     if [ -n "$SRNFD_SANITIZED" ] && [ -n "$(marker "$source" release-only)" ]; then
+        continue
+    fi
+    if [ "${SRNFD_NIGHTLY:-}" = only ] && [ -z "$(marker "$source" nightly)" ]; then
+        continue
+    fi
+    if [ "${SRNFD_NIGHTLY:-}" != only ] && [ -n "$(marker "$source" nightly)" ]; then
         continue
     fi
     if [ -n "$(marker "$source" alone)" ]; then

@@ -54,6 +54,15 @@ is "$LAST" '1 passed, 0 failed' 'skipped tests are neither passes nor failures'
 like "$OUTPUT" '3 skipped' 'but they are counted'
 like "$OUTPUT" 'nothing to test here' 'and their reasons are shown'
 
+script test_long.sh <<'END'
+# srnfd-test: nightly
+echo 1..1; echo 'ok 1 - a'
+END
+run 'long|pass'
+is "$LAST" '2 passed, 0 failed' 'what is marked nightly is left out'
+SRNFD_NIGHTLY=only run 'long|pass'
+is "$LAST" '1 passed, 0 failed' 'and runs, alone, where the night is asked for'
+
 # Each of these must count as exactly this many failures, with a word that says why.
 expect() { # NAME COUNT REASON
     run "/?$1\\."

@@ -28,6 +28,9 @@ json_t *process_parse(const char *inputs, struct jobs_result *result)
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result)
 {
+    if (!json_object_get(document, "warnings")) {
+        (void)json_object_set_new(document, "warnings", json_array());
+    }
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
     (void)json_object_set(document, "inputs", inputs);
     result->results =

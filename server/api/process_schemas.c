@@ -5,7 +5,7 @@
  * Limits and defaults are the macros of process.h and srnf.h that the validation uses;
  * tests/server/api/test_process_schemas.c tries every one of them.
  */
-#include "api/process.h"
+#include "api/process_schemas.h"
 
 #define COLUMNS_MAX_TEXT PROCESS_TEXT(PROCESS_COLUMNS_MAX)
 #define COORDINATE_MAX_TEXT PROCESS_TEXT(PROCESS_COORDINATE_MAX)
@@ -71,9 +71,7 @@ const char encode_outputs_schema[] =
     "symmetricDirichlet (energy / 4 pi, 4 for an isometry), logAreaDeviation (standard "
     "deviation of the log of the area ratio), flipped (faces turned over: 0).\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "defaulting.\"}," LAST_OUTPUTS;
 
 const char invert_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -148,9 +146,7 @@ const char invert_outputs_schema[] =
     "\"closedForm\":{\"type\":\"object\",\"description\":\"relativeEnergy of the "
     "closed form.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; "
-    "q by its digest.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "q by its digest.\"}," LAST_OUTPUTS;
 
 const char geodesic_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -204,6 +200,4 @@ const char geodesic_outputs_schema[] =
     "distanceBefore, objective, minJacobian, maxJacobian, truncationError, iterations, "
     "converged, and its options; null where nothing was registered.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "defaulting.\"}," LAST_OUTPUTS;

@@ -26,11 +26,17 @@
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
     "\"additionalProperties\":false,"
 
-/* The last members of a result. */
-#define MADE_BY                                                                         \
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "             \
-    "defaulting.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made " \
+/* The last members of every result, after its inputs. */
+#define LAST_OUTPUTS                                                                            \
+    "\"warnings\":{\"type\":\"array\",\"items\":{\"type\":\"object\",\"required\":["            \
+    "\"code\",\"detail\"],\"properties\":{\"code\":{\"type\":\"string\"},\"detail\":{\"type\":" \
+    "\"string\"},\"figures\":{\"type\":\"object\"}}},\"description\":\"Reasons to doubt a "     \
+    "number of this result: a stable code, a sentence, and the figures behind it. Empty: "      \
+    "nothing was found.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made "  \
     "the numbers.\"}}}"
+#define MADE_BY                                                             \
+    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after " \
+    "defaulting.\"}," LAST_OUTPUTS
 
 #define REGISTRATION                                                                   \
     "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How surfaces " \

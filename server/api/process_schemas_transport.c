@@ -2,7 +2,7 @@
  * process_schemas_transport.c - the inputs and outputs of shoot, transport and transfer as JSON
  * Schema (2020-12). As process_schemas.c, which has the others.
  */
-#include "api/process.h"
+#include "api/process_schemas.h"
 
 #define TIMES_MAX_TEXT PROCESS_TEXT(PROCESS_TIMES_MAX)
 #define TIME_MAX_TEXT PROCESS_TEXT(PROCESS_TIME_MAX)
@@ -64,8 +64,7 @@ const char shoot_outputs_schema[] =
     "otherwise: toward, the geodesic that the velocity was taken from, or null; shots, the path to "
     "each surface, null at time 0. Each " LEG ". converged: all of them.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; q by "
-    "its digest.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "its digest.\"}," LAST_OUTPUTS;
 
 const char transport_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -119,8 +118,7 @@ const char transport_outputs_schema[] =
     "distance, distanceBefore, objective, minJacobian, maxJacobian, truncationError, "
     "iterations, converged, and its options; null where nothing was registered.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; q by "
-    "its digest.\"},\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the "
-    "numbers.\"}}}";
+    "its digest.\"}," LAST_OUTPUTS;
 
 const char transfer_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
@@ -159,5 +157,4 @@ const char transfer_outputs_schema[] =
     "\"description\":\"deformed and source: each distance, distanceBefore, objective, "
     "minJacobian, maxJacobian, truncationError, iterations, converged, and its options; "
     "null where nothing was registered.\"},\"inputs\":{\"type\":\"object\","
-    "\"description\":\"Every option after defaulting.\"},"
-    "\"numericBuild\":{\"type\":\"string\",\"description\":\"What made the numbers.\"}}}";
+    "\"description\":\"Every option after defaulting.\"}," LAST_OUTPUTS;

@@ -72,6 +72,13 @@ for process in $processes; do
     done
 done
 
+# The codes of warnings: those of the table are described, and no others.
+codes=$(sed -n 's/^    "\([a-z-]*\)",$/\1/p' server/api/warnings.c)
+compare "$(wc -w <<<"$codes")" '>=' 2 'there is a table of warnings'
+is "$(schema Warning | sed -n 's/^ *enum: \[\(.*\)\]$/\1/p' | tr -d ' ' | tr ',' '\n')" "$codes" \
+    'the codes of warnings are listed as the table has them'
+is "$(schema Warning | sed -n 's/^            \([a-z-]*\): .*/\1/p')" "$codes" 'and each has its meaning'
+
 get /v1/openapi.yaml
 is "$STATUS" 200 'the description is served'
 check 'and is the file' cmp "$BODY" "$OPENAPI"

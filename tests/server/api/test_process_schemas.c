@@ -258,6 +258,7 @@ static void test_outputs(void **state)
         assert_true(json_object_size(properties) > 2);
         assert_non_null(json_object_get(properties, "inputs"));
         assert_non_null(json_object_get(properties, "numericBuild"));
+        assert_non_null(json_object_get(properties, "warnings"));
         assert_non_null(process->title);
         assert_non_null(process->description);
         json_decref(schema);

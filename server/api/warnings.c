@@ -1,0 +1,63 @@
+/*
+ * warnings.c - the table of warning codes, and the entries made from it.
+ *
+ * api/openapi.yaml lists the codes with what each means (schema Warning).
+ */
+#include "api/warnings.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#define DETAIL_MAX 512
+
+/* One row a line; kept in alphabetical order. */
+static const char *const codes[] = {
+    "duplicate-content",
+    "encoding-poor",
+};
+
+bool warning_known(const char *code)
+{
+    for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
+        if (strcmp(codes[i], code) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void warning_add(json_t *warnings, const char *code, json_t *figures, const char *format, ...)
+{
+    char detail[DETAIL_MAX];
+    json_t *entry = json_object();
+    va_list arguments;
+
+    assert(warning_known(code));
+    va_start(arguments, format);
+    (void)vsnprintf(detail, sizeof detail, format, arguments);
+    va_end(arguments);
+    (void)json_object_set_new(entry, "code", json_string(code));
+    (void)json_object_set_new(entry, "detail", json_string(detail));
+    if (figures) {
+        (void)json_object_set_new(entry, "figures", figures);
+    }
+    (void)json_array_append_new(warnings, entry);
+}
+
+void warnings_merge(json_t *warnings, const json_t *from)
+{
+    for (size_t i = 0; i < json_array_size(from); i++) {
+        json_t *entry = json_array_get(from, i);
+        bool there = false;
+
+        for (size_t k = 0; k < json_array_size(warnings) && !there; k++) {
+            there = json_equal(json_array_get(warnings, k), entry);
+        }
+        if (!there) {
+            (void)json_array_append(warnings, entry);
+        }
+    }
+}

@@ -1,0 +1,27 @@
+/*
+ * warnings.h - reasons to doubt a number of a result: entries of the member "warnings" of result
+ * documents and surface records.
+ *
+ * A warning is for what is an answer all the same; what is none is a failed job. Clients decide by
+ * code, people read the detail, and the figures are those that the sentence quotes.
+ */
+#ifndef SRNFD_API_WARNINGS_H
+#define SRNFD_API_WARNINGS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+/*
+ * Appends {"code", "detail", "figures"}.
+ *   warnings  [in/out] an array; NULL, as after a lack of memory, is left alone
+ *   code      [in] one of the table in warnings.c
+ *   figures   [in] an object, taken over, or NULL: the entry then has no such member
+ *   format    [in] a sentence, and what to do about it
+ */
+void warning_add(json_t *warnings, const char *code, json_t *figures, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+/* Appends those of `from` (borrowed, may be NULL) whose like is not there yet. */
+void warnings_merge(json_t *warnings, const json_t *from);
+bool warning_known(const char *code);
+
+#endif

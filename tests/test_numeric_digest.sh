@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# The digest in the numeric build id changes with every file that decides an answer, so that no answer of the old
+# file is served from the cache of the new one; and with the compiler's flags, but not with the build's folder.
+# srnfd-test: release-only
+. "$(dirname "$0")/support/lib.sh"
+
+COPY=$SCRATCH/copy
+mkdir "$COPY"
+cp -r Makefile core server api migrations deploy "$COPY"
+
+digest() { # [VARIABLE=VALUE]
+    env -u MAKEFLAGS -u MAKELEVEL -u MFLAGS make -s --no-print-directory -C "$COPY" numeric-digest "$@"
+}
+
+first=$(digest)
+like "$first" '^[0-9a-f]{16}$' 'there is a digest'
+is "$(digest)" "$first" 'the same sources have the same'
+# Everything that a process's file reads inputs with, computes by, or writes results with.
+for file in server/api/process_*.[ch] server/api/process.h server/api/registration_options.c server/api/json_numbers.c \
+    server/api/surfaces_record.c server/jobs/compute*.[ch] server/jobs/transforms.c core/*.[ch] core/*/*.[ch]; do
+    cp "$COPY/$file" "$SCRATCH/kept"
+    echo '/* another answer */' >>"$COPY/$file"
+    [ "$(digest)" != "$first" ] || same+=" $file"
+    cp "$SCRATCH/kept" "$COPY/$file"
+done
+is "${same-}" '' 'no file that decides an answer is left out'
+is "$(digest)" "$first" 'what was put back is as before'
+isnt "$(digest CONFIG=asan)" "$first" 'other flags are another build'
+done_testing
