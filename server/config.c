@@ -104,7 +104,7 @@ static const struct config_help names[N_SETTINGS] = {
      "each but successful probes of /healthz, /readyz and /metrics; all: for these too"},
     {"leastFree", "SRNFD_LEAST_FREE", "--least-free",
      "bytes that must be free on the disk for /readyz to say so, 67108864"},
-    {"insecure", "SRNFD_INSECURE", "--insecure", "listen beyond loopback without tokens"},
+    {"insecure", "SRNFD_INSECURE", "--insecure", "answer callers from elsewhere without tokens"},
     {"corsOrigins", "SRNFD_CORS_ORIGINS", "--cors-origins",
      "origins whose pages may call, separated by commas; none"},
     {"tlsCertificate", "SRNFD_TLS_CERTIFICATE", "--tls-certificate",

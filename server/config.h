@@ -33,7 +33,7 @@ struct config {
     char allowed_hosts[CONFIG_TEXT_MAX]; /* beside loopback names; "": none */
     char access_log[CONFIG_TEXT_MAX];    /* all, requests or refusals */
     double least_free;                   /* bytes on the disk, for /readyz */
-    bool insecure;                       /* listen beyond loopback without tokens */
+    bool insecure;                       /* answer callers from elsewhere without tokens */
     char cors_origins[CONFIG_TEXT_MAX];  /* of pages that may call; "": none */
     char tls_certificate[CONFIG_TEXT_MAX], tls_key[CONFIG_TEXT_MAX]; /* PEM files; "": no TLS */
     /* Quotas of tokens that have none of their own; 0: no limit. */

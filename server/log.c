@@ -1,21 +1,28 @@
 /*
- * log.c - structured lines on stderr. A line is composed on the caller's stack and written whole
- * with one write(2), which pipes and files opened for appending keep together. Losing a line is
- * better than failing a request, so errors of the write are passed over.
+ * log.c - structured lines on stderr. A line is composed on the caller's stack and written whole,
+ * in pieces that pipes and files opened for appending keep together. Losing a line is better than
+ * failing a request, so errors of the write are passed over.
  *
  * Between log_start and log_stop the lines of level info are gathered for up to GATHER_MS and
  * written together by the thread srnfd-log, since thousands of requests a second would otherwise
  * spend a tenth of their time in write(2). Lines of other levels are written before log_line
  * returns, behind what was gathered. A kill -9 takes the last GATHER_MS of info lines with it.
  *
+ * Nobody waits for a reader: what a pipe does not take at once stays in two buffers, and when both
+ * are full further lines are dropped and counted. A line log-lines-dropped tells their number once
+ * there is room again.
+ *
  * Locks: gathered.writing, then gathered.mutex, innermost; a line waits for a write only where
- * both buffers are full, or where it is itself to be written.
+ * both buffers are full, or where it is itself to be written. Neither is held while somebody waits
+ * for a pipe.
  */
 #include "log.h"
 
 #include "digits.h"
 
+#include <errno.h>
 #include <math.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -117,7 +124,33 @@ static void put_time(struct line *line)
     (void)put(line, rest, 5);
 }
 
+/* One whole line. */
+static void compose(struct line *line, const char *level, const char *event,
+                    const struct log_field *fields, size_t n_fields)
+{
+    line->length = 0;
+    (void)put(line, "{\"ts\":\"", 7);
+    put_time(line);
+    (void)put(line, "\",\"level\":", 10);
+    (void)put_string(line, level);
+    (void)put(line, ",\"event\":", 9);
+    (void)put_string(line, event);
+    for (size_t i = 0; i < n_fields; i++) {
+        size_t length = line->length;
+
+        if (!put_field(line, &fields[i])) {
+            line->length = length;
+        }
+    }
+    line->text[line->length++] = '}';
+    line->text[line->length++] = '\n';
+}
+
 /* ---- Writing --------------------------------------------------------------------------------- */
+
+/* What a pipe that poll(2) calls writable takes without blocking: PIPE_BUF of Linux. */
+#define PIECE_BYTES ((size_t)4096)
+#define LAST_WAIT_MS 1000 /* for the reader of a full pipe, when the log stops */
 
 static struct {
     pthread_mutex_t writing; /* held across write(2), so that lines stay in their order */
@@ -126,49 +159,97 @@ static struct {
     pthread_t thread;
     atomic_bool started;
     bool stopping;
-    int filling; /* the buffer that lines go to; the other one is being written */
-    size_t length;
+    int filling;              /* the buffer that lines go to; the other one is being written */
+    size_t length;            /* of the lines in it */
+    size_t written, to_write; /* bytes of the other one; of writing */
+    size_t untold;            /* lines that were dropped since the last line that told of it */
+    atomic_size_t dropped;    /* all of them */
     char buffer[2][GATHER_BYTES];
 } gathered = {.writing = PTHREAD_MUTEX_INITIALIZER,
               .mutex = PTHREAD_MUTEX_INITIALIZER,
               .arrived = PTHREAD_COND_INITIALIZER};
 
-static void write_out(const char *text, size_t length)
+/* Whether standard error takes something now, or within the time. What cannot be asked does. */
+static bool takes_more(int wait_ms)
 {
-    if (length > 0 && write(STDERR_FILENO, text, length) < 0) {
-        return;
-    }
+    struct pollfd wanted = {.fd = STDERR_FILENO, .events = POLLOUT};
+
+    return poll(&wanted, 1, wait_ms) != 0;
 }
 
-/* Writes all that was gathered before the call. No lock is held. */
-static void write_gathered(void)
+/* The end of the piece that begins at from: whole lines, none longer than a piece. */
+static size_t piece_end(const char *text, size_t from, size_t end)
 {
-    const char *text;
-    size_t length;
+    size_t stop = from + PIECE_BYTES;
+
+    if (stop >= end) {
+        return end;
+    }
+    while (stop > from && text[stop - 1] != '\n') {
+        stop--;
+    }
+    return stop > from ? stop : from + PIECE_BYTES;
+}
+
+/* Writes what is left of the buffer that is being written; false where a pipe is full. writing is
+   held. */
+static bool write_rest(void)
+{
+    const char *text = gathered.buffer[1 - gathered.filling];
+
+    while (gathered.written < gathered.to_write) {
+        size_t end = piece_end(text, gathered.written, gathered.to_write);
+        ssize_t n;
+
+        if (!takes_more(0)) {
+            return false;
+        }
+        n = write(STDERR_FILENO, text + gathered.written, end - gathered.written);
+        if (n < 0 && errno == EINTR) {
+            continue;
+        }
+        gathered.written = n > 0 ? gathered.written + (size_t)n : end;
+    }
+    return true;
+}
+
+/* Writes all that was gathered before the call, as far as it is taken at once; whether all was. No
+   lock is held. */
+static bool write_gathered(void)
+{
+    bool whole;
 
     (void)pthread_mutex_lock(&gathered.writing);
-    (void)pthread_mutex_lock(&gathered.mutex);
-    text = gathered.buffer[gathered.filling];
-    length = gathered.length;
-    gathered.filling = 1 - gathered.filling;
-    gathered.length = 0;
-    (void)pthread_mutex_unlock(&gathered.mutex);
-    write_out(text, length);
+    whole = write_rest();
+    if (whole) {
+        (void)pthread_mutex_lock(&gathered.mutex);
+        gathered.to_write = gathered.length;
+        gathered.written = 0;
+        gathered.filling = 1 - gathered.filling;
+        gathered.length = 0;
+        (void)pthread_mutex_unlock(&gathered.mutex);
+        whole = write_rest();
+    }
     (void)pthread_mutex_unlock(&gathered.writing);
+    return whole;
 }
 
 static void *keep_writing(void *argument)
 {
     const struct timespec pause = {.tv_nsec = GATHER_MS * 1000000L};
+    bool whole = true;
 
     (void)pthread_mutex_lock(&gathered.mutex);
     while (!gathered.stopping) {
-        while (gathered.length == 0 && !gathered.stopping) {
+        while (gathered.length == 0 && whole && !gathered.stopping) {
             (void)pthread_cond_wait(&gathered.arrived, &gathered.mutex);
         }
         (void)pthread_mutex_unlock(&gathered.mutex);
+        if (!whole) {
+            (void)takes_more(GATHER_MS * 20);
+        }
         (void)nanosleep(&pause, NULL);
-        write_gathered();
+        whole = write_gathered();
         (void)pthread_mutex_lock(&gathered.mutex);
     }
     (void)pthread_mutex_unlock(&gathered.mutex);
@@ -196,7 +277,10 @@ void log_stop(void)
     (void)pthread_mutex_unlock(&gathered.mutex);
     if (started) {
         (void)pthread_join(gathered.thread, NULL);
-        write_gathered(); /* what came during the thread's last write */
+        /* What came during the thread's last write. */
+        for (int ms = 0; !write_gathered() && ms < LAST_WAIT_MS; ms += LAST_WAIT_MS / 10) {
+            (void)takes_more(LAST_WAIT_MS / 10);
+        }
     }
 }
 
@@ -218,35 +302,58 @@ static bool add(const struct line *line)
     return fits;
 }
 
+/* The line that tells of those that were dropped, where there are any and it fits. */
+static void tell_dropped(void)
+{
+    struct log_field field;
+    struct line line;
+    size_t count;
+
+    (void)pthread_mutex_lock(&gathered.mutex);
+    count = gathered.untold;
+    gathered.untold = 0;
+    (void)pthread_mutex_unlock(&gathered.mutex);
+    if (count == 0) {
+        return;
+    }
+    field = log_number("count", (double)count);
+    compose(&line, "error", "log-lines-dropped", &field, 1);
+    if (!add(&line)) {
+        (void)pthread_mutex_lock(&gathered.mutex);
+        gathered.untold += count;
+        (void)pthread_mutex_unlock(&gathered.mutex);
+    }
+}
+
 static void submit(const struct line *line, bool at_once)
 {
-    while (!add(line)) {
-        write_gathered();
+    bool added;
+
+    tell_dropped();
+    added = add(line);
+    for (int i = 0; i < 2 && !added; i++) {
+        (void)write_gathered();
+        added = add(line);
     }
-    if (at_once || !gathered.started) {
-        write_gathered();
+    if (!added) {
+        (void)pthread_mutex_lock(&gathered.mutex);
+        gathered.untold++;
+        (void)pthread_mutex_unlock(&gathered.mutex);
+        atomic_fetch_add(&gathered.dropped, 1);
+    } else if (at_once || !gathered.started) {
+        (void)write_gathered();
     }
+}
+
+size_t log_dropped(void)
+{
+    return atomic_load(&gathered.dropped);
 }
 
 void log_line(const char *level, const char *event, const struct log_field *fields, size_t n_fields)
 {
     struct line line;
 
-    line.length = 0;
-    (void)put(&line, "{\"ts\":\"", 7);
-    put_time(&line);
-    (void)put(&line, "\",\"level\":", 10);
-    (void)put_string(&line, level);
-    (void)put(&line, ",\"event\":", 9);
-    (void)put_string(&line, event);
-    for (size_t i = 0; i < n_fields; i++) {
-        size_t length = line.length;
-
-        if (!put_field(&line, &fields[i])) {
-            line.length = length;
-        }
-    }
-    line.text[line.length++] = '}';
-    line.text[line.length++] = '\n';
+    compose(&line, level, event, fields, n_fields);
     submit(&line, strcmp(level, "info") != 0);
 }

@@ -24,7 +24,8 @@ static inline struct log_field log_number(const char *name, double number)
 }
 
 /* Writes {"ts":..,"level":level,"event":event, fields ..}, whole, so that lines of several threads
-   do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. */
+   do not mix. A line that grows beyond 4 KiB loses the fields that do not fit. Never waits for who
+   reads standard error: lines that are not taken are dropped, and counted. */
 void log_line(const char *level, const char *event, const struct log_field *fields,
               size_t n_fields);
 
@@ -32,6 +33,9 @@ void log_line(const char *level, const char *event, const struct log_field *fiel
    write; other levels, and everything outside, at once. Not while other threads start or stop. */
 void log_start(void);
 void log_stop(void);
+
+/* Lines that were dropped so far because standard error is a pipe that nobody reads. */
+size_t log_dropped(void);
 
 #define LOG_AT(level, event, ...)                                   \
     log_line(level, event, (const struct log_field[]){__VA_ARGS__}, \

@@ -30,6 +30,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -158,6 +159,7 @@ static int start(struct service *service, const struct config *config, char *mes
                                .log_probes = strcmp(config->access_log, "all") == 0,
                                .max_buffered = (size_t)config->max_buffered,
                                .local_only = http_is_loopback(config->listen),
+                               .open = config->insecure,
                                .allowed_hosts = config->allowed_hosts,
                                .cors_origins = config->cors_origins};
 
@@ -265,7 +267,8 @@ static int wait_for_signal(const struct service *service, const sigset_t *signal
 }
 
 /* Whether the settings are safe together; otherwise a sentence in message. Beyond loopback there
-   must be a token, since whoever reaches the address may call. */
+   must be a token, since whoever reaches the address may call; so where hosts are allowed, which is
+   how a proxy brings callers from elsewhere. */
 static bool check_settings(const struct config *config, char *message, size_t size)
 {
     struct store_tokens tokens;
@@ -279,7 +282,7 @@ static bool check_settings(const struct config *config, char *message, size_t si
         (void)snprintf(message, size, "--tls-certificate and --tls-key need each other");
         return false;
     }
-    if (config->insecure || http_is_loopback(config->listen)) {
+    if (config->insecure || (http_is_loopback(config->listen) && !config->allowed_hosts[0])) {
         return true;
     }
     status = store_tokens_load(config->data, &tokens);
@@ -289,9 +292,11 @@ static bool check_settings(const struct config *config, char *message, size_t si
     }
     store_tokens_clear(&tokens);
     if (status == STORE_OK) {
-        (void)snprintf(message, size,
-                       "without tokens the service listens on loopback addresses only; srnfd token "
-                       "add makes one, and --insecure overrides this");
+        (void)snprintf(
+            message, size,
+            "without tokens the service answers callers of this machine only: no address "
+            "beyond loopback, no allowedHosts; srnfd token add makes a token, and "
+            "--insecure overrides this");
     } else {
         (void)snprintf(message, size, "the file of tokens in --data %.200s cannot be used: %s",
                        config->data, store_strerror(status));
@@ -404,6 +409,7 @@ static int print_help(int n_arguments, char **arguments)
 
 int main(int argc, char **argv)
 {
+    (void)umask(077); /* nothing of the data is for others, whatever the folder allows */
     for (size_t i = 0; argc > 1 && i < sizeof commands / sizeof commands[0]; i++) {
         if (strcmp(argv[1], commands[i].name) == 0) {
             return commands[i].run(argc - 2, argv + 2);

@@ -41,6 +41,7 @@ enum metric {
     METRIC_WORKERS_BUSY,          /* those with a job of their own */
     METRIC_STORE_BYTES,           /* part: database, wal, blobs */
     METRIC_STORE_FREE,            /* bytes free on the file system */
+    METRIC_LOG_DROPPED,           /* lines */
     METRIC_PROCESS_CPU_SECONDS,   /* of all threads */
     METRIC_PROCESS_RESIDENT,      /* bytes */
     METRIC_PROCESS_VIRTUAL,       /* bytes */

@@ -9,6 +9,8 @@
  *
  * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
  * an admin sees and changes everything. What belongs to another is answered as what is not there.
+ * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics, which
+ * reach nothing else.
  *
  * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
  * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
@@ -90,7 +92,7 @@ static void reload(struct api_auth *auth, const struct store_token_stamp *stamp)
     if (status != STORE_OK) {
         /* It is not read again before it changes. */
         auth->tokens.stamp = *stamp;
-        LOG("tokens-unreadable", log_text("message", store_strerror(status)));
+        LOG_ERROR("tokens-unreadable", log_text("message", store_strerror(status)));
     } else {
         LOG("tokens-read", log_number("tokens", (double)tokens.n));
     }
@@ -108,6 +110,9 @@ static void refresh(struct api_auth *auth)
         auth->readable = false;
         auth->tokens.stamp.exists = false;
         return;
+    }
+    if (!stamp.exists && auth->required && auth->tokens.stamp.exists) {
+        LOG_ERROR("tokens-missing", log_text("message", "the file of tokens was taken away"));
     }
     if (stamp.exists) {
         auth->required = true;
@@ -335,15 +340,23 @@ static void refuse(struct api_call *call, enum admission admission, double wait)
     }
 }
 
-/* 403 where a viewer would change something. */
-static bool role_allows(struct api_call *call, enum store_role role)
+/* 403 where a viewer would change something, and where the role does not reach the route. */
+static bool role_allows(struct api_call *call, enum store_role role, const struct api_route *route)
 {
     const char *method = call->request->method;
+    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
+    bool metrics = route->handler == system_metrics;
 
-    if (role != STORE_ROLE_VIEWER || strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0) {
+    if (role == STORE_ROLE_ADMIN || (role == STORE_ROLE_METRICS && metrics) ||
+        (role == STORE_ROLE_USER && !metrics) || (role == STORE_ROLE_VIEWER && !metrics && reads)) {
         return true;
     }
-    (void)problem_respond(call, "forbidden", "The role of this token is %s, which may only read.",
+    (void)problem_respond(call, "forbidden",
+                          metrics ? "The role of this token is %s; /metrics is for the roles admin "
+                                    "and metrics."
+                          : role == STORE_ROLE_METRICS
+                              ? "The role of this token is %s, which may read /metrics alone."
+                              : "The role of this token is %s, which may only read.",
                           store_role_name(role));
     (void)api_response_header_text(call->response, "WWW-Authenticate",
                                    "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
@@ -387,7 +400,19 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
         refuse(call, admission, wait);
         return false;
     }
-    return role_allows(call, role);
+    return role_allows(call, role, route);
+}
+
+bool auth_readable(struct api *api)
+{
+    struct api_auth *auth = api->auth;
+    bool readable;
+
+    (void)pthread_mutex_lock(&auth->mutex);
+    refresh(auth);
+    readable = !auth->required || auth->readable;
+    (void)pthread_mutex_unlock(&auth->mutex);
+    return readable;
 }
 
 /* ---- Ownership ------------------------------------------------------------------------------- */

@@ -2,8 +2,8 @@
  * monitoring.c - GET /readyz and GET /metrics: what a load balancer and a monitor ask.
  *
  * Ready means that an upload and an execution would be taken now: a write reaches the disk, the
- * database can be read, the queue has room, every worker lives, and the file system keeps its floor
- * of free space. Each is one row of the table below; where one fails the answer is 503 not-ready,
+ * database can be read, the queue has room, every worker lives, the file of tokens can be read, and
+ * the file system keeps its floor of free space. Each is one row of the table below; where one fails the answer is 503 not-ready,
  * and says which and why. The write is a real one, with its fsync, so its outcome is kept for
  * PROBE_MS: asking often costs the disk nothing.
  *
@@ -17,6 +17,7 @@
 #include "api/routes.h"
 
 #include "build.h"
+#include "log.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -74,6 +75,12 @@ static bool check_write(struct api *api, char why[WHY_MAX])
     return status == STORE_OK;
 }
 
+static bool check_tokens(struct api *api, char why[WHY_MAX])
+{
+    (void)snprintf(why, WHY_MAX, "the file of tokens cannot be read; nobody is let in");
+    return auth_readable(api);
+}
+
 static bool check_space(struct api *api, char why[WHY_MAX])
 {
     int64_t bytes = 0;
@@ -112,8 +119,9 @@ static const struct {
     const char *name;
     bool (*check)(struct api *api, char why[WHY_MAX]);
 } checks[] = {
-    {"databaseReadable", check_read}, {"storeWritable", check_write},  {"spaceLeft", check_space},
-    {"queueAccepting", check_queue},  {"workersAlive", check_workers},
+    {"databaseReadable", check_read}, {"storeWritable", check_write},
+    {"spaceLeft", check_space},       {"queueAccepting", check_queue},
+    {"workersAlive", check_workers},  {"tokensReadable", check_tokens},
 };
 
 void system_readyz(struct api_call *call)
@@ -202,6 +210,7 @@ void system_metrics(struct api_call *call)
         build_numeric_id(id);
         metrics_set(now, METRIC_BUILD_INFO, METRIC_LABELS(SRNF_VERSION, id), 1);
         metrics_set_process(now);
+        metrics_set(now, METRIC_LOG_DROPPED, NULL, (double)log_dropped());
         measure_jobs(call->api, now);
         measure_store(call->api, now);
         text = metrics_text(registries, registries[1] ? 2 : 1, &size);

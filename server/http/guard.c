@@ -220,14 +220,14 @@ static const char *check_origin(struct exchange *exchange, const char *host)
     const struct http *http = exchange->http;
     const char *origin = NULL;
 
-    if (!http->config.local_only) {
+    if (!http->config.local_only && !http->config.open) {
         return NULL;
     }
     if (count_headers(exchange, "Origin", &origin) > 1) {
         return "A request has at most one Origin field.";
     }
-    return origin_check(http->address, http->config.allowed_hosts, exchange->request.method, host,
-                        cors_allows(http, origin) ? NULL : origin);
+    return origin_check(http->address, http->config.allowed_hosts, http->config.local_only,
+                        exchange->request.method, host, cors_allows(http, origin) ? NULL : origin);
 }
 
 const char *guard_check(struct exchange *exchange, const char *version, int *status,

@@ -24,6 +24,7 @@ struct http_config {
     size_t max_streams;     /* of server-sent events; 0: 128 */
     size_t max_buffered;    /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
+    bool open;       /* tokens may be missing: keep out pages of other sites on any address */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
     const char *cors_origins;  /* "https://host[:port]", separated by commas: pages that may call;
                                  may be NULL */

@@ -159,8 +159,9 @@ void trace_continue(const char *given, char trace[56]);
 /* ---- origin.c -------------------------------------------------------------------------------- */
 
 /* Whether a request with this Host (NULL: none) and this Origin (NULL: none) may be answered at
-   the address; otherwise the detail of the problem. extra: further hosts, separated by commas. */
-const char *origin_check(const char *address, const char *extra, const char *method,
+   the address; otherwise the detail of the problem. extra: further hosts, separated by commas;
+   local: only callers of this machine are expected. */
+const char *origin_check(const char *address, const char *extra, bool local, const char *method,
                          const char *host, const char *origin);
 
 /* ---- cors.c ---------------------------------------------------------------------------------- */

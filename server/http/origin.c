@@ -1,15 +1,19 @@
 /*
- * origin.c - keeps web pages away from a service on the loopback that asks for no token.
+ * origin.c - keeps web pages away from a service that asks for no token.
  *
  * A browser on the same machine carries requests of any site here. It can be told by two fields
  * that a page cannot forge: Host, which names the site's own domain where that was pointed at
  * 127.0.0.1 (DNS rebinding), and Origin, which a browser adds to every POST, PUT, PATCH and DELETE
  * across sites. So Host must be localhost, 127.0.0.1, [::1] or the address listened on, with its
  * port, or one of the allowed hosts; and Origin, where a request may change something, one of the
- * same. Programs that send no Origin are not affected.
+ * same. A service that listens beyond loopback without tokens cannot know by which addresses it is
+ * reached: there Host may also be any address in numbers, which no site's domain can be made to
+ * look like, and Origin whatever Host is. Programs that send no Origin are not affected.
  */
 #include "http/internal.h"
 
+#include <arpa/inet.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -50,6 +54,23 @@ static bool is_listed(const char *host, const char *list)
     return false;
 }
 
+/* An address in numbers, with a port or without. */
+static bool is_numeric(const char *host)
+{
+    unsigned char bytes[sizeof(struct in6_addr)];
+    char name[INET6_ADDRSTRLEN + 1];
+    bool bracket = host[0] == '[';
+    size_t length = strcspn(host + bracket, bracket ? "]" : ":");
+    const char *rest = host + bracket + length;
+
+    if (length >= sizeof name || (bracket && *rest++ != ']') || (*rest && *rest != ':') ||
+        (*rest == ':' && rest[1 + strspn(rest + 1, "0123456789")] != '\0')) {
+        return false;
+    }
+    (void)snprintf(name, sizeof name, "%.*s", (int)length, host + bracket);
+    return inet_pton(bracket ? AF_INET6 : AF_INET, name, bytes) == 1;
+}
+
 static bool is_ours(const char *address, const char *extra, const char *host)
 {
     const char *port = strrchr(address, ':');
@@ -65,16 +86,19 @@ static bool is_ours(const char *address, const char *extra, const char *host)
     return false;
 }
 
-const char *origin_check(const char *address, const char *extra, const char *method,
+const char *origin_check(const char *address, const char *extra, bool local, const char *method,
                          const char *host, const char *origin)
 {
     bool reads =
         strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0 || strcmp(method, "OPTIONS") == 0;
     const char *site = origin ? strstr(origin, "://") : NULL;
 
-    if (host && !is_ours(address, extra, host)) {
+    if (host && !is_ours(address, extra, host) && (local || !is_numeric(host))) {
         return "Host names neither a loopback address with the port of this service nor one of "
                "the allowed hosts (--allowed-hosts).";
+    }
+    if (origin && !reads && site && !local && host && strcasecmp(site + 3, host) == 0) {
+        return NULL;
     }
     if (origin && !reads && !(site && is_ours(address, extra, site + 3))) {
         return "Origin is another site: requests that change something come from this service's "

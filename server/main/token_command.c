@@ -2,14 +2,16 @@
  * token_command.c - `srnfd token add|list|revoke`, on the data directory alone: whether a daemon
  * runs does not matter, and one that does takes notice with its next request (store/token.h).
  *
- *   srnfd token add --name NAME [--role viewer|user|admin] [--expires 90d|2027-01-31]
+ *   srnfd token add --name NAME [--role viewer|user|admin|metrics]
+ *                   [--expires 90d|2027-01-31] [--secret-file FILE]
  *                   [--max-queued N] [--max-running N] [--max-bytes N] [--max-requests N]
  *                   [--max-streams N] [--data DIR]
  *   srnfd token list [--data DIR]
  *   srnfd token revoke ID|NAME [--data DIR]
  *
  * add prints the token, once, as the one line of standard output, and what it is on standard
- * error, so that TOKEN=$(srnfd token add ..) keeps the token alone. list prints lines of fields
+ * error, so that TOKEN=$(srnfd token add ..) keeps the token alone. With --secret-file the token is
+ * what that file holds, as a secret of an orchestrator, and nothing is printed on standard output. list prints lines of fields
  * separated by tabs, with a head; a field that does not apply is "-".
  */
 #include "main/token_command.h"
@@ -29,12 +31,13 @@
 
 /* The options of all three, as given; NULL: not given. */
 struct options {
-    const char *data, *name, *role, *expires, *quotas[STORE_QUOTAS];
+    const char *data, *name, *role, *expires, *secret_file, *quotas[STORE_QUOTAS];
     const char *operand;
 };
 
 static const char usage[] =
-    "usage: srnfd token add --name NAME [--role viewer|user|admin] [--expires 90d|YYYY-MM-DD]\n"
+    "usage: srnfd token add --name NAME [--role viewer|user|admin|metrics]\n"
+    "                       [--expires 90d|YYYY-MM-DD] [--secret-file FILE]\n"
     "                       [--max-queued N] [--max-running N] [--max-bytes N]\n"
     "                       [--max-requests N] [--max-streams N] [--data DIR]\n"
     "       srnfd token list [--data DIR]\n"
@@ -66,7 +69,8 @@ static const char **place_of(struct options *options, const char *option)
     } known[] = {{"--data", &options->data},
                  {"--name", &options->name},
                  {"--role", &options->role},
-                 {"--expires", &options->expires}};
+                 {"--expires", &options->expires},
+                 {"--secret-file", &options->secret_file}};
 
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         if (strcmp(known[i].name, option) == 0) {
@@ -165,7 +169,7 @@ static int read_token(const struct options *options, struct store_token *token)
     }
     memcpy(token->name, options->name, strlen(options->name));
     if (options->role && !store_role_from_name(options->role, &token->role)) {
-        return wrong_use("--role must be viewer, user or admin", options->role);
+        return wrong_use("--role must be viewer, user, admin or metrics", options->role);
     }
     if (options->expires && !read_expiry(options->expires, &token->expires_ms)) {
         return wrong_use("--expires must be as in 90d, 12h, 2027-01-31 or 2027-01-31T12:00:00Z, "
@@ -181,18 +185,48 @@ static int read_token(const struct options *options, struct store_token *token)
     return 0;
 }
 
+/* The first line of the file, where one is named. Returns 0, or WRONG_USE having said why. */
+static int read_secret(const struct options *options, char secret[STORE_SECRET_MAX])
+{
+    FILE *file = options->secret_file ? fopen(options->secret_file, "re") : NULL;
+    bool read = file && fgets(secret, STORE_SECRET_MAX, file) != NULL;
+
+    if (!read) {
+        secret[0] = '\0';
+    }
+    if (file) {
+        (void)fclose(file);
+    }
+    secret[strcspn(secret, "\r\n")] = '\0';
+    if (options->secret_file && !store_secret_valid(secret)) {
+        return wrong_use("--secret-file must hold 32 to 55 letters, digits, hyphens and "
+                         "underscores",
+                         options->secret_file);
+    }
+    return 0;
+}
+
 static int add(const struct options *options)
 {
     char secret[STORE_SECRET_MAX];
     struct store_token token;
     int status = read_token(options, &token);
 
+    if (status == 0) {
+        status = read_secret(options, secret);
+    }
     if (status != 0) {
         return status;
     }
     status = store_token_add(options->data, &token, secret);
     if (status != STORE_OK) {
         return failed(options->data, status);
+    }
+    if (options->secret_file) {
+        (void)fprintf(stderr, "%s of %s, role %s, with the secret of %s\n", token.id, token.name,
+                      store_role_name(token.role), options->secret_file);
+        sodium_memzero(secret, sizeof secret);
+        return 0;
     }
     (void)fprintf(stderr, "%s of %s, role %s; this is the only time that it is shown:\n", token.id,
                   token.name, store_role_name(token.role));

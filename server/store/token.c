@@ -30,10 +30,12 @@
 #define FIELDS (6 + STORE_QUOTAS)
 #define FILE_MAX ((off_t)16 << 20)
 #define PATH_SIZE 4096
+#define LETTERS "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
 #define SECRET_PREFIX "srnfd_"
 #define SECRET_BYTES 32
+#define SECRET_LEAST 32 /* characters of one that was chosen elsewhere */
 
-static const char *const roles[STORE_ROLES] = {"viewer", "user", "admin"};
+static const char *const roles[STORE_ROLES] = {"viewer", "user", "admin", "metrics"};
 static const char *const quota_names[STORE_QUOTAS] = {"queued", "running", "bytes", "requests",
                                                       "streams"};
 
@@ -62,9 +64,15 @@ bool store_token_name_valid(const char *name)
 {
     size_t length = strlen(name);
 
-    return length > 0 && length < STORE_OWNER_MAX &&
-           strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._@-") ==
-               length;
+    return length > 0 && length < STORE_OWNER_MAX && strspn(name, LETTERS "._@-") == length;
+}
+
+bool store_secret_valid(const char *secret)
+{
+    size_t length = strlen(secret);
+
+    return length >= SECRET_LEAST && length < STORE_SECRET_MAX &&
+           strspn(secret, LETTERS "_-") == length;
 }
 
 /* ---- Reading --------------------------------------------------------------------------------- */
@@ -221,11 +229,15 @@ int store_tokens_load(const char *directory, struct store_tokens *tokens)
     if (status != STORE_OK) {
         return status;
     }
-    fd = open(path, O_RDONLY | O_CLOEXEC);
+    /* Not blocked by a pipe that somebody put there. */
+    fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
         return errno == ENOENT ? STORE_OK : store_map_errno(errno);
     }
-    status = fstat(fd, &info) == 0 ? read_text(fd, info.st_size, &text) : store_map_errno(errno);
+    status = fstat(fd, &info) == 0 ? STORE_OK : store_map_errno(errno);
+    if (status == STORE_OK) {
+        status = S_ISREG(info.st_mode) ? read_text(fd, info.st_size, &text) : STORE_CORRUPT;
+    }
     if (status == STORE_OK) {
         set_stamp(&tokens->stamp, &info);
         status = strncmp(text, HEADER, sizeof HEADER - 1) == 0
@@ -290,6 +302,19 @@ void store_tokens_uses(const char *directory, struct store_tokens *tokens)
 
 /* ---- Writing --------------------------------------------------------------------------------- */
 
+/* Gives a file that root has made to the owner of the directory, so that the daemon can read it. */
+static int give_to_owner(const char *directory, int fd)
+{
+    struct stat info;
+
+    if (geteuid() != 0) {
+        return STORE_OK;
+    }
+    return stat(directory, &info) == 0 && fchown(fd, info.st_uid, info.st_gid) == 0
+               ? STORE_OK
+               : store_map_errno(errno);
+}
+
 /* Takes the writers' lock; *fd is to be closed. */
 static int lock(const char *directory, int *fd)
 {
@@ -300,9 +325,13 @@ static int lock(const char *directory, int *fd)
     if (status != STORE_OK) {
         return status;
     }
-    *fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    *fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
     if (*fd < 0) {
         return store_map_errno(errno);
+    }
+    status = give_to_owner(directory, *fd);
+    if (status != STORE_OK) {
+        return status;
     }
     while (flock(*fd, LOCK_EX) != 0) {
         if (errno != EINTR) {
@@ -341,11 +370,15 @@ static char *make_text(const struct store_tokens *tokens, size_t *size)
     return text;
 }
 
-static int write_file(const char *path, const char *text, size_t size)
+/* What stands at the path already, be it a link, is removed and not written to. */
+static int write_file(const char *directory, const char *path, const char *text, size_t size)
 {
-    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-    int status = fd >= 0 ? STORE_OK : store_map_errno(errno);
     size_t done = 0;
+    int fd, status;
+
+    (void)unlink(path);
+    fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    status = fd >= 0 ? give_to_owner(directory, fd) : store_map_errno(errno);
 
     while (status == STORE_OK && done < size) {
         ssize_t n = write(fd, text + done, size - done);
@@ -387,7 +420,7 @@ static int save(const char *directory, const struct store_tokens *tokens)
         status = make_path(temporary, directory, STORE_TOKENS_NAME ".new");
     }
     if (status == STORE_OK) {
-        status = write_file(temporary, text, size);
+        status = write_file(directory, temporary, text, size);
         if (status == STORE_OK && rename(temporary, path) != 0) {
             status = store_map_errno(errno);
         }
@@ -405,12 +438,14 @@ static void make_secret(struct store_token *token, char secret[STORE_SECRET_MAX]
     char hex[2 * sizeof id + 1];
     size_t prefix = sizeof SECRET_PREFIX - 1;
 
-    randombytes_buf(bytes, sizeof bytes);
     randombytes_buf(id, sizeof id);
-    memcpy(secret, SECRET_PREFIX, prefix);
-    (void)sodium_bin2base64(secret + prefix, STORE_SECRET_MAX - prefix, bytes, sizeof bytes,
-                            sodium_base64_VARIANT_URLSAFE_NO_PADDING);
-    sodium_memzero(bytes, sizeof bytes);
+    if (!secret[0]) {
+        randombytes_buf(bytes, sizeof bytes);
+        memcpy(secret, SECRET_PREFIX, prefix);
+        (void)sodium_bin2base64(secret + prefix, STORE_SECRET_MAX - prefix, bytes, sizeof bytes,
+                                sodium_base64_VARIANT_URLSAFE_NO_PADDING);
+        sodium_memzero(bytes, sizeof bytes);
+    }
     store_sha256_hex(token->hash, secret, strlen(secret));
     (void)snprintf(token->id, sizeof token->id, "tok-%s",
                    sodium_bin2hex(hex, sizeof hex, id, sizeof id));
@@ -422,7 +457,6 @@ int store_token_add(const char *directory, struct store_token *token, char secre
     struct store_token *grown;
     int fd = -1, status = store_make_directory(directory);
 
-    secret[0] = '\0';
     if (status == STORE_OK) {
         status = sodium_init() < 0 ? STORE_IO : lock(directory, &fd);
     }

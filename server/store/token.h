@@ -28,9 +28,9 @@
 #define STORE_TOKEN_ID_MAX 24
 #define STORE_SECRET_MAX 56 /* bytes of the longest secret with its zero */
 
-enum store_role { STORE_ROLE_VIEWER, STORE_ROLE_USER, STORE_ROLE_ADMIN };
-#define STORE_ROLES 3
-/* "viewer", "user", "admin". */
+enum store_role { STORE_ROLE_VIEWER, STORE_ROLE_USER, STORE_ROLE_ADMIN, STORE_ROLE_METRICS };
+#define STORE_ROLES 4
+/* "viewer", "user", "admin", "metrics". */
 const char *store_role_name(enum store_role role);
 /* False: there is no such role. */
 bool store_role_from_name(const char *name, enum store_role *role);
@@ -88,8 +88,12 @@ const struct store_token *store_tokens_find(const struct store_tokens *tokens, c
 void store_tokens_uses(const char *directory, struct store_tokens *tokens);
 
 bool store_token_name_valid(const char *name);
+/* 32 to STORE_SECRET_MAX - 1 letters, digits, hyphens and underscores. */
+bool store_secret_valid(const char *secret);
 /* Makes a token of token's name, role, expires_ms and quotas, adds it to the file (and the
-   directory, where there is none) and sets id, hash and created_ms. The secret is not kept. */
+   directory, where there is none) and sets id, hash and created_ms. secret: empty for a new one, or
+   one that was chosen elsewhere (store_secret_valid). It is not kept. The files belong to the owner
+   of the directory, also when root makes them. */
 int store_token_add(const char *directory, struct store_token *token,
                     char secret[STORE_SECRET_MAX]);
 /* Removes the token of that id, or all of that name; *removed counts them. */

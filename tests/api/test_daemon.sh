@@ -28,6 +28,7 @@ refuses 'a number that is none' 2 'workers' --workers many
 refuses 'an address that is none' 2 'no address' --listen localhost:80 --data "$data"
 refuses 'a word for an address' 2 'no address' --listen foo --data "$data"
 refuses 'every address without tokens' 2 'insecure' --listen 0.0.0.0:0 --data "$data"
+refuses 'allowed hosts without tokens' 2 'insecure' --listen 127.0.0.1:0 --data "$data" --allowed-hosts shapes.example
 refuses 'a port that is none' 2 'port' --listen 127.0.0.1:99999 --data "$data" --insecure
 printf '{"workers":1,"wrokers":2}' >"$SCRATCH/unknown.json"
 refuses 'an unknown member of the file' 2 'wrokers' --config "$SCRATCH/unknown.json"

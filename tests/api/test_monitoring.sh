@@ -10,7 +10,7 @@ start_server "$SCRATCH/data" --workers 1 --max-queued 2 || exit 1
 get /readyz
 is "$STATUS $(json '[.checks[]] | unique | length')" '200 1' 'a service at rest is ready'
 is "$(json '.checks | keys | join(" ")')" \
-    'databaseReadable queueAccepting spaceLeft storeWritable workersAlive' 'and says what it looked at'
+    'databaseReadable queueAccepting spaceLeft storeWritable tokensReadable workersAlive' 'and says what it looked at'
 
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 left=$(json .id)

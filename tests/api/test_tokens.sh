@@ -39,6 +39,9 @@ fails 'a date that has passed' 2 add --data "$DATA" --name a --expires 2001-01-0
 fails 'a quota that is no number' 2 add --data "$DATA" --name a --max-bytes lots
 fails 'an option that is none' 2 add --data "$DATA" --name a --max-money 3
 fails 'a token that is not there' 1 revoke --data "$SCRATCH" nobody
+printf 'too-short\n' >"$SCRATCH/short"
+fails 'a secret that is too short' 2 add --data "$DATA" --name a --secret-file "$SCRATCH/short"
+fails 'a secret that is not there' 2 add --data "$DATA" --name a --secret-file "$SCRATCH/absent"
 fails 'a directory that cannot be' 1 add --data /proc/none --name a
 
 # ---- Without tokens, and then with -----------------------------------------------------------------------
@@ -66,6 +69,38 @@ as "$ADA" get "/v1/meshes/$ID"
 is_problem 404 no-such-mesh 'what was there before is not a user'"'"'s'
 as "$ROOT" get "/v1/meshes/$ID"
 is "$STATUS $(json .name)" '200 before' 'but an admin sees it'
+
+# A secret of an orchestrator, and the files that a command of root leaves.
+printf 'an-orchestrators-secret-of-40-characters\n' >"$SCRATCH/secret"
+is "$("$SRNFD" token add --data "$DATA" --name eve --secret-file "$SCRATCH/secret" 2>/dev/null)" '' \
+    'a secret from a file is not printed'
+as an-orchestrators-secret-of-40-characters get /v1/meshes
+is "$STATUS" 200 'and lets in'
+"$SRNFD" token revoke eve --data "$DATA" 2>/dev/null
+MONITOR=$(token monitor --role metrics)
+as "$MONITOR" get /metrics
+is "$STATUS" 200 'a token for metrics reads them'
+as "$ADA" get /metrics
+is_problem 403 forbidden 'which count what others do, and are not for users'
+mkdir -p "$SCRATCH/linked"
+: >"$SCRATCH/victim"
+ln -s "$SCRATCH/victim" "$SCRATCH/linked/tokens.new"
+"$SRNFD" token add --data "$SCRATCH/linked" --name a >/dev/null 2>&1
+is "$?" 0 'a link where the file is made'
+check 'is not followed' test ! -s "$SCRATCH/victim"
+ln -sf "$SCRATCH/elsewhere" "$SCRATCH/linked/tokens.lock"
+fails 'a link for the lock' 1 add --data "$SCRATCH/linked" --name b
+check 'which makes nothing elsewhere' test ! -e "$SCRATCH/elsewhere"
+rm "$SCRATCH/linked/tokens" "$SCRATCH/linked/tokens.lock"
+mkfifo "$SCRATCH/linked/tokens"
+fails 'a pipe for the file' 1 add --data "$SCRATCH/linked" --name b
+is "$(stat -c %a "$DATA/tokens" "$DATA/srnfd.db" "$DATA"/blobs | sort -u | tr '\n' ' ')" '600 700 ' 'nothing of the data is for others'
+if [ "$(id -u)" -eq 0 ]; then
+    mkdir "$SCRATCH/theirs"
+    chown nobody "$SCRATCH/theirs"
+    "$SRNFD" token add --data "$SCRATCH/theirs" --name a >/dev/null 2>&1
+    is "$(stat -c %U "$SCRATCH"/theirs/tokens* | sort -u)" nobody 'what root makes belongs to the owner of the directory'
+fi
 
 # ---- Whose it is -----------------------------------------------------------------------------------------
 
@@ -249,7 +284,35 @@ as "$BEN" get "/v1/surfaces/$SURFACE"
 is "$STATUS $(json .source.job)" "200 $HIS_JOB" 'also after a crash'
 get /v1/jobs
 is "$STATUS" 401 'and tokens are asked for'
+mv "$DATA/tokens" "$DATA/kept"
+mkdir "$DATA/tokens"
+as "$BEN" get /v1/jobs
+is_problem 503 not-ready 'a file that cannot be read lets nobody in'
+get /readyz
+is "$STATUS $(json '.errors[0].pointer')" '503 /checks/tokensReadable' 'and a probe says so'
+like "$(jq -r 'select(.event | startswith("tokens-")) | .level' "$SERVER_LOG" | tail -n 1)" error 'and the log'
+rmdir "$DATA/tokens"
+mv "$DATA/kept" "$DATA/tokens"
+get /readyz
+is "$STATUS" 200 'until it is back'
 stop_server || not_ok 'the server ends well'
+
+# ---- Pages of other sites, where everyone may call -----------------------------------------------------------
+
+start_server "$SCRATCH/open" --listen 0.0.0.0:0 --insecure || exit 1
+URL=http://127.0.0.1:${URL##*:}
+page() { # HOST ORIGIN
+    post /v1/meshes --header "Host: $1" ${2:+--header "Origin: $2"} --data-binary "$MESH"
+    printf '%s' "$STATUS"
+}
+port=${URL##*:}
+is "$(page "127.0.0.1:$port") $(page "192.0.2.7:$port") $(page "[2001:db8::1]:$port") $(page "localhost:$port")" \
+    '201 200 200 200' 'without tokens beyond loopback any address in numbers may be asked for'
+is "$(page "evil.example:$port") $(page "127.0.0.1.evil.example:$port") $(page '127.0.0.1:1:2') $(page '[::1')" \
+    '403 403 403 403' 'but no name, which a site may have pointed here'
+is "$(page "192.0.2.7:$port" "http://192.0.2.7:$port") $(page "192.0.2.7:$port" http://evil.example)" \
+    '200 403' 'and no page of another site may send'
+stop_server || not_ok 'the open server ends well'
 
 # ---- Where it may listen ---------------------------------------------------------------------------------------
 

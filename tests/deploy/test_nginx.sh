@@ -5,7 +5,7 @@
 
 NGINX=$(PATH=$PATH:/usr/sbin command -v nginx) || skip_all 'no nginx'
 
-start_server "$SCRATCH/data" --allowed-hosts shapes.example.org || exit 1
+start_server "$SCRATCH/data" --allowed-hosts shapes.example.org --insecure || exit 1
 SOCKET=$SCRATCH/nginx.sock
 {
     echo "daemon off; pid $SCRATCH/nginx.pid; error_log $SCRATCH/nginx.log; worker_processes 1;"

@@ -44,6 +44,7 @@ static int set_up(void **state)
                                           "2000000",
                                           "--allowed-hosts",
                                           "x",
+                                          "--insecure",
                                           "--access-log",
                                           "refusals",
                                           "--header-seconds",

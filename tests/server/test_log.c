@@ -1,6 +1,7 @@
 /*
  * test_log.c - the log's lines: whole, each thread's in their order, valid JSON whatever they tell,
- * none lost while they are gathered; and what is worse than info is there at once.
+ * none lost while they are gathered; what is worse than info is there at once; and a pipe that
+ * nobody reads stops nobody: lines are dropped then, and counted.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,6 +16,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "log.h"
@@ -160,12 +162,81 @@ static void anything_may_be_told(void **state)
     json_decref(lines);
 }
 
+/* Standard error is a pipe of which `reading` gets the other end. */
+static void divert_to_pipe(int *reading)
+{
+    int ends[2];
+
+    assert_int_equal(pipe(ends), 0);
+    assert_true(dup2(ends[1], STDERR_FILENO) >= 0);
+    (void)close(ends[1]);
+    *reading = ends[0];
+}
+
+/* Every line that comes until the pipe is closed: how many were told, and how many are told to have
+   been dropped. */
+static void *count_lines(void *argument)
+{
+    size_t *counts = argument, capacity = 0;
+    FILE *file = fdopen((int)counts[0], "r");
+    char *line = NULL;
+
+    counts[1] = counts[2] = counts[3] = 0;
+    while (file && getline(&line, &capacity, file) >= 0) {
+        json_t *object = json_loads(line, 0, NULL);
+        const char *event = json_string_value(json_object_get(object, "event"));
+
+        if (event && strcmp(event, "log-lines-dropped") == 0) {
+            counts[2] += (size_t)json_integer_value(json_object_get(object, "count"));
+        } else {
+            counts[event ? 1 : 3]++;
+        }
+        json_decref(object);
+    }
+    free(line);
+    (void)fclose(file);
+    return NULL;
+}
+
+static void nobody_waits_for_a_reader(void **state)
+{
+    size_t counts[4], before = log_dropped();
+    struct timespec from, to;
+    pthread_t reader;
+    int reading;
+
+    (void)state;
+    divert_to_pipe(&reading);
+    counts[0] = (size_t)reading;
+    (void)clock_gettime(CLOCK_MONOTONIC, &from);
+    log_start();
+    for (int i = 0; i < 20000; i++) {
+        LOG("told", log_number("number", i));
+        if (i % 100 == 0) {
+            LOG_WARN("warned", log_number("number", i));
+        }
+    }
+    (void)clock_gettime(CLOCK_MONOTONIC, &to);
+    assert_true(to.tv_sec - from.tv_sec < 5);
+    assert_true(log_dropped() - before > 15000);
+    assert_int_equal(pthread_create(&reader, NULL, count_lines, counts), 0);
+    usleep(300000);
+    LOG_WARN("last", log_number("number", -1));
+    log_stop();
+    (void)dup2(terminal, STDERR_FILENO); /* closes the pipe */
+    (void)pthread_join(reader, NULL);
+    assert_int_equal(counts[3], 0);
+    assert_int_equal(counts[2], log_dropped() - before);
+    assert_int_equal(counts[1] + counts[2], 20201);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(no_line_is_lost_or_overtaken, divert, restore),
         cmocka_unit_test_setup_teardown(what_is_worse_is_there_at_once, divert, restore),
         cmocka_unit_test_setup_teardown(anything_may_be_told, divert, restore),
+        cmocka_unit_test_setup_teardown(nobody_waits_for_a_reader, divert, restore),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -56,6 +56,7 @@ static void add(struct door *door, const char *name, enum store_role role, int64
     snprintf(token.name, sizeof token.name, "%s", name);
     token.quotas[STORE_QUOTA_REQUESTS] = requests;
     token.quotas[STORE_QUOTA_BYTES] = 1000;
+    secret[0] = '\0'; /* a new one */
     assert_int_equal(store_token_add(door->fixture->path, &token, secret), STORE_OK);
 }
 
@@ -232,6 +233,22 @@ static void roles_do_what_they_may(void **state)
     }
 }
 
+static void metrics_are_for_admins_and_their_own_role(void **state)
+{
+    struct door *door = *state;
+    char user[STORE_SECRET_MAX], admin[STORE_SECRET_MAX], metrics[STORE_SECRET_MAX];
+
+    add(door, "ada", STORE_ROLE_USER, 0, 0, user);
+    add(door, "root", STORE_ROLE_ADMIN, 0, 0, admin);
+    add(door, "monitor", STORE_ROLE_METRICS, 0, 0, metrics);
+    open_api(door);
+    assert_int_equal(ask_with(door, "GET", "/metrics", user).status, 403);
+    assert_int_equal(ask_with(door, "GET", "/metrics", admin).status, 0);
+    assert_int_equal(ask_with(door, "GET", "/metrics", metrics).status, 0);
+    assert_int_equal(ask_with(door, "GET", "/v1/jobs", metrics).status, 403);
+    assert_int_equal(ask_with(door, "POST", "/v1/meshes", metrics).status, 403);
+}
+
 static void the_file_is_followed_while_the_service_runs(void **state)
 {
     struct door *door = *state;
@@ -315,6 +332,7 @@ int main(void)
         TEST(every_route_but_the_public_ones_asks_for_a_token),
         TEST(only_the_token_itself_opens),
         TEST(roles_do_what_they_may),
+        TEST(metrics_are_for_admins_and_their_own_role),
         TEST(the_file_is_followed_while_the_service_runs),
         TEST(requests_come_out_of_a_bucket),
         TEST(a_body_beyond_the_quota_is_not_read),

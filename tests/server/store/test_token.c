@@ -24,6 +24,7 @@ static int add(const char *path, const char *name, enum store_role role, char *s
     int status;
 
     snprintf(token.name, sizeof token.name, "%s", name);
+    secret[0] = '\0'; /* a new one */
     status = store_token_add(path, &token, secret);
     if (id) {
         memcpy(id, token.id, STORE_TOKEN_ID_MAX);
