@@ -3,9 +3,9 @@
  *
  * Ready means that an upload and an execution would be taken now: a write reaches the disk, the
  * database can be read, the queue has room, every worker lives, the file of tokens can be read, and
- * the file system keeps its floor of free space. Each is one row of the table below; where one fails the answer is 503 not-ready,
- * and says which and why. The write is a real one, with its fsync, so its outcome is kept for
- * PROBE_MS: asking often costs the disk nothing.
+ * the file system keeps its floor of free space. Each is one row of the table below; where one
+ * fails the answer is 503 not-ready, and says which and why. The write is a real one, with its
+ * fsync, so its outcome is kept for PROBE_MS: asking often costs the disk nothing.
  *
  * /metrics writes what the layers count (metrics.h), and beside it what is only measured when asked
  * for, in a registry made for this answer.

@@ -26,7 +26,8 @@
 #include <sys/stat.h>
 
 #define CHAIN_MAX 16 /* certificates of one file */
-#define PRIORITIES "NORMAL:-VERS-TLS1.0:-VERS-TLS1.1"
+/* TLS 1.2 with forward secrecy and authenticated encryption alone, or TLS 1.3. */
+#define PRIORITIES "NORMAL:-VERS-TLS1.0:-VERS-TLS1.1:-RSA:-AES-128-CBC:-AES-256-CBC:-SHA1"
 
 struct stamp {
     dev_t device;
@@ -118,8 +119,8 @@ static void refresh(struct tls *tls)
     if (status == 0) {
         LOG("tls-reloaded", log_text("certificate", tls->certificate_path));
     } else {
-        LOG("tls-not-reloaded", log_text("certificate", tls->certificate_path),
-            log_text("message", gnutls_strerror(status)));
+        LOG_ERROR("tls-not-reloaded", log_text("certificate", tls->certificate_path),
+                  log_text("message", gnutls_strerror(status)));
     }
 }
 

@@ -11,8 +11,8 @@
  *
  * add prints the token, once, as the one line of standard output, and what it is on standard
  * error, so that TOKEN=$(srnfd token add ..) keeps the token alone. With --secret-file the token is
- * what that file holds, as a secret of an orchestrator, and nothing is printed on standard output. list prints lines of fields
- * separated by tabs, with a head; a field that does not apply is "-".
+ * what that file holds, as a secret of an orchestrator, and nothing is printed on standard output.
+ * list prints lines of fields separated by tabs, with a head; a field that does not apply is "-".
  */
 #include "main/token_command.h"
 

@@ -68,13 +68,34 @@ curl --silent --output /dev/null --max-time 20 --cacert "$SCRATCH/trusted.pem" -
     --ciphers 'DEFAULT@SECLEVEL=0' "$URL/healthz"
 isnt $? 0 'nor is TLS 1.1'
 
+# TLS 1.2 with ciphers that keep no secret once the key is lost, or that authenticate by SHA-1, is not spoken.
+make_rsa() {
+    openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=rsa -addext 'subjectAltName=IP:127.0.0.1' \
+        -out "$SCRATCH/rsa.pem" -keyout "$SCRATCH/rsa-key.pem" 2>/dev/null
+}
+handshake() { # CIPHERS
+    timeout 20 openssl s_client -connect "${URL#https://}" -tls1_2 -cipher "$1@SECLEVEL=0" </dev/null >/dev/null 2>&1
+    echo $?
+}
+(
+    make_rsa
+    start_server "$SCRATCH/rsa" --tls-certificate "$SCRATCH/rsa.pem" --tls-key "$SCRATCH/rsa-key.pem" || exit 1
+    URL=https://${URL#http://}
+    for ciphers in ECDHE-RSA-AES256-GCM-SHA384 AES256-GCM-SHA384 AES128-SHA ECDHE-RSA-AES256-SHA; do
+        handshake "$ciphers"
+    done | paste -sd' ' >"$SCRATCH/handshakes"
+    stop_server
+)
+like "$(cat "$SCRATCH/handshakes")" '^0 [1-9] [1-9] [1-9]$' 'TLS 1.2 has neither static RSA nor CBC with SHA-1'
+
 # A new pair, the certificate first: between the two files there is no pair, and the one before is shown.
 is "$(shown)" first 'the certificate is shown'
 make_pair second "$SCRATCH/new.pem" "$SCRATCH/new-key.pem"
 mv "$SCRATCH/new.pem" "$CERTIFICATE"
 is "$(shown)" first 'half a pair is passed over'
 await_event tls-not-reloaded 1
-is "$(jq -Rr 'fromjson? | objects | .event' "$SERVER_LOG" | grep -cx tls-not-reloaded)" 1 'and logged once'
+is "$(jq -Rr 'fromjson? | objects | select(.event == "tls-not-reloaded") | .level' "$SERVER_LOG")" error \
+    'and logged once, as an error'
 mv "$SCRATCH/new-key.pem" "$KEY"
 is "$(shown)" second 'the new pair is shown without a restart'
 secure GET /healthz
