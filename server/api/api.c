@@ -14,11 +14,13 @@
 #include "api/json_memory.h"
 #include "api/respond.h"
 
+#include <malloc.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MAX_BODY_DEFAULT ((size_t)256 << 20)
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
+#define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
 
 static const char *const json_types[] = {"application/json", NULL};
@@ -85,6 +87,11 @@ static bool type_in(const char *value, const char *const *types)
     return false;
 }
 
+static bool takes_json_alone(const struct api_route *route)
+{
+    return route->body == ROUTE_JSON || route->body == ROUTE_INPUTS;
+}
+
 /* 415 where the body's type is not one of the route's. Where JSON is taken alone the type must be
    said: a page in a browser can send a body without it to any address, but not with it. Elsewhere a
    body tells what it is. */
@@ -103,12 +110,12 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
                               encoding);
         return true;
     }
-    if (!type && route->body == ROUTE_JSON) {
+    if (!type && takes_json_alone(route)) {
         (void)problem_respond(call, "unsupported-media-type",
                               "Content-Type: application/json is required here.");
         return true;
     }
-    if (type && route->body == ROUTE_JSON) {
+    if (type && takes_json_alone(route)) {
         fits = type_in(type, json_types);
     } else if (type && route->body == ROUTE_SURFACE) {
         fits = type_in(type, surface_types);
@@ -226,6 +233,9 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     }
     if (match.route->body != ROUTE_NO_BODY) {
         *max_body = body_limit(api, request);
+        if (takes_json_alone(match.route) && *max_body > json_body_limit(match.route)) {
+            *max_body = json_body_limit(match.route);
+        }
     }
     if (match.route->produces[0] && accept_best(request, match.route->produces) < 0) {
         (void)problem_respond(&call, "not-acceptable", "This resource is served as %s.",
@@ -275,6 +285,10 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     json_memory_begin();
     route->handler(&call);
     refuse_incomplete(response);
+    if (request->body_size > TRIM_FROM && route->body != ROUTE_NO_BODY) {
+        (void)malloc_trim(
+            0); /* of hundreds of thousands of small blocks nothing goes back by itself */
+    }
     if (route->slow) {
         auth_record(api, request);
     }

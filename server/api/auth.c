@@ -9,8 +9,8 @@
  *
  * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
  * an admin sees and changes everything. What belongs to another is answered as what is not there.
- * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics, which
- * reach nothing else.
+ * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics,
+ * which reach nothing else.
  *
  * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
  * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the

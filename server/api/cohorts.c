@@ -177,7 +177,7 @@ static bool read_members(const json_t *given, struct store_cohort *cohort,
 static bool read_cohort(struct api_call *call, const json_t *body, struct store_cohort *cohort)
 {
     const char *name = json_string_value(json_object_get(body, "name"));
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
 
     check_names(body, body_names, "", &list);
     if (cohort_name_valid(name)) {
@@ -223,7 +223,7 @@ static json_t *cohort_record(const struct store_cohort *cohort, bool with_member
 static void answer_refused(struct api_call *call, const struct store_cohort *cohort, int status,
                            size_t missing)
 {
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
     char pointer[64];
 
     if (status == STORE_CONFLICT) {

@@ -154,7 +154,7 @@ void executions_resume(struct api *api, const struct api_request *request,
 /* The inputs member of the body (borrowed from it); NULL when a problem was answered. */
 static const json_t *body_inputs(struct api_call *call, json_t *body)
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     const json_t *inputs = json_object_get(body, "inputs");
     const char *name;
     json_t *value;
@@ -181,7 +181,7 @@ static const json_t *body_inputs(struct api_call *call, json_t *body)
 /* The canonical text of the inputs (malloc); NULL when a problem was answered. */
 static char *canonical_text(struct api_call *call, const struct api_process *process)
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     json_t *body = body_json(call), *canonical = NULL;
     const json_t *inputs = body ? body_inputs(call, body) : NULL;
     char *text = NULL;

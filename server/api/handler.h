@@ -42,8 +42,10 @@ struct api_call {
 int problem_respond(struct api_call *call, const char *code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* Member errors [{pointer, detail}], collected while inputs are validated. */
+#define PROBLEMS_MAX 20
 struct problem_list {
-    json_t *errors; /* array, or NULL while there are none */
+    json_t *errors; /* array of the first PROBLEMS_MAX, or NULL while there are none */
+    size_t count;   /* of all that were added */
 };
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -253,7 +253,7 @@ static bool known_status(const char *name)
 static bool read_filter(struct api_call *call, const char *name, char buffer[48],
                         bool (*known)(const char *value))
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     char pointer[24];
     bool refused;
 

@@ -6,23 +6,44 @@
  * right one, and so would a name that was read without its last letter. So nothing built since
  * json_memory_begin is sent or kept once the flag is up.
  *
- * The flag is thread-local: a request or a job is built on one thread from begin to end.
+ * While a text is read, what its document takes is counted, as the allocator rounds it, and an
+ * allocation beyond the budget fails on purpose.
+ *
+ * Flag and count are thread-local: a request or a job is built on one thread from begin to end.
  */
 #include "api/json_memory.h"
 
+#include <malloc.h>
+
 static _Thread_local bool failed;
+static _Thread_local bool exceeded;          /* the budget of the text that is being read */
+static _Thread_local size_t budget_left = 0; /* while `reading` */
+static _Thread_local bool reading;
 
 static void *allocate(size_t size)
 {
-    void *bytes = malloc(size);
+    void *bytes = exceeded ? NULL : malloc(size);
+    size_t taken = malloc_usable_size(bytes);
 
     failed = failed || (!bytes && size > 0);
+    if (reading && bytes) {
+        exceeded = taken > budget_left;
+        budget_left -= exceeded ? budget_left : taken;
+    }
     return bytes;
+}
+
+static void release(void *bytes)
+{
+    if (reading && bytes) {
+        budget_left += malloc_usable_size(bytes);
+    }
+    free(bytes);
 }
 
 void json_memory_watch(void)
 {
-    json_set_alloc_funcs(allocate, free);
+    json_set_alloc_funcs(allocate, release);
 }
 
 void json_memory_begin(void)
@@ -40,13 +61,29 @@ void json_memory_fail(void)
     failed = true;
 }
 
-json_t *json_memory_load(const char *text, size_t size, json_error_t *error)
+json_t *json_memory_load(const char *text, size_t size, size_t budget, bool *over,
+                         json_error_t *error)
 {
-    json_t *document = failed ? NULL : json_loadb(text, size, JSON_REJECT_DUPLICATES, error);
+    json_t *document = NULL;
+    bool beyond;
 
-    if (failed) {
+    if (!failed) {
+        budget_left = budget;
+        reading = budget > 0;
+        document = json_loadb(text, size, JSON_REJECT_DUPLICATES, error);
+        reading = false;
+    }
+    beyond = exceeded;
+    exceeded = false;
+    if (failed || beyond) {
         json_decref(document);
         document = NULL;
+    }
+    if (beyond) {
+        failed = false; /* by its budget, and for nothing else */
+    }
+    if (over) {
+        *over = beyond;
     }
     return document;
 }

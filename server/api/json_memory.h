@@ -21,9 +21,15 @@ bool json_memory_failed(void);
    from now on it lacks something. */
 void json_memory_fail(void);
 
-/* json_loadb of a text, which jansson may read with characters missing where memory is short: NULL
-   then, with the flag set. */
-json_t *json_memory_load(const char *text, size_t size, json_error_t *error);
+/*
+ * json_loadb of a text, which jansson may read with characters missing where memory is short: NULL
+ * then, with the flag set. A text of a few MiB may hold a document of a GiB; one that would take
+ * more than `budget` bytes is given up as soon as it does: NULL, *over set, the flag not.
+ *   budget  [in] bytes; 0: any
+ *   over    [out] NULL where no budget is given
+ */
+json_t *json_memory_load(const char *text, size_t size, size_t budget, bool *over,
+                         json_error_t *error);
 /* json_dumps of what was built in full; NULL otherwise, with the flag set. */
 char *json_memory_dumps(const json_t *document, size_t flags);
 

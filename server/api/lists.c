@@ -93,7 +93,7 @@ static bool cursor_read(const char *cursor, struct list *list)
 
 static bool refuse_parameter(struct api_call *call, const char *pointer, const char *detail)
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
 
     problem_add(&problems, pointer, "%s", detail);
     (void)problem_respond_list(call, "invalid-input", &problems);

@@ -107,7 +107,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
 static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
 {
     const char *value = api_request_header(call->request, "Content-Type");
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     const char *named = NULL;
     char text[96];
     bool refused;
@@ -143,7 +143,7 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
 
 static bool choose_name(struct api_call *call, char name[NAME_SIZE])
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     const char *problem;
     json_t *string;
     bool refused;

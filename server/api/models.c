@@ -334,7 +334,7 @@ out:
 
 void models_modes(struct api_call *call)
 {
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
     struct store_model model;
     enum table_form form;
     size_t count;

@@ -126,7 +126,7 @@ static const struct {
 
 void system_readyz(struct api_call *call)
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     json_t *passed = json_object();
     char pointer[64], why[WHY_MAX];
 

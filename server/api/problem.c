@@ -205,6 +205,9 @@ void problem_add(struct problem_list *list, const char *pointer, const char *for
     va_list arguments;
     json_t *entry;
 
+    if (++list->count > PROBLEMS_MAX) {
+        return;
+    }
     va_start(arguments, format);
     (void)vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
@@ -231,6 +234,7 @@ int problem_respond_list(struct api_call *call, const char *code, struct problem
     document = problem_json(code, detail, call->request->path, call->request->id);
     if (document && list->errors) {
         (void)json_object_set_new(document, "errors", list->errors);
+        (void)json_object_set_new(document, "errorCount", json_integer((json_int_t)list->count));
         list->errors = NULL;
     }
     json_decref(list->errors);

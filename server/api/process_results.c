@@ -16,7 +16,7 @@ json_t *process_parse(const char *inputs, struct jobs_result *result)
     json_t *document;
 
     json_memory_begin();
-    document = json_memory_load(inputs, strlen(inputs), NULL);
+    document = json_memory_load(inputs, strlen(inputs), 0, NULL, NULL);
     if (!document) {
         result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";
         (void)snprintf(result->problem_detail, sizeof result->problem_detail,

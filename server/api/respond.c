@@ -8,6 +8,7 @@
  */
 #include "api/respond.h"
 #include "api/json_memory.h"
+#include "api/routes.h"
 
 #include <ctype.h>
 #include <stdarg.h>
@@ -324,15 +325,31 @@ const char *name_problem(const char *name)
 json_t *body_json(struct api_call *call)
 {
     const struct api_request *request = call->request;
+    size_t budget = JSON_GROWTH_MAX * json_body_limit(request->route);
     json_error_t error;
     json_t *document;
+    bool over;
 
     if (request->body_size == 0) {
         (void)problem_respond(call, "malformed-json",
                               "The body is empty where a JSON object is expected.");
         return NULL;
     }
-    document = json_memory_load((const char *)request->body, request->body_size, &error);
+    if (request->body_size > budget / JSON_GROWTH_MAX) {
+        (void)problem_respond(call, "body-too-large",
+                              "The body has %zu bytes; JSON may have %zu bytes here.",
+                              request->body_size, budget / JSON_GROWTH_MAX);
+        return NULL;
+    }
+    document =
+        json_memory_load((const char *)request->body, request->body_size, budget, &over, &error);
+    if (over) {
+        (void)problem_respond(call, "body-too-large",
+                              "The body holds too many values: as a document it would take more "
+                              "than %zu MiB.",
+                              budget >> 20);
+        return NULL;
+    }
     if (!document && json_memory_failed()) {
         (void)problem_respond(call, "out-of-memory", "The body does not fit into memory now.");
         return NULL;

@@ -71,7 +71,7 @@ const struct api_route api_routes[] = {
 
     {"GET", "/v1/processes", processes_list, false, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/processes/{id}", processes_get, false, ROUTE_NO_BODY, "", {JSON}},
-    {"POST", "/v1/processes/{id}/execution", executions_create, true, ROUTE_JSON, "", {JSON}},
+    {"POST", "/v1/processes/{id}/execution", executions_create, true, ROUTE_INPUTS, "", {JSON}},
 
     {"GET", "/v1/jobs", jobs_list, true, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
     {"GET", "/v1/jobs/{id}", jobs_get_one, true, ROUTE_NO_BODY, "", {JSON}},
@@ -81,6 +81,11 @@ const struct api_route api_routes[] = {
     {"DELETE", "/v1/jobs/{id}", jobs_delete, true, ROUTE_NO_BODY, "", {0}},
     {NULL, NULL, NULL, false, ROUTE_NO_BODY, NULL, {0}},
 };
+
+size_t json_body_limit(const struct api_route *route)
+{
+    return route->body == ROUTE_JSON ? ROUTE_JSON_MAX : ROUTE_INPUTS_MAX;
+}
 
 bool route_matches(const char *pattern, const char *path,
                    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE])

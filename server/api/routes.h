@@ -12,10 +12,17 @@
 /* What kind of body a route takes; decides the limit and the media types it accepts. */
 enum route_body {
     ROUTE_NO_BODY,
-    ROUTE_JSON,    /* application/json */
+    ROUTE_JSON,    /* application/json, up to ROUTE_JSON_MAX */
+    ROUTE_INPUTS,  /* application/json with arrays of numbers, up to ROUTE_INPUTS_MAX */
     ROUTE_MESH,    /* a mesh in any of its formats */
     ROUTE_SURFACE, /* JSON or .npy */
 };
+
+#define ROUTE_JSON_MAX ((size_t)8 << 20)
+#define ROUTE_INPUTS_MAX ((size_t)32 << 20)
+/* What a document may take in memory, in lengths of the longest text: an array of numbers of full
+   precision takes four. */
+#define JSON_GROWTH_MAX ((size_t)4)
 
 struct api_route {
     const char *method;  /* "GET" answers HEAD too */
@@ -34,6 +41,9 @@ struct route_match {
     const struct api_route *route;
     char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE];
 };
+
+/* Bytes that a JSON body may have on the route. */
+size_t json_body_limit(const struct api_route *route);
 
 /* Whether the pattern fits the path; then parameters holds its segments in order. */
 bool route_matches(const char *pattern, const char *path,

@@ -54,7 +54,7 @@ void surfaces_list(struct api_call *call)
 
 static bool refuse(struct api_call *call, const char *pointer, const char *detail)
 {
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
 
     problem_add(&list, pointer, "%s", detail);
     (void)problem_respond_list(call, "invalid-input", &list);

@@ -375,7 +375,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
 void surfaces_create(struct api_call *call)
 {
     const struct api_request *request = call->request;
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
     struct given given = {0};
     json_t *body = NULL;
     bool done;

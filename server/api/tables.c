@@ -23,7 +23,7 @@ const char *table_form_name(enum table_form form)
 
 bool table_choose(struct api_call *call, enum table_form *form)
 {
-    struct problem_list problems = {NULL};
+    struct problem_list problems = {.errors = NULL};
     bool refused = false;
     char text[16];
     int best;

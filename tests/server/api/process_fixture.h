@@ -191,7 +191,7 @@ static struct outcome canonicalise(struct fixture *fixture, const char *process,
     struct api_request request = {.method = "POST", .path = "/", .query = "", .id = "r"};
     struct api_response response = {0};
     struct api_call call = {.api = &fixture->api, .request = &request, .response = &response};
-    struct problem_list list = {NULL};
+    struct problem_list list = {.errors = NULL};
     struct outcome outcome = {0};
     json_t *body;
 
