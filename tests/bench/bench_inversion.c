@@ -12,6 +12,7 @@
  * counted and as timed. On the capsule the gap must be wider, though descent stops there at its
  * limit of steps, long before 1e-6. Ends with 1 when this is not met.
  */
+#include "support/compare.h"
 #include "support/shapes.h"
 #include "support/timing.h"
 
@@ -181,7 +182,7 @@ static void bench_auto(const char *name, struct shapes_surface *s)
     }
     printf("  %-14s %4zu  %9.1e  %9.1e  %8.1f  %9.0f  %8.0f  %8.1f  %9s\n", name, s->degree,
            result.relative_energy, shapes_distance(s->degree, result.coefficients, s->f),
-           1e3 * fmin(seconds[0], seconds[1]), fmin(seconds[0], seconds[1]) / unit,
+           1e3 * compare_min(seconds[0], seconds[1]), compare_min(seconds[0], seconds[1]) / unit,
            result.transforms, 1e3 * whole[2], result.certificate.unique ? "unique" : "-");
     srnf_inversion_clear(&result);
 }

@@ -95,7 +95,8 @@ static struct figures run(const struct group *g, const struct srnf_context *cont
     }
     figures.first = mean.history[0].seconds;
     for (size_t k = 1; k < ITERATIONS; k++) {
-        figures.later = fmin(figures.later, mean.history[k].seconds - mean.history[k - 1].seconds);
+        figures.later =
+            compare_min(figures.later, mean.history[k].seconds - mean.history[k - 1].seconds);
     }
     figures.inversion =
         context->seconds(context->user) - start - mean.history[ITERATIONS - 1].seconds;
@@ -164,7 +165,7 @@ static bool bench_threads(const struct group *g, const char *name,
         double start = timing_monotonic();
 
         body(g, &context);
-        best[k % 2] = fmin(best[k % 2], timing_monotonic() - start);
+        best[k % 2] = compare_min(best[k % 2], timing_monotonic() - start);
     }
     efficiency = best[0] / (2.0 * best[1]);
     printf("%6zu  %-11s  %.3f s on one thread, %.3f s on two: efficiency %.2f (required: %.2f)%s\n",

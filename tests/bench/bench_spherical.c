@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/compare.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/timing.h"
@@ -74,8 +75,8 @@ static void bench_mesh(const char *name, const struct srnf_mesh *mesh, double un
 
         must(srnf_spherical_map(mesh, &context, &map, NULL) == SRNF_OK, "a mesh has no map");
         seconds = timing_cpu() - clock.start;
-        if (seconds < best) {
-            best = seconds;
+        best = compare_min(best, seconds);
+        if (best == seconds) {
             collapse = clock.first_report - clock.start;
             energy = map.symmetric_dirichlet;
         }
@@ -164,7 +165,7 @@ static bool conclude(const char *what, struct costs *costs)
         return true;
     }
     for (size_t i = 0; i < costs->count; i++) {
-        worst = costs->seconds[i] > worst ? costs->seconds[i] : worst;
+        worst = compare_max(worst, costs->seconds[i]);
     }
     median = timing_median(costs->count, costs->seconds);
     printf("%s: 10,000 faces in %.0f ms, at worst %.0f ms (%zu meshes; required: %.0f ms)%s\n",

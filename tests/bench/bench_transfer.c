@@ -20,6 +20,7 @@
 #include <fftw3.h>
 
 #include "core/shape/figures.h"
+#include "support/compare.h"
 #include "support/timing.h"
 #include "support/transfers.h"
 
@@ -37,7 +38,7 @@ static void add(struct row *row, const struct transfers_error *error,
     row->points += error->points;
     row->surface += error->surface;
     row->srnf += error->srnf;
-    row->worst = fmax(row->worst, error->surface);
+    row->worst = compare_max(row->worst, error->surface);
     row->closer_points += error->points < baseline->points;
     row->closer_surface += error->surface < baseline->surface;
     row->closer_srnf += error->srnf < baseline->srnf;

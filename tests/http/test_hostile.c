@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "http/head.h"
+#include "support/compare.h"
 #include "support/wire.h"
 
 #include <stdio.h>
@@ -491,7 +492,7 @@ static double slowest_of(int count)
 
         assert_well();
         took = wire_now() - start;
-        slowest = took > slowest ? took : slowest;
+        slowest = compare_max(slowest, took);
     }
     return slowest;
 }

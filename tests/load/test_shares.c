@@ -17,6 +17,7 @@
 
 #include <cmocka.h>
 
+#include "support/compare.h"
 #include "support/wire.h"
 
 #include <jansson.h>
@@ -246,7 +247,7 @@ static void test_users_have_equal_shares(void **state)
     for (size_t i = 0; i < USERS; i++) {
         double away = ((double)users[i].ended - share) / share;
 
-        farthest = away > farthest ? away : -away > farthest ? -away : farthest;
+        farthest = compare_max(farthest, fabs(away));
     }
     print_message("%zu jobs of %d users; while all had jobs waiting %zu ended: %zu, %zu, %zu, %zu, "
                   "at most %.1f %% from equal\n",

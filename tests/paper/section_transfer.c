@@ -9,6 +9,7 @@
 
 #include "paper/paper.h"
 #include "paper/report_internal.h"
+#include "support/compare.h"
 #include "support/transfers.h"
 
 #define DEGREE 15
@@ -55,7 +56,7 @@ static void tell_way(struct report *report, const struct pairs *pairs, int way)
         mean.points += error->points / (double)pairs->count;
         mean.surface += error->surface / (double)pairs->count;
         mean.srnf += error->srnf / (double)pairs->count;
-        worst = fmax(worst, error->surface);
+        worst = compare_max(worst, error->surface);
         closer += error->surface < pairs->errors[i][TRANSFERS_DISPLACEMENT].surface;
     }
     report_cell(report, "%s", transfers_names[way]);

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "support/compare.h"
 #include "support/shapes.h"
 
 #define SPREAD 0.2 /* of planted cohorts: a member's own part */
@@ -84,7 +85,7 @@ int classification_chance(size_t method, const struct srnf_folds *comparison, co
         }
     }
     chance->mean = sum;
-    chance->half = T_19 * sqrt(fmax(0.0, square - sum * sum) / (count - 1.0));
+    chance->half = T_19 * sqrt(compare_max(0.0, square - sum * sum) / (count - 1.0));
     chance->at_chance = fabs(sum - 0.5) <= chance->half + 0.5 / (double)(comparison->n - 1);
     srnf_free(shuffled);
     return status;

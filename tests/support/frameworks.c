@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "support/compare.h"
 #include "support/shapes.h"
 #include "support/timing.h"
 
@@ -176,7 +177,7 @@ static void compare(const struct frameworks *f, size_t k, size_t i, size_t repea
     for (size_t r = 0; r < repeats; r++) {
         start = timing_cpu();
         operations[k].srnf(f, i, &ours);
-        least = fmin(least, timing_cpu() - start);
+        least = compare_min(least, timing_cpu() - start);
     }
     start = timing_cpu();
     operations[k].pullback(f, i, &other);
@@ -188,8 +189,8 @@ static void compare(const struct frameworks *f, size_t k, size_t i, size_t repea
         fields[v] -= fields[f->values + v];
     }
     row->distance =
-        fmax(row->distance, sqrt(srnf_inner_product(srnf_sht_grid(f->sht), fields, fields)));
-    row->size = fmax(row->size, other.size);
+        compare_max(row->distance, sqrt(srnf_inner_product(srnf_sht_grid(f->sht), fields, fields)));
+    row->size = compare_max(row->size, other.size);
     row->converged = row->converged && other.converged;
 }
 

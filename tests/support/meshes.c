@@ -3,6 +3,7 @@
  */
 #include "support/meshes.h"
 
+#include "support/compare.h"
 #include "support/random.h"
 
 #include <math.h>
@@ -264,7 +265,7 @@ struct srnf_mesh meshes_capsule(double length, double radius, size_t rings, size
         double s =
             whole * (double)i / (double)(rings + 1) - cap; /* arc length from the first cap's rim */
 
-        x[i] = fmin(fmax(s, 0.0), length) - 0.5 * length;
+        x[i] = compare_min(compare_max(s, 0.0), length) - 0.5 * length;
         r[i] = radius;
         if (s < 0.0 || s > length) {
             double angle = (s < 0.0 ? -s : s - length) / radius;

@@ -3,6 +3,7 @@
  * limbs that leave their common plane, so that no point sees them whole.
  */
 #include "support/shapes.h"
+#include "support/compare.h"
 #include "support/meshes.h"
 
 #include <math.h>
@@ -106,7 +107,7 @@ void shapes_capsule(const double e[3], double parameter, double x[3])
 void shapes_arms(const double e[3], double parameter, double x[3])
 {
     int arms = (int)parameter;
-    double sharpness = fmax(ARM_SHARPNESS_MIN, 1.5 * parameter);
+    double sharpness = compare_max(ARM_SHARPNESS_MIN, 1.5 * parameter);
     double r = ARM_CORE;
     double square;
 
@@ -216,7 +217,7 @@ static void random_radius(struct shapes_surface *s, uint64_t seed, double *radiu
     }
     srnf_sht_synthesis(s->sht, 1, radius, values, s->workspace);
     for (size_t i = 0; i < s->points; i++) {
-        largest = fmax(largest, fabs(values[i]));
+        largest = compare_max(largest, fabs(values[i]));
     }
     for (size_t i = 0; i < s->each; i++) {
         radius[i] *= 0.4 / largest;

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "support/compare.h"
+
 static double read_clock(clockid_t clock)
 {
     struct timespec now;
@@ -66,21 +68,13 @@ double timing_minimum(size_t n, const double *values)
     double least = values[0];
 
     for (size_t i = 1; i < n; i++) {
-        least = values[i] < least ? values[i] : least;
+        least = compare_min(least, values[i]);
     }
     return least;
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 double timing_median(size_t n, double *values)
 {
-    qsort(values, n, sizeof *values, compare);
+    qsort(values, n, sizeof *values, compare_order);
     return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }

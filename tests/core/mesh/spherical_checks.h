@@ -22,6 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/compare.h"
 #include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
@@ -193,7 +194,7 @@ static inline double check_distortion(const struct srnf_mesh *mesh, const double
             square += area / total * log(determinant) * log(determinant);
         }
     }
-    *deviation = sqrt(fmax(0.0, square - mean * mean));
+    *deviation = sqrt(compare_max(0.0, square - mean * mean));
     return energy;
 }
 

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 #include <math.h>
 
+#include "support/compare.h"
 #include "support/meshes.h"
 
 static void test_counts_and_topology(void **state)
@@ -51,8 +52,8 @@ static void test_vertices_and_faces(void **state)
         double length = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
                              (a[2] - b[2]) * (a[2] - b[2]));
 
-        least = fmin(least, length);
-        most = fmax(most, length);
+        least = compare_min(least, length);
+        most = compare_max(most, length);
     }
     assert_true(most < 2.0 * least);
     for (size_t i = 0; i < mesh.n_vertices; i++) { /* each point's antipode is a vertex too */

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 #include <math.h>
 
+#include "support/compare.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -65,10 +66,10 @@ static double scan_ray(const struct srnf_mesh *mesh, const double origin[3],
         u = dot(from, p) / determinant;
         v = dot(direction, q) / determinant;
         t = dot(ac, q) / determinant;
-        margin = fmin(fmin(u, v), fmin(1.0 - u - v, t));
+        margin = compare_min(compare_min(u, v), compare_min(1.0 - u - v, t));
         *clear &= fabs(margin) > 1e-9;
         if (margin > 0.0) {
-            best = fmax(best, t);
+            best = compare_max(best, t);
         }
     }
     return best;
@@ -227,8 +228,8 @@ static void test_signs_are_exact(void **state)
         }
         for (size_t f = 0; f < mesh.n_faces; f++) {
             for (size_t k = 0; k < 3 && covers_origin(&mesh, f); k++) {
-                lowest = fmin(lowest, corner(&mesh, f, k)[2]);
-                highest = fmax(highest, corner(&mesh, f, k)[2]);
+                lowest = compare_min(lowest, corner(&mesh, f, k)[2]);
+                highest = compare_max(highest, corner(&mesh, f, k)[2]);
             }
         }
         index = make_index(&mesh);
@@ -283,7 +284,7 @@ static double segment_distance2(const double p[3], const double a[3], const doub
 
     subtract(b, a, ab);
     subtract(p, a, ap);
-    share = fmin(fmax(dot(ap, ab) / fmax(dot(ab, ab), 1e-300), 0.0), 1.0);
+    share = compare_min(compare_max(dot(ap, ab) / compare_max(dot(ab, ab), 1e-300), 0.0), 1.0);
     for (size_t k = 0; k < 3; k++) {
         rest[k] = ap[k] - share * ab[k];
     }
@@ -306,7 +307,7 @@ static double triangle_distance2(const struct srnf_mesh *mesh, size_t f, const d
         subtract(p, from, ap);
         cross(n, side, inward);
         inside &= dot(inward, ap) > 0.0;
-        best = fmin(best, segment_distance2(p, from, to));
+        best = compare_min(best, segment_distance2(p, from, to));
     }
     return inside ? dot(ap, n) * dot(ap, n) / dot(n, n) : best;
 }
@@ -329,7 +330,7 @@ static void test_distance_against_scanning(void **state)
                 point[k] = test_random_uniform(&random, -4.0, 4.0);
             }
             for (size_t f = 0; f < meshes[i].n_faces; f++) {
-                expected = fmin(expected, triangle_distance2(&meshes[i], f, point));
+                expected = compare_min(expected, triangle_distance2(&meshes[i], f, point));
             }
             distance2 = srnf_index_distance2(index, point, nearest, &face);
             assert_true(fabs(sqrt(distance2) - sqrt(expected)) < 1e-12);
@@ -365,7 +366,7 @@ static void test_distance_to_box(void **state)
 
                 point[k] = scales[i] * x;
                 outside += d > 0.0 ? d * d : 0.0;
-                inside = fmin(inside, -d);
+                inside = compare_min(inside, -d);
             }
             expected = outside > 0.0 ? sqrt(outside) : inside;
             assert_true(fabs(sqrt(srnf_index_distance2(index, point, NULL, NULL)) / scales[i] -

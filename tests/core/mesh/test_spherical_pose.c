@@ -75,7 +75,7 @@ static double compare(const struct srnf_mesh *mesh, const struct srnf_spherical_
 
             square += d * d;
         }
-        largest = fmax(largest, sqrt(square));
+        largest = compare_max(largest, sqrt(square));
         sum += square;
     }
     *rms = sqrt(sum / (double)mesh->n_vertices);
@@ -143,7 +143,7 @@ static void test_axes(void **state)
             change(&other, how, new_index);
             assert_int_equal(srnf_spherical_map(&other, NULL, &maps[1], NULL), SRNF_OK);
             (void)compare(&mesh, &maps[0], &maps[1], new_index, &rms);
-            worst = fmax(worst, rms);
+            worst = compare_max(worst, rms);
             srnf_free(maps[1].points);
             srnf_mesh_clear(&other);
         }

@@ -75,9 +75,9 @@ static void line_path(double t, double x[3])
 
 static double dumbbell_radius(double t)
 {
-    double end = fmin(t, 1.0 - t); /* balls of radius 0.15 on a rod of 0.02 */
+    double end = compare_min(t, 1.0 - t); /* balls of radius 0.15 on a rod of 0.02 */
 
-    return fmax(0.02, end < 0.3 ? sqrt(fmax(0.0, end * (0.3 - end))) : 0.0);
+    return compare_max(0.02, end < 0.3 ? sqrt(compare_max(0.0, end * (0.3 - end))) : 0.0);
 }
 
 static void spiral_path(double t, double x[3])

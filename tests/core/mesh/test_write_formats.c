@@ -18,6 +18,7 @@
 
 #include "mesh/mesh_io.h"
 #include "srnf.h"
+#include "support/compare.h"
 
 #define FREQUENCY 4
 #define VERTICES ((size_t)(10 * FREQUENCY * FREQUENCY + 2))
@@ -243,8 +244,8 @@ static void check_bounds(const json_t *json, json_int_t index, const unsigned ch
         for (size_t i = 0; i < count; i++) {
             double value = scalar_value(SCALAR_FLOAT32, bytes + 4 * (components * i + k), false);
 
-            least = fmin(least, value);
-            largest = fmax(largest, value);
+            least = compare_min(least, value);
+            largest = compare_max(largest, value);
         }
         assert_true(json_number_value(json_array_get(json_object_get(accessor, "min"), k)) ==
                     least);

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "support/compare.h"
 #include "support/shapes.h"
 
 /* Sanitizers, or a counter for each line, and -O1 cost a factor of five to ten: the longest tests
@@ -54,23 +55,11 @@ static inline void figure_order(const char *what, size_t n, const double *errors
         }
     }
     printf("\n");
+    assert_true(compare_finite(n, errors)); /* a NaN would end the loop as one below floor does */
     for (size_t k = 1; k < n && errors[k] > floor; k++) {
         assert_true(fabs(log(errors[k - 1] / errors[k]) / log(ratio) - order) <= slack);
     }
     assert_true(pairs >= least);
-}
-
-/* The largest |a - b|. */
-static inline double figure_difference(size_t n, const double *a, const double *b)
-{
-    double largest = 0.0;
-
-    for (size_t i = 0; i < n; i++) {
-        double d = fabs(a[i] - b[i]);
-
-        largest = d <= largest ? largest : d; /* a NaN stays */
-    }
-    return largest;
 }
 
 static inline double figure_dot(size_t n, const double *a, const double *b)
@@ -86,16 +75,6 @@ static inline double figure_dot(size_t n, const double *a, const double *b)
 static inline double figure_norm(size_t n, const double *a)
 {
     return sqrt(figure_dot(n, a, a));
-}
-
-static inline bool figure_finite(size_t n, const double *a)
-{
-    for (size_t i = 0; i < n; i++) {
-        if (!isfinite(a[i])) {
-            return false;
-        }
-    }
-    return true;
 }
 
 #endif

@@ -114,7 +114,7 @@ static void certified_surfaces_are_reached_from_elsewhere(void **state)
             another_start(&s, near, &random, start);
             if (inversion_run(&s, 1e-14, false, start, &result) == SRNF_OK) {
                 reached[near]++;
-                worst = fmax(worst, shapes_distance(s.degree, result.coefficients, s.f));
+                worst = compare_max(worst, shapes_distance(s.degree, result.coefficients, s.f));
             }
             srnf_inversion_clear(&result);
         }
@@ -150,7 +150,7 @@ static void certificate_knows_the_noise(void **state)
             assert_true(result.certificate.second_eigenvalue >
                         100.0 * (result.certificate.residual + result.relative_energy));
         }
-        assert_false(exponent <= 4 && result.certificate.unique);
+        assert_true(exponent > 4 || !result.certificate.unique);
         srnf_inversion_clear(&result);
         shapes_close(&s);
     }

@@ -25,7 +25,7 @@ static double radius_error(struct shapes_surface *s, const double *f, const doub
                        s->grid->cos_theta[row]};
 
         for (size_t c = 0; c < 3; c++) {
-            worst = fmax(worst, fabs(x[c * s->points + i] - r[i] * e[c]));
+            worst = compare_max(worst, fabs(x[c * s->points + i] - r[i] * e[c]));
         }
     }
     srnf_free(r);
@@ -57,8 +57,8 @@ static void recovers_random_radii(void **state)
             }
             shapes_update(&s);
             srnf_invert_closed_form(s.sht, s.q, f, &relative, s.workspace);
-            worst = fmax(worst, radius_error(&s, f, radius));
-            energy = fmax(energy, relative);
+            worst = compare_max(worst, radius_error(&s, f, radius));
+            energy = compare_max(energy, relative);
         }
         printf("# L = %zu, four random stars of area 1, moved: relative energy %.1e\n", degrees[k],
                energy);
@@ -118,7 +118,7 @@ static void energy_tells_what_is_not_radial(void **state)
         printf("# %s, L = %zu: relative energy %.2e, surface error %.2e\n", which->name, s.degree,
                relative, error);
         assert_true(relative > 1e-2 && error > 1e-2);
-        assert_true(figure_finite(s.count, f));
+        assert_true(compare_finite(s.count, f));
         srnf_free(f);
         shapes_close(&s);
     }

@@ -53,7 +53,7 @@ static void spheres_anywhere(void **state)
         }
         for (size_t i = 4; i < 256; i++) {
             for (size_t c = 0; c < 3; c++) {
-                rest = fmax(rest, fabs(encoded.coefficients[256 * c + i]));
+                rest = compare_max(rest, fabs(encoded.coefficients[256 * c + i]));
             }
         }
         printf(
@@ -92,7 +92,7 @@ static double bumpy_error(const struct shapes_surface *s, const struct srnf_enco
         for (size_t c = 0; c < 3; c++) {
             double value = encoded->scale * x[c * s->points + i] + encoded->origin[c];
 
-            worst = fmax(worst, fabs(value - truth[c]));
+            worst = compare_max(worst, fabs(value - truth[c]));
         }
     }
     srnf_free(x);
@@ -282,7 +282,7 @@ static void scale_can_stay(void **state)
     assert_true(own.scale == 1.0);
     assert_true(fabs(own.measures.area / (unit.scale * unit.scale) - 1.0) < 1e-12);
     for (size_t i = 0; i < 3 * srnf_coefficient_count(31); i++) {
-        worst = fmax(worst, fabs(own.coefficients[i] - unit.scale * unit.coefficients[i]));
+        worst = compare_max(worst, fabs(own.coefficients[i] - unit.scale * unit.coefficients[i]));
     }
     assert_true(worst < 1e-12 * unit.scale);
     srnf_free(own.coefficients);

@@ -89,11 +89,12 @@ static void ellipsoids_have_their_field(void **state)
             double root = sqrt(figure_norm(AXES, n));
 
             for (size_t c = 0; c < AXES; c++) {
-                worst = fmax(worst, fabs(s.q[c * s.points + i] - n[c] / root));
+                worst = compare_max(worst, fabs(s.q[c * s.points + i] - n[c] / root));
             }
         }
         srnf_surface_measure(s.sht, s.f, &measures, s.workspace);
-        volume = fmax(volume, fabs(measures.volume / (4.0 * PI / 3.0 * a[0] * a[1] * a[2]) - 1.0));
+        volume = compare_max(volume,
+                             fabs(measures.volume / (4.0 * PI / 3.0 * a[0] * a[1] * a[2]) - 1.0));
     }
     figure_below("field of four ellipsoids, largest error", worst, 1e-14);
     figure_below("volume of four ellipsoids, relative error", volume, 1e-13);
@@ -209,7 +210,7 @@ static void energy_is_invariant(void **state)
         assert_true(fabs(after / before - 1.0) < 1e-13);
         memcpy(x.moved, x.gradient, s->count * sizeof *s->f);
         shapes_rotate(rotation, s->each, x.moved);
-        assert_true(figure_difference(s->count, x.moved, gradient) <
+        assert_true(compare_difference(s->count, x.moved, gradient) <
                     1e-13 * figure_norm(s->count, gradient));
     }
     printf("# E = %.17g, moved %.17g\n", before, after);
@@ -257,7 +258,7 @@ static void differential_is_linear(void **state)
     two = shapes_doubles(3 * s->points);
     srnf_field_differential(s->sht, s->f, x.w, one, s->workspace);
     srnf_field_differential(s->sht, s->f, s->f, two, s->workspace);
-    assert_true(figure_difference(3 * s->points, two, s->q) < 1e-13); /* Euler: Q_* f = Q(f) */
+    assert_true(compare_difference(3 * s->points, two, s->q) < 1e-13); /* Euler: Q_* f = Q(f) */
     for (size_t i = 0; i < s->count; i++) {
         x.moved[i] = 0.3 * x.w[i] - 1.7 * s->f[i];
     }
@@ -265,7 +266,7 @@ static void differential_is_linear(void **state)
     for (size_t i = 0; i < 3 * s->points; i++) {
         one[i] = 0.3 * one[i] - 1.7 * two[i];
     }
-    figure_below("linearity of Q_*", figure_difference(3 * s->points, one, x.out), 1e-13);
+    figure_below("linearity of Q_*", compare_difference(3 * s->points, one, x.out), 1e-13);
     for (size_t c = 0; c < 3; c++) { /* translations are its null space */
         memset(x.moved, 0, s->count * sizeof *x.moved);
         x.moved[c * s->each] = 1.0;
@@ -368,14 +369,14 @@ static bool finite_everywhere(struct fixture *x)
     double energy;
 
     srnf_field(s->sht, x->moved, x->out, s->workspace);
-    if (!figure_finite(3 * s->points, x->out)) {
+    if (!compare_finite(3 * s->points, x->out)) {
         return false;
     }
     srnf_field_differential(s->sht, x->moved, x->w, x->out, s->workspace);
     energy = srnf_energy(s->sht, x->moved, s->q, x->gradient, s->workspace);
     srnf_surface_measure(s->sht, x->moved, &measures, s->workspace);
-    return figure_finite(3 * s->points, x->out) && figure_finite(s->count, x->gradient) &&
-           isfinite(energy) && isfinite(measures.area) && figure_finite(3, measures.centroid);
+    return compare_finite(3 * s->points, x->out) && compare_finite(s->count, x->gradient) &&
+           isfinite(energy) && isfinite(measures.area) && compare_finite(3, measures.centroid);
 }
 
 static void degenerate_points_are_harmless(void **state)

@@ -132,7 +132,7 @@ static void reverses(void **state)
         const double *a = there.coefficients + k * p.from.count;
         const double *b = back.coefficients + (8 - k) * p.from.count;
 
-        worst = fmax(worst, shapes_distance(DEGREE, a, b));
+        worst = compare_max(worst, shapes_distance(DEGREE, a, b));
     }
     figure_below("there and back, surfaces apart", worst, 2e-3);
     assert_true(there.distance == back.distance);
@@ -199,7 +199,7 @@ static void closed_form_is_right_between_stars_of_one_shape(void **state)
             for (size_t i = 0; i < p.from.count; i++) {
                 double truth = i % p.from.each == 0 ? p.from.f[i] : factor * p.from.f[i];
 
-                worst = fmax(worst, fabs(g.coefficients[k * p.from.count + i] - truth));
+                worst = compare_max(worst, fabs(g.coefficients[k * p.from.count + i] - truth));
             }
         }
         figure_below(m == 0 ? "closed form, surface" : "srnf, surface", worst, 1e-12);
@@ -220,8 +220,8 @@ static void constant_between_equal_ends(void **state)
     walk(&p, SRNF_GEODESIC_SRNF, 5, &g);
     check_path(&p, &g);
     for (size_t k = 0; k < 5; k++) {
-        worst = fmax(worst,
-                     figure_difference(p.from.count, p.from.f, g.coefficients + k * p.from.count));
+        worst = compare_max(
+            worst, compare_difference(p.from.count, p.from.f, g.coefficients + k * p.from.count));
     }
     figure_below("path between equal ends, largest change", worst, 1e-14);
     assert_true(g.distance == 0.0 && g.length < 1e-13);

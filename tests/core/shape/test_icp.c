@@ -31,14 +31,14 @@ static void poses_come_back(void **state)
         options.tolerance = 1e-9;
         assert_int_equal(srnf_icp(&fixed, &moving, &options, NULL, &r, NULL), SRNF_OK);
         assert_true(r.converged);
-        worst = fmax(worst, r.distance);
+        worst = compare_max(worst, r.distance);
         for (size_t i = 0; i < fixed.n_vertices; i++) {
             for (size_t k = 0; k < 3; k++) {
                 const double *x = moving.vertices + 3 * i;
                 double laid = r.rotation[3 * k] * x[0] + r.rotation[3 * k + 1] * x[1] +
                               r.rotation[3 * k + 2] * x[2] + r.translation[k];
 
-                worst = fmax(worst, fabs(laid - fixed.vertices[3 * i + k]));
+                worst = compare_max(worst, fabs(laid - fixed.vertices[3 * i + k]));
             }
         }
         srnf_mesh_clear(&moving);
@@ -63,7 +63,7 @@ static void the_distance_is_symmetric_and_rigidly_invariant(void **state)
     worst = fabs(distance(&b, &a, &options) - here);
     meshes_turn(&b, 9);
     meshes_move(&b, -20.0, 4.0, 1.0);
-    worst = fmax(worst, fabs(distance(&a, &b, &options) - here));
+    worst = compare_max(worst, fabs(distance(&a, &b, &options) - here));
     figure_below("relative change", worst / here, 1e-3);
     srnf_mesh_clear(&a);
     srnf_mesh_clear(&b);

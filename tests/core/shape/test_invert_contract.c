@@ -110,7 +110,7 @@ static bool certifying_canceled(void *user)
         return false;
     }
     c->total += now - c->last;
-    c->longest = fmax(c->longest, now - c->last);
+    c->longest = compare_max(c->longest, now - c->last);
     c->last = now;
     return c->calls++ >= c->stop_after;
 }
@@ -175,7 +175,7 @@ static void stops_at_its_limit(void **state)
                          SRNF_WNOT_CONVERGED);
         assert_true(result.iterations == 3 && !result.converged);
         assert_true(result.stopped == SRNF_STOP_MAX_ITERATIONS);
-        assert_true(figure_finite(s.count, result.coefficients));
+        assert_true(compare_finite(s.count, result.coefficients));
         assert_false(result.certificate.computed);
         srnf_inversion_clear(&result);
     }
@@ -236,19 +236,19 @@ static void survives_degenerate_targets(void **state)
     options.initial = SRNF_INITIAL_SURFACE;
     options.surface = point;
     assert_true(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL) >= 0);
-    assert_true(figure_finite(s.count, result.coefficients));
+    assert_true(compare_finite(s.count, result.coefficients));
     srnf_inversion_clear(&result);
     for (size_t i = 0; i < s.points; i++) { /* q without a second and third component */
         s.q[s.points + i] = s.q[2 * s.points + i] = 0.0;
     }
     assert_true(srnf_invert(s.sht, s.q, NULL, NULL, &result, NULL) >= 0);
-    assert_true(figure_finite(s.count, result.coefficients));
+    assert_true(compare_finite(s.count, result.coefficients));
     srnf_inversion_clear(&result);
     for (size_t i = 0; i < s.points / 2; i++) { /* q that vanishes on half of the sphere */
         s.q[i] = 0.0;
     }
     assert_true(srnf_invert(s.sht, s.q, NULL, NULL, &result, NULL) >= 0);
-    assert_true(figure_finite(s.count, result.coefficients));
+    assert_true(compare_finite(s.count, result.coefficients));
     srnf_inversion_clear(&result);
     srnf_free(point);
     shapes_close(&s);

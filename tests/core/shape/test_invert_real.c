@@ -62,7 +62,7 @@ static void tells_how_well_it_did(void **state)
             shapes_open(&s, DEGREE);
             assert_true(shapes_fill_structure(&s, structures[k].name));
             shapes_add_noise(&s, noise[a], &random);
-            (void)inversion_run(&s, fmax(1e-12, noise[a] * noise[a]), true, NULL, &result);
+            (void)inversion_run(&s, compare_max(1e-12, noise[a] * noise[a]), true, NULL, &result);
             printf("# noise %.0e:\n", noise[a]);
             error = inversion_error(structures[k].name, &s, &result);
             assert_true(error <= result.surface_error_bound);

@@ -57,8 +57,8 @@ static void exponential_inverts_the_logarithm(void **state)
             srnf_pullback_geodesic(p.from.sht, p.from.f, p.to.f, &options, NULL, &g, NULL),
             SRNF_OK);
         for (size_t i = 0; i <= m; i++) {
-            worst = fmax(worst, shapes_distance(DEGREE, g.coefficients + i * p.from.count,
-                                                shot.coefficients + i * p.from.count));
+            worst = compare_max(worst, shapes_distance(DEGREE, g.coefficients + i * p.from.count,
+                                                       shot.coefficients + i * p.from.count));
             assert_true(fabs(shot.times[i] - g.times[i]) < 1e-15);
         }
         figure_below("path, surfaces apart", worst, 1e-6);
@@ -91,7 +91,7 @@ static void logarithm_inverts_the_exponential(void **state)
     assert_int_equal(srnf_pullback_log(s.sht, s.f, shot.coefficients + options.segments * s.count,
                                        &options, NULL, back, NULL, NULL),
                      SRNF_OK);
-    figure_below("log(exp(v)) - v", figure_difference(s.count, velocity, back),
+    figure_below("log(exp(v)) - v", compare_difference(s.count, velocity, back),
                  1e-7 * figure_norm(s.count, velocity));
     figure_below("speed variation", shot.path.speed_variation, 1e-3);
     srnf_pullback_shot_clear(&shot);
@@ -113,7 +113,8 @@ static void straight_where_the_geodesic_is(void **state)
     velocity = shapes_doubles(s.count);
     shoot(&s, velocity, 5, &shot);
     for (size_t k = 0; k <= 5; k++) {
-        worst = fmax(worst, figure_difference(s.count, s.f, shot.coefficients + k * s.count));
+        worst =
+            compare_max(worst, compare_difference(s.count, s.f, shot.coefficients + k * s.count));
     }
     figure_below("no velocity, no way", worst, 1e-15);
     srnf_pullback_shot_clear(&shot);
@@ -127,7 +128,7 @@ static void straight_where_the_geodesic_is(void **state)
         for (size_t i = 0; i < s.count; i++) {
             double truth = s.f[i] + shot.times[k] * velocity[i];
 
-            worst = fmax(worst, fabs(shot.coefficients[k * s.count + i] - truth));
+            worst = compare_max(worst, fabs(shot.coefficients[k * s.count + i] - truth));
         }
     }
     figure_below("growing and moving", worst, 1e-10);
@@ -162,7 +163,8 @@ static void goes_on(void **state)
     }
     shoot(&p.from, velocity, 6, &twice);
     figure_below("first half",
-                 figure_difference(4 * p.from.count, once.coefficients, twice.coefficients), 1e-14);
+                 compare_difference(4 * p.from.count, once.coefficients, twice.coefficients),
+                 1e-14);
     srnf_pullback_shot_clear(&twice);
     srnf_pullback_shot_clear(&once);
     srnf_free(velocity);
@@ -208,7 +210,7 @@ static void tells_where_it_cannot_go(void **state)
     status = srnf_pullback_exp(s.sht, s.f, velocity, 9, NULL, &shot, NULL);
     assert_int_equal(status, SRNF_WNOT_CONVERGED);
     assert_true(shot.residual > 1e-8);
-    assert_true(figure_finite(10 * s.count, shot.coefficients));
+    assert_true(compare_finite(10 * s.count, shot.coefficients));
     srnf_pullback_shot_clear(&shot);
     srnf_free(velocity);
     shapes_close(&s);

@@ -118,8 +118,8 @@ static void reverses(void **state)
     check_path(&swapped, &back);
     assert_true(there.gradient <= 1e-9 && back.gradient <= 1e-9);
     for (size_t k = 0; k <= 8; k++) {
-        worst = fmax(worst, shapes_distance(DEGREE, there.coefficients + k * p.from.count,
-                                            back.coefficients + (8 - k) * p.from.count));
+        worst = compare_max(worst, shapes_distance(DEGREE, there.coefficients + k * p.from.count,
+                                                   back.coefficients + (8 - k) * p.from.count));
     }
     figure_below("there and back, surfaces apart", worst, 1e-8);
     figure_below("lengths apart", fabs(there.path.length / back.path.length - 1.0), 1e-12);
@@ -161,7 +161,8 @@ static void moves_with_its_ends(void **state)
             f[i] *= 3.0;
         }
         shapes_rotate(rotation, p.from.each, f);
-        worst = fmax(worst, shapes_distance(DEGREE, f, moved.coefficients + k * p.from.count));
+        worst =
+            compare_max(worst, shapes_distance(DEGREE, f, moved.coefficients + k * p.from.count));
     }
     figure_below("moved path, surfaces apart", worst, 1e-8);
     figure_below("its length", fabs(moved.path.length / (3.0 * plain.path.length) - 1.0), 1e-12);
@@ -191,7 +192,7 @@ static void straight_between_copies(void **state)
         for (size_t i = 0; i < p.from.count; i++) {
             double truth = (1.0 + 1.5 * g.times[k]) * p.from.f[i];
 
-            worst = fmax(worst, fabs(g.coefficients[k * p.from.count + i] - truth));
+            worst = compare_max(worst, fabs(g.coefficients[k * p.from.count + i] - truth));
         }
     }
     figure_below("path between copies", worst, 1e-10);
@@ -245,8 +246,8 @@ static void halving_finds_the_same(void **state)
         walk(&p, &options, &halved);
         check_path(&p, &halved);
         for (size_t i = 0; i <= m; i++) {
-            worst = fmax(worst, shapes_distance(DEGREE, line.coefficients + i * p.from.count,
-                                                halved.coefficients + i * p.from.count));
+            worst = compare_max(worst, shapes_distance(DEGREE, line.coefficients + i * p.from.count,
+                                                       halved.coefficients + i * p.from.count));
         }
         figure_below("halving, surfaces apart", worst, 1e-8);
         srnf_pullback_geodesic_clear(&halved);

@@ -203,7 +203,7 @@ static void product_is_symmetric_and_gauss_newton(void **state)
     for (size_t i = 0; i < t.n; i++) {
         ax[i] += 0.3 * y[i];
     }
-    figure_below("damping", figure_difference(t.n, ax, ay), 1e-12 * figure_norm(t.n, ay));
+    figure_below("damping", compare_difference(t.n, ax, ay), 1e-12 * figure_norm(t.n, ay));
     srnf_free(ay);
     srnf_free(ax);
     srnf_free(y);
@@ -225,7 +225,7 @@ static void preconditioner_inverts_the_laplacian(void **state)
     back = shapes_doubles(t.n);
     pullback_graph_precondition(t.graph, r, z);
     laplacian(&t, z, back);
-    figure_below("Lap x D after P", figure_difference(t.n, r, back), 1e-14);
+    figure_below("Lap x D after P", compare_difference(t.n, r, back), 1e-14);
     srnf_free(back);
     srnf_free(z);
     srnf_free(r);

@@ -67,7 +67,7 @@ static void averages_copies(void **state)
     for (size_t i = 0; i < g.count; i++) {
         double truth = (g.f[0][i] + g.f[1][i] + g.f[2][i]) / 3.0;
 
-        worst = fmax(worst, fabs(mean.coefficients[i] - truth));
+        worst = compare_max(worst, fabs(mean.coefficients[i] - truth));
     }
     figure_below("mean of copies", worst, 1e-6);
     figure_below("its distances", fabs(mean.distances[2] - 1.5), 1e-6); /* unit area: ||q|| = 1 */
@@ -75,11 +75,11 @@ static void averages_copies(void **state)
     memcpy(g.f[1], g.f[0], g.count * sizeof(double));
     memcpy(g.f[2], g.f[0], g.count * sizeof(double));
     mean = mean_of(&g, NULL);
-    figure_below("mean of equals", figure_difference(g.count, mean.coefficients, g.f[0]), 1e-6);
+    figure_below("mean of equals", compare_difference(g.count, mean.coefficients, g.f[0]), 1e-6);
     srnf_pullback_mean_clear(&mean);
     g.n = 1;
     mean = mean_of(&g, NULL);
-    figure_below("mean of one", figure_difference(g.count, mean.coefficients, g.f[0]), 1e-6);
+    figure_below("mean of one", compare_difference(g.count, mean.coefficients, g.f[0]), 1e-6);
     srnf_pullback_mean_clear(&mean);
     g.n = 3;
     group_close(&g);

@@ -122,7 +122,7 @@ static void is_linear_and_keeps_products(void **state)
     for (size_t i = 0; i < p.from.count; i++) {
         sum[i] = a.vector[i] - 2.0 * b.vector[i];
     }
-    figure_below("linearity", figure_difference(p.from.count, both.vector, sum), 1e-8);
+    figure_below("linearity", compare_difference(p.from.count, both.vector, sum), 1e-8);
     srnf_field_differential(p.from.sht, p.from.f, v, fields, p.from.workspace);
     srnf_field_differential(p.from.sht, p.from.f, w, fields + 3 * p.from.points, p.from.workspace);
     before = srnf_inner_product(p.from.grid, fields, fields + 3 * p.from.points);
@@ -177,7 +177,7 @@ static void comes_back(void **state)
         }
     }
     there = transport(&p.from, 8, reversed, v);
-    figure_below("along no path", figure_difference(p.from.count, v, there.vector), 1e-7);
+    figure_below("along no path", compare_difference(p.from.count, v, there.vector), 1e-7);
     srnf_free(there.vector);
     for (size_t k = 0; k <= 8; k++) {
         scale = 1.0 + 0.1 * (double)k;
@@ -187,7 +187,7 @@ static void comes_back(void **state)
     }
     /* Tangent spaces of f and c f are one, since Q_* does not know c. */
     there = transport(&p.from, 8, reversed, v);
-    figure_below("along a growing path", figure_difference(p.from.count, v, there.vector), 1e-7);
+    figure_below("along a growing path", compare_difference(p.from.count, v, there.vector), 1e-7);
     srnf_free(there.vector);
     srnf_free(reversed);
     srnf_free(v);
@@ -259,7 +259,7 @@ static void transfers(void **state)
                                             &transfer, NULL),
                      SRNF_OK);
     for (size_t i = 0; i < p.from.count; i++) {
-        worst = fmax(worst, fabs(transfer.coefficients[i] - 2.3 * p.from.f[i]));
+        worst = compare_max(worst, fabs(transfer.coefficients[i] - 2.3 * p.from.f[i]));
     }
     figure_below("growth for a larger target", worst, 1e-7);
     figure_below("norm", fabs(transfer.norm / transfer.norm_from - 1.0), 1e-8);

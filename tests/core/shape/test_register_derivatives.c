@@ -318,7 +318,7 @@ static void action_is_an_isometry(void **state)
         area[1] = srnf_inner_product(fine.grid, q, q);
         printf("# %zu rows: | ||(q, gamma)||^2 - ||q||^2 | = %.1e\n", rows[k],
                fabs(area[1] - area[0]));
-        assert_true(fabs(area[1] - area[0]) <= fmax(0.5 * previous, 1e-10));
+        assert_true(fabs(area[1] - area[0]) <= compare_max(0.5 * previous, 1e-10));
         previous = fabs(area[1] - area[0]);
         srnf_warp_clear(&warp);
         srnf_free(q);
@@ -358,9 +358,9 @@ static void inverse_chain_undoes(void **state)
         assert_int_equal(srnf_warp_apply(&warp, n, t.problem.target.points, there, there + 3 * n),
                          SRNF_OK);
         assert_int_equal(srnf_warp_apply(&inverse, n, there, back, back + 3 * n), SRNF_OK);
-        worst = figure_difference(3 * n, back, t.problem.target.points);
+        worst = compare_difference(3 * n, back, t.problem.target.points);
         for (size_t i = 0; i < n; i++) {
-            product = fmax(product, fabs(there[3 * n + i] * back[3 * n + i] - 1.0));
+            product = compare_max(product, fabs(there[3 * n + i] * back[3 * n + i] - 1.0));
         }
         figure_below("inverse of the chain", worst, 1e-10);
         figure_below("product of the Jacobians - 1", product, 1e-9);
@@ -396,8 +396,8 @@ static void chain_replays_the_result(void **state)
         assert_int_equal(srnf_warp_apply(&r.warp, t.warp.n, t.problem.target.points, points,
                                          points + 3 * t.warp.n),
                          SRNF_OK);
-        figure_below("points", figure_difference(3 * t.warp.n, points, r.points), 1e-12);
-        figure_below("Jacobian", figure_difference(t.warp.n, points + 3 * t.warp.n, r.jacobian),
+        figure_below("points", compare_difference(3 * t.warp.n, points, r.points), 1e-12);
+        figure_below("Jacobian", compare_difference(t.warp.n, points + 3 * t.warp.n, r.jacobian),
                      1e-11);
         srnf_free(points);
         srnf_registration_clear(&rigid);

@@ -43,8 +43,8 @@ static double diagonal(const struct srnf_mesh *mesh)
         double high = -INFINITY;
 
         for (size_t i = 0; i < mesh->n_vertices; i++) {
-            low = fmin(low, mesh->vertices[3 * i + k]);
-            high = fmax(high, mesh->vertices[3 * i + k]);
+            low = compare_min(low, mesh->vertices[3 * i + k]);
+            high = compare_max(high, mesh->vertices[3 * i + k]);
         }
         sum += (high - low) * (high - low);
     }

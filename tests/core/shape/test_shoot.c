@@ -168,7 +168,7 @@ static void growing_is_exact(void **state)
         for (size_t i = 0; i < s.count; i++) {
             double truth = i % s.each == 0 ? s.f[i] : (1.0 + times[k]) * s.f[i];
 
-            worst = fmax(worst, fabs(shot.coefficients[k * s.count + i] - truth));
+            worst = compare_max(worst, fabs(shot.coefficients[k * s.count + i] - truth));
         }
         figure_below("grown surface", worst, 1e-8);
     }

@@ -49,8 +49,8 @@ static void is_what_it_is_defined_as(void **state)
         for (size_t k = 0; k < 3; k++) {
             double wanted = sqrt(area) * x[k * s.points + i];
 
-            worst = fmax(worst, fabs(q[k * s.points + i] - wanted));
-            worst = fmax(worst, fabs(samples.q[3 * i + k] - wanted));
+            worst = compare_max(worst, fabs(q[k * s.points + i] - wanted));
+            worst = compare_max(worst, fabs(samples.q[3 * i + k] - wanted));
         }
     }
     figure_below("square-root map on the grid and at its nodes", worst, 1e-12);
@@ -93,7 +93,7 @@ static void derivative_agrees_with_differences(void **state)
             for (size_t i = 0; i < 3 * N; i++) {
                 double difference = (there.q[i] - there.q[3 * N + i]) / (2.0 * widths[w]);
 
-                errors[w] = fmax(errors[w], fabs(difference - derivative[i]));
+                errors[w] = compare_max(errors[w], fabs(difference - derivative[i]));
             }
             samples_clear(&there);
         }

@@ -35,9 +35,9 @@ static void ellipsoid_has_exact_normals(void **state)
             on += n[c] * x[c];
         }
         length = figure_norm(3, n);
-        worst_point = fmax(worst_point, fabs(on - 1.0));
+        worst_point = compare_max(worst_point, fabs(on - 1.0));
         for (size_t c = 0; c < 3; c++) {
-            worst_normal = fmax(worst_normal, fabs(normals[3 * i + c] - n[c] / length));
+            worst_normal = compare_max(worst_normal, fabs(normals[3 * i + c] - n[c] / length));
         }
     }
     figure_below("vertices off the ellipsoid", worst_point, 1e-13);

@@ -62,7 +62,7 @@ static void there_and_back(void **state)
     there = pull(&b, v);
     back = pull(&a, v);
     figure_below("there and back, relative",
-                 figure_difference(a.count, w, back.coefficients) / figure_norm(a.count, w), 1e-9);
+                 compare_difference(a.count, w, back.coefficients) / figure_norm(a.count, w), 1e-9);
     figure_below("what no motion of its own surface gives", back.residual / back.norm, 1e-9);
     printf("# what no motion of another surface gives: %.3f of the vector\n",
            there.residual / there.norm);
@@ -219,7 +219,7 @@ static void onto_the_source_gives_the_deformed_surface(void **state)
                              size_of(&x.source, x.deformed.f) -
                          1.0) < 1e-12);
         figure_below("the deformed surface",
-                     figure_difference(x.source.count, result.coefficients, x.deformed.f), 1e-12);
+                     compare_difference(x.source.count, result.coefficients, x.deformed.f), 1e-12);
         srnf_transferred_clear(&result);
     }
     close_family(&x);
@@ -236,7 +236,7 @@ static void no_deformation_gives_the_target(void **state)
         struct srnf_transferred result = transfer(&x, &x.target, sizes[k]);
 
         figure_below("the target",
-                     figure_difference(x.target.count, result.coefficients, x.target.f), 1e-12);
+                     compare_difference(x.target.count, result.coefficients, x.target.f), 1e-12);
         srnf_transferred_clear(&result);
     }
     close_family(&x);

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "internal.h"
+#include "support/compare.h"
 #include "support/random.h"
 
 /* A grid for every degree: rows = a L + b, columns = c L + d; all zero: the working grid. */
@@ -146,43 +147,6 @@ static inline double fixture_dot(size_t n, const double *a, const double *b)
         sum += (long double)a[i] * (long double)b[i];
     }
     return (double)sum;
-}
-
-static inline double fixture_largest(size_t n, const double *a)
-{
-    double largest = 0.0;
-
-    for (size_t i = 0; i < n; i++) {
-        if (!(fabs(a[i]) <= largest)) { /* a NaN is larger than everything, and stays */
-            largest = fabs(a[i]);
-        }
-        if (isnan(largest)) {
-            return largest;
-        }
-    }
-    return largest;
-}
-
-/* Largest difference; NaN if there is one anywhere. */
-static inline double fixture_difference(size_t n, const double *a, const double *b)
-{
-    double largest = 0.0;
-
-    for (size_t i = 0; i < n; i++) {
-        double d = fabs(a[i] - b[i]);
-
-        if (isnan(d)) {
-            return d;
-        }
-        largest = d > largest ? d : largest;
-    }
-    return largest;
-}
-
-/* The same relative to the largest entry of the expected array. */
-static inline double fixture_relative(size_t n, const double *actual, const double *expected)
-{
-    return fixture_difference(n, actual, expected) / fixture_largest(n, expected);
 }
 
 /* P_n(x) by its recurrence, in extended precision: the tests' own. */

@@ -125,7 +125,7 @@ static void analysis_is_the_weighted_adjoint(void **state)
             b.first[i] = a.first[i] * f.grid->weight[i / f.grid->n_phi];
         }
         synthesis_adjoint(&f, 1, &b, f.workspace);
-        assert_at_most(fixture_relative(f.coefficients, a.coefficients, b.coefficients), 1e-14);
+        assert_at_most(compare_relative(f.coefficients, a.coefficients, b.coefficients), 1e-14);
         arrays_free(&a);
         arrays_free(&b);
         fixture_close(&f);

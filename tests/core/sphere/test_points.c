@@ -36,7 +36,7 @@ static void the_basis_is_the_documented_one(void **state)
 
             assert_at_most(fabs(values[p] - harmonic_at(&harmonics[i], points[p], gradient)),
                            1e-14);
-            assert_at_most(fixture_difference(3, gradients[p], gradient), 1e-14);
+            assert_at_most(compare_difference(3, gradients[p], gradient), 1e-14);
         }
     }
 }
@@ -64,8 +64,8 @@ static void check_against_grid(size_t degree, const struct grid_shape *shape,
         fixture_node(f.grid, i / f.grid->n_phi, i % f.grid->n_phi, nodes + 3 * i);
     }
     evaluate(degree, 1, c, f.points, nodes, at, at + f.points);
-    assert_at_most(fixture_relative(f.points, at, grid), TOLERANCE);
-    largest = fixture_largest(2 * f.points, grid + f.points);
+    assert_at_most(compare_relative(f.points, at, grid), TOLERANCE);
+    largest = compare_largest(2 * f.points, grid + f.points);
     for (size_t i = 0; i < f.points; i++) {
         const double *gradient = at + f.points + 3 * i;
         double e_theta[3];
@@ -156,8 +156,8 @@ static double difference_error(size_t degree, const double *c, double h)
         step(points[0], t, h, points[1]);
         step(points[0], t, -h, points[2]);
         evaluate(degree, 1, c, 3, points[0], values, gradients[0]);
-        largest = fmax(largest,
-                       fabs((values[1] - values[2]) / (2.0 * h) - fixture_dot3(gradients[0], t)));
+        largest = compare_max(
+            largest, fabs((values[1] - values[2]) / (2.0 * h) - fixture_dot3(gradients[0], t)));
     }
     return largest;
 }
@@ -215,7 +215,7 @@ static void series_are_regular_at_the_poles(void **state)
 
                 evaluate(degree, 1, c, 1, near, &value, gradient);
                 assert_at_most(fabs(value - pole_value), bound);
-                assert_at_most(fixture_difference(3, gradient, pole_gradient), bound);
+                assert_at_most(compare_difference(3, gradient, pole_gradient), bound);
             }
         }
     }
@@ -306,7 +306,7 @@ static void rotations_keep_the_power_of_every_degree(void **state)
         assert_at_most(fabs(fixture_dot(2 * l + 1, rotated + l * l, rotated + l * l) / power - 1.0),
                        1e-11);
     }
-    assert_true(fixture_relative(f.coefficients, rotated, c) > 0.1);
+    assert_true(compare_relative(f.coefficients, rotated, c) > 0.1);
     srnf_free(c);
     srnf_free(rotated);
     srnf_free(nodes);

@@ -116,8 +116,8 @@ static void likelihoods_are_those_of_a_plain_fit(void **state)
             assert_int_equal(r.components[i], 4);
             assert_int_equal(r.pooled[i], pooled);
             for (size_t k = 0; k < 3; k++) {
-                worst =
-                    fmax(worst, fabs(r.evidence[3 * i + k] - plain_likelihood(&plain, i, k, i, i)));
+                worst = compare_max(
+                    worst, fabs(r.evidence[3 * i + k] - plain_likelihood(&plain, i, k, i, i)));
                 best = r.evidence[3 * i + k] > r.evidence[3 * i + best] ? k : best;
             }
             assert_int_equal(r.predicted[i], best);
@@ -205,7 +205,7 @@ static void likelihood_ratios_are_invariant(void **state)
     for (size_t i = 0; i < N; i++) {
         double ratio = before.evidence[2 * i] - before.evidence[2 * i + 1];
 
-        worst = fmax(worst, fabs(after.evidence[2 * i] - after.evidence[2 * i + 1] - ratio));
+        worst = compare_max(worst, fabs(after.evidence[2 * i] - after.evidence[2 * i + 1] - ratio));
         assert_int_equal(before.components[i], after.components[i]);
     }
     figure_below("log-likelihood ratios", worst, 1e-8);
@@ -417,7 +417,7 @@ static void p_values_are_uniform_without_effect(void **state)
             for (size_t j = 0; j < COHORTS; j++) {
                 below += p[j] <= p[k];
             }
-            surplus = fmax(surplus, (double)below / COHORTS - p[k]);
+            surplus = compare_max(surplus, (double)below / COHORTS - p[k]);
         }
         printf("# %s: mean %.3f\n", gauss ? "Gauss" : "nearest", mean);
         figure_below("surplus of small p-values", surplus, 0.21); /* passed by 1 in 100 */

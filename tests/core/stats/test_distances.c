@@ -174,7 +174,7 @@ static void registered_distances(void **state)
             for (size_t j = 0; j < 3; j++) {
                 double other = expected[3 * ((i + 2) % 3) + (j + 2) % 3];
 
-                worst = fmax(worst, fabs(matrix[3 * i + j] - other));
+                worst = compare_max(worst, fabs(matrix[3 * i + j] - other));
             }
         }
         /* The two directions of a pair are measured on the grids of two templates. */

@@ -49,8 +49,8 @@ static double change(const struct srnf_folds *a, const struct srnf_folds *b, siz
             if (j != out) {
                 double d = product(a, out, i, j) - product(b, out, i, j);
 
-                worst = fmax(worst, fabs(d));
-                scale = fmax(scale, fabs(product(a, out, i, j)));
+                worst = compare_max(worst, fabs(d));
+                scale = compare_max(scale, fabs(product(a, out, i, j)));
             }
         }
     }
@@ -115,7 +115,7 @@ static void scores_span_the_training_subjects(void **state)
             double own = product(&c, fold, i, i) + product(&c, fold, fold, fold) -
                          2.0 * product(&c, fold, i, fold);
 
-            assert_true(c.distances[fold * N + i] >= sqrt(fmax(0.0, own)) * (1.0 - 1e-9));
+            assert_true(c.distances[fold * N + i] >= sqrt(compare_max(0.0, own)) * (1.0 - 1e-9));
             for (size_t j = 0; j < i && i != fold; j++) {
                 if (j != fold) {
                     sum += product(&c, fold, i, i) + product(&c, fold, j, j) -
@@ -123,13 +123,13 @@ static void scores_span_the_training_subjects(void **state)
                 }
             }
         }
-        worst = fmax(worst, fabs(sqrt(sum / 15.0) / c.spread[fold] - 1.0));
+        worst = compare_max(worst, fabs(sqrt(sum / 15.0) / c.spread[fold] - 1.0));
         for (size_t k = 0; k < c.components; k++) {
             mean = 0.0;
             for (size_t i = 0; i < N; i++) {
                 mean += i == fold ? 0.0 : c.scores[(fold * N + i) * c.components + k];
             }
-            worst = fmax(worst, fabs(mean) / c.spread[fold]);
+            worst = compare_max(worst, fabs(mean) / c.spread[fold]);
         }
     }
     figure_below("spread from scores, and their mean", worst, 1e-10);
@@ -173,7 +173,7 @@ static void sizes_and_threads_do_not_matter(void **state)
 
         if (metric == SRNF_METRIC_SRNF) {
             for (size_t i = 0; i < N * N; i++) {
-                worst = fmax(worst, fabs(c.distances[i] - first.distances[i]));
+                worst = compare_max(worst, fabs(c.distances[i] - first.distances[i]));
             }
             figure_below("distances with one subject three times as large", worst, 1e-8);
         } else {

@@ -122,7 +122,7 @@ static void registers_without_loss(void **state)
         const double *a = plain.registered_q + i * 3 * g.points;
         const double *b = mean.registered_q + i * 3 * g.points;
 
-        worst = fmax(
+        worst = compare_max(
             worst, fabs(srnf_inner_product(g.grid, b, b) / srnf_inner_product(g.grid, a, a) - 1.0));
     }
     figure_below("norms off their surfaces' (quadrature)", worst, 1e-3);

@@ -65,7 +65,7 @@ static void poses_are_not_seen(void **state)
         turn(&g, cases[k].domain, 30 + k);
         measure(&g, cases[k].metric, matrix);
         printf("# %s: other shapes are at %.2e and more\n", srnf_metric_name(cases[k].metric),
-               fmin(matrix[2], matrix[3]));
+               compare_min(matrix[2], matrix[3]));
         figure_below(srnf_metric_name(cases[k].metric), matrix[1], cases[k].limit);
         assert_true(matrix[2] > 20.0 * matrix[1] && matrix[3] > 20.0 * matrix[1]);
         for (size_t i = 0; i < N * N; i++) {
@@ -178,13 +178,13 @@ static void ellipsoids_lie_on_the_axes(void **state)
                     assert_true(x <= before * (1.0 + 1e-12));
                     before = x;
                 } else {
-                    worst = fmax(worst, x);
+                    worst = compare_max(worst, x);
                 }
             }
         }
         assert_int_equal(srnf_align_ellipsoid(g.sht, aligned, aligned + g.count), SRNF_OK);
         for (size_t k = 0; k < g.count; k++) {
-            worst = fmax(worst, fabs(fabs(aligned[k]) - fabs(aligned[g.count + k])));
+            worst = compare_max(worst, fabs(fabs(aligned[k]) - fabs(aligned[g.count + k])));
         }
     }
     figure_below("off the axes", worst, 1e-12);

@@ -249,9 +249,9 @@ static void specificity_is_the_nearest_subject(void **state)
         for (size_t i = 0; i < N; i++) {
             const double *own = j.mean.registered_q + i * size;
 
-            elastic[s] = fmin(elastic[s], sqrt(stats_distance2(j.g.grid, q, own)));
+            elastic[s] = compare_min(elastic[s], sqrt(stats_distance2(j.g.grid, q, own)));
             surface_of(&j, own, values + size);
-            surface[s] = fmin(surface[s], surface_distance(&j, values, values + size));
+            surface[s] = compare_min(surface[s], surface_distance(&j, values, values + size));
         }
     }
     check_average(elastic, SAMPLES, quality.specificity_elastic.value[K - 1],

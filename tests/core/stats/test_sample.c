@@ -43,7 +43,7 @@ static void logarithm_is_right(void **state)
 
         x = i % 2 ? x : pow(x, 20.0);
         if (x > 0.0 && x < 1.0) {
-            worst = fmax(worst, fabs(stats_log(x) / log(x) - 1.0));
+            worst = compare_max(worst, fabs(stats_log(x) / log(x) - 1.0));
         }
     }
     figure_below("relative error of the logarithm", worst, 1e-15);
@@ -60,14 +60,6 @@ static struct srnf_pca model(double *eigenvalues)
 /* Moments of the standardised scores against those of the normal distribution, each within five of
    its standard errors; the largest distance of the empirical distribution from the normal one,
    sqrt(n) D, against its 99.9 % point. */
-static int increasing(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 static void scores_are_normal(void **state)
 {
     double eigenvalues[COMPONENTS];
@@ -92,11 +84,11 @@ static void scores_are_normal(void **state)
         assert_true(fabs(moment[2] - 1.0) <= 5.0 * sqrt(2.0 / n));
         assert_true(fabs(moment[3]) <= 5.0 * sqrt(15.0 / n));
         assert_true(fabs(moment[4] - 3.0) <= 5.0 * sqrt(96.0 / n));
-        qsort(x, COUNT, sizeof *x, increasing);
+        qsort(x, COUNT, sizeof *x, compare_order);
         for (size_t i = 0; i < COUNT; i++) {
             double p = 0.5 * erfc(-x[i] / sqrt(2.0));
 
-            largest = fmax(largest, fmax(p - (double)i / n, (double)(i + 1) / n - p));
+            largest = compare_max(largest, compare_max(p - (double)i / n, (double)(i + 1) / n - p));
         }
         figure_below("Kolmogorov-Smirnov statistic", sqrt(n) * largest, 1.95);
     }
@@ -122,7 +114,7 @@ static void components_and_samples_are_independent(void **state)
                 for (size_t i = 0; i + lag < COUNT; i++) {
                     sum += scores[i * COMPONENTS + a] * scores[(i + lag) * COMPONENTS + b];
                 }
-                worst = fmax(worst, fabs(sum / sqrt(n * eigenvalues[a] * eigenvalues[b])));
+                worst = compare_max(worst, fabs(sum / sqrt(n * eigenvalues[a] * eigenvalues[b])));
             }
         }
     }
