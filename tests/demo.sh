@@ -77,8 +77,8 @@ upload_all() {
 
 encode_all() {
     local name faces
-    printf '\nAll of them encoded at degree %d, area 1. star is radial from a centre that sees the whole surface; where\n' "$LMAX"
-    printf 'there is no such centre with room around it, area maps the surface to the sphere with little distortion:\n'
+    printf '\nAll of them encoded at degree %d, area 1, by area, which maps the surface to the sphere with little\n' "$LMAX"
+    printf 'distortion, whether or not a centre sees the whole of it:\n'
     printf 'E is the symmetric Dirichlet energy / 4 pi (4: none), sd the spread of the log area ratio.\n\n'
     printf '  %-14s %6s  %-5s %7s %6s %6s %9s %9s %9s\n' structure faces route E sd flips 'fit %' 'max %' 'encode s'
     for name in $(printf '%s\n' "${!MESH[@]}" | sort); do
@@ -114,14 +114,15 @@ round_trip() { # NAME
 
 invert_all() {
     local name
-    printf '\nSRNFs inverted from the unit sphere (method auto): the star-shaped ones, and two that are not. Seconds\n'
+    printf '\nSRNFs inverted from the unit sphere (method auto): thalami and pallida, which are star-shaped, and two that\n'
+    printf 'are not. Seconds\n'
     printf 'are of the server'"'"'s clock, request to answer. "paper" is the energy that Xie et al. (ECCV 2014) report\n'
     printf 'for the structure, with 200 harmonics.\n\n'
     printf '  %-14s %-5s %10s %11s %9s %9s\n' structure route 'relative E' 'surf. error' paper 'invert s'
     for name in $(printf '%s\n' "${!MESH[@]}" | sort); do
-        if [ "${ROUTE[$name]}" = star ] || [ "$name" = L_caudate ] || [ "$name" = L_hippocampus ]; then
-            round_trip "$name"
-        fi
+        case $name in
+        *_thalamus | *_pallidum | L_caudate | L_hippocampus) round_trip "$name" ;;
+        esac
     done
 }
 

@@ -19,13 +19,6 @@
 #define FIT_FREQUENCY_MIN ((size_t)24)
 #define FIT_FREQUENCY_MAX ((size_t)96)
 
-/* Auto takes the route star from this margin on, as a part of the bounding-box diagonal. Star is
-   there for the closed form; area always fits better. With degree 31 the rms error of star is 1.1
-   times that of area for margins of 20 %, 1.5 times for 5 to 10 %, 2.5 times for 3 %, and below
-   0.25 % of the diagonal in all of them; what lies below 2 % is one bump away from not being
-   star-shaped. */
-#define STAR_MARGIN 0.02
-
 static const struct {
     const char *name;
     int (*run)(const struct encode_task *task, struct encode_result *result);
@@ -48,10 +41,12 @@ struct srnf_encode_options srnf_encode_options_defaults(void)
         .degree = 31, .parameterization = SRNF_PARAMETERIZATION_AUTO, .unit_area = true};
 }
 
-enum srnf_parameterization srnf_encode_route(const struct srnf_star *star, double diagonal)
+enum srnf_parameterization srnf_encode_route(const struct srnf_encode_options *options)
 {
-    return star->value && star->margin >= STAR_MARGIN * diagonal ? SRNF_PARAMETERIZATION_STAR
-                                                                 : SRNF_PARAMETERIZATION_AREA;
+    if (options->parameterization != SRNF_PARAMETERIZATION_AUTO) {
+        return options->parameterization;
+    }
+    return options->center_given ? SRNF_PARAMETERIZATION_STAR : SRNF_PARAMETERIZATION_AREA;
 }
 
 static int measure_fit(const struct encode_task *task, const double *coefficients,
@@ -144,65 +139,40 @@ static int measure_star(const struct encode_task *task, struct srnf_star *star)
 /* The route and the sentence that says why. */
 static enum srnf_parameterization choose(const struct encode_task *task, char *reason, size_t size)
 {
-    const struct srnf_star *star = task->star;
-    double margin = 100.0 * star->margin / task->report->bounding_box_diagonal;
+    enum srnf_parameterization route = srnf_encode_route(task->options);
 
     if (task->options->parameterization != SRNF_PARAMETERIZATION_AUTO) {
-        (void)snprintf(reason, size, "the route %s was asked for",
-                       routes[task->options->parameterization].name);
-        return task->options->parameterization;
-    }
-    if (task->options->center_given) {
+        (void)snprintf(reason, size, "the route %s was asked for", routes[route].name);
+    } else if (route == SRNF_PARAMETERIZATION_STAR) {
         (void)snprintf(reason, size, "a centre was given, which only the route star has");
-        return SRNF_PARAMETERIZATION_STAR;
-    }
-    if (srnf_encode_route(star, task->report->bounding_box_diagonal) ==
-        SRNF_PARAMETERIZATION_STAR) {
-        (void)snprintf(reason, size,
-                       "a ball of points sees the whole surface; its radius is %.3g %% of the "
-                       "diagonal, and %g %% are enough for the route star",
-                       margin, 100.0 * STAR_MARGIN);
-        return SRNF_PARAMETERIZATION_STAR;
-    }
-    if (star->value) {
-        (void)snprintf(reason, size,
-                       "the ball of points that see the whole surface has a radius of only %.3g %% "
-                       "of the diagonal; the route star needs %g %%",
-                       margin, 100.0 * STAR_MARGIN);
     } else {
         (void)snprintf(reason, size,
-                       "no point sees the whole surface: %.3g %% of its area are seen from behind "
-                       "at best",
-                       100.0 * star->violating_area_fraction);
+                       "area is the route of every mesh unless another is asked for, so that all "
+                       "that are compared came by one");
     }
-    return SRNF_PARAMETERIZATION_AREA;
+    return route;
 }
 
-/* Runs the route that was chosen; auto tries the other one where that fails on the numbers. */
-static int run_routes(const struct encode_task *task, struct srnf_encoded *encoded,
-                      struct encode_result *result)
+/* Runs the route that was chosen. No other one takes its place where it fails: that surface would
+   be compared with those of this route, and nobody would know. The message says what would do. */
+static int run_route(const struct encode_task *task, struct srnf_encoded *encoded,
+                     struct encode_result *result)
 {
-    bool free_choice = task->options->parameterization == SRNF_PARAMETERIZATION_AUTO &&
-                       !task->options->center_given;
-    enum srnf_parameterization other;
+    const struct srnf_star *star = task->star;
+    struct srnf_error first;
     int status;
 
     encoded->route = choose(task, encoded->reason, sizeof encoded->reason);
     status = routes[encoded->route].run(task, result);
-    if (!free_choice || (status != SRNF_ENOT_STAR && status != SRNF_ENUMERIC)) {
-        return status;
+    if (status == SRNF_ENUMERIC && encoded->route == SRNF_PARAMETERIZATION_AREA && star->value) {
+        first = *task->error;
+        *task->error = (struct srnf_error){0};
+        (void)srnf_fail(task->error, status, first.status ? first.element : -1,
+                        "%.150s; a point sees the whole mesh, so the route star would do, but what "
+                        "it is compared with must go by that route too",
+                        first.status ? first.message : srnf_strerror(status));
     }
-    other = encoded->route == SRNF_PARAMETERIZATION_STAR ? SRNF_PARAMETERIZATION_AREA
-                                                         : SRNF_PARAMETERIZATION_STAR;
-    if (other == SRNF_PARAMETERIZATION_STAR && !task->star->value) {
-        return status;
-    }
-    (void)snprintf(encoded->reason, sizeof encoded->reason, "the route %s failed: %.180s",
-                   routes[encoded->route].name,
-                   task->error->status ? task->error->message : srnf_strerror(status));
-    *task->error = (struct srnf_error){0};
-    encoded->route = other;
-    return routes[other].run(task, result);
+    return status;
 }
 
 /* Everything between the checks and the clearing up; what is allocated belongs to the caller. */
@@ -230,7 +200,7 @@ static int encode(struct encode_task *task, struct srnf_index **index, struct sr
     task->sht = *sht;
     task->star = &encoded->star;
     srnf_report_progress(task->context, 0.1, "sampling");
-    status = run_routes(task, encoded, &result);
+    status = run_route(task, encoded, &result);
     encoded->distortion = result.distortion;
     if (status == SRNF_OK && srnf_is_canceled(task->context)) {
         status = SRNF_ECANCELED;

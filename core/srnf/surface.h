@@ -57,8 +57,9 @@ struct srnf_encode_options {
     double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r or f; default 0 */
 };
 struct srnf_encode_options srnf_encode_options_defaults(void);
-/* The route that auto takes for a mesh of this bounding-box diagonal: star or area. */
-enum srnf_parameterization srnf_encode_route(const struct srnf_star *star, double diagonal);
+/* The route that these options lead to: the one asked for; of auto, star where a centre is given
+   and area otherwise, whatever the mesh, so that encodings by default can be compared. */
+enum srnf_parameterization srnf_encode_route(const struct srnf_encode_options *options);
 
 struct srnf_encoded {
     size_t degree;
@@ -77,7 +78,7 @@ struct srnf_encoded {
  * From a prepared mesh without problems to a surface of the given degree, centred and scaled. Star
  * samples r along rays and analyses it to degree L - 1, so that f = r e has degree L exactly; area
  * and given analyse the coordinates as srnf_spherical_map or options->sphere lay them out. Auto
- * takes what srnf_encode_route says, and the other route where that fails.
+ * takes what srnf_encode_route says; where that fails, no other route takes its place.
  *   report  [in] of srnf_mesh_prepare; its first problem is returned as the error
  * Errors: SRNF_ENOT_CLOSED .. SRNF_ENOT_STAR, SRNF_EINVAL (an option, or a sphere that is none:
  * element is then its first face or vertex at fault), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.

@@ -3,8 +3,8 @@
  * cannot be analysed.
  *
  * A mesh is analysable when the topology is that of a sphere and the faces agree about the outside.
- * The route is the one that encode takes by default: star where one point sees the whole surface
- * with some margin, area otherwise. starShaped says how far the mesh is from being star-shaped.
+ * The route is the one that encode takes by default, the same for every mesh. starShaped says how
+ * far the mesh is from being star-shaped, which the route star needs.
  */
 #include "api/handler.h"
 
@@ -81,17 +81,13 @@ static json_t *star_json(const struct srnf_star *star)
                      "violatingAreaFraction", real_json(star->violating_area_fraction));
 }
 
-static json_t *route_json(const struct srnf_mesh_report *report, const struct srnf_star *star)
+/* The route that encode takes by default. */
+static json_t *route_json(bool analysable)
 {
-    enum srnf_parameterization route = SRNF_PARAMETERIZATION_AREA;
+    struct srnf_encode_options options = srnf_encode_options_defaults();
 
-    if (report->n_problems > 0) {
-        return json_null();
-    }
-    if (star) {
-        route = srnf_encode_route(star, report->bounding_box_diagonal);
-    }
-    return json_string(srnf_parameterization_name(route));
+    return analysable ? json_string(srnf_parameterization_name(srnf_encode_route(&options)))
+                      : json_null();
 }
 
 json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
@@ -113,15 +109,15 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
     (void)json_object_set_new(document, "boundingBoxDiagonal",
                               real_json(report->bounding_box_diagonal));
     (void)json_object_set_new(document, "analysable", json_boolean(report->n_problems == 0));
-    (void)json_object_set_new(document, "route", route_json(report, star));
+    (void)json_object_set_new(document, "route", route_json(report->n_problems == 0));
     (void)json_object_set_new(document, "starShaped", star_json(star));
     (void)json_object_set_new(document, "repairs", repairs_json(&report->repairs, info));
     (void)json_object_set_new(document, "problems", problems_json(report));
     return document;
 }
 
-/* Reports of a time when star was the only route say of other meshes that they cannot be analysed;
-   this is no longer so. */
+/* Reports of a time when star was the only route say of other meshes that they cannot be analysed,
+   and those of a time when the mesh decided name the route of then; neither is so any longer. */
 static void renew(json_t *report)
 {
     json_t *problems = json_object_get(report, "problems");
@@ -129,8 +125,11 @@ static void renew(json_t *report)
 
     if (code && strcmp(code, "not-star-shaped") == 0) {
         (void)json_object_set_new(report, "analysable", json_true());
-        (void)json_object_set_new(report, "route", json_string("area"));
         (void)json_array_clear(problems);
+    }
+    if (json_is_object(report)) {
+        (void)json_object_set_new(report, "route",
+                                  route_json(json_is_true(json_object_get(report, "analysable"))));
     }
 }
 

@@ -88,14 +88,16 @@ void compute_surface_clear(struct compute_surface *surface)
     *surface = (struct compute_surface){0};
 }
 
-/* A mesh where a surface is wanted: its encoding with the default options. */
+/* A mesh where a surface is wanted: its encoding with the default options, by this route. */
 static int load_mesh(struct jobs_run *run, const struct srnf_context *context, const char *id,
-                     struct compute_surface *surface, struct jobs_result *result)
+                     enum srnf_parameterization route, struct compute_surface *surface,
+                     struct jobs_result *result)
 {
     struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults()};
     struct srnf_encoded encoded = {0};
     int status;
 
+    inputs.options.parameterization = route;
     (void)snprintf(inputs.mesh, sizeof inputs.mesh, "%s", id);
     status = compute_encode(run, context, &inputs, &encoded, result);
     if (status == 0) {
@@ -109,16 +111,9 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
     return status;
 }
 
-int compute_surface_load(struct jobs_run *run, const char *id, double share,
-                         struct compute_surface *surface, struct jobs_result *result)
-{
-    jobs_run_phase(run, compute_is_mesh(id) ? share : 0.0);
-    return compute_surface_load_within(run, jobs_run_context(run), id, surface, result);
-}
-
-int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
-                                const char *id, struct compute_surface *surface,
-                                struct jobs_result *result)
+static int load(struct jobs_run *run, const struct srnf_context *context, const char *id,
+                enum srnf_parameterization route, struct compute_surface *surface,
+                struct jobs_result *result)
 {
     struct store_surface stored = {0};
     int status;
@@ -126,7 +121,7 @@ int compute_surface_load_within(struct jobs_run *run, const struct srnf_context 
     *surface = (struct compute_surface){0};
     (void)snprintf(surface->id, sizeof surface->id, "%s", id);
     if (compute_is_mesh(id)) {
-        return load_mesh(run, context, id, surface, result);
+        return load_mesh(run, context, id, route, surface, result);
     }
     status = store_surface_get(jobs_run_store(run), id, true, &stored);
     if (status) {
@@ -143,6 +138,27 @@ int compute_surface_load_within(struct jobs_run *run, const struct srnf_context 
     }
     store_surface_clear(&stored);
     return status;
+}
+
+int compute_surface_load(struct jobs_run *run, const char *id, double share,
+                         struct compute_surface *surface, struct jobs_result *result)
+{
+    return compute_surface_load_by(run, id, SRNF_PARAMETERIZATION_AUTO, share, surface, result);
+}
+
+int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_parameterization route,
+                            double share, struct compute_surface *surface,
+                            struct jobs_result *result)
+{
+    jobs_run_phase(run, compute_is_mesh(id) ? share : 0.0);
+    return load(run, jobs_run_context(run), id, route, surface, result);
+}
+
+int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
+                                const char *id, struct compute_surface *surface,
+                                struct jobs_result *result)
+{
+    return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, surface, result);
 }
 
 void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out)

@@ -46,7 +46,12 @@ bool compute_is_mesh(const char *id);
  */
 int compute_surface_load(struct jobs_run *run, const char *id, double share,
                          struct compute_surface *surface, struct jobs_result *result);
-/* The same as part of a phase, with a context of the run's user: for several at a time. */
+/* The same for what holds for one route only, as the closed form does for star: a mesh id is
+   encoded by it. A stored surface is taken as it is. */
+int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_parameterization route,
+                            double share, struct compute_surface *surface,
+                            struct jobs_result *result);
+/* The first as part of a phase, with a context of the run's user: for several at a time. */
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
                                 const char *id, struct compute_surface *surface,
                                 struct jobs_result *result);

@@ -191,12 +191,18 @@ int compute_geodesic(struct jobs_run *run, const struct compute_geodesic_inputs 
                      struct compute_geodesic_outputs *outputs, struct jobs_result *result)
 {
     const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    enum srnf_parameterization route = SRNF_PARAMETERIZATION_AUTO;
     int status;
 
+    if (!inputs->pullback && inputs->options.method == SRNF_GEODESIC_CLOSED_FORM) {
+        route = SRNF_PARAMETERIZATION_STAR; /* what the formula holds for */
+    }
     *outputs = (struct compute_geodesic_outputs){0};
-    status = compute_surface_load(run, inputs->from, SHARE_END, &outputs->ends[0], result);
+    status =
+        compute_surface_load_by(run, inputs->from, route, SHARE_END, &outputs->ends[0], result);
     if (status == 0) {
-        status = compute_surface_load(run, inputs->to, SHARE_END, &outputs->ends[1], result);
+        status =
+            compute_surface_load_by(run, inputs->to, route, SHARE_END, &outputs->ends[1], result);
     }
     if (status == 0) {
         status = follow(run, inputs, outputs, result);

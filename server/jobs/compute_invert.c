@@ -117,10 +117,14 @@ static double distance_to_truth(struct work *work, const struct compute_surface 
 static int prepare(struct jobs_run *run, const struct compute_invert_inputs *inputs,
                    struct work *work, struct compute_surface *truth, struct jobs_result *result)
 {
+    enum srnf_parameterization route = SRNF_PARAMETERIZATION_AUTO;
     int status;
 
+    if (inputs->options.method == SRNF_INVERT_CLOSED_FORM) {
+        route = SRNF_PARAMETERIZATION_STAR; /* what the formula holds for */
+    }
     if (inputs->surface) {
-        status = compute_surface_load(run, inputs->surface, SHARE_MESH, truth, result);
+        status = compute_surface_load_by(run, inputs->surface, route, SHARE_MESH, truth, result);
         if (status == 0) {
             status = sample_truth(work, truth, inputs->degree, result);
         }

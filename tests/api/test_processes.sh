@@ -22,13 +22,13 @@ CAUDATE=$ID
 
 # ---- encode ----------------------------------------------------------------------------------------
 
-execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15}"
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"parameterization\":\"star\"}"
 is "$STATUS" 200 'a pallidum is encoded'
 S=$(json .surface.id)
 SCALE=$(json .surface.scale)
 is "$(json '"\(.route) \(.starShaped.value) \(.surface.lmax) \(.surface.name) \(.surface.parameterization)"')" \
     'star true 15 L_pallidum star' 'by the star route, under the name of its mesh'
-like "$(json .reason)" '[0-9] %' 'and it says why'
+like "$(json .reason)" 'star was asked for' 'and it says why'
 is "$(json '"\(.distortion.flipped) \(.distortion.symmetricDirichlet > 4) \(.distortion.logAreaDeviation > 0)"')" \
     '0 true true' 'with the distortion of its map'
 is "$(json .surface.source.mesh)" "$LEFT" 'its record names the mesh'
@@ -40,14 +40,14 @@ is "$(json '.inputs | keys | join(" ")')" 'center lmax mesh parameterization sca
     'the result holds every option'
 like "$(json .numericBuild)" 'srnf' 'and the build that made the numbers'
 RMS15=$(json .fit.rms)
-execute encode "{\"mesh\":\"$LEFT\",\"lmax\":31}"
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":31,\"parameterization\":\"star\"}"
 compare "$(json .fit.rms)" '<' "$RMS15" 'a higher degree fits better'
-execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"smoothing\":0.01}"
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"smoothing\":0.01,\"parameterization\":\"star\"}"
 compare "$(json .fit.rms)" '>' "$RMS15" 'smoothing fits worse'
-execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"scale\":\"none\"}"
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"scale\":\"none\",\"parameterization\":\"star\"}"
 is "$(json .surface.scale)" 1 'scale none keeps the units'
 compare "$(json "(.surface.area | sqrt) / $SCALE - 1 | fabs")" '<' 1e-9 'which the scale would give back'
-execute encode "{\"smoothing\":0.0,\"lmax\":15,\"center\":\"auto\",\"mesh\":\"$LEFT\"}" \
+execute encode "{\"smoothing\":0.0,\"lmax\":15,\"center\":\"auto\",\"parameterization\":\"star\",\"mesh\":\"$LEFT\"}" \
     --header 'Prefer: respond-async'
 is "$(json '.cache // .surface.id')" hit 'the same meaning in other words is answered from the cache'
 
@@ -58,15 +58,20 @@ execute encode "{\"mesh\":\"$CAUDATE\"}"
 is "$STATUS" 200 'which encode takes'
 is "$(json '"\(.route) \(.surface.parameterization) \(.distortion.flipped) \(.starShaped.value)"')" 'area area 0 false' \
     'without a flip'
-like "$(json .reason)" 'no point sees the whole surface' 'and says why'
+like "$(json .reason)" 'area is the route of every mesh' 'and says why'
 compare "$(json .distortion.symmetricDirichlet)" '<' 6 'with little distortion'
 compare "$(json .fit.relativeToDiagonal.rms)" '<' 0.002 'and fits to 0.2 % of the diagonal'
 AREA=$(json .surface.id)
 execute encode "{\"mesh\":\"$CAUDATE\",\"parameterization\":\"star\"}"
 is "$(json .code)" not-star-shaped 'the route star fails on it'
 like "$(json .detail)" '[0-9]' 'with the area that is seen from behind'
-execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"parameterization\":\"area\"}"
-is "$(json '"\(.route) \(.starShaped.value)"')" 'area true' 'area goes for star-shaped meshes, too'
+get "/v1/meshes/$LEFT"
+is "$(json '.report | "\(.route) \(.starShaped.value)"')" 'area true' 'area is the route of star-shaped meshes, too'
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15}"
+is "$(json '"\(.route) \(.starShaped.value) \(.surface.parameterization)"')" 'area true area' 'and encode takes it by default'
+CENTER=$(json '.starShaped.center | tojson')
+execute encode "{\"mesh\":\"$LEFT\",\"lmax\":15,\"center\":$CENTER}"
+is "$(json .route)" star 'a centre asks for star'
 
 # A map of the mesh as a mesh on a sphere: here that of a convex body, projected from within.
 ball() { # RADIUS: an octahedron whose edges are cut in two, as OBJ
@@ -138,6 +143,11 @@ jq -c '{inputs: {srnf: {lmax: 15, nTheta, nPhi, q: .values | flatten}}}' "$BODY"
 post_json /v1/processes/invert/execution "@$SCRATCH/q2.json"
 compare "$(json .relativeEnergy)" '<=' 1e-12 'on another grid too'
 
+execute invert "{\"srnf\":{\"surface\":\"$LEFT\"},\"method\":\"closed-form\"}"
+compare "$(json .relativeEnergy)" '<=' 1e-20 'a mesh is encoded by star for the closed form'
+execute invert "{\"srnf\":{\"surface\":\"$CAUDATE\"},\"method\":\"closed-form\"}"
+is "$(json .code)" not-star-shaped 'which one that is not star-shaped does not have'
+
 execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"method\":\"gradient\",\"maxIterations\":3}"
 is "$STATUS $(json '"\(.converged) \(.stopped) \(.iterations)"')" '200 false maxIterations 3' \
     'iterations that were limited give what was reached'
@@ -186,6 +196,11 @@ is "$(json '.surfaces | map(.lmax) | unique | tojson')" '[31]' 'ends of two degr
 is "$(json '.energies.geodesic == .energies.linear')" true 'linear returns the linear blend'
 is "$(json .registration)" null 'and nothing was registered'
 is "$(json .pullback)" null 'nor is there a path of another metric'
+execute geodesic "{\"from\":\"$LEFT\",\"to\":\"$RIGHT\",\"steps\":3,\"method\":\"closed-form\",\"register\":false}"
+is "$(json '"\(.surfaces[0].parameterization) \(.surfaces[2].parameterization)"')" 'star star' \
+    'meshes are encoded by star for the closed form'
+execute geodesic "{\"from\":\"$LEFT\",\"to\":\"$RIGHT\",\"steps\":3,\"method\":\"linear\",\"register\":false}"
+is "$(json '"\(.surfaces[0].parameterization) \(.surfaces[2].parameterization)"')" 'area area' 'and by area otherwise'
 execute geodesic "{\"from\":\"$LEFT\",\"to\":\"$RIGHT\",\"steps\":5,\"method\":\"pullback\",\"register\":false}"
 is "$STATUS $(json '"\(.surfaces | length) \(.pullback | "\(.converged) \(.speeds | length)")"')" '200 5 true 4' \
     'pullback straightens a path of surfaces'

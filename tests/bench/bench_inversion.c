@@ -204,7 +204,7 @@ static void bench_shapes(void)
     }
     for (size_t k = 0; k < sizeof structures / sizeof structures[0]; k++) {
         shapes_open(&s, 31);
-        if (shapes_fill_structure(&s, structures[k])) {
+        if (shapes_fill_structure(&s, structures[k], SRNF_PARAMETERIZATION_STAR)) {
             bench_auto(structures[k], &s);
         }
         shapes_close(&s);

@@ -158,8 +158,8 @@ void paper_geodesics(struct paper *paper)
                      "their SRNFs is inverted numerically and, for comparison, by the closed form; "
                      "the linear path blends the surfaces. The lower a curve, the closer its path "
                      "is to the geodesic of the space of SRNFs; the ends are given, and left out. "
-                     "Most of these structures are not "
-                     "star-shaped, which the closed form needs.");
+                     "All are laid on the sphere by the route area; the closed form needs "
+                     "star-shaped ones in their radial parameterisation.");
     for (size_t i = 0; i < PAIRS; i++) {
         struct paper_group group = paper_group_open(DEGREE, 2);
         char from[200];
@@ -167,8 +167,8 @@ void paper_geodesics(struct paper *paper)
 
         (void)snprintf(from, sizeof from, "tests/data/aal_subcortex/%s.ply", pairs[i].from);
         (void)snprintf(to, sizeof to, "tests/data/aal_subcortex/%s.ply", pairs[i].to);
-        if (paper_encode(&group, 0, from, SRNF_PARAMETERIZATION_AUTO) &&
-            paper_encode(&group, 1, to, SRNF_PARAMETERIZATION_AUTO)) {
+        if (paper_encode(&group, 0, from, SRNF_PARAMETERIZATION_AREA) &&
+            paper_encode(&group, 1, to, SRNF_PARAMETERIZATION_AREA)) {
             one_pair(paper, &group, &pairs[i], &pullbacks[done++]);
         } else {
             report_paragraph(paper->report, "%s: the meshes are not there.", pairs[i].name);

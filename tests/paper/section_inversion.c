@@ -35,7 +35,7 @@ static void open_specimen(const struct specimen *specimen, struct shapes_surface
 {
     shapes_open(s, specimen->degree);
     if (specimen->structure) {
-        report_must(shapes_fill_structure(s, specimen->structure),
+        report_must(shapes_fill_structure(s, specimen->structure, SRNF_PARAMETERIZATION_STAR),
                     "a mesh of tests/data/aal_subcortex is missing");
     } else {
         const struct shapes_case *which = shapes_find(specimen->name);

@@ -250,7 +250,8 @@ void shapes_fill_random_star(struct shapes_surface *s, uint64_t seed, double *ra
     srnf_free(values);
 }
 
-bool shapes_fill_structure(struct shapes_surface *s, const char *structure)
+bool shapes_fill_structure(struct shapes_surface *s, const char *structure,
+                           enum srnf_parameterization route)
 {
     char path[128];
     struct srnf_mesh mesh = {0};
@@ -264,6 +265,7 @@ bool shapes_fill_structure(struct shapes_surface *s, const char *structure)
         return false;
     }
     options.degree = s->degree;
+    options.parameterization = route;
     must(srnf_mesh_prepare(&mesh, false, &report) == SRNF_OK, "preparing a structure");
     must(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL) == SRNF_OK, "encoding");
     memcpy(s->f, encoded.coefficients, s->count * sizeof *s->f);

@@ -53,7 +53,8 @@ void shapes_fill(struct shapes_surface *s,
 void shapes_fill_random_star(struct shapes_surface *s, uint64_t seed, double *radius);
 /* Encodes a mesh of tests/data/aal_subcortex by its structure's name, "L_thalamus"; false when the
    file is not there. */
-bool shapes_fill_structure(struct shapes_surface *s, const char *structure);
+bool shapes_fill_structure(struct shapes_surface *s, const char *structure,
+                           enum srnf_parameterization route);
 /* A random rotation (SO(3)) and a translation of about the surface's size. */
 void shapes_move(struct shapes_surface *s, struct test_random *random);
 /* q of f. */

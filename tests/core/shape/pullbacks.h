@@ -39,8 +39,8 @@ static inline bool pullback_open_thalami(struct pullback_pair *p, size_t degree)
 
     shapes_open(&p->from, degree);
     shapes_open(&p->to, degree);
-    there = shapes_fill_structure(&p->from, "L_thalamus") &&
-            shapes_fill_structure(&p->to, "R_thalamus");
+    there = shapes_fill_structure(&p->from, "L_thalamus", SRNF_PARAMETERIZATION_STAR) &&
+            shapes_fill_structure(&p->to, "R_thalamus", SRNF_PARAMETERIZATION_STAR);
     if (there) {
         assert_true(srnf_register(p->from.sht, p->from.f, NULL, p->to.f, NULL, NULL, NULL,
                                   &registration, NULL) >= 0);

@@ -26,7 +26,7 @@ static void inverts_from_the_sphere(void **state)
         double error;
 
         shapes_open(&s, DEGREE);
-        assert_true(shapes_fill_structure(&s, structures[k]));
+        assert_true(shapes_fill_structure(&s, structures[k], SRNF_PARAMETERIZATION_AREA));
         f = shapes_doubles(s.count);
         srnf_invert_closed_form(s.sht, s.q, f, &closed, s.workspace);
         srnf_free(f);

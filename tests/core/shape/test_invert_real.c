@@ -1,6 +1,6 @@
 /*
- * test_invert_real.c - thalami and pallida, encoded at degree 31, whose SRNFs are inverted from the
- * unit sphere. The paper reports relative energies of 9.0e-4 (thalamus) and 6.9e-4 (pallidum) with
+ * test_invert_real.c - thalami and pallida, encoded by star at degree 31, whose SRNFs are inverted
+ * from the unit sphere. The paper reports relative energies of 9.0e-4 (thalamus) and 6.9e-4 (pallidum) with
  * 200 harmonics.
  */
 #include "inversions.h"
@@ -29,7 +29,7 @@ static void inverts_brain_structures(void **state)
         struct srnf_inversion result;
 
         shapes_open(&s, DEGREE);
-        assert_true(shapes_fill_structure(&s, structures[k].name));
+        assert_true(shapes_fill_structure(&s, structures[k].name, SRNF_PARAMETERIZATION_STAR));
         shapes_move(&s, &random);
         for (size_t tight = 0; tight < 2; tight++) {
             double tolerance = tight ? 1e-16 : 1e-12;
@@ -60,7 +60,7 @@ static void tells_how_well_it_did(void **state)
             double error;
 
             shapes_open(&s, DEGREE);
-            assert_true(shapes_fill_structure(&s, structures[k].name));
+            assert_true(shapes_fill_structure(&s, structures[k].name, SRNF_PARAMETERIZATION_STAR));
             shapes_add_noise(&s, noise[a], &random);
             (void)inversion_run(&s, compare_max(1e-12, noise[a] * noise[a]), true, NULL, &result);
             printf("# noise %.0e:\n", noise[a]);
@@ -91,7 +91,7 @@ static void closed_form_is_exact_on_encoded_stars(void **state)
 
         shapes_open(&s, DEGREE);
         f = shapes_doubles(s.count);
-        assert_true(shapes_fill_structure(&s, structures[k].name));
+        assert_true(shapes_fill_structure(&s, structures[k].name, SRNF_PARAMETERIZATION_STAR));
         srnf_invert_closed_form(s.sht, s.q, f, &relative, s.workspace);
         error = shapes_distance(s.degree, f, s.f);
         printf("# %s, closed form: E %.1e, error %.1e\n", structures[k].name, relative, error);

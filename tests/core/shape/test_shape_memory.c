@@ -178,7 +178,7 @@ static int encode_by(enum srnf_parameterization route)
 static int run_encode(const struct shapes_surface *s)
 {
     (void)s;
-    return encode_by(SRNF_PARAMETERIZATION_AUTO);
+    return encode_by(SRNF_PARAMETERIZATION_STAR);
 }
 
 static int run_encode_area(const struct shapes_surface *s)

@@ -120,6 +120,41 @@ static void test_old_reports(void **state)
     outcome_clear(&outcome);
 }
 
+/* A report says what encode does by default now, not what it did when the report was stored. */
+static void test_routes_of_old_reports(void **state)
+{
+    static const struct {
+        const char *report, *route;
+    } cases[] = {
+        {"{\"analysable\":true,\"route\":\"star\",\"problems\":[]}", "area"},
+        {"{\"analysable\":true,\"route\":\"area\",\"problems\":[]}", "area"},
+        {"{\"analysable\":false,\"route\":null,\"problems\":[{\"code\":\"not-star-shaped\"}]}",
+         "area"},
+        {"{\"analysable\":false,\"route\":null,\"problems\":[{\"code\":\"mesh-not-closed\"}]}",
+         NULL},
+    };
+    (void)state;
+
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[120];
+        struct store_mesh mesh = {.report = text};
+        const char *route;
+        json_t *report;
+
+        (void)snprintf(text, sizeof text, "%s", cases[i].report);
+        report = mesh_report_load(&mesh);
+        assert_non_null(report);
+        route = json_string_value(json_object_get(report, "route"));
+        if (cases[i].route) {
+            assert_non_null(route);
+            assert_string_equal(route, cases[i].route);
+        } else {
+            assert_true(json_is_null(json_object_get(report, "route")));
+        }
+        json_decref(report);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -128,6 +163,7 @@ int main(void)
         cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_centers),
         cmocka_unit_test(test_routes),
+        cmocka_unit_test(test_routes_of_old_reports),
         cmocka_unit_test(test_old_reports),
     };
 
