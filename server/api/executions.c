@@ -79,7 +79,10 @@ static void set_execution_headers(struct api_call *call, const struct execution_
 static void answer_with_job(struct api_call *call, const struct execution_wait *wait,
                             const struct store_job *job)
 {
-    respond_json(call, 201, job_record(job, cache_names[wait->how].job));
+    struct store_job placed = *job;
+
+    (void)jobs_place(call->api->config.jobs, &placed); /* where that fails it is not known */
+    respond_json(call, 201, job_record(&placed, cache_names[wait->how].job));
     (void)api_response_header(call->response, "Location", "/v1/jobs/%s", job->id);
     set_execution_headers(call, wait, job->id);
 }

@@ -63,6 +63,14 @@ json_t *job_record(const struct store_job *job, const char *cache)
     (void)json_object_set_new(document, "message", json_string(job->message ? job->message : ""));
     (void)json_object_set_new(document, "progress",
                               job->progress >= 0 ? json_real(job->progress) : json_null());
+    (void)json_object_set_new(document, "estimatedSecondsLeft",
+                              job->status == STORE_JOB_RUNNING && job->seconds_left >= 0
+                                  ? json_real(job->seconds_left)
+                                  : json_null());
+    (void)json_object_set_new(document, "queuePosition",
+                              job->status == STORE_JOB_ACCEPTED && job->queue_position > 0
+                                  ? json_integer((json_int_t)job->queue_position)
+                                  : json_null());
     (void)json_object_set_new(document, "created", json_time(job->created_ms));
     (void)json_object_set_new(document, "started", json_time(job->started_ms));
     (void)json_object_set_new(document, "finished", json_time(job->finished_ms));
@@ -275,10 +283,37 @@ static bool known_process(const char *name)
     return api_process_find(name) != NULL;
 }
 
+/* The places of those jobs of the page that wait: not looked up while the page is read, which holds
+   the only reader that this thread may have. */
+static int place_jobs(struct api_call *call, json_t *items)
+{
+    int status = 0;
+    json_t *item;
+    size_t i;
+
+    json_array_foreach(items, i, item)
+    {
+        const char *name = json_string_value(json_object_get(item, "status"));
+        struct store_job job = {.status = STORE_JOB_ACCEPTED};
+
+        if (!name || strcmp(name, store_job_status_name(STORE_JOB_ACCEPTED)) != 0) {
+            continue;
+        }
+        (void)snprintf(job.id, sizeof job.id, "%s", json_string_value(json_object_get(item, "id")));
+        status = status ? status : jobs_place(call->api->config.jobs, &job);
+        if (job.queue_position > 0) {
+            (void)json_object_set_new(item, "queuePosition",
+                                      json_integer((json_int_t)job.queue_position));
+        }
+    }
+    return status;
+}
+
 void jobs_list(struct api_call *call)
 {
     char process[48], status[48];
     struct list list;
+    int read;
 
     if (!read_filter(call, "process", process, known_process) ||
         !read_filter(call, "status", status, known_status) || !list_open(call, "jobs", &list)) {
@@ -286,6 +321,6 @@ void jobs_list(struct api_call *call)
     }
     list.page.process = process[0] ? process : NULL;
     list.page.status = status[0] ? status : NULL;
-    list_respond(call, &list, "/v1/jobs",
-                 store_job_list(call->api->config.store, &list.page, add_job, &list));
+    read = jobs_page(call->api->config.jobs, &list.page, add_job, &list);
+    list_respond(call, &list, "/v1/jobs", read ? read : place_jobs(call, list.items));
 }

@@ -59,6 +59,10 @@ struct jobs_run {
     struct jobs_memory *memory; /* its worker's */
     pthread_mutex_t mutex;
     double progress;                /* 0 .. 100, never falls; mutex */
+    int64_t updated_ms;             /* of progress or message; mutex */
+    double seconds_left;            /* as of updated_ms; < 0: unknown; mutex */
+    bool resumed;                   /* the next step is that of an earlier attempt; mutex */
+    double base, base_seconds;      /* where this run's own progress began, and when; mutex */
     double from, to;                /* of the job, in percent: the phase that runs; mutex */
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
@@ -112,6 +116,7 @@ void jobs_transforms_destroy(struct jobs_transforms *transforms);
 struct jobs {
     struct jobs_config config;
     size_t n_workers, n_started;
+    size_t n_slots; /* threads that run jobs */
     pthread_t *threads;
     pthread_mutex_t mutex;
     pthread_cond_t wake;   /* work for idle workers, or closing */
@@ -122,8 +127,8 @@ struct jobs {
     size_t alive;     /* workers whose thread was started and has not ended */
     size_t held;      /* tickets of jobs whose owners have as many running as they may */
     uint64_t endings; /* counts ends of runs, so that a claim can tell whether one fell beside it */
-    struct jobs_run **slots;      /* [n_workers]: what each worker runs, or NULL */
-    struct jobs_memory *memories; /* [n_workers]: what the job of each worker has in use */
+    struct jobs_run **slots;      /* [n_slots]: what each thread runs, or NULL */
+    struct jobs_memory *memories; /* [n_slots]: what the job of each has in use */
     size_t running;               /* workers between taking a ticket and the end of its run */
     uint64_t
         cancellations; /* counts requests, so that a claim can tell whether one fell beside it */

@@ -58,7 +58,7 @@ void jobs_health(struct jobs *jobs, struct jobs_health *health)
     pthread_mutex_lock(&jobs->mutex);
     health->alive = jobs->alive;
     health->queued = jobs->accepted;
-    for (size_t i = 0; i < jobs->n_workers; i++) {
+    for (size_t i = 0; i < jobs->n_slots; i++) {
         health->busy += jobs->slots[i] != NULL;
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -137,6 +137,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config = *config;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->n_workers = count_workers(config->workers);
+    jobs->n_slots = jobs->n_workers;
     jobs->config.job_memory =
         config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_workers);
     pthread_mutex_init(&jobs->mutex, NULL);
@@ -147,8 +148,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     openblas_set_num_threads(1);
 
     jobs->threads = calloc(jobs->n_workers, sizeof *jobs->threads);
-    jobs->slots = calloc(jobs->n_workers, sizeof *jobs->slots);
-    jobs->memories = calloc(jobs->n_workers, sizeof *jobs->memories);
+    jobs->slots = calloc(jobs->n_slots, sizeof *jobs->slots);
+    jobs->memories = calloc(jobs->n_slots, sizeof *jobs->memories);
     status = jobs->threads && jobs->slots && jobs->memories ? recover(jobs) : STORE_NOMEM;
     if (status == STORE_OK) {
         status = start_workers(jobs);
@@ -205,46 +206,4 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     free(jobs->slots);
     free(jobs->memories);
     free(jobs);
-}
-
-/* Copies progress and message of the run of this job, if it runs here. */
-static bool live(struct jobs *jobs, const char *id, double *progress,
-                 char message[JOBS_MESSAGE_MAX])
-{
-    bool found = false;
-
-    pthread_mutex_lock(&jobs->mutex);
-    for (size_t i = 0; i < jobs->n_workers && !found; i++) {
-        struct jobs_run *run = jobs->slots[i];
-
-        if (run && strcmp(run->job->id, id) == 0) {
-            pthread_mutex_lock(&run->mutex);
-            *progress = run->progress;
-            memcpy(message, run->message, JOBS_MESSAGE_MAX);
-            pthread_mutex_unlock(&run->mutex);
-            found = true;
-        }
-    }
-    pthread_mutex_unlock(&jobs->mutex);
-    return found;
-}
-
-int jobs_get(struct jobs *jobs, const char *id, struct store_job *job)
-{
-    char message[JOBS_MESSAGE_MAX], *copy;
-    double progress;
-    int status = store_job_get(jobs->config.store, id, job);
-
-    if (status == STORE_OK && job->status == STORE_JOB_RUNNING &&
-        live(jobs, id, &progress, message)) {
-        copy = strdup(message);
-        if (!copy) {
-            store_job_clear(job);
-            return STORE_NOMEM;
-        }
-        free(job->message);
-        job->message = copy;
-        job->progress = progress;
-    }
-    return status;
 }

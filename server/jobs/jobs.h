@@ -96,8 +96,14 @@ int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char
                    struct store_job *job, enum jobs_submission *how);
 /* Idempotent; an accepted job is dismissed at once, a running one when its run notices. */
 int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
-/* As store_job_get, with the live progress and message of a running job. */
+/* As store_job_get, with the live progress, message and time of the last change of a running job,
+   the seconds that it is expected to take from then on, and the place of an accepted one. */
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
+/* As store_job_list, with the same of running jobs; places are left to jobs_place. */
+int jobs_page(struct jobs *jobs, const struct store_page *page,
+              bool (*visit)(void *user, const struct store_job *job), void *user);
+/* Sets the place of an accepted job among those that wait. Not inside a visit. */
+int jobs_place(struct jobs *jobs, struct store_job *job);
 
 size_t jobs_worker_count(const struct jobs *jobs);
 /* Bytes that a job may have in use. */

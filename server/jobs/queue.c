@@ -260,7 +260,7 @@ static void flag_run(struct jobs *jobs, const char *id)
 {
     pthread_mutex_lock(&jobs->mutex);
     jobs->cancellations++;
-    for (size_t i = 0; i < jobs->n_workers; i++) {
+    for (size_t i = 0; i < jobs->n_slots; i++) {
         struct jobs_run *run = jobs->slots[i];
 
         if (run && strcmp(run->job->id, id) == 0) {

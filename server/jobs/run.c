@@ -26,6 +26,35 @@
 #include <string.h>
 #include <time.h>
 
+/* No seconds are estimated before this much has been done, and for so long. */
+#define ESTIMATE_PERCENT 1.0
+#define ESTIMATE_SECONDS 0.5
+#define RUNNING_MAX 99.9 /* 100 is told of jobs that have ended */
+
+static double on_seconds(void *user)
+{
+    struct timespec now;
+
+    (void)user;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* What is left, at the pace of this run so far; run->mutex is held. A run that goes on from a
+   checkpoint is not credited with the work of the attempt before. */
+static void estimate(struct jobs_run *run)
+{
+    double now = on_seconds(run), done = run->progress - run->base;
+
+    if (run->resumed && run->progress > run->base) {
+        run->resumed = false;
+        run->base = run->progress;
+        run->base_seconds = now;
+    } else if (done >= ESTIMATE_PERCENT && now - run->base_seconds >= ESTIMATE_SECONDS) {
+        run->seconds_left = (now - run->base_seconds) * (100.0 - run->progress) / done;
+    }
+}
+
 /* Progress from `fraction` of the phase that runs; run->mutex is held. What a computation reports
    may fall where it begins anew or its parts run beside each other; what is told does not. */
 static void advance(struct jobs_run *run, double fraction)
@@ -33,7 +62,9 @@ static void advance(struct jobs_run *run, double fraction)
     double percent = run->from + (run->to - run->from) * fmin(fmax(fraction, 0.0), 1.0);
 
     if (isfinite(fraction)) {
-        run->progress = fmax(run->progress, percent);
+        run->progress = fmax(run->progress, fmin(percent, RUNNING_MAX));
+        run->updated_ms = store_now_ms();
+        estimate(run);
     }
 }
 
@@ -62,15 +93,6 @@ static void on_progress(void *user, double fraction, const char *message)
     }
 }
 
-static double on_seconds(void *user)
-{
-    struct timespec now;
-
-    (void)user;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static bool on_canceled(void *user)
 {
     struct jobs_run *run = user;
@@ -86,7 +108,13 @@ static bool on_canceled(void *user)
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
                    struct jobs_memory *memory)
 {
-    *run = (struct jobs_run){.jobs = jobs, .job = job, .memory = memory, .to = 100.0};
+    *run = (struct jobs_run){.jobs = jobs,
+                             .job = job,
+                             .memory = memory,
+                             .to = 100.0,
+                             .updated_ms = job->updated_ms,
+                             .seconds_left = -1.0,
+                             .base_seconds = on_seconds(NULL)};
     jobs_memory_begin(memory, jobs->config.job_memory);
     run->context = (struct srnf_context){
         .user = run,
@@ -174,6 +202,10 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
         (void)snprintf(detail, sizeof detail, "%zu bytes, attempt %lld", *size,
                        (long long)job->attempt);
         jobs_log(run->jobs, "job-resumed", job, detail);
+        pthread_mutex_lock(&run->mutex);
+        run->base = run->progress;
+        run->resumed = true;
+        pthread_mutex_unlock(&run->mutex);
     }
     return status;
 }

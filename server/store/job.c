@@ -26,7 +26,7 @@ int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
     char status_name[16];
     int status = STORE_OK;
 
-    *job = (struct store_job){0};
+    *job = (struct store_job){.seconds_left = -1.0};
     store_column_id(row, 0, job->id, sizeof job->id);
     job->process = store_column_text(row, 1, &status);
     store_column_id(row, 2, status_name, sizeof status_name);
@@ -51,6 +51,8 @@ int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
     job->problem_detail = store_column_text(row, 15, &status);
     store_column_id(row, 16, job->owner, sizeof job->owner);
     store_column_id(row, 17, job->trace, sizeof job->trace);
+    job->expected_ms = sqlite3_column_int64(row, 18);
+    job->express = sqlite3_column_int64(row, 19) != 0;
     if (status != STORE_OK) {
         store_job_clear(job);
     }
@@ -262,11 +264,12 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
         status = store_execute(
             db, NULL,
             "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
-            "progress, created_ms, updated_ms, owner, trace) "
-            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            "ttttttdiitt", job->id, job->process, job->inputs, job->digest,
+            "progress, created_ms, updated_ms, owner, trace, expected_ms, express) "
+            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "ttttttdiittii", job->id, job->process, job->inputs, job->digest,
             job->numeric_build ? job->numeric_build : "", job->message ? job->message : "",
-            job->progress, job->created_ms, insert->now, job->owner, job->trace);
+            job->progress, job->created_ms, insert->now, job->owner, job->trace, job->expected_ms,
+            (int64_t)job->express);
     }
     if (status == STORE_OK && insert->key) {
         status = insert_key(db, insert);

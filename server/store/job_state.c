@@ -5,12 +5,16 @@
  *      |                   '------transition--> accepted       (put back by a daemon that stops)
  *      '--cancel, transition--> dismissed
  *
- * The queue gives its owners turns: a claim takes the oldest accepted job of the owner who has had
- * the fewest. Each claim sets turn := max(turn + 1, the largest turn of all): owners with jobs
+ * The queue gives its owners turns: a claim takes a job of the owner who has had the fewest. Each claim sets turn := max(turn + 1, the largest turn of all): owners with jobs
  * waiting follow each other in a round, and one who comes later, or was kept from running, joins
  * the round and is not given the turns that it missed (start-time fair queueing of Goyal, Vin and
  * Cheng, 1996, with all jobs of one length). An owner with running_max jobs running is passed over.
  * The cost is that of a walk along the owners by turn to the first with a job, each an index look.
+ *
+ * Within a turn the job goes first whose creation plus expected time is earliest: short before
+ * long, and yet a job is overtaken only by those that came at most its own expected time after it,
+ * so that none starves. An express claim is the same, turns included, among the jobs that are
+ * marked as short.
  *
  * Every move is one UPDATE guarded by the state that it starts from, and, once a job has been
  * claimed, by the number of its attempt: whoever comes late with the result of an attempt that
@@ -30,18 +34,37 @@ const char *store_job_status_name(enum store_job_status status)
 
 /* ---- Claim ----------------------------------------------------------------------------------- */
 
+/* The statements of a claim, among the jobs that waiting names. */
+#define NEXT_OWNER(waiting)                                                                \
+    "SELECT name FROM owner WHERE EXISTS "                                                 \
+    "(SELECT 1 FROM job WHERE owner = name AND " waiting ") AND (running_max = 0 OR "      \
+    "(SELECT count(*) FROM job WHERE owner = name AND status = 'running') < running_max) " \
+    "ORDER BY turn, name LIMIT 1"
+#define CLAIM(waiting)                                                                             \
+    "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, updated_ms = ?1, " \
+    "progress = 0, message = '' WHERE id = (SELECT id FROM job WHERE owner = ?2 AND " waiting      \
+    " ORDER BY created_ms + expected_ms, id LIMIT 1) AND status = 'accepted' "                     \
+    "RETURNING " STORE_JOB_COLUMNS
+#define ANY "status = 'accepted'"
+#define EXPRESS "status = 'accepted' AND express = 1"
+
+static const struct claim_sql {
+    const char *next_owner, *waits, *claim;
+} claim_any = {NEXT_OWNER(ANY), "SELECT 1 FROM job WHERE " ANY " LIMIT 1", CLAIM(ANY)},
+  claim_express = {NEXT_OWNER(EXPRESS), "SELECT 1 FROM job WHERE " EXPRESS " LIMIT 1",
+                   CLAIM(EXPRESS)};
+
+struct claim {
+    const struct claim_sql *sql;
+    struct store_job *job;
+};
+
 /* Whose turn it is. STORE_NOT_FOUND: no job waits; STORE_CONFLICT: none that may run now. */
-static int next_owner(sqlite3 *db, char owner[STORE_OWNER_MAX])
+static int next_owner(sqlite3 *db, const struct claim_sql *sql, char owner[STORE_OWNER_MAX])
 {
     sqlite3_stmt *row = NULL;
     int64_t waiting = 0;
-    int status = store_prepare(
-        db, &row,
-        "SELECT name FROM owner WHERE EXISTS "
-        "(SELECT 1 FROM job WHERE owner = name AND status = 'accepted') AND (running_max = 0 OR "
-        "(SELECT count(*) FROM job WHERE owner = name AND status = 'running') < running_max) "
-        "ORDER BY turn, name LIMIT 1",
-        "");
+    int status = store_prepare(db, &row, sql->next_owner, "");
 
     if (status == STORE_OK) {
         status = store_step(db, row);
@@ -50,9 +73,7 @@ static int next_owner(sqlite3 *db, char owner[STORE_OWNER_MAX])
         store_column_id(row, 0, owner, STORE_OWNER_MAX);
     }
     sqlite3_finalize(row);
-    if (status == STORE_NOT_FOUND &&
-        store_scalar(db, &waiting, "SELECT 1 FROM job WHERE status = 'accepted' LIMIT 1") ==
-            STORE_OK) {
+    if (status == STORE_NOT_FOUND && store_scalar(db, &waiting, sql->waits) == STORE_OK) {
         status = STORE_CONFLICT;
     }
     return status;
@@ -68,48 +89,89 @@ static int take_turn(sqlite3 *db, const char *owner)
 
 static int run_claim(struct store *store, sqlite3 *db, struct store_write *write)
 {
-    struct store_job *job = write->argument;
+    const struct claim *claim = write->argument;
     char owner[STORE_OWNER_MAX];
     sqlite3_stmt *row = NULL;
     int64_t now = store_now_ms();
-    int status = next_owner(db, owner);
+    int status = next_owner(db, claim->sql, owner);
 
     (void)store;
-    store_job_clear(job);
+    store_job_clear(claim->job);
     if (status == STORE_OK) {
         status = take_turn(db, owner);
     }
     if (status != STORE_OK) {
         return status;
     }
-    status =
-        store_prepare(db, &row,
-                      "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, "
-                      "updated_ms = ?1, progress = 0, message = '' "
-                      "WHERE id = (SELECT id FROM job WHERE owner = ?2 AND status = 'accepted' "
-                      "ORDER BY created_ms, id LIMIT 1) "
-                      "AND status = 'accepted' RETURNING " STORE_JOB_COLUMNS,
-                      "it", now, owner);
+    status = store_prepare(db, &row, claim->sql->claim, "it", now, owner);
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
     if (status == STORE_OK) {
-        status = store_job_from_row(row, job);
+        status = store_job_from_row(row, claim->job);
     }
     sqlite3_finalize(row);
     return status;
 }
 
-int store_job_claim(struct store *store, struct store_job *job)
+static int claim_job(struct store *store, const struct claim_sql *sql, struct store_job *job)
 {
+    struct claim claim = {.sql = sql, .job = job};
     int status;
 
     *job = (struct store_job){0};
-    status = store_write(store, run_claim, job);
+    status = store_write(store, run_claim, &claim);
     if (status != STORE_OK) {
         store_job_clear(job);
     }
     return status;
+}
+
+int store_job_claim(struct store *store, struct store_job *job)
+{
+    return claim_job(store, &claim_any, job);
+}
+
+int store_job_claim_express(struct store *store, struct store_job *job)
+{
+    return claim_job(store, &claim_express, job);
+}
+
+/* Owners with jobs take turns, so before the r-th job of one come at most r jobs of each whose turn
+   is earlier, and r - 1 of each whose turn is later. */
+int store_job_position(struct store *store, const char *id, size_t *position)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *position = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(
+        reader->db, &row,
+        "WITH own AS (SELECT id, owner, turn, created_ms + expected_ms AS due FROM job "
+        "JOIN owner ON name = owner WHERE id = ? AND status = 'accepted'), "
+        "ranked AS (SELECT own.owner, turn, "
+        "(SELECT count(*) FROM job WHERE job.owner = own.owner AND status = 'accepted' "
+        "AND created_ms + expected_ms < due) + (SELECT count(*) FROM job "
+        "WHERE job.owner = own.owner AND status = 'accepted' "
+        "AND created_ms + expected_ms = due AND job.id <= own.id) AS rank FROM own) "
+        "SELECT rank + coalesce((SELECT sum(min((SELECT count(*) FROM job "
+        "WHERE job.owner = name AND status = 'accepted'), "
+        "rank - ((owner.turn, name) > (ranked.turn, ranked.owner)))) "
+        "FROM owner WHERE name <> ranked.owner), 0) FROM ranked",
+        "t", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        *position = (size_t)sqlite3_column_int64(row, 0);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
 /* ---- Transition ------------------------------------------------------------------------------ */

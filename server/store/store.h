@@ -272,6 +272,13 @@ struct store_job {
     char *numeric_build;
     char owner[STORE_OWNER_MAX];
     char trace[STORE_TRACE_MAX]; /* traceparent of the submission, or "" */
+    int64_t expected_ms;         /* how long it is expected to take; 0: not known */
+    bool express;                /* so short that store_job_claim_express may take it */
+    /* Of no row; 0 and below 0 as the store reads a job. What is told of it at this moment
+       (jobs/live.c): its place among accepted jobs, 1 the next, and the seconds that a running one
+       still takes. */
+    size_t queue_position;
+    double seconds_left;
 };
 void store_job_clear(struct store_job *job);
 
@@ -298,10 +305,16 @@ int store_job_results(struct store *store, const char *id, char **results, size_
 /* The same from memory, for small results that were read since the last write (recent.c):
    STORE_NOT_FOUND where they are not there. Costs a lock and a copy; results NULL: only asks. */
 int store_job_results_recent(struct store *store, const char *id, char **results, size_t *size);
-/* The next job becomes running, attempt + 1: the oldest accepted one of the owner whose turn it is.
-   STORE_NOT_FOUND when no job waits, STORE_CONFLICT when those that do belong to owners who have
-   as many running as they may. */
+/* The next job becomes running, attempt + 1: of the owner whose turn it is, the accepted one whose
+   created_ms + expected_ms comes first. STORE_NOT_FOUND when no job waits, STORE_CONFLICT when
+   those that do belong to owners who have as many running as they may. */
 int store_job_claim(struct store *store, struct store_job *job);
+/* The same among express jobs only. */
+int store_job_claim_express(struct store *store, struct store_job *job);
+/* The place of an accepted job in the order of claims as things stand, 1 the next; 0 for a job that
+   does not wait, or is not there. Owners' limits on running jobs and express claims are left out.
+   O(jobs that wait), each a step along an index. */
+int store_job_position(struct store *store, const char *id, size_t *position);
 /* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
    a problem only with FAILED. Going back to ACCEPTED gives the attempt back. */

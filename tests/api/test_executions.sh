@@ -138,13 +138,34 @@ done
 is "$(wc -w <<<"$seen") $(tr ' ' '\n' <<<"$seen" | sort -u | wc -l)" '5 5' 'pages have each mesh once'
 is "$(header Link)" '' 'the last has no next'
 
-# Progress of a job that encodes two meshes, registers and follows a path: told as one, and never taken back.
+# Progress of a job that encodes two meshes, registers and follows a path: told as one, in its record and in the list
+# alike, and never taken back. Meanwhile others wait, and know where.
 post /v1/meshes --data-binary @tests/data/aal_subcortex/R_pallidum.ply
 execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":5}" -H 'Prefer: respond-async'
 long=$(json .id)
+execute invert "${slow/100000/99998}" -H 'Prefer: respond-async'
+is "$(json '"\(.status) \(.estimatedSecondsLeft)"')" 'accepted null' 'of a job that waits nothing is estimated'
+behind=$(json .id)
+execute invert "${slow/100000/99997}" -H 'Prefer: respond-async'
+for _ in $(seq 600); do
+    get "/v1/jobs/$long"
+    [ "$(json .status)" = running ] && break
+    sleep 0.05
+done
+get '/v1/jobs?status=accepted'
+is "$(json '[.items[].queuePosition] | join(" ")')" '2 1' 'jobs that wait have their places in the list'
+get "/v1/jobs/$behind"
+is "$(json .queuePosition)" 1 'and in their records'
+for job in $(curl -fsS "$URL/v1/jobs?status=accepted" | jq -r '.items[].id'); do
+    post "/v1/jobs/$job/cancel"
+done
+is "$(json '"\(.status) \(.queuePosition)"')" 'dismissed null' 'which end with the waiting'
 for _ in $(seq 6000); do
+    get '/v1/jobs?process=geodesic&limit=1'
+    json '.items[0] | "\(.progress) \(.status) \(.message)"'
     get "/v1/jobs/$long"
     json '"\(.progress) \(.status) \(.message)"'
+    json 'select(.status == "running") | "\(.estimatedSecondsLeft // "-") \(.updated)"' >>"$SCRATCH/estimates"
     case $(json .status) in successful | failed | dismissed) break ;; esac
     sleep 0.02
 done >"$SCRATCH/progress"
@@ -153,6 +174,8 @@ note "progress: $(uniq "$SCRATCH/progress" | awk '{ printf "%s%.3g", (NR > 1 ? "
 check 'and its progress never falls' sort -c -n -s -k 1,1 "$SCRATCH/progress"
 compare "$(awk '$2 == "running" && $1 > 0 && $1 < 100' "$SCRATCH/progress" | cut -d ' ' -f 1 | sort -u | wc -l)" '>=' 3 \
     'through values between'
+like "$(tail -n 1 "$SCRATCH/estimates")" '^[0-9.e-]+ 20' 'with an estimate of the seconds that are left'
+compare "$(cut -d ' ' -f 2 "$SCRATCH/estimates" | sort -u | wc -l)" '>=' 3 'and the time of the last change'
 get '/v1/meshes?limit=1'
 cursor=$(json .next)
 get "/v1/jobs?cursor=$cursor"

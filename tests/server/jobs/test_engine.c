@@ -57,6 +57,22 @@ static void run_wait(struct jobs_run *run, void *user, const char *inputs,
     result->results = strdup(inputs);
 }
 
+/* Reports 80 percent after a while, and waits for the gate. */
+static void run_slow(struct jobs_run *run, void *user, const char *inputs,
+                     struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    struct world *world = user;
+
+    for (int i = 0; i < 60; i++) {
+        engine_pause_ms(10);
+    }
+    context->progress(context->user, 0.8, "slowly");
+    atomic_fetch_add(&world->waiting, 1);
+    engine_wait_at_gate(&world->engine);
+    result->results = strdup(inputs);
+}
+
 /* Waits for the gate and does not look whether it is cancelled. */
 static void run_deaf(struct jobs_run *run, void *user, const char *inputs,
                      struct jobs_result *result)
@@ -119,8 +135,8 @@ static void run_phases(struct jobs_run *run, void *user, const char *inputs,
 }
 
 static const struct jobs_process table[] = {
-    {"count", run_count},     {"wait", run_wait},     {"deaf", run_deaf}, {"fail", run_fail},
-    {"nothing", run_nothing}, {"phases", run_phases}, {NULL, NULL},
+    {"count", run_count}, {"wait", run_wait},       {"slow", run_slow},     {"deaf", run_deaf},
+    {"fail", run_fail},   {"nothing", run_nothing}, {"phases", run_phases}, {NULL, NULL},
 };
 
 static void on_changed(void *user, const char *job_id)
@@ -370,6 +386,67 @@ static void progress_is_live(void **state)
     store_job_clear(&job);
 }
 
+struct listed {
+    const char *id;
+    double progress, seconds_left;
+    int64_t updated_ms;
+    char message[64];
+};
+
+static bool note_listed(void *user, const struct store_job *job)
+{
+    struct listed *listed = user;
+
+    if (strcmp(job->id, listed->id) == 0) {
+        listed->progress = job->progress;
+        listed->seconds_left = job->seconds_left;
+        listed->updated_ms = job->updated_ms;
+        snprintf(listed->message, sizeof listed->message, "%s", job->message);
+    }
+    return true;
+}
+
+/* A list says of a job that runs what its record says, and of one that waits where. */
+static void lists_are_live(void **state)
+{
+    const struct store_page page = {.limit = 10};
+    struct world *world = *state;
+    char id[STORE_ID_MAX], second[STORE_ID_MAX], third[STORE_ID_MAX];
+    struct listed listed = {.id = id};
+    struct store_job job;
+
+    open_engine(world, 1, 0);
+    submit(world, "slow", "a", id);
+    engine_await(&world->waiting, 1);
+    submit(world, "wait", "b", second);
+    submit(world, "wait", "c", third);
+    assert_int_equal(jobs_page(world->engine.jobs, &page, note_listed, &listed), STORE_OK);
+    assert_int_equal(jobs_get(world->engine.jobs, id, &job), STORE_OK);
+    assert_true(listed.progress == 80.0 && job.progress == 80.0);
+    assert_string_equal(listed.message, "slowly");
+    assert_true(listed.updated_ms == job.updated_ms);
+    /* 0.6 s and more for 80 percent, as many percent a second for the rest */
+    assert_true(job.updated_ms >= job.started_ms + 500);
+    assert_true(listed.seconds_left == job.seconds_left);
+    assert_true(job.seconds_left >= 0.6 / 4.0 && job.seconds_left < 60.0);
+    store_job_clear(&job);
+    assert_int_equal(jobs_get(world->engine.jobs, second, &job), STORE_OK);
+    assert_int_equal(job.queue_position, 1);
+    assert_true(job.seconds_left < 0.0);
+    store_job_clear(&job);
+    assert_int_equal(jobs_get(world->engine.jobs, third, &job), STORE_OK);
+    assert_int_equal(job.queue_position, 2);
+    job.queue_position = 0;
+    assert_int_equal(jobs_place(world->engine.jobs, &job), STORE_OK);
+    assert_int_equal(job.queue_position, 2);
+    store_job_clear(&job);
+    atomic_store(&world->engine.gate, true);
+    await(world, third, STORE_JOB_SUCCESSFUL);
+    assert_int_equal(jobs_get(world->engine.jobs, third, &job), STORE_OK);
+    assert_int_equal(job.queue_position, 0);
+    store_job_clear(&job);
+}
+
 /* Each phase has its share of the job, and nothing that is reported takes progress back. */
 static void progress_never_falls(void **state)
 {
@@ -381,7 +458,7 @@ static void progress_never_falls(void **state)
     submit(world, "phases", "p", id);
     await(world, id, STORE_JOB_SUCCESSFUL);
     assert_int_equal(store_job_results(world->engine.fixture->store, id, &text, &size), STORE_OK);
-    assert_string_equal(text, "10 20 20 20 20 20 40 40 60 80 90 90 100 ");
+    assert_string_equal(text, "10 20 20 20 20 20 40 40 60 80 90 90 99.9 ");
     free(text);
 }
 
@@ -608,6 +685,7 @@ int main(void)
         TEST(a_crowd_with_one_wish_is_served_once),
         TEST(keys_name_their_job),
         TEST(progress_is_live),
+        TEST(lists_are_live),
         TEST(progress_never_falls),
         TEST(cancel_in_each_state),
         TEST(a_job_being_cancelled_is_not_joined),
