@@ -238,6 +238,43 @@ sed -i '/srnf_icp;/d' "$COPY/tests/core/test_refusals.c"
 finds refusals 'core/srnf/mesh.h:[0-9]+: .*srnf_icp' 'a function is found that no test refuses memory'
 rm -r "$COPY/tests/core"
 
+mkdir -p "$COPY/tests/core" "$COPY/tests/support"
+file tests/support/compare.h <<'END'
+/* fmax is spoken of, and used: return fmax(a, b); */
+double largest = fmax(a, b);
+END
+file tests/core/test_x.c <<'END'
+    double d = 1.0, worst = 0.0;
+    size_t count = 0, most = 0;
+    worst = compare_max(worst, d);
+    if (count > most) {
+        most = count;
+    }
+    most = count > most ? count : most;
+    if (d > worst) {
+        count++;
+    }
+    assert_false(result->empty);
+    assert_true(!result->large && d > worst);
+END
+clean nan
+plain=$(cat "$COPY/tests/core/test_x.c")
+for line in 'worst = fmax(worst, d);' 'worst = sqrt(fmin(0.0, d));' 'worst = d > worst ? d : worst;' \
+    'worst = d >= worst ? d : worst;' 'assert_false(d > worst);' 'assert_true(!(d > 1e-3));' \
+    'assert_false(result->error >= 1);' 'if (d > worst) { //
+        worst = d;'; do
+    printf '%s\n    %s\n' "$plain" "${line/ \/\//}" >"$COPY/tests/core/test_x.c"
+    finds nan 'test_x.c:1[45]: ' "a NaN would pass: ${line//[$'\n']/ }"
+done
+rm -r "$COPY/tests/core" "$COPY/tests/support"
+
+mkdir -p "$COPY/tests/core" "$COPY/tests/bench"
+echo '#define DATA "../shared/data"' | file tests/bench/bench_x.c
+clean outside
+cp "$COPY/tests/bench/bench_x.c" "$COPY/tests/core/test_x.c"
+finds outside 'tests/core/test_x.c:2: ' 'a test that needs a folder outside is found'
+rm -r "$COPY/tests/core" "$COPY/tests/bench"
+
 for folder in work root home; do
     echo "see /$folder/somebody" | file notes.md
     finds paths 'notes.md:1' "a path in /$folder is found"

@@ -18,7 +18,7 @@
 
 #include <fftw3.h>
 
-#include "core/stats/group.h"
+#include "bench/ventricles.h"
 #include "support/classification.h"
 
 #define DEGREE 15
@@ -117,7 +117,7 @@ static bool table(size_t n, const char *only)
     size_t labels[GROUP_MAX];
     bool met = true;
 
-    if (!group_open_ventricles(&g, DEGREE, n)) {
+    if (!ventricles_open(&g, DEGREE, n)) {
         return true;
     }
     for (size_t i = 0; i < n; i++) {

@@ -14,7 +14,7 @@
 
 #include <fftw3.h>
 
-#include "core/stats/group.h"
+#include "bench/ventricles.h"
 #include "support/frameworks.h"
 
 #define N ((size_t)8)
@@ -44,7 +44,7 @@ static void bench_degree(size_t degree, size_t answers)
     struct frameworks_row rows[FRAMEWORKS_ROWS];
     struct group g;
 
-    if (!group_open_ventricles(&g, degree, N)) {
+    if (!ventricles_open(&g, degree, N)) {
         group_open_stars(&g, degree, N, 0.3);
     }
     register_group(&g);

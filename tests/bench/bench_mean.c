@@ -18,7 +18,7 @@
 #include <fftw3.h>
 #include <unistd.h>
 
-#include "core/stats/group.h"
+#include "bench/ventricles.h"
 
 #define N ((size_t)8)
 #define ITERATIONS ((size_t)4)
@@ -184,7 +184,7 @@ int main(void)
     for (size_t k = 0; k < DEGREES; k++) {
         struct group g;
 
-        if (!group_open_ventricles(&g, degrees[k], N)) {
+        if (!ventricles_open(&g, degrees[k], N)) {
             group_open_stars(&g, degrees[k], N, 0.3);
         }
         bench_degree(&g);

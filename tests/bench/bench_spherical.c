@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "support/compare.h"
+#include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/timing.h"
@@ -174,6 +175,51 @@ static bool conclude(const char *what, struct costs *costs)
     return worst <= REQUIRED_SECONDS;
 }
 
+/* The energies of every mesh of the real folders, against what was reached when they were first
+   measured. */
+static bool bench_energies(void)
+{
+    static const struct {
+        const char *folder;
+        double median, most;
+    } folders[] = {{"tests/data/aal_subcortex", 4.41, 5.74},
+                   {"../shared/data/lv_endocardium_ed", 4.24, 4.54},
+                   {"../shared/data/lv_pairs", 4.23, 4.95},
+                   {"../shared/data/small_bodies", 4.10, 5.76}};
+    bool met = true;
+
+    printf("\nsymmetric Dirichlet energy              meshes  median  at most\n");
+    for (size_t k = 0; k < sizeof folders / sizeof folders[0]; k++) {
+        char *paths[FOLDERS_FILES_MAX];
+        double energies[FOLDERS_FILES_MAX];
+        size_t n = folders_list(folders[k].folder, paths);
+        double most;
+        double median;
+
+        for (size_t i = 0; i < n; i++) {
+            struct srnf_spherical_map map;
+            struct srnf_mesh mesh;
+
+            must(meshes_load(paths[i], &mesh) &&
+                     srnf_spherical_map(&mesh, NULL, &map, NULL) == SRNF_OK,
+                 "a mesh has no map");
+            energies[i] = map.symmetric_dirichlet;
+            srnf_free(map.points);
+            srnf_mesh_clear(&mesh);
+            free(paths[i]);
+        }
+        if (n == 0) {
+            printf("%-38s  is not there\n", folders[k].folder);
+            continue;
+        }
+        most = compare_largest(n, energies);
+        median = timing_median(n, energies);
+        printf("%-38s  %6zu  %6.2f  %7.2f\n", folders[k].folder, n, median, most);
+        met &= median < folders[k].median + 0.005 && most < folders[k].most + 0.005;
+    }
+    return met;
+}
+
 int main(void)
 {
     static const char *const names[][2] = {
@@ -208,7 +254,8 @@ int main(void)
         srnf_mesh_clear(&mesh);
     }
     printf("\n");
-    met = conclude("real meshes", &real);
+    met = bench_energies();
+    met = conclude("real meshes", &real) && met;
     met = conclude("real meshes, in four", &fine) && met;
     met = conclude("bumpy spheres", &spheres) && met;
     return met ? EXIT_SUCCESS : EXIT_FAILURE;

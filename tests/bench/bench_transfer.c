@@ -24,6 +24,7 @@
 #include "support/timing.h"
 #include "support/transfers.h"
 
+#define DATA "../shared/data"
 #define DEGREE ((size_t)15)
 #define RATIO_MAX 1.15
 
@@ -86,8 +87,8 @@ int main(void)
 
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
-    if (!transfers_open(&t, DEGREE)) {
-        printf("skipped: no %s\n", TRANSFERS_PAIRS);
+    if (!transfers_open(&t, DATA, DEGREE)) {
+        printf("skipped: no %s/lv_pairs\n", DATA);
         return EXIT_SUCCESS;
     }
     guess = shapes_doubles(t.count);

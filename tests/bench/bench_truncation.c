@@ -10,6 +10,7 @@
 #include "core/shape/truncations.h"
 #include "support/timing.h"
 
+#define VENTRICLE "../shared/data/lv_endocardium_ed/lv_asymp_0083.ply"
 #define BASE ((size_t)23)
 #define SEEDS ((size_t)3)
 #define MARGIN 1.1
@@ -23,7 +24,7 @@ static bool bench_degree(size_t degree, double least, bool *there)
     bool met = true;
     struct shapes_surface s;
 
-    *there = truncations_open(&s, TRUNCATIONS_VENTRICLE, BASE, degree);
+    *there = truncations_open(&s, VENTRICLE, BASE, degree);
     if (!*there) {
         return true;
     }

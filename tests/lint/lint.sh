@@ -7,12 +7,13 @@
 # looked at (all files, where there is no git). Objects for the checks of symbols, and the linter of
 # api/openapi.yaml, are made under the build folder: SRNFD_BUILD, or build/.
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 cd "$(dirname "$0")/../.." || exit 2
 BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals paths shell shellcheck lockfile openapi'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals nan outside paths shell shellcheck lockfile openapi'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -139,6 +140,18 @@ check_refusals() {
             grep -qw "${declared##* }" $tests /dev/null ||
                 echo "${declared%:*}: no test refuses ${declared##* } its memory"
         done
+}
+
+# Figures of tests that no NaN fails. The pictures of tests/paper are no tests.
+check_nan() {
+    files 'tests/*.c' 'tests/*.h' | grep -vE '^tests/(paper/|support/compare\.h$)' |
+        xargs -r awk -f $LINT/nan.awk /dev/null
+}
+
+# A clone alone runs every test: what lies beside the project serves the benches and the paper only.
+check_outside() {
+    files 'tests/*' | grep -vE '^tests/(bench|paper)/|^tests/test_lint\.sh$' |
+        xargs -r grep -nIE '\.\./shared' /dev/null | sed -E 's/^([^:]*:[0-9]+):.*/\1: names a folder outside/'
 }
 
 check_paths() {

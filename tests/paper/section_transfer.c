@@ -110,7 +110,7 @@ void paper_transfer(struct paper *paper)
 
     report_section(paper->report, "Deformation transfer between ventricles",
                    "Fig. 8: end diastole to end systole of one subject, applied to another");
-    if (!transfers_open(&t, DEGREE)) {
+    if (!transfers_open(&t, PAPER_DATA, DEGREE)) {
         report_paragraph(paper->report, "Left out: the pairs of ventricles are not there.");
         return;
     }

@@ -36,11 +36,15 @@ static void must(bool condition, const char *what)
 /* ---- Reading --------------------------------------------------------------------------------- */
 
 /* Meshes of end diastole and end systole of each subject, in turn; how many subjects. */
-static size_t load(struct transfers *t, struct srnf_mesh *meshes)
+static size_t load(struct transfers *t, const char *data, struct srnf_mesh *meshes)
 {
     static const char suffix[] = "_es_endo.ply";
     char *paths[FOLDERS_FILES_MAX];
-    size_t n = folders_list(TRANSFERS_PAIRS, paths);
+    char folder[256];
+    size_t n;
+
+    (void)snprintf(folder, sizeof folder, "%s/lv_pairs", data);
+    n = folders_list(folder, paths);
 
     for (size_t i = 0; i < n; i++) {
         const char *name = folders_name(paths[i]);
@@ -53,7 +57,7 @@ static size_t load(struct transfers *t, struct srnf_mesh *meshes)
             char *subject = t->subjects[t->n].name;
 
             memcpy(subject, name, length - (sizeof suffix - 1));
-            (void)snprintf(diastole, sizeof diastole, "%s/%s.ply", TRANSFERS_ENDS, subject);
+            (void)snprintf(diastole, sizeof diastole, "%s/lv_endocardium_ed/%s.ply", data, subject);
             must(meshes_load(diastole, &meshes[2 * t->n]) &&
                      meshes_load(paths[i], &meshes[2 * t->n + 1]),
                  "reading a pair");
@@ -85,13 +89,13 @@ static void encode(const struct transfers *t, const struct srnf_mesh *mesh, doub
     srnf_mesh_clear(&copy);
 }
 
-bool transfers_open(struct transfers *t, size_t degree)
+bool transfers_open(struct transfers *t, const char *data, size_t degree)
 {
     struct srnf_mesh meshes[2 * TRANSFERS_SUBJECTS];
     double *f[2 * TRANSFERS_SUBJECTS];
 
     *t = (struct transfers){.degree = degree, .count = 3 * srnf_coefficient_count(degree)};
-    if (load(t, meshes) == 0) {
+    if (load(t, data, meshes) == 0) {
         return false;
     }
     must(srnf_sht_create(&t->sht, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0) == SRNF_OK,

@@ -7,8 +7,6 @@
 
 #include "srnf.h"
 
-#define TRANSFERS_ENDS "../shared/data/lv_endocardium_ed"
-#define TRANSFERS_PAIRS "../shared/data/lv_pairs"
 #define TRANSFERS_SUBJECTS ((size_t)10)
 
 /* Ways to guess the end systole of a subject from another's contraction. */
@@ -46,9 +44,9 @@ struct transfers {
     struct transfers_subject subjects[TRANSFERS_SUBJECTS];
 };
 
-/* False, with nothing to close, where the data are not there. Ends the program on any other
-   trouble. */
-bool transfers_open(struct transfers *t, size_t degree);
+/* From the folders lv_endocardium_ed and lv_pairs of `data`. False, with nothing to close, where
+   they are not there. Ends the program on any other trouble. */
+bool transfers_open(struct transfers *t, const char *data, size_t degree);
 void transfers_close(struct transfers *t);
 
 /* The guess of the systole of `to` from the contraction of `from`, [3][(L+1)^2] in units of

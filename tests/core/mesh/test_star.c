@@ -13,6 +13,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "support/bodies.h"
+#include "support/compare.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -24,8 +26,8 @@ static double diagonal_of(const struct srnf_mesh *mesh)
         double low = INFINITY, high = -INFINITY;
 
         for (size_t i = 0; i < mesh->n_vertices; i++) {
-            low = fmin(low, mesh->vertices[3 * i + k]);
-            high = fmax(high, mesh->vertices[3 * i + k]);
+            low = compare_min(low, mesh->vertices[3 * i + k]);
+            high = compare_max(high, mesh->vertices[3 * i + k]);
         }
         sum += (high - low) * (high - low);
     }
@@ -51,7 +53,8 @@ static double margin_at(const struct srnf_mesh *mesh, const double c[3])
             length += n[k] * n[k];
             slack += n[k] * ((long double)a[k] - c[k]);
         }
-        margin = fminl(margin, slack / sqrtl(length));
+        slack /= sqrtl(length);
+        margin = isnan(margin) || margin <= slack ? margin : slack; /* compare_min, but longer */
     }
     return (double)margin;
 }
@@ -123,7 +126,7 @@ static void test_chebyshev_radius(void **state)
         mesh = meshes_box(e[0], e[1], e[2]);
         meshes_turn(&mesh, i);
         assert_int_equal(srnf_star_kernel(&mesh, &star), SRNF_OK);
-        assert_true(fabs(star.margin - 0.5 * fmin(e[0], fmin(e[1], e[2]))) <
+        assert_true(fabs(star.margin - 0.5 * compare_min(e[0], compare_min(e[1], e[2]))) <
                     1e-12 * diagonal_of(&mesh));
         srnf_mesh_clear(&mesh);
     }
@@ -234,26 +237,21 @@ static void test_given_center(void **state)
     srnf_mesh_clear(&mesh);
 }
 
-/* ---- Real meshes ----------------------------------------------------------------------------- */
+/* ---- Real meshes, and such ------------------------------------------------------------------- */
 
 struct fact {
-    const char *name;
+    const char *name; /* of a file in tests/data/aal_subcortex, or of a body */
     bool star_shaped;
 };
 
-static void check_facts(const char *folder, const struct fact *facts, size_t n)
+static void check_facts(const struct fact *facts, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         struct srnf_mesh mesh;
         struct srnf_mesh_report report;
         struct srnf_star star;
-        char path[200];
 
-        snprintf(path, sizeof path, "%s/%s.ply", folder, facts[i].name);
-        if (!meshes_load(path, &mesh)) {
-            print_message("# skipped: no %s\n", path);
-            skip();
-        }
+        assert_true(bodies_load(facts[i].name, &mesh));
         assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
         assert_int_equal(report.n_problems, 0);
         assert_int_equal(srnf_star_kernel(&mesh, &star), SRNF_OK);
@@ -263,27 +261,44 @@ static void check_facts(const char *folder, const struct fact *facts, size_t n)
     }
 }
 
+#define AAL "tests/data/aal_subcortex/"
+
 static void test_brain_structures(void **state)
 {
     const struct fact facts[] = {
-        {"L_thalamus", true}, {"R_thalamus", true},     {"L_pallidum", true},
-        {"R_pallidum", true}, {"L_amygdala", true},     {"R_amygdala", false},
-        {"L_caudate", false}, {"R_caudate", false},     {"L_putamen", false},
-        {"R_putamen", false}, {"L_hippocampus", false}, {"R_hippocampus", false}};
+        {AAL "L_thalamus.ply", true},     {AAL "R_thalamus.ply", true},
+        {AAL "L_pallidum.ply", true},     {AAL "R_pallidum.ply", true},
+        {AAL "L_amygdala.ply", true},     {AAL "R_amygdala.ply", false},
+        {AAL "L_caudate.ply", false},     {AAL "R_caudate.ply", false},
+        {AAL "L_putamen.ply", false},     {AAL "R_putamen.ply", false},
+        {AAL "L_hippocampus.ply", false}, {AAL "R_hippocampus.ply", false},
+    };
     (void)state;
 
-    check_facts("tests/data/aal_subcortex", facts, sizeof facts / sizeof facts[0]);
+    check_facts(facts, sizeof facts / sizeof facts[0]);
 }
 
+/* Each but the bent one was made star-shaped. */
 static void test_small_bodies(void **state)
 {
-    const struct fact facts[] = {{"153591alpha", true}, {"apophis", true},    {"bacchus", true},
-                                 {"elektra", true},     {"eugenia", true},    {"gaspra", true},
-                                 {"geographos", true},  {"kleopatra", false}, {"mathilde", true},
-                                 {"psyche", true},      {"thebe", true},      {"toutatis", true}};
     (void)state;
 
-    check_facts("../shared/data/small_bodies", facts, sizeof facts / sizeof facts[0]);
+    for (size_t i = 0; i < BODIES_ASTEROIDS; i++) {
+        char name[32];
+
+        (void)snprintf(name, sizeof name, "asteroid %zu", i);
+        check_facts(&(struct fact){name, i != BODIES_BENT}, 1);
+    }
+}
+
+/* Cups: flat at one end, pointed at the other. */
+static void test_ventricles(void **state)
+{
+    const struct fact facts[] = {
+        {"ventricle 1", true}, {"ventricle 2", true}, {"contracted 3", true}};
+    (void)state;
+
+    check_facts(facts, sizeof facts / sizeof facts[0]);
 }
 
 /* ---- Threads --------------------------------------------------------------------------------- */
@@ -348,7 +363,8 @@ int main(void)
         cmocka_unit_test(test_bent_tube),       cmocka_unit_test(test_kernel_of_one_point),
         cmocka_unit_test(test_scale_and_place), cmocka_unit_test(test_slivers),
         cmocka_unit_test(test_given_center),    cmocka_unit_test(test_brain_structures),
-        cmocka_unit_test(test_small_bodies),    cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_small_bodies),    cmocka_unit_test(test_ventricles),
+        cmocka_unit_test(test_threads),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

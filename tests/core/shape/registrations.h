@@ -1,20 +1,21 @@
 /*
- * registrations.h - what the tests of registration share: real surfaces, random warps of a given
- * strength, and the exact SRNF of a warped and turned surface.
+ * registrations.h - what the tests of registration share: real surfaces and such, random warps of a
+ * given strength, and the exact SRNF of a warped and turned surface.
  */
 #ifndef TESTS_SHAPE_REGISTRATIONS_H
 #define TESTS_SHAPE_REGISTRATIONS_H
 
 #include "figures.h"
 #include "shape/registration.h"
+#include "support/bodies.h"
 #include "support/meshes.h"
 
 #include <stdlib.h>
 
 #define REGISTRATIONS_LOCAL "tests/data/aal_subcortex/"
-#define REGISTRATIONS_SHARED "../shared/data/"
 
-/* Encodes a mesh file into a surface that is open; false, saying so, when the file is not there. */
+/* Encodes a mesh file, or a body of bodies.h, into a surface that is open; false, saying so, when
+   there is none. */
 static inline bool registrations_load(struct shapes_surface *s, const char *path)
 {
     struct srnf_mesh mesh = {0};
@@ -24,7 +25,7 @@ static inline bool registrations_load(struct shapes_surface *s, const char *path
     struct srnf_error error = {0};
     int status;
 
-    if (!meshes_load(path, &mesh)) {
+    if (!bodies_load(path, &mesh)) {
         printf("# %s is not there\n", path);
         return false;
     }
@@ -43,13 +44,15 @@ static inline bool registrations_load(struct shapes_surface *s, const char *path
     return true;
 }
 
-/* A shape of shapes_cases whose name has no slash, a file otherwise. */
+/* A shape of shapes_cases, a body of bodies.h, or a file; false, saying so, when there is none. */
 static inline bool registrations_open(struct shapes_surface *s, size_t degree, const char *what)
 {
     shapes_open(s, degree);
-    if (!strchr(what, '/')) {
-        shapes_fill(s, shapes_find(what)->formula, shapes_find(what)->parameter);
-        return true;
+    for (size_t k = 0; k < shapes_case_count; k++) {
+        if (strcmp(shapes_cases[k].name, what) == 0) {
+            shapes_fill(s, shapes_cases[k].formula, shapes_cases[k].parameter);
+            return true;
+        }
     }
     if (registrations_load(s, what)) {
         return true;
@@ -104,7 +107,7 @@ static inline void registrations_warp(struct test_random *random, double least,
             srnf_warp_apply(&trial, NODES, points, points + 3 * NODES, points + 6 * NODES),
             SRNF_OK);
         for (size_t i = 0; i < NODES; i++) {
-            smallest = fmin(smallest, points[6 * NODES + i]);
+            smallest = compare_min(smallest, points[6 * NODES + i]);
         }
         *(smallest < least ? &high : &low) = 0.5 * (low + high);
         srnf_warp_clear(&trial);

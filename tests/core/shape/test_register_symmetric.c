@@ -12,19 +12,13 @@
 #define TRIPLES (FIGURES_SLOW ? 1 : 20)
 
 static const char *const surfaces[] = {
-    REGISTRATIONS_LOCAL "L_thalamus.ply",
-    REGISTRATIONS_LOCAL "R_thalamus.ply",
-    REGISTRATIONS_LOCAL "L_pallidum.ply",
-    REGISTRATIONS_LOCAL "R_pallidum.ply",
-    REGISTRATIONS_LOCAL "L_amygdala.ply",
-    REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0083.ply",
+    REGISTRATIONS_LOCAL "L_thalamus.ply", REGISTRATIONS_LOCAL "R_thalamus.ply",
+    REGISTRATIONS_LOCAL "L_pallidum.ply", REGISTRATIONS_LOCAL "R_pallidum.ply",
+    REGISTRATIONS_LOCAL "L_amygdala.ply", "ventricle 0",
 };
 #define SURFACES (sizeof surfaces / sizeof surfaces[0])
 
-static const char *const bodies[] = {"153591alpha", "apophis", "bacchus",    "elektra",
-                                     "eugenia",     "gaspra",  "geographos", "kleopatra",
-                                     "mathilde",    "psyche",  "thebe",      "toutatis"};
-#define BODIES (sizeof bodies / sizeof bodies[0])
+#define BODIES ((size_t)6)
 
 /* The defaults; where all is slow, with fields of a lower degree. */
 static struct srnf_register_options both_ways(void)
@@ -88,7 +82,7 @@ static void triangle_inequality(void **state)
     (void)state;
 
     for (size_t k = 0; k < most; k++) {
-        n += registrations_open(&s[n], DEGREE, surfaces[k]);
+        assert_true(registrations_open(&s[n++], DEGREE, surfaces[k]));
     }
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j < i; j++) {
@@ -105,7 +99,7 @@ static void triangle_inequality(void **state)
         while (m == i || m == j) {
             m = test_random_below(&random, n);
         }
-        worst = fmax(worst, d[i][j] / (d[i][m] + d[m][j]));
+        worst = compare_max(worst, d[i][j] / (d[i][m] + d[m][j]));
     }
     printf("# %d triples of %zu surfaces: the longest side is at most %.4f of the way round\n",
            TRIPLES, n, worst);
@@ -162,7 +156,7 @@ static void input_pose_scale_and_parameters_do_not_matter(void **state)
     shapes_close(&b);
 }
 
-/* All pairs of real bodies, the roughest data there is: no warp pinches or folds. */
+/* All pairs of cratered bodies, the roughest shapes there are: no warp pinches or folds. */
 static void default_penalty_bounds_the_jacobian(void **state)
 {
     struct shapes_surface s[BODIES];
@@ -173,18 +167,18 @@ static void default_penalty_bounds_the_jacobian(void **state)
     (void)state;
 
     for (size_t k = 0; k < most; k++) {
-        char path[96];
+        char name[32];
 
-        (void)snprintf(path, sizeof path, REGISTRATIONS_SHARED "small_bodies/%s.ply", bodies[k]);
-        n += registrations_open(&s[n], BODY_DEGREE, path);
+        (void)snprintf(name, sizeof name, "asteroid %zu", k);
+        assert_true(registrations_open(&s[n++], BODY_DEGREE, name));
     }
     for (size_t i = 0; i < n; i++) {
         for (size_t j = i + 1; j < n; j++) {
             struct srnf_registration r;
 
             registrations_run(&s[i], NULL, s[j].f, NULL, &r);
-            least = fmin(least, r.min_jacobian);
-            largest = fmax(largest, r.max_jacobian);
+            least = compare_min(least, r.min_jacobian);
+            largest = compare_max(largest, r.max_jacobian);
             assert_true(r.min_jacobian >= 0.1 && r.max_jacobian <= 10.0);
             assert_true(r.distance <= r.distance_before);
             srnf_registration_clear(&r);
@@ -192,9 +186,6 @@ static void default_penalty_bounds_the_jacobian(void **state)
     }
     for (size_t k = 0; k < n; k++) {
         shapes_close(&s[k]);
-    }
-    if (n == 0) {
-        skip();
     }
     printf("# all pairs of %zu bodies: J from %.3f to %.2f\n", n, least, largest);
 }

@@ -11,8 +11,6 @@
 
 #include "registrations.h"
 
-#define TRUNCATIONS_VENTRICLE REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0083.ply"
-
 /* ||q of the cut surface - q||^2, q that of the warped surface itself. */
 static inline double truncations_floor(const struct shapes_surface *s, const struct srnf_warp *warp,
                                        const double rotation[9], const double *q)
@@ -32,7 +30,8 @@ static inline double truncations_floor(const struct shapes_surface *s, const str
     return norm2;
 }
 
-/* A shape or a file at degree base, with room for the degree; false when the file is not there. */
+/* What registrations_open opens, at degree base with room for the degree; false when it is not
+   there. */
 static inline bool truncations_open(struct shapes_surface *s, const char *what, size_t base,
                                     size_t degree)
 {

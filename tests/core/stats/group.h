@@ -8,17 +8,16 @@
 
 #include "core/shape/figures.h"
 
-#include <dirent.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
 #include "stats/stats.h"
+#include "support/bodies.h"
 #include "support/meshes.h"
 #include "support/parallel.h"
 #include "support/timing.h"
 
-#define GROUP_VENTRICLES "../shared/data/lv_endocardium_ed"
 #define GROUP_MAX ((size_t)128)
 
 struct group {
@@ -82,67 +81,32 @@ static inline void group_open_stars(struct group *g, size_t degree, size_t n, do
     shapes_close(&base);
 }
 
-static inline int group_by_name(const void *a, const void *b)
-{
-    return strcmp(a, b);
-}
-
-/* The i-th of n meshes of left ventricles, taken in turn from both ends of the sorted names: both
-   of the groups that the names tell apart. False where the data are not there. */
-static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *mesh)
-{
-    static char names[GROUP_MAX][512];
-    static size_t found;
-
-    if (found == 0) {
-        DIR *folder = opendir(GROUP_VENTRICLES);
-        struct dirent *entry;
-
-        if (!folder) {
-            return false;
-        }
-        while (found < GROUP_MAX && (entry = readdir(folder))) {
-            size_t length = strlen(entry->d_name);
-
-            if (length > 4 && length < 200 && strcmp(entry->d_name + length - 4, ".ply") == 0) {
-                (void)snprintf(names[found++], sizeof names[0], "%s/%s", GROUP_VENTRICLES,
-                               entry->d_name);
-            }
-        }
-        (void)closedir(folder);
-        qsort(names, found, sizeof names[0], group_by_name);
-    }
-    assert_true(found >= n);
-    return meshes_load(names[i % 2 ? found - 1 - i / 2 : i / 2], mesh);
-}
-
-/* Real left ventricles by the star route; false, saying so, when the data are not there. */
-static inline bool group_open_ventricles(struct group *g, size_t degree, size_t n)
+/* Makes the mesh the i-th surface of the group, by the star route, and clears it. */
+static inline void group_encode(struct group *g, size_t i, struct srnf_mesh *mesh)
 {
     struct srnf_encode_options options = srnf_encode_options_defaults();
-    struct srnf_mesh mesh;
+    struct srnf_mesh_report report;
+    struct srnf_encoded encoded;
 
-    if (!group_load_ventricle(0, n, &mesh)) {
-        printf("# skipped: no %s\n", GROUP_VENTRICLES);
-        return false;
-    }
-    srnf_mesh_clear(&mesh);
-    group_open(g, degree, n);
-    options.degree = degree;
+    options.degree = g->degree;
     options.parameterization = SRNF_PARAMETERIZATION_STAR;
-    for (size_t i = 0; i < n; i++) {
-        struct srnf_mesh_report report;
-        struct srnf_encoded encoded;
+    assert_int_equal(srnf_mesh_prepare(mesh, false, &report), SRNF_OK);
+    assert_int_equal(srnf_encode(mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
+    memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));
+    g->log_scale[i] = log(encoded.scale);
+    srnf_free(encoded.coefficients);
+    srnf_mesh_clear(mesh);
+}
 
-        assert_true(group_load_ventricle(i, n, &mesh));
-        assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
-        assert_int_equal(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
-        memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));
-        g->log_scale[i] = log(encoded.scale);
-        srnf_free(encoded.coefficients);
-        srnf_mesh_clear(&mesh);
+/* Left ventricles of bodies.h, seeds 0 to n - 1, each in the radial parameterisation of its own. */
+static inline void group_open_ventricles(struct group *g, size_t degree, size_t n)
+{
+    group_open(g, degree, n);
+    for (size_t i = 0; i < n; i++) {
+        struct srnf_mesh mesh = bodies_ventricle(i);
+
+        group_encode(g, i, &mesh);
     }
-    return true;
 }
 
 /* ---- Contexts -------------------------------------------------------------------------------- */

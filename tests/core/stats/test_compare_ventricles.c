@@ -1,5 +1,5 @@
 /*
- * test_compare_ventricles.c - the comparison of groups on the variation of real left ventricles,
+ * test_compare_ventricles.c - the comparison of groups on the variation of left ventricles,
  * divided by lot: a region planted in one of the groups is found, and nothing is found without it
  * more often than the level says.
  *
@@ -24,16 +24,13 @@ struct cohort {
     double *registered_q; /* [N][3][P], as parameterised */
 };
 
-static bool open_cohort(struct cohort *a)
+static void open_cohort(struct cohort *a)
 {
-    if (!group_open_ventricles(&a->g, DEGREE, N)) {
-        return false;
-    }
+    group_open_ventricles(&a->g, DEGREE, N);
     a->nodes = shapes_doubles(3 * a->g.points);
     a->mean = shapes_doubles(a->g.count);
     a->registered_q = shapes_doubles(N * 3 * a->g.points);
     stats_nodes(a->g.grid, a->nodes);
-    return true;
 }
 
 static void close_cohort(struct cohort *a)
@@ -111,9 +108,7 @@ static void planted_region_is_found_where_it_is(void **state)
     size_t found[2] = {0, 0};
 
     (void)state;
-    if (!open_cohort(&a)) {
-        skip();
-    }
+    open_cohort(&a);
     draw_lots(77, labels);
     plant(&a, labels);
     update(&a);
@@ -144,9 +139,7 @@ static void groups_by_lot_are_not_told_apart(void **state)
     size_t mapped = 0;
 
     (void)state;
-    if (!open_cohort(&a)) {
-        skip();
-    }
+    open_cohort(&a);
     update(&a);
     for (size_t seed = 0; seed < SEEDS; seed++) {
         struct srnf_comparison out;
