@@ -12,6 +12,7 @@
 # A line of a list is one need. Names joined by | are alternatives: the need is met by whichever is
 # installed, and otherwise by the first one that this release has.
 set -eu
+export LC_ALL=C # what apt says is looked for in English
 
 BASE='
 gcc

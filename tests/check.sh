@@ -11,6 +11,7 @@
 # as one; the last line is their sum, "N passed, M failed", and the exit status is 1 if M > 0. Needs no
 # terminal and no input. The thread sanitizer has its own target, "make tsan".
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 cd "$(dirname "$0")/.." || exit 2
 exec </dev/null
 # A build inside "make check" is a build of its own: it must not inherit targets' variables or job slots.

@@ -8,6 +8,7 @@
 # twenty files that miss the most lines, and fails below CORE_LEAST and SERVER_LEAST. A daemon that a test
 # kills takes its counts with it, so that the figure is a lower bound.
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 cd "$(dirname "$0")/.." || exit 2
 BUILD=${1:?build folder}
 CORE_LEAST=${CORE_LEAST:-95}

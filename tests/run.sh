@@ -25,6 +25,7 @@
 # SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 
 if [ $# -lt 1 ] || [ $# -gt 2 ] || [ ! -d "$1" ]; then
     echo "usage: tests/run.sh BUILD-FOLDER [FILTER]" >&2

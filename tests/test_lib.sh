@@ -35,6 +35,12 @@ fails 'compare 1e-4 "<=" 1e-5 a'
 fails 'compare null "<=" 1e-5 a'
 fails 'compare "" "<=" 1 a'
 fails 'compare nan "<=" 1 a'
+fails 'compare -inf "<=" 1 a'
+fails 'compare 2.75 "<" 2.5 a' # where numbers have a comma, mawk takes both for 2
+passes 'echo "{\"x\":2}" >"$BODY"; is "$(json "(.x | real) < 3")" true a'
+fails 'echo "{\"x\":null}" >"$BODY"; is "$(json "(.x | real) < 3")" true a'
+OUTPUT=$(LC_ALL=de_DE.UTF-8 LANG=de_DE.UTF-8 bash -c '. tests/support/lib.sh; echo "$LC_ALL"' "$ROOT/tests/x.sh" 2>/dev/null)
+is "$OUTPUT" C 'the language of the caller is not that of the tests'
 
 script 'ok a; is 1 2 b; skip c "no data"; done_testing'
 like "$OUTPUT" '1\.\.3$' 'the plan counts what was reported'

@@ -10,6 +10,7 @@
 # report is a failure, whatever the tests say. tests/tsan.supp, where there is one, names what is not reported.
 # The last line reads "N passed, M failed".
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 BUILD=$(cd "$1" && pwd) || exit 2
 shift
 cd "$(dirname "$0")/.." || exit 2

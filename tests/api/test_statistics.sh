@@ -66,7 +66,7 @@ is "$(json '.matrix | length')" 4 'distances between four surfaces'
 compare "$(largest '.matrix as $m | range(4) as $i | $m[$i][$i], (range(4) as $j | $m[$i][$j] - $m[$j][$i])')" \
     '==' 0 'are symmetric, with a diagonal of 0'
 is "$(json '.matrix as $m | [range(4) as $i | range(4) as $j | range(4) as $k |
-    $m[$i][$k] <= ($m[$i][$j] + $m[$j][$k]) * (1 + 1e-12)] | all')" true 'and a metric'
+    ($m[$i][$k] | real) <= ($m[$i][$j] + $m[$j][$k]) * (1 + 1e-12)] | all')" true 'and a metric'
 is "$(json '.labels | join(" ")')" "$NAMES" 'under the names of the surfaces'
 is "$(json .registration)" null 'and say that nothing was registered'
 MATRIX=$(json '.matrix | tojson')

@@ -6,6 +6,7 @@
 # Each program prints its own table; none runs beside another. Ends with 1 if one of them fails, which is how
 # a benchmark says that a figure it promises was not reached.
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 if [ $# -lt 1 ] || [ ! -d "$1" ]; then
     echo 'usage: tests/bench/run.sh BUILD-FOLDER [FILTER]' >&2
     exit 2

@@ -7,6 +7,7 @@
 # FUZZ_KEEP=FOLDER it is left in FOLDER/<format>. Inputs that break something are kept in
 # BUILD-FOLDER/findings, and make the exit status 1.
 set -u
+export LC_ALL=C # numbers with a point, messages in English
 
 build=${1:?build folder}
 seconds=${2:?seconds for each target}

@@ -17,6 +17,10 @@
 
 set -u
 
+# Whatever the caller speaks: mawk and bash read and write numbers with the comma of the locale, and what tools say is
+# looked for in English.
+export LC_ALL=C
+
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$ROOT" || exit 1
 SRNFD_BUILD=${SRNFD_BUILD:-$ROOT/build}
@@ -270,9 +274,10 @@ execute() { # PROCESS INPUTS [CURL ARGUMENTS..]
     post_json "/v1/processes/$process/execution" "{\"inputs\":$inputs}" "$@"
 }
 
-# A member of the last body, as jq's raw output; nothing if the body is not JSON.
+# A member of the last body, as jq's raw output; nothing if the body is not JSON. To jq null is less than every
+# number, and null is how a NaN is written: "real" in a filter passes numbers on and is an error for anything else.
 json() { # JQ-FILTER
-    jq -r "$1" "$BODY" 2>/dev/null
+    jq -r "def real: if type == \"number\" then . else error(\"no number\") end; $1" "$BODY" 2>/dev/null
 }
 
 # A header of the last answer, by name without regard to case.
