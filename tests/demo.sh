@@ -137,9 +137,13 @@ geodesic() {
         printf "(distance %.4f, length %.4f, %.2f s). Squared distance from the straight line in the space\n",
             d, l, ms / 1000 }'
     printf 'of SRNFs, relative to its squared norm:\n\n'
-    printf '  %6s %12s %12s %12s\n' t geodesic 'closed form' linear
-    jq -r '.times as $t | .relativeEnergies | [$t, .geodesic, .closedForm, .linear] | transpose[] | @tsv' \
-        "$SCRATCH/geodesic.json" | awk '{ printf "  %6.3f %12.1e %12.1e %12.1e\n", $1, $2, $3, $4 }'
+    printf '  %6s %12s %12s %12s\n' t geodesic linear 'closed form'
+    jq -r '.times as $t | .relativeEnergies | [$t, .geodesic, .linear, (.closedForm // [])] | transpose[] | @tsv' \
+        "$SCRATCH/geodesic.json" |
+        awk -F '\t' '{ printf "  %6.3f %12.1e %12.1e %12s\n", $1, $2, $3, ($4 == "" ? "none" : sprintf("%.1e", $4)) }'
+    if [ "$(json .energies.closedForm)" = null ]; then
+        printf '\nThe closed form is for star-shaped surfaces in their radial parameterisation, which these are not in.\n'
+    fi
     for id in $(jq -r '.surfaces[].id' "$SCRATCH/geodesic.json"); do
         i=$((i + 1))
         for format in ply glb; do

@@ -8,8 +8,8 @@
  *                extrapolated linearly from the last two surfaces, the blend
  *                (1 - t) f_0 + t f_1, and the closed form. A step of it never raises E, so the
  *                curve of the geodesic lies below the other two
- *   closed-form  by r = sqrt(|q| <q, e>), which is right where both ends are star-shaped and so
- *                is the way between
+ *   closed-form  by r = sqrt(|q| <q, e>), which is right where both ends are star-shaped, and in
+ *                their radial parameterisation, and so is the way between
  *   linear       not at all: the blend itself
  * The line leaves the image of Q in general, so that the energy E_t = ||Q(f_t) - q_t||^2 has a
  * positive minimum; the three curves of it are those of the paper's Fig. 4. Q knows no
@@ -143,6 +143,10 @@ static void prepare_point(struct geodesic_work *work, const double *from, const 
     work->system->q_norm2 = norm2;
     srnf_invert_closed_form(work->sht, work->q, work->closed, &relative, work->workspace);
     result->energy_closed_form[k] = relative * norm2;
+    if (k == 0 || k + 1 == result->steps) { /* q is that of an end */
+        result->closed_form_applies =
+            (k == 0 || result->closed_form_applies) && relative <= SRNF_CLOSED_FORM_APPLIES;
+    }
     result->energy_linear[k] = srnf_energy(work->sht, work->blend, work->q, NULL, work->workspace);
     work->system->transforms += 2.0;
 }

@@ -59,10 +59,9 @@ struct srnf_invert_options srnf_invert_options_defaults(void)
 }
 
 static const char *const stop_names[] = {
-    [SRNF_STOP_TOLERANCE] = "tolerance",
-    [SRNF_STOP_STATIONARY] = "stationary",
-    [SRNF_STOP_MAX_ITERATIONS] = "maxIterations",
-    [SRNF_STOP_CANCELED] = "canceled",
+    [SRNF_STOP_TOLERANCE] = "tolerance",          [SRNF_STOP_STATIONARY] = "stationary",
+    [SRNF_STOP_MAX_ITERATIONS] = "maxIterations", [SRNF_STOP_CANCELED] = "canceled",
+    [SRNF_STOP_CLOSED_FORM] = "closedForm",
 };
 
 const char *srnf_stop_name(enum srnf_stop stop)
@@ -205,10 +204,12 @@ static int method_auto(struct shape_run *run, const double *sphere)
     return status;
 }
 
-/* A few steps beyond the tolerance, for a solution that is close to it already. */
+/* A few steps beyond the tolerance, for a solution that is close to it already. Why the method
+   stopped stays what it was: running out of these few says nothing. */
 static int polish(struct shape_run *run, bool certify)
 {
     double tolerance = run->tolerance;
+    enum srnf_stop stopped = run->stopped;
     struct shape_lm_options options = {
         .lambda = LAMBDA_FINE, .max_steps = POLISH_STEPS, .inner_cap = FINE_CAP, .decrease = 0.5};
     int status;
@@ -219,6 +220,7 @@ static int polish(struct shape_run *run, bool certify)
     run->tolerance = certify ? fmin(tolerance, POLISH_TOLERANCE) : MARGIN * tolerance;
     status = shape_levenberg(run, &options);
     run->tolerance = tolerance;
+    run->stopped = run->stopped == SRNF_STOP_CANCELED ? run->stopped : stopped;
     return status;
 }
 
@@ -360,7 +362,7 @@ static int solve(struct shape_run *run, const struct srnf_invert_options *option
 {
     result->method = options->method;
     if (options->method == SRNF_INVERT_CLOSED_FORM) {
-        run->stopped = SRNF_STOP_STATIONARY;
+        run->stopped = SRNF_STOP_CLOSED_FORM;
         return SRNF_OK;
     }
     if (options->method == SRNF_INVERT_SPECTRAL) {

@@ -89,7 +89,7 @@ static bool advance(struct shape_run *run, struct levenberg *work,
             run->energy = energy;
             shape_run_record(run);
             *lambda = fmax(LAMBDA_MIN, *lambda * LAMBDA_DOWN);
-            run->stopped = SRNF_STOP_STATIONARY;
+            run->stopped = small ? SRNF_STOP_STATIONARY : SRNF_STOP_MAX_ITERATIONS;
             return !small;
         }
         *lambda *= LAMBDA_UP;
@@ -120,8 +120,6 @@ int shape_levenberg(struct shape_run *run, const struct shape_lm_options *option
     }
     if (shape_run_relative(run) <= run->tolerance) {
         run->stopped = SRNF_STOP_TOLERANCE;
-    } else if (steps >= options->max_steps || run->iterations >= run->max_iterations) {
-        run->stopped = run->stopped == SRNF_STOP_CANCELED ? run->stopped : SRNF_STOP_MAX_ITERATIONS;
     }
     release(&work);
     return run->stopped == SRNF_STOP_CANCELED ? SRNF_ECANCELED : SRNF_OK;

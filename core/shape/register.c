@@ -19,6 +19,7 @@
 #include <string.h>
 
 #define SWAPS 2
+#define SHARE_WAY 0.45 /* of the progress: one of the two searches */
 #define DEGREE_MAX 32
 #define FINER(n) (3 * ((n) > 48 ? (n) : 48) / 2) /* rows on which J is watched */
 
@@ -30,7 +31,21 @@ struct srnf_register_options srnf_register_options_defaults(void)
                                           .reparameterization = true,
                                           .degree = 12,
                                           .penalty_jacobian = 0.003,
-                                          .penalty_displacement = 0.01};
+                                          .penalty_displacement = 0.01,
+                                          .max_steps = 40};
+}
+
+static const char *const stop_names[] = {
+    [SRNF_REGISTER_DIRECT] = "direct",
+    [SRNF_REGISTER_TOLERANCE] = "tolerance",
+    [SRNF_REGISTER_STATIONARY] = "stationary",
+    [SRNF_REGISTER_REFUSED] = "stepRefused",
+    [SRNF_REGISTER_MAX_ITERATIONS] = "maxIterations",
+};
+
+const char *srnf_register_stop_name(enum srnf_register_stop stop)
+{
+    return (size_t)stop < sizeof stop_names / sizeof stop_names[0] ? stop_names[stop] : "unknown";
 }
 
 void srnf_registration_clear(struct srnf_registration *r)
@@ -101,6 +116,30 @@ static double field_distance(const struct call *c, const double *a, const double
 
 /* ---- Both directions ------------------------------------------------------------------------- */
 
+/* A share of the caller's progress; everything else of the context is passed on. */
+struct share {
+    const struct srnf_context *outer;
+    double from, to;
+};
+
+static bool share_canceled(void *user)
+{
+    return srnf_is_canceled(((const struct share *)user)->outer);
+}
+
+static void share_progress(void *user, double fraction, const char *message)
+{
+    const struct share *share = user;
+
+    srnf_report_progress(share->outer, share->from + fraction * (share->to - share->from), message);
+}
+
+static struct srnf_context share_context(struct share *share)
+{
+    return (struct srnf_context){
+        .user = share, .canceled = share_canceled, .progress = share_progress};
+}
+
 /* Registration with a as the template, from nothing (chain NULL) or from a chain. */
 static int one_way(const struct call *c, const double *q_template, const double *surface,
                    const double *moving, const struct srnf_warp *chain,
@@ -135,6 +174,7 @@ struct pair {
     struct srnf_warp best; /* as found */
     size_t direction;      /* best has surface[direction] as its template */
     double objective, distance, gap;
+    enum srnf_register_stop stopped;
     struct search_result info;
 };
 
@@ -146,16 +186,37 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     pair->direction = direction;
     pair->objective = result->warp.objective;
     pair->distance = result->distance;
+    pair->stopped = result->warp.stopped;
+}
+
+/* Another basin counts from whichever side it was seen, and so does a rotation that costs little. */
+static void join_ambiguities(const struct search_result *other, struct search_result *info)
+{
+    bool closer = info->ambiguity_objective == 0.0 ||
+                  (other->ambiguity_objective > 0.0 &&
+                   other->ambiguity_objective < info->ambiguity_objective);
+
+    if (closer) {
+        info->ambiguity_objective = other->ambiguity_objective;
+        info->ambiguity_angle = other->ambiguity_angle;
+    }
+    info->rotational_curvature = fmin(info->rotational_curvature, other->rotational_curvature);
 }
 
 static int search_pair(const struct call *c, struct pair *pair)
 {
     struct search_result results[2] = {{.iterations = 0}, {.iterations = 0}};
-    int status = one_way(c, pair->q[0], pair->surface[0], pair->surface[1], NULL, &results[0]);
+    int status = SRNF_OK;
     size_t best;
 
-    if (status == SRNF_OK) {
-        status = one_way(c, pair->q[1], pair->surface[1], pair->surface[0], NULL, &results[1]);
+    for (size_t k = 0; k < 2 && status == SRNF_OK; k++) {
+        struct share share = {c->context, (double)k * SHARE_WAY, (double)(k + 1) * SHARE_WAY};
+        struct srnf_context context = share_context(&share);
+        struct call way = *c;
+
+        way.context = &context;
+        status =
+            one_way(&way, pair->q[k], pair->surface[k], pair->surface[1 - k], NULL, &results[k]);
     }
     if (status == SRNF_OK) {
         double a = results[0].warp.objective;
@@ -164,6 +225,7 @@ static int search_pair(const struct call *c, struct pair *pair)
         best = b < a;
         pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
         pair->info = results[best];
+        join_ambiguities(&results[1 - best], &pair->info);
         pair->info.warp = (struct warp){0};
         pair->info.iterations = results[0].iterations + results[1].iterations;
         keep(pair, best, &results[best]);
@@ -178,11 +240,16 @@ static int swap_once(const struct call *c, struct pair *pair)
 {
     struct srnf_warp inverse = {0};
     struct search_result result = {.iterations = 0};
+    struct share share = {c->context, 2.0 * SHARE_WAY, 1.0};
+    struct srnf_context context = share_context(&share);
+    struct call back = *c;
     size_t other = 1 - pair->direction;
     int status = warp_invert(&pair->best, &inverse);
 
+    back.context = &context;
+
     if (status == SRNF_OK) {
-        status = one_way(c, pair->q[other], pair->surface[other], pair->surface[1 - other],
+        status = one_way(&back, pair->q[other], pair->surface[other], pair->surface[1 - other],
                          &inverse, &result);
     }
     if (status == SRNF_OK) {
@@ -211,6 +278,7 @@ static int symmetric_search(const struct call *c, const double *template_surface
     int status;
 
     if (same) { /* no search finds the identity better than this */
+        pair.stopped = SRNF_REGISTER_TOLERANCE;
         status = warp_append(&pair.best, SRNF_WARP_ROTATION, 0, identity);
     } else {
         status = search_pair(c, &pair);
@@ -242,6 +310,7 @@ static int symmetric_search(const struct call *c, const double *template_surface
         /* Measured once, for both directions. */
         result->warp.objective = pair.objective;
         result->distance = pair.distance;
+        result->warp.stopped = pair.stopped;
         search_clear(&search);
     }
     srnf_warp_clear(&pair.best);
@@ -345,7 +414,8 @@ static int report_surface(const struct call *c, const double *moving, struct srn
     if (status == SRNF_OK) {
         shape_represent(c->sht, c->options->representation, r->coefficients, q, c->workspace);
         norm = sqrt(srnf_inner_product(srnf_sht_grid(c->sht), r->q, r->q));
-        r->truncation_error = norm > 0.0 ? field_distance(c, q, r->q) / norm : 0.0;
+        r->truncation_distance = field_distance(c, q, r->q);
+        r->truncation_error = norm > 0.0 ? r->truncation_distance / norm : 0.0;
     }
     srnf_free(q);
     return status;
@@ -400,11 +470,13 @@ static int report(const struct call *c, const double *moving, struct search_resu
     found->warp.chain = (struct srnf_warp){0};
     r->objective = found->warp.objective;
     r->distance_before = field_distance(c, c->q1, c->q2);
+    r->rotations_searched = found->rotations_searched;
     r->ambiguity_objective = found->ambiguity_objective;
     r->ambiguity_angle = found->ambiguity_angle;
     r->rotational_curvature = found->rotational_curvature;
     r->iterations = found->iterations;
-    r->converged = true;
+    r->stopped = found->warp.stopped;
+    r->converged = r->stopped != SRNF_REGISTER_MAX_ITERATIONS;
     return report_jacobian(c, r);
 }
 
@@ -419,6 +491,9 @@ int registration_check(const struct srnf_register_options *o, struct srnf_error 
     if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
         !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
+    }
+    if (o->max_steps < 1) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "max_steps is 0");
     }
     return SRNF_OK;
 }

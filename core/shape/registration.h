@@ -116,7 +116,8 @@ struct warp {
     double rotation[9];        /* O, row-major: values of the moving surface are turned by it */
     double energy;             /* relative to ||q1||^2 */
     double objective;
-    struct srnf_warp chain; /* what made the points of the nodes */
+    enum srnf_register_stop stopped; /* of the last search that moved it */
+    struct srnf_warp chain;          /* what made the points of the nodes */
 };
 /* The identity on the nodes of a target. */
 SRNF_CHECKED int warp_create(struct warp *warp, const struct target *target);
@@ -168,8 +169,8 @@ struct schedule {
     size_t max_steps;
     double decrease; /* stop after two steps that gain less than this part */
 };
-/* Levenberg-Marquardt with left steps. The warp must have been evaluated by registration_objective.
-   */
+/* Levenberg-Marquardt with left steps. The warp must have been evaluated by registration_objective;
+   its member stopped says why the steps ended. */
 SRNF_CHECKED int registration_optimise(const struct problem *problem, const struct level *level,
                                        const struct schedule *schedule,
                                        const struct srnf_context *context, struct warp *warp,
@@ -197,6 +198,7 @@ void registration_potentials(const struct fields *fields, const double *step, do
 struct start_rotation {
     double rotation[9]; /* of the domain, row-major */
     double energy;      /* relative; rough after the screening, exact after refinement */
+    enum srnf_register_stop stopped; /* of the refinement */
 };
 /* Best rotations of the domain by the degree-6 part of q, at least 20 degrees apart, best first.
    Returns their number. */
@@ -232,6 +234,7 @@ void search_clear(struct search *search);
 struct search_result {
     struct warp warp; /* on the nodes of the full target, which may be finer than the template's */
     double distance;
+    bool rotations_searched; /* the three that follow are known */
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
     size_t iterations;
 };

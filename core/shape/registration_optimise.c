@@ -11,7 +11,8 @@
  * one adjoint evaluation of harmonics at the points. The matrix is that of the data term and the
  * displacement penalty (registration_matrix.c), plus a multiple of l (l + 1) for the Jacobian
  * penalty, plus damping. A step is accepted if the objective falls and the Jacobian of the step is
- * at least one half on the grid: between the nodes it then stays positive.
+ * at least one half on the grid: between the nodes it then stays positive. Steps shorten until one is
+ * accepted; where none is, however short, the objective is at its minimum to rounding.
  */
 #include "registration.h"
 
@@ -378,6 +379,7 @@ int registration_optimise(const struct problem *problem, const struct level *lev
     }
     registration_damping(level, o.unknowns, o.damping);
     registration_objective(problem, warp, samples, rotation);
+    warp->stopped = SRNF_REGISTER_MAX_ITERATIONS;
     for (size_t step = 0; step < schedule->max_steps && small < 2 && status == SRNF_OK; step++) {
         double gain;
         double before = warp->objective;
@@ -392,9 +394,15 @@ int registration_optimise(const struct problem *problem, const struct level *lev
         status = advance(&o, warp, samples, rotation, &lambda, &gain);
         (*iterations)++;
         if (!(gain > 0.0)) {
+            warp->stopped = SRNF_REGISTER_REFUSED;
             break;
         }
         small = gain < schedule->decrease * before ? small + 1 : 0;
+    }
+    if (warp->energy < ENERGY_ZERO) {
+        warp->stopped = SRNF_REGISTER_TOLERANCE;
+    } else if (small >= 2) {
+        warp->stopped = SRNF_REGISTER_STATIONARY;
     }
     srnf_free(o.memory);
     return status;

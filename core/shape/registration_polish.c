@@ -368,6 +368,10 @@ static int run_side(struct polish *p, const struct side *side, size_t degree,
         status = advance(p, side, &lambda, &gain);
         (*iterations)++;
     }
+    p->warp->stopped = p->warp->energy <= ENERGY_ZERO ? SRNF_REGISTER_TOLERANCE
+                       : gain > PROGRESS              ? SRNF_REGISTER_MAX_ITERATIONS
+                       : gain > 0.0                   ? SRNF_REGISTER_STATIONARY
+                                                      : SRNF_REGISTER_REFUSED;
     clear(p);
     return status;
 }

@@ -21,7 +21,6 @@
 #define TOURNAMENT_THIRD ((size_t)4)
 #define RIGID_REFINED ((size_t)10)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
-#define STEPS_MAX 40
 #define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
 #define FINE_ROWS_MIN ((size_t)36)
 #define FINE_ROWS_MAX ((size_t)96)
@@ -266,7 +265,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         bool last = k + 1 == RUNGS || ladder[k].degree >= top;
         size_t degree = ladder[k].degree < top ? ladder[k].degree : top;
-        struct schedule schedule = {STEPS_MAX, ladder[k].decrease};
+        struct schedule schedule = {s->options->max_steps, ladder[k].decrease};
         struct level level;
 
         if (degree > from) {
@@ -336,13 +335,15 @@ static void keep_best(struct entrants *e, size_t count)
     }
 }
 
+/* Steps of fields of a degree, or of the highest that was asked for, with every entrant. */
 static int play_round(const struct search *s, const struct problem *problem, size_t degree,
                       size_t steps, struct entrants *e, size_t *iterations)
 {
     struct schedule schedule = {steps, 1e-3};
     struct samples samples = {0};
     struct level level;
-    int status = open_level(s, problem, degree, &level);
+    size_t top = s->options->degree;
+    int status = open_level(s, problem, degree < top ? degree : top, &level);
 
     if (status) {
         return status;
@@ -435,6 +436,7 @@ static int tournament(const struct search *s, struct search_result *result)
                                 &status);
     if (status == SRNF_OK) {
         status = registration_rigid(&s->coarse, &starts[0], &result->rotational_curvature);
+        result->rotations_searched = true;
     }
     if (status == SRNF_OK) {
         status = enter(s, starts, count, &e);
@@ -453,11 +455,11 @@ static int tournament(const struct search *s, struct search_result *result)
         status = move_to_full(s, &e);
     }
     if (status == SRNF_OK) {
-        status = play_round(s, &s->full, 4, STEPS_MAX, &e, &result->iterations);
+        status = play_round(s, &s->full, 4, s->options->max_steps, &e, &result->iterations);
     }
     if (status == SRNF_OK && s->options->degree >= 8) {
         srnf_report_progress(s->context, 0.5, "tournament");
-        status = play_round(s, &s->full, 8, STEPS_MAX, &e, &result->iterations);
+        status = play_round(s, &s->full, 8, s->options->max_steps, &e, &result->iterations);
     }
     if (status == SRNF_OK && e.count > 0) {
         sort_entrants(&e);
@@ -503,12 +505,16 @@ static int rigid(const struct search *s, struct search_result *result)
     }
     if (status == SRNF_OK) {
         status = registration_rigid(&s->full, &starts[best], &result->rotational_curvature);
+        result->rotations_searched = true;
     }
     if (status == SRNF_OK) {
         status = warp_create(&result->warp, &s->full.target);
     }
-    return status == SRNF_OK ? warp_rotate(&result->warp, &s->full.target, starts[best].rotation)
-                             : status;
+    if (status == SRNF_OK) {
+        status = warp_rotate(&result->warp, &s->full.target, starts[best].rotation);
+        result->warp.stopped = starts[best].stopped;
+    }
+    return status;
 }
 
 /* ---- Driver ---------------------------------------------------------------------------------- */

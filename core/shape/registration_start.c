@@ -343,6 +343,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
     }
     status = warp_rotate(&warp, &problem->target, start->rotation);
     registration_objective(&plain, &warp, &samples, ignored);
+    start->stopped = SRNF_REGISTER_MAX_ITERATIONS;
     for (int step = 0; step < RIGID_STEPS && warp.energy > RIGID_ZERO && status == SRNF_OK;
          step++) {
         double before = warp.energy;
@@ -353,6 +354,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
             a[7 * j] *= 1.0 + lambda;
         }
         if (LAPACKE_dposv_work(LAPACK_COL_MAJOR, 'L', 6, 1, a, 6, rhs, 6) != 0) {
+            start->stopped = SRNF_REGISTER_REFUSED;
             break;
         }
         memcpy(candidate, start->rotation, sizeof candidate);
@@ -363,6 +365,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
             memcpy(start->rotation, candidate, sizeof candidate);
             lambda *= 0.2;
             if (before - warp.energy < RIGID_DECREASE * before) {
+                start->stopped = SRNF_REGISTER_STATIONARY;
                 break;
             }
         } else {
@@ -370,11 +373,15 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
             registration_objective(&plain, &warp, &samples, ignored);
             lambda *= 10.0;
             if (lambda > 1e4) {
+                start->stopped = SRNF_REGISTER_REFUSED;
                 break;
             }
         }
     }
     start->energy = warp.energy;
+    if (warp.energy <= RIGID_ZERO) {
+        start->stopped = SRNF_REGISTER_TOLERANCE;
+    }
     if (curvature) {
         normal_equations(problem, &warp, &samples, a, rhs);
         *curvature = domain_curvature(a);

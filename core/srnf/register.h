@@ -26,8 +26,21 @@ struct srnf_register_options {
     bool common_pose; /* the data share a pose: no rotation anywhere, start identity */
     bool symmetric;   /* both ways, the lower objective, swap polish: equal for (a, b) and (b, a) */
     bool exact;       /* no penalty, up to degree 32: for surfaces that differ by a warp alone */
+    size_t max_steps; /* at most so many for each degree of fields, 1 or more; default 40 */
 };
 struct srnf_register_options srnf_register_options_defaults(void);
+
+/* Why a registration went no further, at the highest degree of its fields. All but
+   SRNF_REGISTER_MAX_ITERATIONS are the end of what can be gained there. */
+enum srnf_register_stop {
+    SRNF_REGISTER_DIRECT = 0,     /* no search: a warp as given, values turned in closed form */
+    SRNF_REGISTER_TOLERANCE = 1,  /* registered to rounding: squared distance / ||q1||^2 < 1e-13 */
+    SRNF_REGISTER_STATIONARY = 2, /* the last steps gained less than the part that ends a degree */
+    SRNF_REGISTER_REFUSED = 3,    /* no step, however short, lowers the objective any more */
+    SRNF_REGISTER_MAX_ITERATIONS = 4, /* max_steps, while the objective still fell */
+};
+/* "direct", "tolerance", "stationary", "stepRefused", "maxIterations", or "unknown". */
+const char *srnf_register_stop_name(enum srnf_register_stop stop);
 
 /* A warp gamma as a chain of maps, applied in order: enough to replay it on any points. */
 enum srnf_warp_kind {
@@ -62,14 +75,17 @@ struct srnf_registration {
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
     double min_jacobian, max_jacobian; /* on half as many rows again, 72 at least */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
+    bool rotations_searched;    /* the next three are known: no identity start, no warm start */
     double
         ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */
     double ambiguity_angle;  /* rms angle between the two maps, radians */
     double
-        rotational_curvature; /* smallest eigenvalue of the energy over rotations of the domain */
-    double truncation_error;  /* ||q of coefficients - q|| relative to ||q|| */
-    size_t iterations;
-    bool converged;
+        rotational_curvature;   /* smallest eigenvalue of the energy over rotations of the domain */
+    double truncation_error;    /* truncation_distance relative to ||q|| */
+    double truncation_distance; /* ||q of coefficients - q|| */
+    size_t iterations;          /* of all starts, degrees and directions */
+    bool converged;             /* stopped is not SRNF_REGISTER_MAX_ITERATIONS */
+    enum srnf_register_stop stopped;
 };
 void srnf_registration_clear(struct srnf_registration *registration);
 

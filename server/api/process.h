@@ -165,9 +165,6 @@ bool process_read(int status);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
-/* What a registration came to: distance, distanceBefore, objective, minJacobian, maxJacobian,
-   truncationError, iterations, converged (process_register.c). */
-json_t *registration_figures(const struct srnf_registration *registration);
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
 json_t *process_distortion_json(const struct srnf_distortion *distortion);

@@ -54,7 +54,7 @@ static enum srnf_metric metric_of(const json_t *inputs)
 void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document;
-    struct srnf_register_options options = registration_defaults(false);
+    struct srnf_register_options options = registration_pair_defaults(false);
     const struct srnf_register_options *registration;
     enum srnf_metric metric;
     const char **ids = NULL;
@@ -65,7 +65,6 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     if (!inputs) {
         return;
     }
-    options.symmetric = true;
     registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
     metric = metric_of(inputs);
     ids = group_ids(inputs, &shape[0]);

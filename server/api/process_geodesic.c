@@ -1,9 +1,14 @@
 /*
  * process_geodesic.c - the process geodesic over HTTP: schemas, canonical inputs, result document.
  *
- * The second end is registered to the first, with the default options, unless register is false;
- * then the ends are joined as they are parameterised. Ends of different degree are joined at the
- * larger one.
+ * The second end is registered to the first, with the default options and both ways unless
+ * symmetric is false; where register is false the ends are joined as they are parameterised. Ends
+ * of different degree are joined at the larger one. distance is that of distances for the same two
+ * surfaces, whichever is from: of a registration, before the registered surface is cut to its
+ * degree. The line that is followed ends at the cut surface, so that its length (lineLength) is
+ * another by about that.
+ *
+ * The closed form is told of where it applies to both ends.
  *
  * Every surface of the path is stored. Its scale goes on the straight line between the scales of
  * the ends, and its source names the first surface as the reference, from which the deformation
@@ -14,12 +19,14 @@
 
 #include "api/process.h"
 #include "api/registration_options.h"
+#include "api/registration_report.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 #include "jobs/compute_geodesic.h"
 
 #define PULLBACK_STEPS_MIN 3
 
-static const char *const names[] = {"from", "to", "steps", "register", "method", NULL};
+static const char *const names[] = {"from", "to", "steps", "register", "symmetric", "method", NULL};
 
 /* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
 static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
@@ -28,13 +35,17 @@ json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct
 {
     struct process_inputs inputs;
     long degree, steps;
+    bool registered;
 
     if (!inputs_open(&inputs, call, given, list, names)) {
         return NULL;
     }
     steps = inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
                            PROCESS_STEPS_DEFAULT);
-    (void)inputs_boolean(&inputs, "register", true);
+    registered = inputs_boolean(&inputs, "register", true);
+    if (!inputs_boolean(&inputs, "symmetric", true) && !registered) { /* one spelling */
+        (void)json_object_set_new(inputs.canonical, "symmetric", json_true());
+    }
     if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0 &&
         steps < PULLBACK_STEPS_MIN) {
         problem_add(list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
@@ -93,7 +104,7 @@ static json_t *registration_document(const struct compute_geodesic_inputs *typed
     if (!typed->registration) {
         return json_null();
     }
-    document = registration_figures(&outputs->registration);
+    document = registration_figures(&outputs->registration, typed->registration);
     (void)json_object_set_new(document, "options", registration_json(typed->registration));
     return document;
 }
@@ -163,17 +174,18 @@ static json_t *pullback_document(const struct srnf_pullback_geodesic *pullback)
     return document;
 }
 
-/* The three curves, divided by the norms where these are given. */
+/* The three curves, divided by the norms where these are given; null where one means nothing. */
 static json_t *curves(const struct srnf_geodesic *geodesic, const double *norms)
 {
     static const char *const labels[] = {"geodesic", "closedForm", "linear"};
-    const double *energies[] = {geodesic->energy_geodesic, geodesic->energy_closed_form,
+    const double *energies[] = {geodesic->energy_geodesic,
+                                geodesic->closed_form_applies ? geodesic->energy_closed_form : NULL,
                                 geodesic->energy_linear};
     json_t *object = json_object();
 
     for (size_t k = 0; k < 3; k++) {
-        json_t *curve = json_array();
-        for (size_t i = 0; i < geodesic->steps; i++) {
+        json_t *curve = energies[k] ? json_array() : json_null();
+        for (size_t i = 0; energies[k] && i < geodesic->steps; i++) {
             double unit = norms ? norms[i] : 1.0;
             (void)json_array_append_new(curve, json_finite(energies[k][i] / unit));
         }
@@ -182,13 +194,42 @@ static json_t *curves(const struct srnf_geodesic *geodesic, const double *norms)
     return object;
 }
 
+static json_t *result_document(const struct compute_geodesic_inputs *typed,
+                               const struct compute_geodesic_outputs *outputs, json_t *surfaces)
+{
+    const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    double distance = typed->registration ? outputs->registration.distance : geodesic->distance;
+    json_t *document = json_object(), *warnings = json_array();
+
+    (void)json_object_set_new(document, "surfaces", surfaces);
+    (void)json_object_set_new(document, "times", json_vector(geodesic->times, geodesic->steps));
+    (void)json_object_set_new(document, "distance", json_finite(distance));
+    (void)json_object_set_new(document, "lineLength", json_finite(geodesic->distance));
+    (void)json_object_set_new(document, "length", json_finite(geodesic->length));
+    (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
+    (void)json_object_set_new(document, "relativeEnergies",
+                              curves(geodesic, outputs->squared_norm));
+    (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
+    (void)json_object_set_new(document, "pullback", pullback_document(&outputs->pullback));
+    (void)json_object_set_new(document, "registration", registration_document(typed, outputs));
+    registration_warn(document, &outputs->registration, "to onto from");
+    if (!typed->pullback && typed->options.method == SRNF_GEODESIC_CLOSED_FORM &&
+        !geodesic->closed_form_applies) {
+        warning_add(warnings, "closed-form-inapplicable", NULL,
+                    "The closed form does not give the ends themselves back: it is for star-shaped "
+                    "surfaces in their radial parameterisation, which a registered one is not. The "
+                    "surfaces between have nothing to do with the ends; use method srnf.");
+    }
+    warnings_put(document, warnings);
+    return document;
+}
+
 void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *document, *surfaces;
+    json_t *inputs = process_parse(text, result), *surfaces;
     struct compute_geodesic_inputs typed = {.options = srnf_geodesic_options_defaults()};
     struct compute_geodesic_outputs outputs = {0};
-    const struct srnf_geodesic *geodesic = &outputs.geodesic;
-    struct srnf_register_options registration = registration_defaults(false);
+    struct srnf_register_options registration = registration_pair_defaults(false);
 
     (void)api;
     if (!inputs) {
@@ -200,6 +241,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.options.method = method_of(inputs);
     typed.pullback = is_pullback(inputs);
     typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
+    registration.symmetric = json_is_true(json_object_get(inputs, "symmetric"));
     if (compute_geodesic(run, &typed, &outputs, result)) {
         goto out;
     }
@@ -207,17 +249,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     if (!surfaces) {
         goto out;
     }
-    document = json_object();
-    (void)json_object_set_new(document, "surfaces", surfaces);
-    (void)json_object_set_new(document, "times", json_vector(geodesic->times, geodesic->steps));
-    (void)json_object_set_new(document, "distance", json_finite(geodesic->distance));
-    (void)json_object_set_new(document, "length", json_finite(geodesic->length));
-    (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
-    (void)json_object_set_new(document, "relativeEnergies", curves(geodesic, outputs.squared_norm));
-    (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
-    (void)json_object_set_new(document, "pullback", pullback_document(&outputs.pullback));
-    (void)json_object_set_new(document, "registration", registration_document(&typed, &outputs));
-    process_finish(run, document, inputs, result);
+    process_finish(run, result_document(&typed, &outputs, surfaces), inputs, result);
 out:
     compute_geodesic_clear(&outputs);
     json_decref(inputs);

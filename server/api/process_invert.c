@@ -6,8 +6,9 @@
  * converged false: q then is not the SRNF of a surface of that degree, and the surface is a local
  * best. Where the iterations ran out, it depends on who set their number: an explicit
  * maxIterations asks how far that many lead and gives a result with converged false and stopped
- * "maxIterations"; the method's own limit is a failure, not-converged, which says how far it
- * got.
+ * "maxIterations"; the method's own limit is a failure, not-converged, which says how far it got.
+ * The method closed-form gives what the formula does, with stopped "closedForm" where that is above
+ * the tolerance.
  *
  * A q that is given is read by process_field.c.
  */
@@ -18,6 +19,7 @@
 
 #include "api/process.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 #include "jobs/compute_invert.h"
 
 static const char *const names[] = {"srnf",      "initial",       "method", "lmax",
@@ -203,7 +205,8 @@ static json_t *certificate_json(const struct srnf_certificate *certificate)
 static json_t *result_document(const struct compute_invert_outputs *outputs, json_t *surface)
 {
     const struct srnf_inversion *inversion = &outputs->inversion;
-    json_t *document = json_object();
+    json_t *document = json_object(), *warnings = json_array();
+    bool applies = inversion->closed_form_relative_energy <= SRNF_CLOSED_FORM_APPLIES;
     const struct {
         const char *name;
         json_t *value;
@@ -229,12 +232,22 @@ static json_t *result_document(const struct compute_invert_outputs *outputs, jso
          outputs->surface_error >= 0.0 ? json_finite(outputs->surface_error) : json_null()},
         {"flipped", json_boolean(inversion->flipped)},
         {"closedForm",
-         json_pack("{s:o}", "relativeEnergy", json_finite(inversion->closed_form_relative_energy))},
+         json_pack("{s:o}", "relativeEnergy",
+                   applies ? json_finite(inversion->closed_form_relative_energy) : json_null())},
     };
 
     for (size_t i = 0; i < sizeof members / sizeof members[0]; i++) {
         (void)json_object_set_new(document, members[i].name, members[i].value);
     }
+    if (inversion->stopped == SRNF_STOP_CLOSED_FORM && !applies) {
+        warning_add(
+            warnings, "closed-form-inapplicable",
+            json_pack("{s:f}", "relativeEnergy", inversion->relative_energy),
+            "The closed form does not give this SRNF back: it is for star-shaped surfaces in "
+            "their radial parameterisation. The surface has nothing to do with q; use method "
+            "auto.");
+    }
+    warnings_put(document, warnings);
     return document;
 }
 

@@ -15,6 +15,7 @@
 
 #include "api/process.h"
 #include "api/registration_options.h"
+#include "api/registration_report.h"
 #include "api/surfaces.h"
 #include "jobs/compute_register.h"
 
@@ -163,54 +164,18 @@ static json_t *warp_json(const struct compute_register_outputs *outputs)
                      json_nested(registration->jacobian, 2, shape));
 }
 
-json_t *registration_figures(const struct srnf_registration *registration)
-{
-    json_t *object = json_object();
-    const struct {
-        const char *name;
-        double value;
-    } figures[] = {
-        {"distance", registration->distance},
-        {"distanceBefore", registration->distance_before},
-        {"objective", registration->objective},
-        {"minJacobian", registration->min_jacobian},
-        {"maxJacobian", registration->max_jacobian},
-        {"truncationError", registration->truncation_error},
-    };
-
-    for (size_t i = 0; i < sizeof figures / sizeof figures[0]; i++) {
-        (void)json_object_set_new(object, figures[i].name, json_finite(figures[i].value));
-    }
-    (void)json_object_set_new(object, "iterations",
-                              json_integer((json_int_t)registration->iterations));
-    (void)json_object_set_new(object, "converged", json_boolean(registration->converged));
-    return object;
-}
-
 static json_t *result_document(const struct compute_register_inputs *typed,
                                const struct compute_register_outputs *outputs, json_t *surface)
 {
     const struct srnf_registration *registration = &outputs->registration;
     const size_t square[2] = {3, 3};
-    json_t *document = registration_figures(registration);
+    json_t *document = registration_figures(registration, &typed->options);
 
     (void)json_object_set_new(document, "surface", surface);
     (void)json_object_set_new(document, "rotation", json_nested(registration->rotation, 2, square));
-    (void)json_object_set_new(
-        document, "inverseConsistency",
-        typed->options.symmetric ? json_finite(registration->inverse_consistency) : json_null());
-    (void)json_object_set_new(document, "ambiguity",
-                              json_pack("{s:o, s:o, s:o}", "objective",
-                                        registration->ambiguity_objective > 0.0
-                                            ? json_finite(registration->ambiguity_objective)
-                                            : json_null(),
-                                        "angle", json_finite(registration->ambiguity_angle),
-                                        "rotationalCurvature",
-                                        json_finite(registration->rotational_curvature)));
-    (void)json_object_set_new(
-        document, "stopped", json_string(registration->converged ? "stationary" : "maxIterations"));
     (void)json_object_set_new(document, "registration", registration_json(&typed->options));
     (void)json_object_set_new(document, "warp", warp_json(outputs));
+    registration_warn(document, registration, "moving onto template");
     return document;
 }
 

@@ -54,7 +54,8 @@
     "are straight lines in the space of SRNFs.\"}"
 
 #define MEAN_OUTPUTS                                                                           \
-    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\"},"              \
+    "\"iterations\":{\"type\":\"integer\"},\"converged\":{\"type\":\"boolean\","               \
+    "\"description\":\"False where maxIterations was reached first.\"},"                       \
     "\"history\":{\"type\":\"array\",\"description\":\"[{iteration, change (relative, "        \
     "of the mean SRNF), variance (mean squared distance to it), objective (variance "          \
     "relative to the mean squared norm, and mean penalty: never rises), seconds}].\"}," LABELS \
@@ -93,40 +94,73 @@ const char register_inputs_schema[] = INPUTS_OPENING
     "\"description\":\"The surfaces share a pose: nothing is rotated, and the start is "
     "identity.\"},\"symmetric\":{\"type\":\"boolean\",\"default\":false,"
     "\"description\":\"Both ways, and the better one counts: the same distance from "
-    "either side.\"},\"exact\":{\"type\":\"boolean\",\"default\":false,"
+    "either side, that of distances and geodesic, at twice the time. false searches one way "
+    "(of ten pairs of real surfaces the distance was up to 11 % "
+    "larger).\"},\"exact\":{\"type\":\"boolean\",\"default\":false,"
     "\"description\":\"For surfaces that differ by a warp alone: no penalty, up to "
     "degree 32.\"}}}";
 
 const char register_outputs_schema[] = OUTPUTS_OPENING
     "\"surface\":{\"type\":\"object\",\"description\":\"Record of the moving surface, "
-    "registered.\"},\"rotation\":{\"type\":\"array\",\"description\":\"3x3, row by "
-    "row: of the moving surface in space.\"},\"distance\":{\"type\":[\"number\","
-    "\"null\"]},\"distanceBefore\":{\"type\":[\"number\",\"null\"]},"
-    "\"objective\":{\"type\":[\"number\",\"null\"],\"description\":\"Squared distance "
-    "relative to the area of the template, and the penalties.\"},"
-    "\"minJacobian\":{\"type\":[\"number\",\"null\"]},"
-    "\"maxJacobian\":{\"type\":[\"number\",\"null\"]},"
-    "\"inverseConsistency\":{\"type\":[\"number\",\"null\"],\"description\":\"Relative "
-    "gap between the objectives of the two ways; null unless symmetric.\"},"
-    "\"ambiguity\":{\"type\":\"object\",\"description\":\"objective: of the best start "
-    "in another basin, relative to the best, or null; angle between the two maps; "
-    "rotationalCurvature: smallest eigenvalue over rotations of the sphere.\"},"
-    "\"truncationError\":{\"type\":[\"number\",\"null\"],\"description\":\"Relative "
-    "distance of the registered surface's SRNF from the registered SRNF, which its "
-    "degree cuts off.\"},\"iterations\":{\"type\":\"integer\"},"
-    "\"converged\":{\"type\":\"boolean\"},\"stopped\":{\"type\":\"string\","
-    "\"description\":\"stationary or maxIterations.\"},"
-    "\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty and all "
-    "other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps of "
-    "the sphere to be applied in order, each a rotation (matrix), or exp or "
-    "exp-inverse (p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; "
-    "harmonic coefficients of phi and psi); grid: where they take the nodes of the "
-    "template's grid, and their Jacobian there.\"}," MADE_BY;
+    "registered.\"},\"rotation\":{\"type\":\"array\",\"description\":\"3x3, row by row: of "
+    "the moving surface in "
+    "space.\"},\"distance\":{\"type\":[\"number\",\"null\"],\"description\":\"L2 distance "
+    "of the template's SRNF from the registered SRNF of the moving surface, before its "
+    "degree cuts anything off. 0 to 2 at unit area. It depends on degree and penalty "
+    "(registration); with symmetric and the defaults it is that of distances and "
+    "geodesic.\"},\"distanceBefore\":{\"type\":[\"number\",\"null\"],\"description\":\"The "
+    "same for the surfaces as they were given, in their poses and parameterisations: no "
+    "measure of shape, and none of what registration "
+    "achieved.\"},\"objective\":{\"type\":[\"number\",\"null\"],\"description\":\"What was "
+    "minimised: squared distance relative to the area of the template, and the "
+    "penalties.\"},\"minJacobian\":{\"type\":[\"number\",\"null\"],\"description\":\"Least "
+    "factor by which the warp scales areas of the sphere, on a grid finer by half; above "
+    "0, nothing folds. Ten pairs of brain structures, ventricles and asteroids, at degrees "
+    "8, 15 and 31, had 0.24 to 0.92. A tenth is doubtful: warning "
+    "registration-distorted.\"},\"maxJacobian\":{\"type\":[\"number\",\"null\"],\"description\":"
+    "\"The "
+    "largest factor. The same pairs had 1.1 to 3.4. Ten is doubtful: warning "
+    "registration-distorted.\"},\"inverseConsistency\":{\"type\":[\"number\",\"null\"],"
+    "\"description\":\"Relative "
+    "gap between the objectives of the two ways, before the better one was kept and "
+    "improved: how much one search may miss. The same pairs had up to 0.07. null unless "
+    "symmetric.\"},\"ambiguity\":{\"type\":\"object\",\"description\":\"objective: of the "
+    "best start in another basin, relative to the best, and angle, between the two maps in "
+    "radians; null where there was none. rotationalCurvature: smallest eigenvalue of the "
+    "energy over rotations of the sphere; null where none were tried. Up to 1.05, or a "
+    "curvature below 0.02 (real ventricles, nearly of revolution, 0.04 to 0.08; other "
+    "shapes above 0.1), pose and correspondence are one choice among several: warning "
+    "registration-ambiguous.\"},\"truncationError\":{\"type\":[\"number\",\"null\"],"
+    "\"description\":\"Distance "
+    "of the registered surface's own SRNF from the registered one, relative to the norm of "
+    "that, 1 at unit area: what the degree of the surface cuts off. Read it against "
+    "distance: Searched both ways, the same pairs had 0.24 to 2.4 of it at degree 8, 0.12 "
+    "to 2.7 at 15 and 0.08 to 1.8 at 31, ventricles at most 0.33, 0.22 and 0.14. Above "
+    "half of it the registered surface, and paths to it, say little (warning "
+    "registration-truncated): encode with a higher lmax. The distance is measured before "
+    "the cut.\"},\"iterations\":{\"type\":\"integer\",\"description\":\"Steps over all "
+    "starts, degrees and "
+    "ways.\"},\"converged\":{\"type\":\"boolean\",\"description\":\"False where stopped is "
+    "maxIterations: the steps ran out (warning "
+    "registration-not-converged).\"},\"stopped\":{\"enum\":[\"direct\",\"tolerance\","
+    "\"stationary\",\"stepRefused\",\"maxIterations\"],\"description\":\"Why "
+    "the search ended, at its highest degree. direct: there was none, nothing was warped "
+    "or rotated; tolerance: registered to rounding; stationary: the last steps gained too "
+    "little; stepRefused: no step, however short, gains anything; maxIterations: the steps "
+    "of that degree ran out.\"},\"symmetric\":{\"type\":\"boolean\",\"description\":\"Both "
+    "ways were searched: the distance is the same from either "
+    "side.\"},\"note\":{\"type\":\"string\",\"description\":\"The same in a "
+    "sentence.\"},\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty "
+    "and all other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps "
+    "of the sphere to be applied in order, each a rotation (matrix), or exp or exp-inverse "
+    "(p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; harmonic "
+    "coefficients of phi and psi); grid: where they take the nodes of the template's grid, "
+    "and their Jacobian there.\"}," MADE_BY;
 
 const char distances_inputs_schema[] = INPUTS_OPENING
     "\"required\":[],\"properties\":{" GROUP_INPUT
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register, "
-    "with the default options of register; false: as the surfaces are "
+    "with the default options of register but both ways (symmetric); false: as the surfaces are "
     "parameterised.\"},\"metric\":{\"enum\":[\"srnf\",\"harmonic\",\"srm\",\"icp\"],"
     "\"default\":\"srnf\",\"description\":\"harmonic: L2 of the surfaces, after a "
     "rotation; srm: as srnf, by square-root maps; icp: between closest points, after rigid "
@@ -134,7 +168,10 @@ const char distances_inputs_schema[] = INPUTS_OPENING
 
 const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "\"matrix\":{\"type\":\"array\",\"description\":\"Symmetric; also as CSV and .npy "
-    "from the job's results.\"},\"lmax\":{\"type\":\"integer\"}," REGISTRATION MADE_BY;
+    "from the job's results. Of metric srnf, entries are the distance that geodesic tells of the "
+    "pair, with the same register, where lmax is the larger degree of the two.\"},"
+    "\"lmax\":{\"type\":\"integer\",\"description\":\"Degree at which all are compared, the "
+    "largest among them; the others are filled up with zeros.\"}," REGISTRATION MADE_BY;
 
 const char mean_inputs_schema[] =
     INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS MEAN_METHOD "}}";

@@ -44,7 +44,7 @@ const char shoot_inputs_schema[] =
     ",\"default\":[0.0,0.25,0.5,0.75,1.0],\"description\":\"Times of the "
     "surfaces, in any order, negative ones too.\"},\"register\":{\"type\":\"boolean\","
     "\"default\":true,\"description\":\"Register the surface that the velocity is toward, "
-    "with the default options of register; false: as it is parameterised.\"},"
+    "with the default options of register but both ways; false: as it is parameterised.\"},"
     "\"commonPose\":{\"type\":\"boolean\",\"default\":false,\"description\":\"Where "
     "surfaces are registered: they share a pose, and nothing is rotated.\"}," METHOD "}}";
 
@@ -57,9 +57,10 @@ const char shoot_outputs_schema[] =
     "SRNF from the line.\"},\"relativeEnergies\":{\"type\":\"array\",\"description\":\"The "
     "same divided by the squared norm of the point on the line.\"},"
     "\"transforms\":{\"type\":\"number\",\"description\":\"Cost in gradient transforms.\"},"
-    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"distance, "
-    "distanceBefore, objective, minJacobian, maxJacobian, truncationError, iterations, "
-    "converged, and its options; null where nothing was registered.\"},"
+    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"As register tells "
+    "of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "
+    "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, "
+    "symmetric (true), note, and its options; null where nothing was registered.\"},"
     "\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of method pullback, null "
     "otherwise: toward, the geodesic that the velocity was taken from, or null; shots, the path to "
     "each surface, null at time 0. Each " LEG ". converged: all of them.\"},"
@@ -88,7 +89,7 @@ const char transport_inputs_schema[] =
     "nPhi = 2 nTheta; with register false), as transport gives it. In the units of the "
     "stored coefficients.\"},\"register\":{\"type\":\"boolean\",\"default\":true,"
     "\"description\":\"Register the surface that the vector is toward to from, and from "
-    "with the vector to to, with the default options of register; false: as they are "
+    "with the vector to to, with the default options of register but both ways; false: as they are "
     "parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"
     "\"description\":\"Where surfaces are registered: they share a pose, and nothing is "
     "rotated.\"}," METHOD "}}";
@@ -114,9 +115,10 @@ const char transport_outputs_schema[] =
     "otherwise: toward, the geodesic that the vector was taken from, or null; path, that from from "
     "to to; shot, the path to the surface. Each " LEG
     ". normFrom, norm: of the vector before and after. converged: all of them.\"},"
-    "\"registration\":{\"type\":\"object\",\"description\":\"toward and from: each "
-    "distance, distanceBefore, objective, minJacobian, maxJacobian, truncationError, "
-    "iterations, converged, and its options; null where nothing was registered.\"},"
+    "\"registration\":{\"type\":\"object\",\"description\":\"toward and from. Each as "
+    "register tells of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "
+    "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, "
+    "symmetric (true), note, and its options; null where nothing was registered.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; q by "
     "its digest.\"}," LAST_OUTPUTS;
 
@@ -136,7 +138,8 @@ const char transfer_inputs_schema[] =
     "their scales lead back to, which must be the same.\"},"
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register the "
     "deformed surface to its source, and both to the target, with the default options of "
-    "register; false: as they are parameterised.\"},\"commonPose\":{\"type\":\"boolean\","
+    "register but both ways; false: as they are "
+    "parameterised.\"},\"commonPose\":{\"type\":\"boolean\","
     "\"default\":false,\"description\":\"Where surfaces are registered: they share a pose, "
     "and nothing is rotated.\"}," METHOD "}}";
 
@@ -153,8 +156,10 @@ const char transfer_outputs_schema[] =
     "in gradient transforms.\"},\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of "
     "method pullback, null otherwise: segments of each path; deformation and distance, lengths of "
     "the geodesics from source to deformed and to target; normFrom, norm: of the velocity before "
-    "and after transport; converged.\"},\"registration\":{\"type\":\"object\","
-    "\"description\":\"deformed and source: each distance, distanceBefore, objective, "
-    "minJacobian, maxJacobian, truncationError, iterations, converged, and its options; "
-    "null where nothing was registered.\"},\"inputs\":{\"type\":\"object\","
+    "and after transport; converged.\"},"
+    "\"registration\":{\"type\":\"object\",\"description\":\"deformed and source. Each as "
+    "register tells of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "
+    "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, "
+    "symmetric (true), note, and its options; null where nothing was registered.\"},"
+    "\"inputs\":{\"type\":\"object\","
     "\"description\":\"Every option after defaulting.\"}," LAST_OUTPUTS;

@@ -10,6 +10,7 @@
 #include <stdio.h>
 
 #include "api/process_velocity.h"
+#include "api/registration_report.h"
 
 static const char *const names[] = {"surface",    "velocity", "times", "register",
                                     "commonPose", "method",   NULL};
@@ -79,6 +80,7 @@ static json_t *result_document(const struct compute_shoot_outputs *outputs,
             ? json_pack("{s:o, s:o, s:b}", "toward", pullback_leg_json(&pullback->toward), "shots",
                         pullback_shots_json(pullback), "converged", pullback->converged)
             : json_null());
+    registration_warn(document, &outputs->registration, "the surface toward onto surface");
     return document;
 }
 

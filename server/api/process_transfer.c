@@ -9,6 +9,7 @@
  * three are taken in the units that their scales lead back to, which must be the same.
  */
 #include "api/process_velocity.h"
+#include "api/registration_report.h"
 
 #include <string.h>
 
@@ -52,13 +53,17 @@ static json_t *result_document(const struct compute_transfer_outputs *outputs,
 {
     const struct srnf_transferred *transferred = &outputs->transferred;
 
-    return json_pack(
+    json_t *document = json_pack(
         "{s:o, s:o, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "surface", surface, "sizeRatio",
         json_finite(transferred->size_ratio), "energy", json_finite(transferred->energy),
         "relativeEnergy", json_finite(transferred->relative_energy), "transforms",
         json_finite(transferred->transforms), "pullback", pullback_document(&outputs->pullback),
         "registration", "deformed", alignment_json(&outputs->deformed, options), "source",
         alignment_json(&outputs->source, options));
+
+    registration_warn(document, &outputs->deformed, "deformed onto source");
+    registration_warn(document, &outputs->source, "source onto target");
+    return document;
 }
 
 void transfer_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)

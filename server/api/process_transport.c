@@ -9,6 +9,7 @@
  * nearest expression there, and as the field (srnf) that is carried on without loss.
  */
 #include "api/process_velocity.h"
+#include "api/registration_report.h"
 
 static const char *const names[] = {"from",       "to",     "vector", "register",
                                     "commonPose", "method", NULL};
@@ -90,7 +91,7 @@ static json_t *result_document(const struct compute_transport_outputs *outputs,
 {
     const struct srnf_tangent *tangent = &outputs->tangent;
 
-    return json_pack(
+    json_t *document = json_pack(
         "{s:o, s:o, s:o, s:o, s:I, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "vector",
         vector_json(outputs), "surface", surface, "norm", json_finite(tangent->norm), "residual",
         json_finite(tangent->residual), "iterations", (json_int_t)tangent->iterations, "energy",
@@ -99,6 +100,10 @@ static json_t *result_document(const struct compute_transport_outputs *outputs,
         json_finite(tangent->transforms + outputs->shot.transforms), "pullback",
         pullback_document(&outputs->pullback), "registration", "toward",
         alignment_json(&outputs->toward, options), "from", alignment_json(&outputs->from, options));
+
+    registration_warn(document, &outputs->toward, "the surface toward onto from");
+    registration_warn(document, &outputs->from, "from onto to");
+    return document;
 }
 
 void transport_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)

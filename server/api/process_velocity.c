@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "api/registration_options.h"
+#include "api/registration_report.h"
 #include "api/surfaces.h"
 
 static const char *const axes[] = {"x", "y", "z"};
@@ -166,7 +167,7 @@ bool alignment_pullback(const json_t *inputs)
 const struct srnf_register_options *alignment_read(const json_t *inputs,
                                                    struct srnf_register_options *options)
 {
-    *options = registration_defaults(json_is_true(json_object_get(inputs, "commonPose")));
+    *options = registration_pair_defaults(json_is_true(json_object_get(inputs, "commonPose")));
     return json_is_true(json_object_get(inputs, "register")) ? options : NULL;
 }
 
@@ -178,7 +179,7 @@ json_t *alignment_json(const struct srnf_registration *registration,
     if (!registration->coefficients) {
         return json_null();
     }
-    document = registration_figures(registration);
+    document = registration_figures(registration, options);
     (void)json_object_set_new(document, "options", registration_json(options));
     return document;
 }

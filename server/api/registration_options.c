@@ -20,6 +20,14 @@ struct srnf_register_options registration_defaults(bool common_pose)
     return options;
 }
 
+struct srnf_register_options registration_pair_defaults(bool common_pose)
+{
+    struct srnf_register_options options = registration_defaults(common_pose);
+
+    options.symmetric = true;
+    return options;
+}
+
 json_t *registration_json(const struct srnf_register_options *options)
 {
     if (!options) {

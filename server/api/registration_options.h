@@ -12,6 +12,9 @@ extern const char *const registration_starts[];
 
 /* The defaults; in a common pose, without any rotation. */
 struct srnf_register_options registration_defaults(bool common_pose);
+/* The same and both ways: what distances, geodesic, shoot, transport and transfer do, so that they
+   agree on the distance of a pair. */
+struct srnf_register_options registration_pair_defaults(bool common_pose);
 /* {"degree", "penalty", "rotation", ..}; NULL options: JSON null, nothing is registered. */
 json_t *registration_json(const struct srnf_register_options *options);
 /* Back from registration_json; false where it was null. */

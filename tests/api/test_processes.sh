@@ -171,8 +171,8 @@ is "$(json '"\(.code)"')" invalid-input 'an SRNF that is zero has no inverse'
 execute geodesic "{\"from\":\"$LEFT\",\"to\":\"$RIGHT\",\"steps\":5,\"register\":false}"
 is "$STATUS" 200 'two meshes are joined'
 cp "$BODY" "$SCRATCH/geodesic.json"
-is "$(json '"\(.surfaces | length) \(.times | tojson) \(.energies | map(length) | tojson)"')" \
-    '5 [0,0.25,0.5,0.75,1] [5,5,5]' 'by as many surfaces, times and energies as were asked for'
+is "$(json '"\(.surfaces | length) \(.times | tojson) \(.energies | [.geodesic, .linear] | map(length) | tojson)"')" \
+    '5 [0,0.25,0.5,0.75,1] [5,5]' 'by as many surfaces, times and energies as were asked for'
 is "$(json '.surfaces[0].source.mesh, .surfaces[4].source.mesh' | paste -sd ' ')" "$LEFT $RIGHT" \
     'whose ends name their meshes'
 compare "$(json '.relativeEnergies.geodesic | [.[0], .[4] | real] | max')" '<' 1e-20 \

@@ -204,8 +204,28 @@ static void closed_form_is_right_between_stars_of_one_shape(void **state)
         }
         figure_below(m == 0 ? "closed form, surface" : "srnf, surface", worst, 1e-12);
         assert_true(fabs(g.length / g.distance - 1.0) < 1e-12);
+        assert_true(g.closed_form_applies);
         srnf_geodesic_clear(&g);
     }
+    pair_close(&p);
+}
+
+/* One end that is not radial is enough, on either side. */
+static void closed_form_needs_both_ends(void **state)
+{
+    struct srnf_geodesic g;
+    struct pair p;
+    (void)state;
+
+    pair_open(&p, DEGREE, "bumpy star", "bent capsule");
+    walk(&p, SRNF_GEODESIC_LINEAR, 2, &g);
+    assert_false(g.closed_form_applies);
+    srnf_geodesic_clear(&g);
+    pair_close(&p);
+    pair_open(&p, DEGREE, "bent capsule", "bumpy star");
+    walk(&p, SRNF_GEODESIC_LINEAR, 2, &g);
+    assert_false(g.closed_form_applies);
+    srnf_geodesic_clear(&g);
     pair_close(&p);
 }
 
@@ -225,6 +245,7 @@ static void constant_between_equal_ends(void **state)
     }
     figure_below("path between equal ends, largest change", worst, 1e-14);
     assert_true(g.distance == 0.0 && g.length < 1e-13);
+    assert_false(g.closed_form_applies);
     srnf_geodesic_clear(&g);
     pair_close(&p);
 }
@@ -327,6 +348,7 @@ int main(void)
         cmocka_unit_test(reverses),
         cmocka_unit_test(other_methods),
         cmocka_unit_test(closed_form_is_right_between_stars_of_one_shape),
+        cmocka_unit_test(closed_form_needs_both_ends),
         cmocka_unit_test(constant_between_equal_ends),
         cmocka_unit_test(numbers_of_steps),
         cmocka_unit_test(cancels),

@@ -182,6 +182,48 @@ static void stops_at_its_limit(void **state)
     shapes_close(&s);
 }
 
+/* The closed form of a surface that is not radial is no minimum, and no search ran out. */
+static void says_that_nothing_was_searched(void **state)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    (void)state;
+
+    options.method = SRNF_INVERT_CLOSED_FORM;
+    shapes_open_case(&s, shapes_find("bent capsule"));
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_WNOT_CONVERGED);
+    assert_true(result.stopped == SRNF_STOP_CLOSED_FORM && !result.converged);
+    assert_true(result.closed_form_relative_energy > SRNF_CLOSED_FORM_APPLIES);
+    srnf_inversion_clear(&result);
+    shapes_close(&s);
+    shapes_open_case(&s, shapes_find("bumpy star"));
+    assert_int_equal(srnf_invert(s.sht, s.q, &options, NULL, &result, NULL), SRNF_OK);
+    assert_true(result.stopped == SRNF_STOP_TOLERANCE && result.converged);
+    assert_true(result.closed_form_relative_energy <= SRNF_CLOSED_FORM_APPLIES);
+    srnf_inversion_clear(&result);
+    shapes_close(&s);
+}
+
+/* A minimum near the tolerance is polished with few steps: that they ran out is not why the search
+   ended. */
+static void polishing_is_no_limit(void **state)
+{
+    struct test_random random = test_random_seed(5);
+    struct srnf_inversion result;
+    struct shapes_surface s;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("bumpy star"));
+    shapes_add_noise(&s, 1e-5, &random);
+    assert_int_equal(srnf_invert(s.sht, s.q, NULL, NULL, &result, NULL), SRNF_WNOT_CONVERGED);
+    printf("# %s at relative energy %.1e\n", srnf_stop_name(result.stopped),
+           result.relative_energy);
+    assert_true(result.stopped == SRNF_STOP_STATIONARY);
+    srnf_inversion_clear(&result);
+    shapes_close(&s);
+}
+
 static void refuses_wrong_arguments(void **state)
 {
     const double tolerances[] = {0.0, -1.0, 1e-31, 2.0, NAN};
@@ -315,6 +357,7 @@ static void names_of_stops(void **state)
     (void)state;
     assert_string_equal(srnf_stop_name(SRNF_STOP_TOLERANCE), "tolerance");
     assert_string_equal(srnf_stop_name(SRNF_STOP_MAX_ITERATIONS), "maxIterations");
+    assert_string_equal(srnf_stop_name(SRNF_STOP_CLOSED_FORM), "closedForm");
     assert_string_equal(srnf_stop_name((enum srnf_stop)99), "unknown");
 }
 
@@ -325,6 +368,8 @@ int main(void)
         cmocka_unit_test(cancels),
         cmocka_unit_test(cancels_the_certificate),
         cmocka_unit_test(stops_at_its_limit),
+        cmocka_unit_test(says_that_nothing_was_searched),
+        cmocka_unit_test(polishing_is_no_limit),
         cmocka_unit_test(refuses_wrong_arguments),
         cmocka_unit_test(survives_degenerate_targets),
         cmocka_unit_test(does_not_care_for_the_size),

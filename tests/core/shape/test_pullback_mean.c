@@ -163,6 +163,16 @@ static void steps_come_near(void **state)
     srnf_pullback_mean_clear(&graph);
     srnf_pullback_mean_clear(&steps);
 
+    options = srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH);
+    options.segments = 4;
+    options.max_iterations = 1;
+    assert_int_equal(srnf_pullback_mean(g.sht, g.n, g.surfaces, &options, NULL, &graph, NULL),
+                     SRNF_WNOT_CONVERGED);
+    assert_true(!graph.converged && graph.iterations == 1);
+    srnf_pullback_mean_clear(&graph);
+
+    options = srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_LOG_EXP);
+    options.segments = 4;
     options.tolerance = 0.0; /* which rounding keeps it from: it must say so */
     options.max_iterations = 12;
     assert_int_equal(srnf_pullback_mean(g.sht, g.n, g.surfaces, &options, NULL, &steps, NULL),

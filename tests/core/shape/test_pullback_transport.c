@@ -268,6 +268,26 @@ static void transfers(void **state)
     pullback_close(&p);
 }
 
+/* One step is too few for the geodesics: the deformation is a result that says so. */
+static void says_when_a_transfer_has_not_converged(void **state)
+{
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_pullback_transfer transfer;
+    struct pullback_pair p;
+    (void)state;
+
+    pullback_open_stars(&p, DEGREE);
+    options.segments = 4;
+    options.max_iterations = 1;
+    assert_int_equal(srnf_pullback_transfer(p.from.sht, p.from.f, p.to.f, p.to.f, &options, NULL,
+                                            &transfer, NULL),
+                     SRNF_WNOT_CONVERGED);
+    assert_false(transfer.converged);
+    assert_true(figure_finite(p.from.count, transfer.coefficients));
+    srnf_pullback_transfer_clear(&transfer);
+    pullback_close(&p);
+}
+
 static int run_transfer(void *argument, const struct srnf_context *context)
 {
     const struct pullback_pair *p = argument;
@@ -359,6 +379,7 @@ int main(void)
         cmocka_unit_test(comes_back),
         cmocka_unit_test(carries_the_velocity_of_a_geodesic),
         cmocka_unit_test(transfers),
+        cmocka_unit_test(says_when_a_transfer_has_not_converged),
         cmocka_unit_test(refuses_wrong_arguments),
     };
 

@@ -8,7 +8,7 @@ static void test_ends(void **state)
 {
     same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"" GOOD_MESH "\"}",
          "{\"to\":\"" GOOD_MESH
-         "\",\"method\":\"srnf\",\"register\":true,\"steps\":7,\"from\":\"@\"}");
+         "\",\"method\":\"srnf\",\"register\":true,\"symmetric\":true,\"steps\":7,\"from\":\"@\"}");
     answered(*state, "geodesic", "{\"from\":\"@\",\"to\":\"" ABSENT_SURFACE "\"}", 404,
              "no-such-surface");
     answered(*state, "geodesic", "{\"from\":\"" ABSENT_MESH "\",\"to\":\"@\"}", 404,
@@ -24,11 +24,22 @@ static void test_options(void **state)
     refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"register\":\"no\"}",
             "/inputs/register");
     same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":3,\"method\":\"pullback\"}",
-         "{\"method\":\"pullback\",\"register\":true,\"steps\":3,\"to\":\"@\",\"from\":\"@\"}");
+         "{\"method\":\"pullback\",\"register\":true,\"symmetric\":true,\"steps\":3,\"to\":\"@\","
+         "\"from\":\"@\"}");
     refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":2,\"method\":\"pullback\"}",
             "/inputs/steps");
     same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"steps\":2}",
-         "{\"method\":\"srnf\",\"register\":true,\"steps\":2,\"to\":\"@\",\"from\":\"@\"}");
+         "{\"method\":\"srnf\",\"register\":true,\"symmetric\":true,\"steps\":2,\"to\":\"@\","
+         "\"from\":\"@\"}");
+}
+
+/* How nothing is registered has one spelling. */
+static void test_symmetric(void **state)
+{
+    same(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"register\":false,\"symmetric\":false}",
+         "{\"from\":\"@\",\"to\":\"@\",\"register\":false,\"symmetric\":true}");
+    refused(*state, "geodesic", "{\"from\":\"@\",\"to\":\"@\",\"symmetric\":1}",
+            "/inputs/symmetric");
 }
 
 /* Every wrong member is named in one answer. */
@@ -49,6 +60,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ends),
         cmocka_unit_test(test_options),
+        cmocka_unit_test(test_symmetric),
         cmocka_unit_test(test_all_at_once),
     };
 

@@ -1,0 +1,32 @@
+/*
+ * registration_report.h - what the results tell of a registration: its figures, in the same words
+ * in every process that registers a pair, and the warnings that they give rise to.
+ */
+#ifndef SRNFD_API_REGISTRATION_REPORT_H
+#define SRNFD_API_REGISTRATION_REPORT_H
+
+#include "api/handler.h"
+
+/* The registered surface is off its SRNF by more than this part of the distance, and by more than
+   this part of the norm: the bounds of the warning registration-truncated. */
+#define REGISTRATION_TRUNCATED_RATIO 0.5
+#define REGISTRATION_TRUNCATED_LEAST 0.02
+/* Areas stretched or shrunk by this factor: registration-distorted. */
+#define REGISTRATION_DISTORTED_FACTOR 10.0
+/* Another basin within this factor of the objective, or a curvature over rotations below this:
+   registration-ambiguous. */
+#define REGISTRATION_AMBIGUOUS_FACTOR 1.05
+#define REGISTRATION_AMBIGUOUS_CURVATURE 0.02
+
+/* distance, distanceBefore, objective, minJacobian, maxJacobian, truncationError, ambiguity,
+   inverseConsistency, iterations, converged, stopped, symmetric, note. options: as it was run. */
+json_t *registration_figures(const struct srnf_registration *registration,
+                             const struct srnf_register_options *options);
+/*
+ * Appends to the member "warnings" of a document what there is to say against a registration.
+ *   what  [in] which one it was, for the sentence: "to onto from"
+ */
+void registration_warn(json_t *document, const struct srnf_registration *registration,
+                       const char *what);
+
+#endif

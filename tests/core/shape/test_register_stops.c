@@ -1,0 +1,209 @@
+/*
+ * test_register_stops.c - why a registration went no further: a case for each reason, what
+ * converged makes of it, and the names; that fields stay within the degree asked for; and what is
+ * known of ambiguity where rotations were not searched.
+ */
+#include "registrations.h"
+
+#define DEGREE 8
+
+struct pair {
+    struct shapes_surface a, b;
+};
+
+static int open_pair(void **state)
+{
+    struct pair *pair = malloc(sizeof *pair);
+
+    assert_non_null(pair);
+    shapes_open(&pair->a, DEGREE);
+    shapes_open(&pair->b, DEGREE);
+    shapes_fill(&pair->a, shapes_ellipsoid, 1.7);
+    shapes_fill(&pair->b, shapes_bumpy, 0.0);
+    *state = pair;
+    return 0;
+}
+
+static int close_pair(void **state)
+{
+    struct pair *pair = *state;
+
+    shapes_close(&pair->a);
+    shapes_close(&pair->b);
+    free(pair);
+    return 0;
+}
+
+static struct srnf_register_options from_identity(void)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+
+    options.start = SRNF_START_IDENTITY;
+    options.degree = 4;
+    return options;
+}
+
+static void stops(const struct shapes_surface *a, const double *moving,
+                  const struct srnf_register_options *options, enum srnf_register_stop expected)
+{
+    struct srnf_registration r;
+
+    registrations_run(a, NULL, moving, options, &r);
+    printf("# %s after %zu iterations, distance %.3e\n", srnf_register_stop_name(r.stopped),
+           r.iterations, r.distance);
+    assert_int_equal(r.stopped, expected);
+    assert_true(r.converged == (expected != SRNF_REGISTER_MAX_ITERATIONS));
+    srnf_registration_clear(&r);
+}
+
+static void each_reason_appears(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+    double *larger = shapes_doubles(pair->b.count);
+
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_STATIONARY);
+    options.max_steps = 2;
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_MAX_ITERATIONS);
+    options = from_identity();
+    stops(&pair->a, pair->a.f, &options, SRNF_REGISTER_TOLERANCE);
+    options.reparameterization = false;
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_DIRECT);
+    options.start = SRNF_START_RIGID;
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_STATIONARY);
+    stops(&pair->a, pair->a.f, &options, SRNF_REGISTER_TOLERANCE);
+    /* No warp brings a sphere nearer to one of another size: there is no way down. */
+    shapes_fill(&pair->a, shapes_ellipsoid, 1.0);
+    for (size_t i = 0; i < pair->a.count; i++) {
+        larger[i] = 2.0 * pair->a.f[i];
+    }
+    options = from_identity();
+    stops(&pair->a, larger, &options, SRNF_REGISTER_REFUSED);
+    srnf_free(larger);
+}
+
+/* The reason is that of the way that is kept. */
+static void both_ways_have_a_reason(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+
+    options.symmetric = true;
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_STATIONARY);
+    stops(&pair->a, pair->a.f, &options, SRNF_REGISTER_TOLERANCE);
+    options.max_steps = 1;
+    stops(&pair->a, pair->b.f, &options, SRNF_REGISTER_MAX_ITERATIONS);
+}
+
+/* Every part of a tournament keeps to the degree asked for. */
+static void fields_keep_to_their_degree(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = srnf_register_options_defaults();
+
+    for (size_t degree = 1; degree <= 5; degree += 2) {
+        struct srnf_registration r;
+        size_t highest = 0;
+
+        options.degree = degree;
+        registrations_run(&pair->a, NULL, pair->b.f, &options, &r);
+        for (size_t i = 0; i < r.warp.n_links; i++) {
+            highest = r.warp.links[i].degree > highest ? r.warp.links[i].degree : highest;
+        }
+        assert_int_equal(highest, degree);
+        srnf_registration_clear(&r);
+    }
+}
+
+static void ambiguity_is_known_where_rotations_were_searched(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+    struct srnf_registration r;
+
+    registrations_run(&pair->a, NULL, pair->b.f, &options, &r);
+    assert_false(r.rotations_searched);
+    srnf_registration_clear(&r);
+    options.start = SRNF_START_RIGID;
+    registrations_run(&pair->a, NULL, pair->b.f, &options, &r);
+    assert_true(r.rotations_searched);
+    /* An ellipsoid of revolution may be turned about its axis. */
+    assert_true(r.ambiguity_objective > 0.0 || r.rotational_curvature > 0.0);
+    assert_true(fabs(r.truncation_distance / r.truncation_error -
+                     sqrt(srnf_inner_product(pair->a.grid, r.q, r.q))) < 1e-12);
+    srnf_registration_clear(&r);
+}
+
+static void refuses_no_steps(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+    struct srnf_registration r;
+    struct srnf_error error = {0};
+
+    options.max_steps = 0;
+    assert_int_equal(
+        srnf_register(pair->a.sht, pair->a.f, NULL, pair->b.f, &options, NULL, NULL, &r, &error),
+        SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "max_steps"));
+}
+
+static void names(void **state)
+{
+    static const char *const expected[] = {"direct", "tolerance", "stationary", "stepRefused",
+                                           "maxIterations"};
+    (void)state;
+
+    for (int k = 0; k < 5; k++) {
+        assert_string_equal(srnf_register_stop_name((enum srnf_register_stop)k), expected[k]);
+    }
+    assert_string_equal(srnf_register_stop_name((enum srnf_register_stop)5), "unknown");
+}
+
+/* What is told of the progress of both ways together goes up and stays within 0 to 1. */
+struct told {
+    double last;
+    bool rises;
+};
+
+static void tell(void *user, double fraction, const char *message)
+{
+    struct told *told = user;
+
+    told->rises = told->rises && fraction >= told->last && fraction <= 1.0 && message;
+    told->last = fmax(told->last, fraction);
+}
+
+static void progress_of_both_ways_rises(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct told told = {0.0, true};
+    struct srnf_context context = {.user = &told, .progress = tell};
+    struct srnf_registration r;
+
+    options.symmetric = true;
+    options.degree = 2;
+    assert_int_equal(
+        srnf_register(pair->a.sht, pair->a.f, NULL, pair->b.f, &options, NULL, &context, &r, NULL),
+        SRNF_OK);
+    assert_true(told.rises && told.last > 0.45);
+    srnf_registration_clear(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(each_reason_appears, open_pair, close_pair),
+        cmocka_unit_test_setup_teardown(both_ways_have_a_reason, open_pair, close_pair),
+        cmocka_unit_test_setup_teardown(fields_keep_to_their_degree, open_pair, close_pair),
+        cmocka_unit_test_setup_teardown(ambiguity_is_known_where_rotations_were_searched, open_pair,
+                                        close_pair),
+        cmocka_unit_test_setup_teardown(refuses_no_steps, open_pair, close_pair),
+        cmocka_unit_test(names),
+        cmocka_unit_test_setup_teardown(progress_of_both_ways_rises, open_pair, close_pair),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
