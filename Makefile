@@ -12,7 +12,7 @@
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make nightly   the tests that are too long for make check
 #   make deb       a Debian package      make test-deb    installs it in a clean system
-#   make load      requests a second, the time of one beside thousands of hostile clients, fair shares
+#   make load      requests a second, the time of one beside thousands of hostile clients, shares, short jobs beside long
 #   make install   PREFIX=/usr/local DESTDIR=
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
@@ -221,9 +221,10 @@ faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_memory
 	STRIDE=$${STRIDE:-1} tests/run.sh $(B) '^core/.*(allocation|memory)\.c'
 
-load: $(B)/srnfd $(B)/tests/load/test_load $(B)/tests/load/test_shares
+load: $(B)/srnfd $(B)/tests/load/test_load $(B)/tests/load/test_shares $(B)/tests/load/test_express
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_load 2>/dev/null
 	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_shares 2>/dev/null
+	SRNFD_LOAD=full SRNFD=$(B)/srnfd $(B)/tests/load/test_express 2>/dev/null
 
 # Line coverage of the library and the daemon by all tests; fails below what tests/coverage.sh demands.
 coverage:

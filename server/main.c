@@ -19,6 +19,7 @@
 #include "log.h"
 #include "main/token_command.h"
 #include "notify.h"
+#include "priority.h"
 #include "store/token.h"
 
 #include <cblas.h>
@@ -163,6 +164,7 @@ static int start(struct service *service, const struct config *config, char *mes
                                .allowed_hosts = config->allowed_hosts,
                                .cors_origins = config->cors_origins};
 
+    priority_answer();
     service->metrics = metrics_create();
     if (!service->metrics) {
         (void)snprintf(message, size, "not enough memory");

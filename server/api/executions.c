@@ -181,8 +181,10 @@ static const json_t *body_inputs(struct api_call *call, json_t *body)
     return inputs;
 }
 
-/* The canonical text of the inputs (malloc); NULL when a problem was answered. */
-static char *canonical_text(struct api_call *call, const struct api_process *process)
+/* The canonical text of the inputs (malloc), and how long a job of them is expected to take; NULL
+   when a problem was answered. */
+static char *canonical_text(struct api_call *call, const struct api_process *process,
+                            double *seconds)
 {
     struct problem_list problems = {.errors = NULL};
     json_t *body = body_json(call), *canonical = NULL;
@@ -196,6 +198,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
+        *seconds = process->seconds(&call->work, canonical);
         text = json_memory_dumps(canonical, JSON_COMPACT | JSON_SORT_KEYS);
         if (!text) {
             (void)problem_respond(call, "out-of-memory", "The inputs could not be written.");
@@ -282,11 +285,13 @@ static bool enter_stream(struct api_call *call, struct execution_wait *wait)
 }
 
 static int submit(struct api_call *call, const struct api_process *process, const char *inputs,
-                  const char *digest, struct store_job *job, enum jobs_submission *how)
+                  double seconds, const char *digest, struct store_job *job,
+                  enum jobs_submission *how)
 {
     const struct api_caller *caller = &call->request->caller;
     const struct jobs_owner owner = {
         .name = caller->name,
+        .seconds = seconds,
         .trace = call->request->trace,
         .limits = {.queued = (size_t)caller->quotas[STORE_QUOTA_QUEUED],
                    .running = (size_t)caller->quotas[STORE_QUOTA_RUNNING],
@@ -315,6 +320,7 @@ void executions_create(struct api_call *call)
     struct execution_wait *wait = NULL;
     struct store_job job = {0};
     char digest[65], *inputs = NULL;
+    double seconds = 0.0;
     int status;
 
     if (!process) {
@@ -332,11 +338,11 @@ void executions_create(struct api_call *call)
     if (!enter_key(call, wait) || !enter_stream(call, wait)) {
         goto out;
     }
-    inputs = canonical_text(call, process);
+    inputs = canonical_text(call, process, &seconds);
     if (!inputs || !body_digest(call->request, digest)) {
         goto out;
     }
-    status = submit(call, process, inputs, digest, &job, &wait->how);
+    status = submit(call, process, inputs, seconds, digest, &job, &wait->how);
     if (status != 0) {
         refuse_submission(call, status);
         goto out;

@@ -28,11 +28,20 @@ struct api {
 };
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
+/* What the inputs of an execution name, noted while they are read: what a job's expected time is
+   computed from (process_seconds.h). */
+struct api_work {
+    size_t surfaces, meshes; /* meshes are to be encoded */
+    int64_t faces;           /* of these meshes together */
+    long degree;             /* the highest of the surfaces and models */
+};
+
 struct api_call {
     struct api *api;
     const struct api_request *request;
     struct api_response *response;
     const char *parameters[4];
+    struct api_work work;
 };
 
 /* ---- Problems (problem.c): one table of codes with status and title -------------------------- */
@@ -155,6 +164,8 @@ struct api_process {
     json_t *(*canonicalise)(struct api_call *call, const json_t *inputs, struct problem_list *list);
     /* On a worker. */
     void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+    /* Seconds that a job with these canonical inputs is expected to take. */
+    double (*seconds)(const struct api_work *work, const json_t *inputs);
 };
 extern const struct api_process api_processes[]; /* ended by id NULL */
 const struct api_process *api_process_find(const char *id);

@@ -233,6 +233,24 @@ static bool is_content_id(const char *id, const char *prefix)
            strspn(id + length, "0123456789abcdef") == 32;
 }
 
+/* The work that inputs make (api_work). */
+static void note_surface(struct process_inputs *inputs, long degree)
+{
+    struct api_work *work = &inputs->call->work;
+
+    work->surfaces++;
+    work->degree = degree > work->degree ? degree : work->degree;
+}
+
+static void note_mesh(struct process_inputs *inputs, int64_t faces)
+{
+    struct api_work *work = &inputs->call->work;
+
+    work->meshes++;
+    work->faces += faces;
+    work->degree = work->degree > PROCESS_DEGREE_DEFAULT ? work->degree : PROCESS_DEGREE_DEFAULT;
+}
+
 /* The mesh exists and can be analysed; otherwise a problem is answered. */
 static bool check_mesh(struct process_inputs *inputs, const char *id)
 {
@@ -253,6 +271,8 @@ static bool check_mesh(struct process_inputs *inputs, const char *id)
     } else if (mesh_first_problem(&mesh, code, detail)) {
         (void)problem_respond(inputs->call, code, "%s cannot be analysed: %s", id, detail);
         inputs->answered = true;
+    } else {
+        note_mesh(inputs, mesh.faces);
     }
     store_mesh_clear(&mesh);
     return !inputs->answered;
@@ -309,6 +329,7 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
         return NULL;
     }
     *degree = (long)surface.lmax;
+    note_surface(inputs, *degree);
     store_surface_clear(&surface);
     return id;
 }

@@ -49,6 +49,7 @@ bool inputs_model(struct process_inputs *inputs, struct store_model *model)
         inputs->answered = true;
         return false;
     }
+    inputs->call->work.degree = (long)model->lmax;
     (void)json_object_set_new(inputs->canonical, "model", json_string(id));
     return true;
 }

@@ -2,9 +2,12 @@
  * compute_classify.c - one comparison after the other, each followed by the classifiers that read
  * it. Only one comparison is in memory at a time.
  *
- * The progress of a job is that of its comparisons, each an equal part: permutations take less.
+ * The progress of a job goes through its stages, comparisons and permutations, each with the part
+ * of the whole that it is expected to take (compute_seconds.h).
  */
 #include "jobs/compute_classify.h"
+
+#include "jobs/compute_seconds.h"
 
 #include <math.h>
 
@@ -22,7 +25,8 @@ _Static_assert(sizeof compute_classify_methods / sizeof compute_classify_methods
 /* A part of the run's progress; all else is handed on. */
 struct stage {
     const struct srnf_context *inner;
-    double from, to;
+    double from, to;  /* of the whole, 0 .. 1 */
+    double done, all; /* seconds that are expected of what is over, and of everything */
 };
 
 static void stage_progress(void *user, double fraction, const char *message)
@@ -48,6 +52,34 @@ static void stage_parallel_for(void *user, size_t count, void (*body)(void *, si
     stage->inner->parallel_for(stage->inner->user, count, body, argument);
 }
 
+/* The next stage begins, of so many seconds. */
+static struct srnf_context enter(struct stage *stage, double seconds)
+{
+    struct srnf_context context = *stage->inner;
+
+    stage->from = stage->done / stage->all;
+    stage->done += seconds;
+    stage->to = stage->done / stage->all;
+    context.user = stage;
+    context.progress = stage_progress;
+    context.canceled = stage_canceled;
+    context.parallel_for = stage_parallel_for;
+    context.seconds = NULL;
+    return context;
+}
+
+static double seconds_of_comparison(const struct compute_classify_inputs *inputs,
+                                    enum srnf_metric metric)
+{
+    return seconds_of_folds(metric, (double)inputs->group->n, (double)inputs->group->degree);
+}
+
+static double seconds_of_method(const struct compute_classify_inputs *inputs, bool gauss)
+{
+    return seconds_of_label_permutations(gauss, (double)inputs->group->n, (double)inputs->n_classes,
+                                         (double)inputs->classifier.permutations);
+}
+
 static bool is_wanted(const struct compute_classify_inputs *inputs, enum srnf_metric metric)
 {
     for (size_t m = 0; m < inputs->n_methods; m++) {
@@ -58,21 +90,36 @@ static bool is_wanted(const struct compute_classify_inputs *inputs, enum srnf_me
     return false;
 }
 
-/* The classifiers of one metric. They run without progress: the next stage would jump back. */
-static int classify_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
+static double seconds_of_all(const struct compute_classify_inputs *inputs)
+{
+    double seconds = 0.0;
+
+    for (size_t i = 0; i < METRICS; i++) {
+        seconds += is_wanted(inputs, (enum srnf_metric)i)
+                       ? seconds_of_comparison(inputs, (enum srnf_metric)i)
+                       : 0.0;
+    }
+    for (size_t m = 0; m < inputs->n_methods; m++) {
+        seconds += seconds_of_method(inputs, inputs->methods[m]->gauss);
+    }
+    return seconds;
+}
+
+/* The classifiers of one metric. */
+static int classify_all(struct stage *stage, const struct compute_classify_inputs *inputs,
                         enum srnf_metric metric, const struct srnf_folds *comparison,
                         const struct srnf_classify_options *options,
                         struct srnf_classification *results, struct jobs_result *result)
 {
-    struct srnf_context context = *jobs_run_context(run);
     struct srnf_error error = {0};
     int status = 0;
 
-    context.progress = NULL;
     for (size_t m = 0; m < inputs->n_methods && status == 0; m++) {
         const struct compute_classify_method *method = inputs->methods[m];
 
         if (method->metric == metric) {
+            struct srnf_context context = enter(stage, seconds_of_method(inputs, method->gauss));
+
             status = (method->gauss ? srnf_classify_gauss : srnf_classify_nearest)(
                 comparison, inputs->labels, inputs->n_classes, options, &context, &results[m],
                 &error);
@@ -88,35 +135,27 @@ static int compare_all(struct jobs_run *run, const struct compute_classify_input
                        const struct srnf_sht *sht, const struct srnf_classify_options *options,
                        struct srnf_classification *results, struct jobs_result *result)
 {
-    size_t wanted = 0, done = 0;
+    struct stage stage = {.inner = jobs_run_context(run), .all = seconds_of_all(inputs)};
     int status = 0;
 
-    for (size_t metric = 0; metric < METRICS; metric++) {
-        wanted += is_wanted(inputs, (enum srnf_metric)metric);
-    }
     for (size_t i = 0; i < METRICS && status == 0; i++) {
         enum srnf_metric metric = (enum srnf_metric)i;
-        struct stage stage = {jobs_run_context(run), (double)done / (double)wanted,
-                              (double)(done + 1) / (double)wanted};
-        struct srnf_context context = {.user = &stage,
-                                       .progress = stage_progress,
-                                       .canceled = stage_canceled,
-                                       .parallel_for = stage_parallel_for};
+        struct srnf_context context;
         struct srnf_folds comparison;
         struct srnf_error error = {0};
 
         if (!is_wanted(inputs, metric)) {
             continue;
         }
+        context = enter(&stage, seconds_of_comparison(inputs, metric));
         status = srnf_folds_compare(sht, metric, inputs->group->n, inputs->group->surfaces,
                                     &inputs->comparison, &context, &comparison, &error);
         if (status) {
             (void)compute_fail(result, status, &error, "comparing the surfaces");
         } else {
-            status = classify_all(run, inputs, metric, &comparison, options, results, result);
+            status = classify_all(&stage, inputs, metric, &comparison, options, results, result);
             srnf_folds_clear(&comparison);
         }
-        done++;
     }
     return status;
 }

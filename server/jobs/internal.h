@@ -132,6 +132,12 @@ struct jobs {
     size_t running;               /* workers between taking a ticket and the end of its run */
     uint64_t
         cancellations; /* counts requests, so that a claim can tell whether one fell beside it */
+    /* Reasons to look for express jobs, and how many of them the express worker has followed up. */
+    uint64_t express_issued, express_seen;
+    bool express_held;           /* some wait whose owners have as many running as they may */
+    pthread_cond_t express_wake; /* express_issued has grown, or closing */
+    pthread_t express;
+    bool express_started;
     struct jobs_loop *loops; /* published loops */
     atomic_bool closing;     /* no new claims */
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
@@ -147,6 +153,8 @@ struct jobs_worker {
     unsigned failures; /* claims in a row that the store has failed */
 };
 void *jobs_worker_main(void *argument);
+/* argument: struct jobs. Its slot is the last. */
+void *jobs_express_main(void *argument);
 /* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
    time, up to a second. False when a signal woke it up. */
 bool jobs_pause(unsigned failures);

@@ -58,7 +58,7 @@ void jobs_health(struct jobs *jobs, struct jobs_health *health)
     pthread_mutex_lock(&jobs->mutex);
     health->alive = jobs->alive;
     health->queued = jobs->accepted;
-    for (size_t i = 0; i < jobs->n_slots; i++) {
+    for (size_t i = 0; i < jobs->n_workers; i++) {
         health->busy += jobs->slots[i] != NULL;
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -90,6 +90,7 @@ static int recover(struct jobs *jobs)
     }
     if (status == STORE_OK) {
         atomic_store(&jobs->tickets, jobs->accepted);
+        jobs->express_issued = jobs->accepted > 0;
         snprintf(detail, sizeof detail, "%zu queued, of these %zu again, %zu given up",
                  jobs->accepted, requeued, failed);
         jobs_log(jobs, "jobs-recovered", NULL, detail);
@@ -115,7 +116,8 @@ static int start_workers(struct jobs *jobs)
         jobs->alive++;
         pthread_mutex_unlock(&jobs->mutex);
     }
-    return STORE_OK;
+    jobs->express_started = pthread_create(&jobs->express, NULL, jobs_express_main, jobs) == 0;
+    return jobs->express_started ? STORE_OK : STORE_NOMEM;
 }
 
 static size_t count_workers(size_t asked)
@@ -137,12 +139,13 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config = *config;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->n_workers = count_workers(config->workers);
-    jobs->n_slots = jobs->n_workers;
+    jobs->n_slots = jobs->n_workers + 1;
     jobs->config.job_memory =
         config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_workers);
     pthread_mutex_init(&jobs->mutex, NULL);
     pthread_cond_init(&jobs->wake, NULL);
     pthread_cond_init(&jobs->ended, NULL);
+    pthread_cond_init(&jobs->express_wake, NULL);
     pthread_mutex_init(&jobs->ids.mutex, NULL);
     jobs_transforms_init(&jobs->transforms);
     openblas_set_num_threads(1);
@@ -191,14 +194,19 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     pthread_mutex_lock(&jobs->mutex);
     atomic_store(&jobs->closing, true);
     pthread_cond_broadcast(&jobs->wake);
+    pthread_cond_signal(&jobs->express_wake);
     pthread_mutex_unlock(&jobs->mutex);
     wait_for_runs(jobs, grace_seconds > 0.0 ? grace_seconds : 0.0);
     atomic_store(&jobs->abandoned, true);
     for (size_t i = 0; i < jobs->n_started; i++) {
         pthread_join(jobs->threads[i], NULL);
     }
+    if (jobs->express_started) {
+        pthread_join(jobs->express, NULL);
+    }
     jobs_transforms_destroy(&jobs->transforms);
     pthread_mutex_destroy(&jobs->ids.mutex);
+    pthread_cond_destroy(&jobs->express_wake);
     pthread_cond_destroy(&jobs->ended);
     pthread_cond_destroy(&jobs->wake);
     pthread_mutex_destroy(&jobs->mutex);

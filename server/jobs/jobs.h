@@ -5,10 +5,11 @@
  * The engine knows nothing of JSON: inputs and results are texts that it stores and hands on.
  * What a process is (its validation, its computation) comes as a table from the layer above.
  *
- * Threads: `workers` threads named srnfd-work-N claim accepted jobs, the owners in turn and
- * each owner's oldest first. A worker
- * without a job of its own helps the parallel loops of running jobs. OpenBLAS runs one thread per
- * caller.
+ * Threads: `workers` threads named srnfd-work-N claim accepted jobs, the owners in turn and of each
+ * owner the one whose creation plus expected time is earliest. A worker without a job of its own
+ * helps the parallel loops of running jobs. One thread more, srnfd-express, claims only jobs that
+ * are expected to take at most JOBS_EXPRESS_SECONDS: these start at once however many long ones
+ * run. OpenBLAS runs one thread per caller.
  */
 #ifndef SRNFD_JOBS_H
 #define SRNFD_JOBS_H
@@ -35,6 +36,9 @@ struct jobs_process {
     const char *id;
     void (*run)(struct jobs_run *run, void *user, const char *inputs, struct jobs_result *result);
 };
+
+#define JOBS_EXPRESS_SECONDS 1.0
+#define JOBS_EXPECTED_MAX 3600.0 /* what takes longer is not overtaken for longer */
 
 struct jobs_config {
     struct store *store;
@@ -82,7 +86,8 @@ enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
 int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
                 const char *idempotency_key, const char *body_digest, struct store_job *job,
                 enum jobs_submission *how);
-/* Whose job it is, what the owner may have, and in which trace it is asked for. Cache, joining and
+/* Whose job it is, what the owner may have, in which trace it is asked for, and how long it is
+   expected to take. Cache, joining and
    keys are each owner's own: nobody learns from an answer, or from its time, what another has
    computed. NULL for the owner "" without limits, for whom jobs_submit is short. STORE_QUEUED: as
    many of the owner's jobs wait as may; STORE_QUOTA: the owner holds as many bytes as it may. */
@@ -90,6 +95,7 @@ struct jobs_owner {
     const char *name; /* shorter than STORE_OWNER_MAX */
     struct store_job_limits limits;
     const char *trace; /* traceparent that a new job is part of (NULL: none), kept with it */
+    double seconds;    /* that a new job is expected to take; 0: not known, and so not short */
 };
 int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
                    const char *inputs, const char *idempotency_key, const char *body_digest,

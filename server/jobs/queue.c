@@ -13,6 +13,7 @@
  */
 #include "jobs/internal.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -114,12 +115,24 @@ static void unreserve(struct jobs *jobs)
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-static void issue_ticket(struct jobs *jobs)
+static void issue_ticket(struct jobs *jobs, bool express)
 {
     pthread_mutex_lock(&jobs->mutex);
     atomic_fetch_add(&jobs->tickets, 1);
     pthread_cond_signal(&jobs->wake);
+    if (express) {
+        jobs->express_issued++;
+        pthread_cond_signal(&jobs->express_wake);
+    }
     pthread_mutex_unlock(&jobs->mutex);
+}
+
+static void expect(struct store_job *job, double seconds)
+{
+    if (seconds > 0.0) {
+        job->expected_ms = (int64_t)ceil(1e3 * fmin(seconds, JOBS_EXPECTED_MAX));
+        job->express = seconds <= JOBS_EXPRESS_SECONDS;
+    }
 }
 
 static int fill(struct jobs *jobs, const struct submission *s, struct store_job *job)
@@ -132,6 +145,7 @@ static int fill(struct jobs *jobs, const struct submission *s, struct store_job 
     (void)snprintf(job->owner, sizeof job->owner, "%s", s->owner->name);
     (void)snprintf(job->trace, sizeof job->trace, "%s", s->owner->trace ? s->owner->trace : "");
     job->updated_ms = job->created_ms;
+    expect(job, s->owner->seconds);
     job->process = strdup(s->process->id);
     job->inputs = strdup(s->inputs);
     job->message = strdup("");
@@ -161,7 +175,7 @@ static int add(struct jobs *jobs, const struct submission *s, struct store_job *
         return status;
     }
     jobs_log(jobs, "job-accepted", job, job->process);
-    issue_ticket(jobs);
+    issue_ticket(jobs, job->express);
     jobs_changed(jobs, job->id);
     return JOBS_OK;
 }

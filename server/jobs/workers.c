@@ -12,19 +12,25 @@
  * jobs that wait belong to owners who have as many running as they may, the ticket is held until a
  * run ends.
  *
- * Threads: srnfd-work-N, WORKER_NICE below the others: whoever asks for a status is answered at
- * once, also when every processor computes. Lock: jobs->mutex (rank 20), never held across the
- * store or a run.
+ * One more thread takes express jobs only, those that are expected to take a second at most
+ * (queue.c). It looks when such a job has come, and then until it finds none; a worker may have
+ * taken it before. A ticket that it finds it takes along, as a worker does, and puts back where it
+ * gets no job: so no ticket stays behind for a job that it ran, and none is missing for one that it
+ * did not. It helps no loops, so a short job waits for nothing but other short ones, however many
+ * long jobs run. There is one such thread for any number of workers: it costs the long jobs at most
+ * one part in n + 1 of the processors, while short jobs come without end.
+ *
+ * Threads: srnfd-work-N and srnfd-express (priority.h). Lock: jobs->mutex
+ * (rank 20), never held across the store or a run.
  */
 #include "jobs/internal.h"
 
+#include "priority.h"
+
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 #include <time.h>
-#include <unistd.h>
 
-#define WORKER_NICE 10 /* added to the process's own, see nice(2) */
 /* Before the next try when the store has failed. */
 #define PAUSE_FIRST_MS 20
 #define PAUSE_LAST_MS 1000
@@ -73,29 +79,22 @@ static void leave_slot(struct jobs *jobs, size_t number)
         jobs->held = 0;
         pthread_cond_broadcast(&jobs->wake);
     }
-    pthread_mutex_unlock(&jobs->mutex);
-}
-
-/* Keeps the ticket for later, or for now where a run has ended since the claim began. */
-static void hold(struct jobs *jobs, uint64_t endings)
-{
-    pthread_mutex_lock(&jobs->mutex);
-    if (jobs->endings != endings) {
-        atomic_fetch_add(&jobs->tickets, 1);
-    } else {
-        jobs->held++;
+    if (jobs->express_held) {
+        jobs->express_held = false;
+        jobs->express_issued++;
+        pthread_cond_signal(&jobs->express_wake);
     }
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-/* Spends one ticket. */
-static void claim_and_run(struct jobs_worker *worker, uint64_t seen, uint64_t endings)
+/* Returns the status of the claim, and runs the job where there is one. */
+static int claim_and_run(struct jobs_worker *worker, bool express, uint64_t seen)
 {
     struct jobs *jobs = worker->jobs;
     struct store_job job;
     struct jobs_run run;
     char id[STORE_ID_MAX];
-    int status = store_job_claim(jobs->config.store, &job);
+    int status = (express ? store_job_claim_express : store_job_claim)(jobs->config.store, &job);
 
     worker->failures = status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND
                            ? 0
@@ -109,21 +108,71 @@ static void claim_and_run(struct jobs_worker *worker, uint64_t seen, uint64_t en
         snprintf(id, sizeof id, "%s", job.id);
         store_job_clear(&job);
         jobs_changed(jobs, id);
-    } else if (status == STORE_CONFLICT) {
-        hold(jobs, endings);
-    } else if (status != STORE_NOT_FOUND) {
+    } else if (worker->failures > 0) {
         jobs_log(jobs, "claim-failed", NULL, store_strerror(status));
-        atomic_fetch_add(&jobs->tickets, 1);
         (void)jobs_pause(worker->failures);
+    }
+    return status;
+}
+
+/* Spends one ticket. jobs->mutex is held, but not while the job runs. */
+static void spend_ticket(struct jobs_worker *worker)
+{
+    struct jobs *jobs = worker->jobs;
+    uint64_t seen = jobs->cancellations, endings = jobs->endings;
+    int status;
+
+    atomic_fetch_sub(&jobs->tickets, 1);
+    jobs->running++;
+    pthread_mutex_unlock(&jobs->mutex);
+    status = claim_and_run(worker, false, seen);
+    pthread_mutex_lock(&jobs->mutex);
+    if (status == STORE_CONFLICT && jobs->endings == endings) {
+        jobs->held++; /* kept until a run ends */
+    } else if (status != STORE_OK && status != STORE_NOT_FOUND) {
+        atomic_fetch_add(&jobs->tickets, 1); /* a run has ended since, or the store failed */
+    }
+    jobs->running--;
+    pthread_cond_broadcast(&jobs->ended);
+    if (atomic_load(&jobs->closing)) {
+        pthread_cond_broadcast(&jobs->wake);
     }
 }
 
-/* On Linux the priority is each thread's own (sched(7)). Where it cannot be set, as it was. */
-static void step_back(void)
+/* One look for an express job. jobs->mutex is held, but not while the job runs. */
+static void take_express(struct jobs_worker *worker)
 {
-    int now = getpriority(PRIO_PROCESS, 0);
+    struct jobs *jobs = worker->jobs;
+    uint64_t issued = jobs->express_issued, endings = jobs->endings, seen = jobs->cancellations;
+    bool ticket = atomic_load(&jobs->tickets) > 0;
+    int status;
 
-    (void)setpriority(PRIO_PROCESS, (id_t)gettid(), now + WORKER_NICE);
+    atomic_fetch_sub(&jobs->tickets, ticket ? 1 : 0);
+    jobs->running++;
+    pthread_mutex_unlock(&jobs->mutex);
+    status = claim_and_run(worker, true, seen);
+    pthread_mutex_lock(&jobs->mutex);
+    if (status == STORE_NOT_FOUND) {
+        jobs->express_seen = issued;
+    } else if (status == STORE_CONFLICT && jobs->endings == endings) {
+        jobs->express_seen = issued;
+        jobs->express_held = true;
+    }
+    if (status != STORE_OK && ticket) {
+        atomic_fetch_add(&jobs->tickets, 1);
+        pthread_cond_signal(&jobs->wake);
+    }
+    jobs->running--;
+    pthread_cond_broadcast(&jobs->ended);
+    if (atomic_load(&jobs->closing)) {
+        pthread_cond_broadcast(&jobs->wake);
+    }
+}
+
+static void settle_in(const char *name)
+{
+    pthread_setname_np(pthread_self(), name);
+    priority_compute();
 }
 
 void *jobs_worker_main(void *argument)
@@ -134,25 +183,13 @@ void *jobs_worker_main(void *argument)
 
     free(argument);
     snprintf(name, sizeof name, "srnfd-work-%u", (unsigned)worker.number % 1000);
-    pthread_setname_np(pthread_self(), name);
-    step_back();
+    settle_in(name);
     pthread_mutex_lock(&jobs->mutex);
     while (!atomic_load(&jobs->closing) || jobs->running > 0) {
         struct jobs_loop *loop;
 
         if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0) {
-            uint64_t seen = jobs->cancellations, endings = jobs->endings;
-
-            atomic_fetch_sub(&jobs->tickets, 1);
-            jobs->running++;
-            pthread_mutex_unlock(&jobs->mutex);
-            claim_and_run(&worker, seen, endings);
-            pthread_mutex_lock(&jobs->mutex);
-            jobs->running--;
-            pthread_cond_broadcast(&jobs->ended);
-            if (atomic_load(&jobs->closing)) {
-                pthread_cond_broadcast(&jobs->wake);
-            }
+            spend_ticket(&worker);
         } else if ((loop = jobs_loop_enter(jobs)) != NULL) {
             pthread_mutex_unlock(&jobs->mutex);
             jobs_loop_help(jobs, loop);
@@ -164,6 +201,24 @@ void *jobs_worker_main(void *argument)
         }
     }
     jobs->alive--;
+    pthread_mutex_unlock(&jobs->mutex);
+    return NULL;
+}
+
+void *jobs_express_main(void *argument)
+{
+    struct jobs *jobs = argument;
+    struct jobs_worker worker = {.jobs = jobs, .number = jobs->n_workers};
+
+    settle_in("srnfd-express");
+    pthread_mutex_lock(&jobs->mutex);
+    while (!atomic_load(&jobs->closing)) {
+        if (jobs->express_seen != jobs->express_issued) {
+            take_express(&worker);
+        } else {
+            pthread_cond_wait(&jobs->express_wake, &jobs->mutex);
+        }
+    }
     pthread_mutex_unlock(&jobs->mutex);
     return NULL;
 }

@@ -5,11 +5,12 @@
  *      |                   '------transition--> accepted       (put back by a daemon that stops)
  *      '--cancel, transition--> dismissed
  *
- * The queue gives its owners turns: a claim takes a job of the owner who has had the fewest. Each claim sets turn := max(turn + 1, the largest turn of all): owners with jobs
- * waiting follow each other in a round, and one who comes later, or was kept from running, joins
- * the round and is not given the turns that it missed (start-time fair queueing of Goyal, Vin and
- * Cheng, 1996, with all jobs of one length). An owner with running_max jobs running is passed over.
- * The cost is that of a walk along the owners by turn to the first with a job, each an index look.
+ * The queue gives its owners turns: a claim takes a job of the owner who has had the fewest. Each
+ * claim sets turn := max(turn + 1, the largest turn of all): owners with jobs waiting follow each
+ * other in a round, and one who comes later, or was kept from running, joins the round and is not
+ * given the turns that it missed (start-time fair queueing of Goyal, Vin and Cheng, 1996, with all
+ * jobs of one length). An owner with running_max jobs running is passed over. The cost is that of a
+ * walk along the owners by turn to the first with a job, each an index look.
  *
  * Within a turn the job goes first whose creation plus expected time is earliest: short before
  * long, and yet a job is overtaken only by those that came at most its own expected time after it,

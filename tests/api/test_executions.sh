@@ -72,8 +72,10 @@ compare "$((($(date +%s%N) - started) / 1000000))" '>=' 900 'as long as was aske
 request DELETE "/v1/jobs/$job"
 is_problem 409 job-not-ended 'a job that runs cannot be removed'
 
-# Another job behind it, cancelled while it waits.
-execute encode "{\"mesh\":\"$mesh\",\"lmax\":17}" -H 'Prefer: respond-async'
+# A short job is done beside it; another long one waits, and is cancelled while it does.
+execute encode "{\"mesh\":\"$mesh\",\"lmax\":17}"
+is "$STATUS $(json .surface.lmax)" '200 17' 'a short job does not wait for a long one'
+execute invert "${slow/100000/99996}" -H 'Prefer: respond-async'
 waiting=$(json .id)
 post "/v1/jobs/$waiting/cancel"
 is "$STATUS $(json .status)" '200 dismissed' 'a job that waits is dismissed at once'

@@ -1,9 +1,20 @@
 #!/usr/bin/env bash
 # README's curl lines, run word for word against a live server: all ```sh blocks in order in one shell that stops at
 # the first failure. Then the server's log must show every route of the table answered well at least once.
+#
+# The server is one on which nothing is ready at once: it has one worker, which has a job of its own, and answers an
+# execution with its job after a millisecond where the request does not ask for more. So lines that take the results
+# for granted store null.
 . "$(dirname "$0")/../support/lib.sh"
 
-start_server "$SCRATCH/data" --access-log all || exit 1
+start_server "$SCRATCH/data" --access-log all --workers 1 --sync-wait-seconds 0.001 || exit 1
+
+for name in L_caudate R_caudate L_putamen; do
+    post /v1/meshes --data-binary "@tests/data/aal_subcortex/$name.ply"
+    json .id
+done >"$SCRATCH/meshes"
+execute distances "{\"surfaces\":$(jq -R . "$SCRATCH/meshes" | jq -sc .)}"
+is "$STATUS $(json .type)" '201 process' 'a job keeps the worker busy, and an execution does not wait for it'
 
 awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' README.md >"$SCRATCH/blocks.sh"
 compare "$(grep -c curl "$SCRATCH/blocks.sh")" '>=' 20 'README has curl lines'
@@ -22,6 +33,13 @@ for file in openapi.yaml thalamus.ply encoded.json coefficients.json srnf.npy gr
     distances.csv scores.csv modes.npy classified.json; do
     check "$file was written" test -s "$SCRATCH/clone/$file"
 done
+while read -r file; do
+    unlike "$(jq -c . "$file")" '^(null|"")?$' "${file##*/} holds a document"
+done < <(find "$SCRATCH/clone" -maxdepth 1 -name '*.json')
+is "$(grep -c '"type":"process"' "$SCRATCH/clone"/*.json | grep -vc ':0$')" 0 'and none of them a job instead of its results'
+is "$(grep -E "^\++ [A-Z]+=('?null'?|'')?\$" "$SCRATCH/trace" | sort -u)" '+ MEMBERS=' 'no variable is null, or empty but that which grows'
+is "$(grep -E '^ *("[a-zA-Z]+": )?null,?$' "$SCRATCH/out" | grep -vE '"(default|queuePosition|estimatedSecondsLeft)"')" '' \
+    'and nothing that is shown is null, but for what may be'
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply
 
 jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) \(.path)"' "$SERVER_LOG" |

@@ -44,7 +44,7 @@ static void claims(struct store *store, int number)
     store_job_clear(&job);
 }
 
-/* Job 0 would take 100 ms: it is overtaken by short jobs that come within 100 ms, and by no more. */
+/* Job 0 would take 100 ms: it is overtaken by short jobs that come within 100 ms, by no more. */
 static void short_jobs_go_first_and_none_starves(void **state)
 {
     struct fixture *fixture = *state;
