@@ -165,6 +165,8 @@ bool process_read(int status);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
+/* Whether the record of a surface says that it is a mirror image; a mesh is none. */
+bool process_mirrored(struct jobs_run *run, const char *id);
 /* What a registration came to: distance, distanceBefore, objective, minJacobian, maxJacobian,
    truncationError, iterations, converged (process_register.c). */
 json_t *registration_figures(const struct srnf_registration *registration);

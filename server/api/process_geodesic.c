@@ -12,14 +12,17 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/process.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 #include "jobs/compute_geodesic.h"
 
 #define PULLBACK_STEPS_MIN 3
 
-static const char *const names[] = {"from", "to", "steps", "register", "method", NULL};
+static const char *const names[] = {"from",   "to",         "steps", "register",
+                                    "method", "handedness", NULL};
 
 /* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
 static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
@@ -35,6 +38,7 @@ json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct
     steps = inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
                            PROCESS_STEPS_DEFAULT);
     (void)inputs_boolean(&inputs, "register", true);
+    inputs_handedness(&inputs);
     if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0 &&
         steps < PULLBACK_STEPS_MIN) {
         problem_add(list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
@@ -106,6 +110,8 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
     size_t count = 3 * srnf_coefficient_count(geodesic->degree);
     double scales[2] = {process_scale(run, outputs->ends[0].id, outputs->ends[0].scale),
                         process_scale(run, outputs->ends[1].id, outputs->ends[1].scale)};
+    bool mirrored[2] = {process_mirrored(run, outputs->ends[0].id),
+                        process_mirrored(run, outputs->ends[1].id)};
     char name[64], reference[STORE_ID_MAX] = "";
     json_t *records = json_array(), *record;
 
@@ -118,6 +124,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .scale = (1.0 - t) * scales[0] + t * scales[1],
             .measures = &outputs->measures[i],
             .parameterization = parameterization_of(outputs, i),
+            .mirrored = (i + 1 == geodesic->steps || mirrored[0]) && (i == 0 || mirrored[1]),
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
 
@@ -199,6 +206,8 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
     typed.options.method = method_of(inputs);
     typed.pullback = is_pullback(inputs);
+    typed.handedness = handedness_checked(inputs);
+    typed.opposite = typed.handedness && handedness_opposite(run, typed.from, typed.to);
     typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
     if (compute_geodesic(run, &typed, &outputs, result)) {
         goto out;
@@ -217,6 +226,8 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
     (void)json_object_set_new(document, "pullback", pullback_document(&outputs.pullback));
     (void)json_object_set_new(document, "registration", registration_document(&typed, &outputs));
+    warnings_put(document,
+                 handedness_of_pair(run, typed.from, typed.to, typed.opposite, &outputs.mirror));
     process_finish(run, document, inputs, result);
 out:
     compute_geodesic_clear(&outputs);

@@ -17,6 +17,7 @@
 static const char *const codes[] = {
     "duplicate-content",
     "encoding-poor",
+    "mirror-images",
 };
 
 bool warning_known(const char *code)
@@ -60,4 +61,16 @@ void warnings_merge(json_t *warnings, const json_t *from)
             (void)json_array_append(warnings, entry);
         }
     }
+}
+
+void warnings_put(json_t *document, json_t *from)
+{
+    json_t *warnings = json_object_get(document, "warnings");
+
+    if (!warnings) {
+        warnings = json_array();
+        (void)json_object_set_new(document, "warnings", warnings);
+    }
+    warnings_merge(warnings, from);
+    json_decref(from);
 }

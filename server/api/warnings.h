@@ -22,6 +22,9 @@ void warning_add(json_t *warnings, const char *code, json_t *figures, const char
     __attribute__((format(printf, 4, 5)));
 /* Appends those of `from` (borrowed, may be NULL) whose like is not there yet. */
 void warnings_merge(json_t *warnings, const json_t *from);
+/* The same into the member "warnings" of a document, which is made where it is missing; `from` is
+   taken over. */
+void warnings_put(json_t *document, json_t *from);
 bool warning_known(const char *code);
 
 #endif
