@@ -23,6 +23,18 @@ SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficie
                                           size_t frequency, struct srnf_mesh *mesh,
                                           double **normals);
 
+/*
+ * The mirror image in the plane x = 0, in place (core/shape/mirror.c). A mesh is reflected, x to
+ * -x, and its faces are turned: they stay counter-clockwise seen from outside if they were. A
+ * surface f(e) becomes M f(M e), M = diag(-1, 1, 1): orientation, area and volume are kept, its
+ * SRNF is M Q(f) o M, and distances between surfaces are those between their mirror images. Either
+ * is its own inverse, exactly. Left and right structures of a body are mirror images of each other
+ * up to their own differences, and no rotation brings one onto the other.
+ *   coefficients  [in/out] double[3][(L+1)^2]
+ */
+void srnf_mesh_mirror(struct srnf_mesh *mesh);
+void srnf_surface_mirror(size_t degree, double *coefficients);
+
 /* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the
    vertices of the mesh and over a triangulation of the surface. In the units of the mesh. */
 struct srnf_fit {

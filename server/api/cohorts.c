@@ -2,8 +2,9 @@
  * cohorts.c - the cohort resource: named by its user, an ordered list of meshes and surfaces with
  * what is known of them.
  *
- * The members are brought into one spelling (every member has id, label, subject and covariates;
- * keys sorted) and kept as that text: the same content sent again is the same text, and so 200
+ * The members are brought into one spelling (every member has id, label, subject and covariates,
+ * and mirror only where it is true, so that texts kept before there was a mirror stay what they
+ * are; keys sorted) and kept as that text: the same content sent again is the same text, and so 200
  * instead of 201. A cohort does not change; another content under its name is 409. What it names
  * must exist, and stays as long as the cohort does.
  */
@@ -19,7 +20,7 @@
 #define POINTER_MAX 200
 
 static const char *const body_names[] = {"name", "members", NULL};
-static const char *const member_names[] = {"id", "label", "subject", "covariates", NULL};
+static const char *const member_names[] = {"id", "label", "subject", "covariates", "mirror", NULL};
 
 bool cohort_name_valid(const char *name)
 {
@@ -45,6 +46,13 @@ json_t *cohort_members(const struct store_cohort *cohort)
     if (!json_is_array(members)) {
         json_decref(members);
         return NULL;
+    }
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        json_t *member = json_array_get(members, i);
+
+        if (!json_object_get(member, "mirror")) {
+            (void)json_object_set_new(member, "mirror", json_false());
+        }
     }
     return members;
 }
@@ -121,6 +129,20 @@ static void read_covariates(const json_t *member, const char *pointer, json_t *o
     (void)json_object_set(out, "covariates", value);
 }
 
+static void read_mirror(const json_t *member, const char *pointer, json_t *out,
+                        struct problem_list *list)
+{
+    json_t *value = json_object_get(member, "mirror");
+    char text[POINTER_MAX];
+
+    if (value && !json_is_boolean(value)) {
+        (void)snprintf(text, sizeof text, "%s/mirror", pointer);
+        problem_add(list, text, "must be true or false");
+    } else if (json_is_true(value)) {
+        (void)json_object_set_new(out, "mirror", json_true());
+    }
+}
+
 /* One member in its canonical spelling (new reference); its id goes into the cohort. */
 static json_t *read_member(const json_t *member, size_t index, char id[STORE_ID_MAX],
                            struct problem_list *list)
@@ -147,6 +169,7 @@ static json_t *read_member(const json_t *member, size_t index, char id[STORE_ID_
     read_text(member, "label", pointer, out, list);
     read_text(member, "subject", pointer, out, list);
     read_covariates(member, pointer, out, list);
+    read_mirror(member, pointer, out, list);
     return out;
 }
 

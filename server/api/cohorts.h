@@ -14,8 +14,8 @@
 /* [A-Za-z0-9._-]{1,100}, and neither "." nor "..", which have a meaning of their own in paths. */
 bool cohort_name_valid(const char *name);
 
-/* The members of a stored cohort as a JSON array of {id, label, subject, covariates}; NULL without
-   memory. */
+/* The members of a stored cohort as a JSON array of {id, label, subject, covariates, mirror}; NULL
+   without memory. */
 json_t *cohort_members(const struct store_cohort *cohort);
 
 /* mesh- or surf-, and 32 lower-case hex digits? */

@@ -165,6 +165,8 @@ bool process_read(int status);
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
+/* Whether the record of a surface says that it is a mirror image; a mesh is none. */
+bool process_mirrored(struct jobs_run *run, const char *id);
 json_t *process_fit_json(const struct srnf_fit *fit);
 json_t *process_star_json(const struct srnf_star *star);
 json_t *process_distortion_json(const struct srnf_distortion *distortion);

@@ -9,8 +9,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/process_group.h"
 #include "api/registration_options.h"
+#include "api/warnings.h"
 #include "jobs/compute_classify.h"
 
 static const char *const names[] = {
@@ -308,7 +310,8 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
                             const struct srnf_classification *results)
 {
     json_t *document = json_object(), *methods = json_object(), *order = json_array();
-    json_t *subjects = group_subjects(run, json_object_get(inputs, "cohort"));
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    json_t *subjects = group_subjects(run, cohort);
 
     for (size_t m = 0; m < typed->n_methods; m++) {
         (void)json_object_set_new(methods, typed->methods[m]->name,
@@ -323,6 +326,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)typed->group->degree));
     (void)json_object_set_new(document, "registration",
                               registration_json(&typed->comparison.registration));
+    warnings_put(document, handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
     json_decref(subjects);
     return document;
 }
@@ -387,6 +391,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     struct compute_group group = {0};
     struct classes classes = {0};
     const char **ids = NULL;
+    const struct compute_mirrored mirrored = group_mirrored(inputs);
     double *found = NULL;
     bool with_size, ready;
     size_t n, missing;
@@ -402,8 +407,9 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_group_load(run, n, ids, (size_t)json_integer_value(json_object_get(inputs, "lmax")),
-                           SHARE, &group, result)) {
+    if (compute_group_load(run, n, ids, &mirrored,
+                           (size_t)json_integer_value(json_object_get(inputs, "lmax")), SHARE,
+                           &group, result)) {
         goto out;
     }
     found = with_size ? find_scales(run, ids, &group) : NULL;

@@ -10,7 +10,9 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "api/handedness.h"
 #include "api/process_mean.h"
+#include "api/warnings.h"
 #include "jobs/compute_quality.h"
 
 static const char *const names[] = {
@@ -355,6 +357,8 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         document = comparison_json(inputs, &mean, &comparison, &maps);
         (void)json_object_set_new(document, "surface", surface);
         mean_set_members(document, &typed.mean, &mean);
+        warnings_put(document,
+                     handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
         process_finish(run, document, inputs, result);
     }
 out:

@@ -5,17 +5,22 @@
  * Registered distances are symmetric by construction: both ways of registering a pair are tried
  * and the better one counts. Degree and penalty stand in the result, since a distance means
  * nothing without them. The metrics harmonic and icp have no warps: register lets them rotate.
+ *
+ * Members that are left and right ones of the same by what they are called are tried mirrored too,
+ * a bounded number of pairs (compute_mirror.h), unless handedness is ignore.
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/tables.h"
+#include "api/warnings.h"
 #include "jobs/compute_mean.h"
 
-static const char *const names[] = {"surfaces", "cohort", "register", "metric", NULL};
+static const char *const names[] = {"surfaces", "cohort", "register", "metric", "handedness", NULL};
 static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
 
 json_t *distances_canonicalise(struct api_call *call, const json_t *given,
@@ -30,6 +35,7 @@ json_t *distances_canonicalise(struct api_call *call, const json_t *given,
     }
     (void)inputs_boolean(&inputs, "register", true);
     (void)inputs_choice(&inputs, "metric", metrics);
+    inputs_handedness(&inputs);
     if (!list->errors) {
         n = inputs_group(&inputs, &degree);
         if (n) {
@@ -51,15 +57,46 @@ static enum srnf_metric metric_of(const json_t *inputs)
     return (enum srnf_metric)metric;
 }
 
+/* False without memory. */
+static bool read_handedness(struct jobs_run *run, const json_t *inputs, struct group_sides *sides,
+                            struct compute_handedness *handedness)
+{
+    *sides = (struct group_sides){0};
+    *handedness = (struct compute_handedness){.mirrored = group_mirrored(inputs)};
+    if (!handedness_checked(inputs)) {
+        return true;
+    }
+    handedness->opposite = group_sides_opposite;
+    handedness->user = sides;
+    return group_sides_read(run, json_object_get(inputs, "surfaces"),
+                            json_object_get(inputs, "cohort"), sides);
+}
+
+static json_t *result_document(struct jobs_run *run, const json_t *inputs, size_t n,
+                               const double *matrix, size_t degree,
+                               const struct compute_handedness *handedness)
+{
+    const size_t shape[2] = {n, n};
+    json_t *document = json_object(), *labels = group_labels(run, inputs);
+
+    (void)json_object_set_new(document, "labels", labels);
+    (void)json_object_set_new(document, "matrix", json_nested(matrix, 2, shape));
+    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)degree));
+    warnings_put(document, handedness_of_trials(labels, handedness));
+    return document;
+}
+
 void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document;
+    struct compute_handedness handedness;
+    struct group_sides sides;
     struct srnf_register_options options = registration_pair_defaults(false);
     const struct srnf_register_options *registration;
     enum srnf_metric metric;
     const char **ids = NULL;
     double *matrix = NULL;
-    size_t shape[2], degree = 0;
+    size_t n, degree = 0;
 
     (void)api;
     if (!inputs) {
@@ -67,25 +104,23 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     }
     registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
     metric = metric_of(inputs);
-    ids = group_ids(inputs, &shape[0]);
-    if (!ids) {
+    ids = group_ids(inputs, &n);
+    if (!read_handedness(run, inputs, &sides, &handedness) || !ids) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_distances(run, metric, shape[0], ids, registration, &matrix, &degree, result) ||
-        !process_finite(shape[0] * shape[0], matrix, "the distances", result)) {
+    if (compute_distances(run, metric, n, ids, registration, &handedness, &matrix, &degree,
+                          result) ||
+        !process_finite(n * n, matrix, "the distances", result)) {
         goto out;
     }
-    shape[1] = shape[0];
-    document = json_object();
-    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
-    (void)json_object_set_new(document, "matrix", json_nested(matrix, 2, shape));
-    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)degree));
+    document = result_document(run, inputs, n, matrix, degree, &handedness);
     /* harmonic and icp turn surfaces, and warp nothing */
     (void)json_object_set_new(document, "registration",
                               registration_json(metric <= SRNF_METRIC_SRM ? registration : NULL));
     process_finish(run, document, inputs, result);
 out:
+    group_sides_clear(&sides);
     srnf_free(matrix);
     srnf_free(ids);
     json_decref(inputs);

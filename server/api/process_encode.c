@@ -12,8 +12,8 @@
 #include "api/surfaces.h"
 #include "jobs/compute_encode.h"
 
-static const char *const names[] = {"mesh",   "lmax",  "parameterization", "sphere",
-                                    "center", "scale", "smoothing",        NULL};
+static const char *const names[] = {"mesh",  "lmax",      "parameterization", "sphere", "center",
+                                    "scale", "smoothing", "mirror",           NULL};
 /* In the order of enum srnf_parameterization. */
 static const char *const parameterizations[] = {"auto", "star", "area", "given", NULL};
 static const char *const scales[] = {"unit-area", "none", NULL};
@@ -87,6 +87,7 @@ json_t *encode_canonicalise(struct api_call *call, const json_t *given, struct p
     }
     (void)inputs_choice(&inputs, "scale", scales);
     (void)inputs_real(&inputs, "smoothing", 0.0, PROCESS_SMOOTHING_MAX, 0.0);
+    (void)inputs_boolean(&inputs, "mirror", false);
     read_meshes(&inputs, choice);
     return inputs_close(&inputs);
 }
@@ -128,11 +129,12 @@ static struct compute_encode_inputs typed_inputs(const json_t *inputs)
     }
     typed.options.unit_area = !scale || strcmp(scale, "none") != 0;
     typed.options.smoothing = json_number_value(json_object_get(inputs, "smoothing"));
+    typed.mirror = json_is_true(json_object_get(inputs, "mirror"));
     return typed;
 }
 
 /* The surface of the result, in the store, under the name of its mesh. */
-static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
+static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_inputs *typed,
                             const struct srnf_encoded *encoded, struct jobs_result *result)
 {
     struct store_mesh mesh = {0};
@@ -142,14 +144,16 @@ static json_t *keep_surface(struct jobs_run *run, const char *mesh_id,
         .scale = encoded->scale,
         .measures = &encoded->measures,
         .parameterization = srnf_parameterization_name(encoded->route),
-        .source = process_source(run, "encode", mesh_id, NULL),
+        .source = process_source(run, "encode", typed->mesh, NULL),
         .fit = process_fit_json(&encoded->fit),
         .star = process_star_json(&encoded->star),
         .origin = encoded->origin,
+        .mirrored = typed->mirror,
     };
     json_t *record;
 
-    if (process_read(store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), mesh_id, &mesh))) {
+    if (process_read(
+            store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), typed->mesh, &mesh))) {
         description.name = mesh.name;
     }
     record = process_keep_surface(run, &description, "the surface", result);
@@ -171,7 +175,7 @@ void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_r
     if (compute_encode(run, jobs_run_context(run), &typed, &encoded, result)) {
         goto out;
     }
-    surface = keep_surface(run, typed.mesh, &encoded, result);
+    surface = keep_surface(run, &typed, &encoded, result);
     if (!surface) {
         goto out;
     }

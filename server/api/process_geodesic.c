@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/process.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
@@ -26,7 +27,8 @@
 
 #define PULLBACK_STEPS_MIN 3
 
-static const char *const names[] = {"from", "to", "steps", "register", "symmetric", "method", NULL};
+static const char *const names[] = {"from",      "to",     "steps",      "register",
+                                    "symmetric", "method", "handedness", NULL};
 
 /* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
 static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
@@ -46,6 +48,7 @@ json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct
     if (!inputs_boolean(&inputs, "symmetric", true) && !registered) { /* one spelling */
         (void)json_object_set_new(inputs.canonical, "symmetric", json_true());
     }
+    inputs_handedness(&inputs);
     if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0 &&
         steps < PULLBACK_STEPS_MIN) {
         problem_add(list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
@@ -117,6 +120,8 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
     size_t count = 3 * srnf_coefficient_count(geodesic->degree);
     double scales[2] = {process_scale(run, outputs->ends[0].id, outputs->ends[0].scale),
                         process_scale(run, outputs->ends[1].id, outputs->ends[1].scale)};
+    bool mirrored[2] = {process_mirrored(run, outputs->ends[0].id),
+                        process_mirrored(run, outputs->ends[1].id)};
     char name[64], reference[STORE_ID_MAX] = "";
     json_t *records = json_array(), *record;
 
@@ -129,6 +134,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .scale = (1.0 - t) * scales[0] + t * scales[1],
             .measures = &outputs->measures[i],
             .parameterization = parameterization_of(outputs, i),
+            .mirrored = (i + 1 == geodesic->steps || mirrored[0]) && (i == 0 || mirrored[1]),
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
 
@@ -226,7 +232,7 @@ static json_t *result_document(const struct compute_geodesic_inputs *typed,
 
 void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *surfaces;
+    json_t *inputs = process_parse(text, result), *surfaces, *document;
     struct compute_geodesic_inputs typed = {.options = srnf_geodesic_options_defaults()};
     struct compute_geodesic_outputs outputs = {0};
     struct srnf_register_options registration = registration_pair_defaults(false);
@@ -240,6 +246,8 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
     typed.options.method = method_of(inputs);
     typed.pullback = is_pullback(inputs);
+    typed.handedness = handedness_checked(inputs);
+    typed.opposite = typed.handedness && handedness_opposite(run, typed.from, typed.to);
     typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
     registration.symmetric = json_is_true(json_object_get(inputs, "symmetric"));
     if (compute_geodesic(run, &typed, &outputs, result)) {
@@ -249,7 +257,10 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     if (!surfaces) {
         goto out;
     }
-    process_finish(run, result_document(&typed, &outputs, surfaces), inputs, result);
+    document = result_document(&typed, &outputs, surfaces);
+    warnings_put(document,
+                 handedness_of_pair(run, typed.from, typed.to, typed.opposite, &outputs.mirror));
+    process_finish(run, document, inputs, result);
 out:
     compute_geodesic_clear(&outputs);
     json_decref(inputs);

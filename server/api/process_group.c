@@ -87,6 +87,7 @@ static bool read_cohort(struct process_inputs *inputs, const json_t *value, json
 {
     struct store_cohort cohort = {.record = NULL};
     json_t *members = NULL, *labels = json_array(), *subjects = json_array();
+    json_t *mirrored = json_array();
     bool good = find_cohort(inputs, value, &cohort) &&
                 check_count(inputs, "/inputs/cohort", cohort.n_members);
 
@@ -100,10 +101,11 @@ static bool read_cohort(struct process_inputs *inputs, const json_t *value, json
             add_surface(inputs, json_object_get(member, "id"), "/inputs/cohort", surfaces, degree);
         (void)json_array_append(labels, json_object_get(member, "label"));
         (void)json_array_append(subjects, json_object_get(member, "subject"));
+        (void)json_array_append(mirrored, json_object_get(member, "mirror"));
     }
-    (void)json_object_set_new(
-        inputs->canonical, "cohort",
-        json_pack("{s:s, s:o, s:o}", "name", cohort.name, "labels", labels, "subjects", subjects));
+    (void)json_object_set_new(inputs->canonical, "cohort",
+                              json_pack("{s:s, s:o, s:o, s:o}", "name", cohort.name, "labels",
+                                        labels, "subjects", subjects, "mirrored", mirrored));
     json_decref(members);
     store_cohort_clear(&cohort);
     return good;
@@ -156,6 +158,17 @@ const char **group_ids(const json_t *inputs, size_t *n)
         ids[i] = id ? id : "";
     }
     return ids;
+}
+
+struct compute_mirrored group_mirrored(const json_t *inputs)
+{
+    const json_t *flags = json_object_get(json_object_get(inputs, "cohort"), "mirrored");
+    struct compute_mirrored mirrored = {{false}};
+
+    for (size_t i = 0; i < json_array_size(flags) && i < COMPUTE_GROUP_MAX; i++) {
+        mirrored.member[i] = json_is_true(json_array_get(flags, i));
+    }
+    return mirrored;
 }
 
 /* The name that a mesh or surface has, or its id. */

@@ -5,11 +5,15 @@
 #define SRNFD_API_PROCESS_GROUP_H
 
 #include "api/process.h"
+#include "jobs/compute_group.h"
+
+_Static_assert(PROCESS_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed");
 
 /*
  * Reads "surfaces" [id, ..] or "cohort" (a name), exactly one of them. The canonical surfaces are
  * the ids, in order, in both cases; the canonical cohort is null, or its name with the labels and
- * subjects of its members as they are now: a cohort may be deleted, and its name given to another.
+ * subjects of its members and which of them are mirrored, as they are now: a cohort may be deleted,
+ * and its name given to another.
  * Returns their number, or 0 with a problem noted or answered. degree gets the largest of theirs.
  */
 size_t inputs_group(struct process_inputs *inputs, long *degree);
@@ -23,6 +27,8 @@ bool inputs_model(struct process_inputs *inputs, struct store_model *model);
 
 /* The ids of canonical inputs, borrowed from them; srnf_free. */
 const char **group_ids(const json_t *inputs, size_t *n);
+/* Which members of the canonical cohort are taken mirrored; none without a cohort. */
+struct compute_mirrored group_mirrored(const json_t *inputs);
 /* A name for each surface: the label of the member, or else its subject, or else the name that the
    mesh or surface has, or else its id. */
 json_t *group_labels(struct jobs_run *run, const json_t *inputs);

@@ -14,10 +14,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/json_memory.h"
 #include "api/models.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 
 static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
                                          "commonPose", "tolerance",     "method",
@@ -117,6 +119,7 @@ bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
     *typed = (struct compute_mean_inputs){
         .n = n,
         .ids = ids,
+        .mirrored = group_mirrored(inputs),
         .degree = (size_t)json_integer_value(json_object_get(inputs, "lmax")),
         .tolerance = json_number_value(json_object_get(inputs, "tolerance")),
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
@@ -206,6 +209,8 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
     mean_set_members(document, typed, outputs);
     (void)json_object_set_new(document, "labels", group_labels(run, inputs));
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
+    warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
+                                               json_object_get(inputs, "cohort")));
 }
 
 /* What the mean in the pulled-back metric came to; null for the other method. */

@@ -7,9 +7,11 @@
  */
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/models.h"
 #include "api/process_mean.h"
 #include "api/registration_options.h"
+#include "api/warnings.h"
 #include "jobs/compute_quality.h"
 
 static const char *const names[] = {
@@ -167,6 +169,8 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
         compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
         document = quality_json(&quality);
         mean_set_members(document, &typed, &mean);
+        warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
+                                                   json_object_get(inputs, "cohort")));
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);

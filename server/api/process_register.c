@@ -13,15 +13,17 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/handedness.h"
 #include "api/process.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 #include "jobs/compute_register.h"
 
-static const char *const names[] = {"template",  "moving",  "rotation", "reparameterization",
-                                    "degree",    "penalty", "start",    "commonPose",
-                                    "symmetric", "exact",   NULL};
+static const char *const names[] = {"template",  "moving",  "rotation",   "reparameterization",
+                                    "degree",    "penalty", "start",      "commonPose",
+                                    "symmetric", "exact",   "handedness", NULL};
 static const char *const link_kinds[] = {"rotation", "exp", "exp-inverse"};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
@@ -94,6 +96,7 @@ json_t *register_canonicalise(struct api_call *call, const json_t *given, struct
     (void)inputs_boolean(&inputs, "commonPose", false);
     (void)inputs_boolean(&inputs, "symmetric", false);
     (void)inputs_boolean(&inputs, "exact", false);
+    inputs_handedness(&inputs);
     if (!list->errors) {
         (void)inputs_surface(&inputs, "template", &degree);
         (void)inputs_surface(&inputs, "moving", &degree);
@@ -112,6 +115,7 @@ static struct compute_register_inputs typed_inputs(const json_t *inputs)
 
     typed.template_id = json_string_value(json_object_get(inputs, "template"));
     typed.moving = json_string_value(json_object_get(inputs, "moving"));
+    typed.handedness = handedness_checked(inputs);
     typed.options.degree = (size_t)json_integer_value(json_object_get(inputs, "degree"));
     typed.options.reparameterization = json_is_true(json_object_get(inputs, "reparameterization"));
     typed.options.symmetric = json_is_true(json_object_get(inputs, "symmetric"));
@@ -192,6 +196,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .scale = process_scale(run, moving->id, moving->scale),
         .measures = &outputs->measures,
         .parameterization = "registered",
+        .mirrored = process_mirrored(run, moving->id),
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
 
@@ -209,10 +214,15 @@ void register_run(struct jobs_run *run, void *api, const char *text, struct jobs
         return;
     }
     typed = typed_inputs(inputs);
+    typed.opposite = typed.handedness && handedness_opposite(run, typed.template_id, typed.moving);
     if (compute_register(run, &typed, &outputs, result) == 0) {
         surface = keep_surface(run, &outputs, result);
         if (surface) {
-            process_finish(run, result_document(&typed, &outputs, surface), inputs, result);
+            json_t *document = result_document(&typed, &outputs, surface);
+
+            warnings_put(document, handedness_of_pair(run, typed.template_id, typed.moving,
+                                                      typed.opposite, &outputs.mirror));
+            process_finish(run, document, inputs, result);
         }
     }
     compute_register_clear(&outputs);

@@ -138,6 +138,20 @@ double process_scale(struct jobs_run *run, const char *id, double known)
     return scale > 0.0 ? scale : 1.0;
 }
 
+bool process_mirrored(struct jobs_run *run, const char *id)
+{
+    struct store_surface surface = {0};
+    bool mirrored = false;
+
+    if (!compute_is_mesh(id) &&
+        process_read(
+            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        mirrored = surface_record_mirrored(&surface);
+    }
+    store_surface_clear(&surface);
+    return mirrored;
+}
+
 json_t *process_fit_json(const struct srnf_fit *fit)
 {
     double scale = fit->diagonal > 0.0 ? 1.0 / fit->diagonal : 0.0;

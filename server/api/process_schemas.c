@@ -47,6 +47,15 @@ const char encode_inputs_schema[] =
     "\"default\":\"auto\",\"description\":\"Centre of the rays of star in the units of the "
     "mesh; auto: the centre of the largest ball of points that see the whole "
     "surface.\"},"
+    "\"mirror\":{\"type\":\"boolean\",\"default\":false,\"description\":\""
+    "Encode the mirror image instead: x of the mesh, and of the sphere if one is "
+    "given, becomes -x, and faces are turned to stay outward, before everything "
+    "else; center and all answers stay in the coordinates of the mesh as it was "
+    "uploaded. Left and right structures are mirror images of each other, and no "
+    "registration brings one onto the other before one side is mirrored. Which "
+    "plane matters only for data in a common pose: it is the sagittal one where "
+    "x runs from one side of the body to the other, as in RAS and LPS "
+    "coordinates.\"},"
     "\"scale\":{\"enum\":[\"unit-area\",\"none\"],\"default\":\"unit-area\","
     "\"description\":\"unit-area divides by the square root of the area, kept as scale "
     "in the record.\"},"
@@ -180,7 +189,11 @@ const char geodesic_inputs_schema[] =
     "star-shaped surfaces (a mesh is encoded by star for it), linear blends the surfaces. pullback "
     "is the geodesic "
     "within the space of surfaces, by straightening the path in the metric that "
-    "the SRNF pulls back to it; it takes 3 surfaces or more.\"}}}";
+    "the SRNF pulls back to it; it takes 3 surfaces or more.\"},"
+    "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
+    "Whether to try the mirror image of the second end as well, registered "
+    "where names or a quick rigid match suggest two sides, and to warn where it "
+    "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
 
 const char geodesic_outputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","

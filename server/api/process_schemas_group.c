@@ -98,7 +98,11 @@ const char register_inputs_schema[] = INPUTS_OPENING
     "(of ten pairs of real surfaces the distance was up to 11 % "
     "larger).\"},\"exact\":{\"type\":\"boolean\",\"default\":false,"
     "\"description\":\"For surfaces that differ by a warp alone: no penalty, up to "
-    "degree 32.\"}}}";
+    "degree 32.\"},"
+    "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
+    "Whether to try the mirror image of the moving surface as well, registered "
+    "where names or a quick rigid match suggest two sides, and to warn where it "
+    "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
 
 const char register_outputs_schema[] = OUTPUTS_OPENING
     "\"surface\":{\"type\":\"object\",\"description\":\"Record of the moving surface, "
@@ -164,7 +168,11 @@ const char distances_inputs_schema[] = INPUTS_OPENING
     "parameterised.\"},\"metric\":{\"enum\":[\"srnf\",\"harmonic\",\"srm\",\"icp\"],"
     "\"default\":\"srnf\",\"description\":\"harmonic: L2 of the surfaces, after a "
     "rotation; srm: as srnf, by square-root maps; icp: between closest points, after rigid "
-    "alignment.\"}}}";
+    "alignment.\"},"
+    "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
+    "Whether to try members that are left and right ones of the same, by label, "
+    "subject or name, mirrored too, in 12 pairs at most, and to warn where that "
+    "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
 
 const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "\"matrix\":{\"type\":\"array\",\"description\":\"Symmetric; also as CSV and .npy "

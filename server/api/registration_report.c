@@ -64,14 +64,15 @@ static void warn_truncated(json_t *warnings, const struct srnf_registration *r, 
         !(r->truncation_distance > REGISTRATION_TRUNCATED_RATIO * r->distance)) {
         return;
     }
-    warning_add(warnings, "registration-truncated",
-                json_pack("{s:f, s:f, s:f}", "truncationError", r->truncation_error,
-                          "truncationDistance", r->truncation_distance, "distance", r->distance),
-                "Registering %s: the registered surface is cut to its degree, which moves its SRNF "
-                "by %.3g, against a distance of %.3g. The distance was measured before the cut; "
-                "the surface, and paths to it, are off by that much. Encode with a higher lmax; one way "
-                "(symmetric false) less is cut off.",
-                what, r->truncation_distance, r->distance);
+    warning_add(
+        warnings, "registration-truncated",
+        json_pack("{s:f, s:f, s:f}", "truncationError", r->truncation_error, "truncationDistance",
+                  r->truncation_distance, "distance", r->distance),
+        "Registering %s: the registered surface is cut to its degree, which moves its SRNF "
+        "by %.3g, against a distance of %.3g. The distance was measured before the cut; "
+        "the surface, and paths to it, are off by that much. Encode with a higher lmax; one way "
+        "(symmetric false) less is cut off.",
+        what, r->truncation_distance, r->distance);
 }
 
 static void warn_distorted(json_t *warnings, const struct srnf_registration *r, const char *what)
@@ -80,13 +81,13 @@ static void warn_distorted(json_t *warnings, const struct srnf_registration *r, 
         r->max_jacobian <= REGISTRATION_DISTORTED_FACTOR) {
         return;
     }
-    warning_add(warnings, "registration-distorted",
-                json_pack("{s:f, s:f}", "minJacobian", r->min_jacobian, "maxJacobian",
-                          r->max_jacobian),
-                "Registering %s: the warp scales areas by factors from %.3g to %.3g: parts of one "
-                "surface vanish into points of the other, which makes the distance too small. Use "
-                "the default penalty or a larger one.",
-                what, r->min_jacobian, r->max_jacobian);
+    warning_add(
+        warnings, "registration-distorted",
+        json_pack("{s:f, s:f}", "minJacobian", r->min_jacobian, "maxJacobian", r->max_jacobian),
+        "Registering %s: the warp scales areas by factors from %.3g to %.3g: parts of one "
+        "surface vanish into points of the other, which makes the distance too small. Use "
+        "the default penalty or a larger one.",
+        what, r->min_jacobian, r->max_jacobian);
 }
 
 static void warn_ambiguous(json_t *warnings, const struct srnf_registration *r, const char *what)
@@ -115,12 +116,13 @@ void registration_warn(json_t *document, const struct srnf_registration *r, cons
         warn_distorted(warnings, r, what);
         warn_ambiguous(warnings, r, what);
         if (!r->converged) {
-            warning_add(warnings, "registration-not-converged",
-                        json_pack("{s:I, s:f}", "iterations", (json_int_t)r->iterations, "distance",
-                                  r->distance),
-                        "Registering %s: the steps ran out while the objective still fell. A longer "
-                        "search would find a smaller distance.",
-                        what);
+            warning_add(
+                warnings, "registration-not-converged",
+                json_pack("{s:I, s:f}", "iterations", (json_int_t)r->iterations, "distance",
+                          r->distance),
+                "Registering %s: the steps ran out while the objective still fell. A longer "
+                "search would find a smaller distance.",
+                what);
         }
     }
     warnings_put(document, warnings);

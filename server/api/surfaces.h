@@ -28,6 +28,7 @@ struct surface_description {
     const char *parameterization;
     json_t *source, *fit, *star;
     const double *origin;          /* of the stored surface in the frame of the mesh */
+    bool mirrored;                 /* the mirror image of what the mesh shows */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
 };
 
@@ -45,5 +46,7 @@ int surface_save(struct store *store, const struct store_owner *owner,
 /* A number or string member of a stored surface's record; fallback where it has none. */
 double surface_record_number(const struct store_surface *surface, const char *name,
                              double fallback);
+/* Whether the record of a stored surface says that it is a mirror image. */
+bool surface_record_mirrored(const struct store_surface *surface);
 
 #endif

@@ -37,9 +37,9 @@ static json_t *links_json(const char *id)
 
 json_t *surface_record(const struct store_surface *surface)
 {
-    static const char *const kept[] = {"area",  "volume",           "centroid",
-                                       "scale", "parameterization", "source",
-                                       "fit",   "starShaped",       "origin"};
+    static const char *const kept[] = {
+        "area",   "volume", "centroid",   "scale",  "parameterization",
+        "source", "fit",    "starShaped", "origin", "mirrored"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
     if (!json_is_object(stored)) {
@@ -57,6 +57,9 @@ json_t *surface_record(const struct store_surface *surface)
         }
     }
     (void)json_object_update_missing(record, stored);
+    if (!json_object_get(record, "mirrored")) { /* kept before there were mirror images */
+        (void)json_object_set_new(record, "mirrored", json_false());
+    }
     (void)json_object_set_new(record, "created", json_time(surface->created_ms));
     (void)json_object_set_new(record, "links", links_json(surface->id));
     json_decref(stored);
@@ -71,6 +74,15 @@ double surface_record_number(const struct store_surface *surface, const char *na
 
     json_decref(record);
     return number;
+}
+
+bool surface_record_mirrored(const struct store_surface *surface)
+{
+    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+    bool mirrored = json_is_true(json_object_get(record, "mirrored"));
+
+    json_decref(record);
+    return mirrored;
 }
 
 static json_t *or_null(json_t *value)
@@ -117,6 +129,7 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "starShaped", or_null(d->star));
     (void)json_object_set_new(record, "origin",
                               d->origin ? json_vector(d->origin, 3) : json_null());
+    (void)json_object_set_new(record, "mirrored", json_boolean(d->mirrored));
     if (d->maps) {
         (void)json_object_set_new(record, "maps", map_names(d->maps));
     }

@@ -13,10 +13,15 @@
 
 #define DETAIL_MAX 512
 
-/* One row a line; kept in alphabetical order. */
+/* In alphabetical order. */
 static const char *const codes[] = {
-    "closed-form-inapplicable", "duplicate-content",      "encoding-poor",
-    "registration-ambiguous",   "registration-distorted", "registration-not-converged",
+    "closed-form-inapplicable",
+    "duplicate-content",
+    "encoding-poor",
+    "mirror-images",
+    "registration-ambiguous",
+    "registration-distorted",
+    "registration-not-converged",
     "registration-truncated",
 };
 

@@ -90,10 +90,11 @@ void compute_surface_clear(struct compute_surface *surface)
 
 /* A mesh where a surface is wanted: its encoding with the default options, by this route. */
 static int load_mesh(struct jobs_run *run, const struct srnf_context *context, const char *id,
-                     enum srnf_parameterization route, struct compute_surface *surface,
+                     enum srnf_parameterization route, bool mirror, struct compute_surface *surface,
                      struct jobs_result *result)
 {
-    struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults()};
+    struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults(),
+                                           .mirror = mirror};
     struct srnf_encoded encoded = {0};
     int status;
 
@@ -112,7 +113,7 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
 }
 
 static int load(struct jobs_run *run, const struct srnf_context *context, const char *id,
-                enum srnf_parameterization route, struct compute_surface *surface,
+                enum srnf_parameterization route, bool mirror, struct compute_surface *surface,
                 struct jobs_result *result)
 {
     struct store_surface stored = {0};
@@ -121,7 +122,7 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
     *surface = (struct compute_surface){0};
     (void)snprintf(surface->id, sizeof surface->id, "%s", id);
     if (compute_is_mesh(id)) {
-        return load_mesh(run, context, id, route, surface, result);
+        return load_mesh(run, context, id, route, mirror, surface, result);
     }
     status = store_surface_get(jobs_run_store(run), id, true, &stored);
     if (status) {
@@ -135,6 +136,10 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
     } else {
         memcpy(surface->coefficients, stored.coefficients,
                stored.coefficient_count * sizeof(double));
+        if (mirror) {
+            srnf_surface_mirror(surface->degree, surface->coefficients);
+            store_surface_id(surface->content, stored.lmax, surface->coefficients, 0.0);
+        }
     }
     store_surface_clear(&stored);
     return status;
@@ -151,14 +156,14 @@ int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_para
                             struct jobs_result *result)
 {
     jobs_run_phase(run, compute_is_mesh(id) ? share : 0.0);
-    return load(run, jobs_run_context(run), id, route, surface, result);
+    return load(run, jobs_run_context(run), id, route, false, surface, result);
 }
 
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
-                                const char *id, struct compute_surface *surface,
+                                const char *id, bool mirror, struct compute_surface *surface,
                                 struct jobs_result *result)
 {
-    return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, surface, result);
+    return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, mirror, surface, result);
 }
 
 void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out)

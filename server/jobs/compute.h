@@ -19,7 +19,8 @@ struct compute_surface {
     double *coefficients; /* [3][(degree+1)^2], owned: compute_surface_clear */
     double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
     const char *route;    /* of a surface encoded here, static; NULL for a stored one */
-    char content[STORE_ID_MAX]; /* surf-...: its own id, or that which the encoded mesh has */
+    char content[STORE_ID_MAX]; /* surf-...: its own id, or that which the encoded mesh has; of a
+                                   stored surface that was mirrored an id that no stored one has */
 };
 
 /*
@@ -51,9 +52,10 @@ int compute_surface_load(struct jobs_run *run, const char *id, double share,
 int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_parameterization route,
                             double share, struct compute_surface *surface,
                             struct jobs_result *result);
-/* The first as part of a phase, with a context of the run's user: for several at a time. */
+/* The first as part of a phase, with a context of the run's user: for several at a time. mirror: the
+   mirror image instead, of a mesh as encode makes it, of a surface by srnf_surface_mirror. */
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
-                                const char *id, struct compute_surface *surface,
+                                const char *id, bool mirror, struct compute_surface *surface,
                                 struct jobs_result *result);
 void compute_surface_clear(struct compute_surface *surface);
 

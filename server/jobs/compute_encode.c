@@ -12,8 +12,8 @@
 
 #include "jobs/compute.h"
 
-/* A stored mesh, read and prepared; to be cleared when this returns 0. */
-static int load_prepared(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
+/* A stored mesh, read, mirrored if asked for, and prepared; to be cleared when this returns 0. */
+static int load_prepared(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
                          struct srnf_mesh_report *report, struct jobs_result *result)
 {
     struct store *store = jobs_run_store(run);
@@ -34,6 +34,9 @@ static int load_prepared(struct jobs_run *run, const char *id, struct srnf_mesh 
     format = srnf_mesh_format_from_name(row.format);
     status = srnf_mesh_read(bytes, size, format, NULL, mesh, NULL, &error);
     if (status == 0) {
+        if (mirror) {
+            srnf_mesh_mirror(mesh);
+        }
         status = srnf_mesh_prepare(mesh, format == SRNF_MESH_STL, report);
     }
     if (status < 0) {
@@ -54,18 +57,25 @@ int compute_encode(struct jobs_run *run, const struct srnf_context *context,
     struct srnf_mesh mesh = {0}, sphere = {0};
     struct srnf_mesh_report report, of_sphere;
     struct srnf_error error = {0};
-    int status = load_prepared(run, inputs->mesh, &mesh, &report, result);
+    int status = load_prepared(run, inputs->mesh, inputs->mirror, &mesh, &report, result);
 
     if (status) {
         return status;
     }
     if (inputs->sphere[0]) {
-        status = load_prepared(run, inputs->sphere, &sphere, &of_sphere, result);
+        status = load_prepared(run, inputs->sphere, inputs->mirror, &sphere, &of_sphere, result);
         options.sphere = &sphere;
+    }
+    if (inputs->mirror) {
+        options.center[0] = 0.0 - options.center[0];
     }
     if (status == 0) {
         status = srnf_encode(&mesh, &report, &options, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
+    }
+    if (status == 0 && inputs->mirror) {
+        encoded->origin[0] = 0.0 - encoded->origin[0];
+        encoded->star.center[0] = 0.0 - encoded->star.center[0];
     }
     srnf_mesh_clear(&sphere);
     srnf_mesh_clear(&mesh);

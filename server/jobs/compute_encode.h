@@ -10,12 +10,17 @@ struct compute_encode_inputs {
     char mesh[STORE_ID_MAX];
     char sphere[STORE_ID_MAX];          /* for the parameterization given; otherwise "" */
     struct srnf_encode_options options; /* without its sphere, which is loaded here */
+    bool mirror; /* encode the mirror images of mesh and sphere, x to -x, before all else */
 };
 
 /*
  * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
  *   context [in]  of the run's user: whom to tell of progress
- *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure
+ *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure. Of a
+ *                 mirrored mesh, origin is where the surface was before it was mirrored: in the
+ *                 frame of the mesh x = scale f + origin is the mirror image in the plane x =
+ *                 origin[0], through the surface's own area centroid. star.center, like
+ *                 options.center, is a point of the mesh as it was uploaded
  * Returns 0, or a negative status with the problem of the job in result (none when cancelled).
  */
 int compute_encode(struct jobs_run *run, const struct srnf_context *context,

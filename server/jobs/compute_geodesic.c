@@ -73,6 +73,14 @@ static int register_end(struct jobs_run *run, const struct compute_geodesic_inpu
     if (status < 0) {
         return compute_fail(result, status, &error, "registering the ends");
     }
+    if (inputs->handedness) {
+        status = compute_mirror_pair(run, sht, padded, padded + count, inputs->registration,
+                                     inputs->opposite, outputs->registration.distance,
+                                     &outputs->mirror, &error);
+        if (status < 0) {
+            return compute_fail(result, status, &error, "registering the mirror image");
+        }
+    }
     memcpy(padded + count, outputs->registration.coefficients, count * sizeof(double));
     return 0;
 }

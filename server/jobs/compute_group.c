@@ -20,6 +20,7 @@ struct slot {
 struct loading {
     struct jobs_run *run;
     const char *const *ids;
+    const struct compute_mirrored *mirrored; /* NULL: none */
     struct slot *slots;
     struct srnf_context context; /* the run's, without its progress: that is the group's */
     size_t n;
@@ -31,6 +32,7 @@ static void load_one(void *argument, size_t index)
     struct loading *loading = argument;
     struct slot *slot = &loading->slots[index];
     const struct srnf_context *context = jobs_run_context(loading->run);
+    bool mirror = loading->mirrored && loading->mirrored->member[index];
     size_t done;
 
     if (context->canceled(context->user)) {
@@ -38,7 +40,7 @@ static void load_one(void *argument, size_t index)
         return;
     }
     slot->status = compute_surface_load_within(loading->run, &loading->context, loading->ids[index],
-                                               &slot->surface, &slot->result);
+                                               mirror, &slot->surface, &slot->result);
     done = atomic_fetch_add(&loading->done, 1) + 1;
     context->progress(context->user, (double)done / (double)loading->n, "loading the surfaces");
 }
@@ -91,12 +93,14 @@ static size_t count_meshes(size_t n, const char *const *ids)
     return count;
 }
 
-int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,
-                       double share, struct compute_group *group, struct jobs_result *result)
+int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids,
+                       const struct compute_mirrored *mirrored, size_t degree, double share,
+                       struct compute_group *group, struct jobs_result *result)
 {
     const struct srnf_context *context = jobs_run_context(run);
     struct loading loading = {.run = run,
                               .ids = ids,
+                              .mirrored = mirrored,
                               .slots = srnf_alloc(n, sizeof(struct slot)),
                               .context = *context,
                               .n = n};

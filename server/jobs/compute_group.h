@@ -6,6 +6,13 @@
 
 #include "jobs/compute.h"
 
+#define COMPUTE_GROUP_MAX 500
+
+/* Which members of a group are replaced by their mirror images. */
+struct compute_mirrored {
+    bool member[COMPUTE_GROUP_MAX];
+};
+
 struct compute_group {
     size_t n, degree;
     double *coefficients;           /* [n][3][(degree+1)^2], owned */
@@ -16,13 +23,15 @@ struct compute_group {
 
 /*
  * Loads the members, meshes among them encoded with the default options, several at a time.
+ *   mirrored [in] the members that are taken mirrored; NULL: none
  *   degree  [in] of the group; 0: the largest of its members. Others are cut, or filled with zeros
  *   share   [in] percent of the job that encoding stands for if all of them are meshes: a phase,
  *           after which the caller begins the next
  * Returns 0, or a negative status with the problem of the first member that has one.
  */
-int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids, size_t degree,
-                       double share, struct compute_group *group, struct jobs_result *result);
+int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids,
+                       const struct compute_mirrored *mirrored, size_t degree, double share,
+                       struct compute_group *group, struct jobs_result *result);
 void compute_group_clear(struct compute_group *group);
 
 #endif

@@ -225,7 +225,7 @@ static int compute(struct jobs_run *run, const struct compute_mean_inputs *input
     int status;
 
     *outputs = (struct compute_mean_outputs){0};
-    status = compute_group_load(run, inputs->n, inputs->ids, inputs->degree,
+    status = compute_group_load(run, inputs->n, inputs->ids, &inputs->mirrored, inputs->degree,
                                 inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN,
                                 &outputs->group, result);
     if (status == 0) {
@@ -252,14 +252,15 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
 
 int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
                       const char *const *ids, const struct srnf_register_options *registration,
-                      double **matrix, size_t *degree, struct jobs_result *result)
+                      struct compute_handedness *handedness, double **matrix, size_t *degree,
+                      struct jobs_result *result)
 {
     struct jobs *jobs = jobs_run_jobs(run);
     struct compute_group group;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    int status = compute_group_load(run, n, ids, 0, registration ? SHARE_REGISTERED : SHARE_PLAIN,
-                                    &group, result);
+    int status = compute_group_load(run, n, ids, &handedness->mirrored, 0,
+                                    registration ? SHARE_REGISTERED : SHARE_PLAIN, &group, result);
 
     *matrix = NULL;
     if (status) {
@@ -274,6 +275,10 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
     if (status == 0) {
         status = srnf_metric_distances(sht, metric, n, group.surfaces, registration,
                                        jobs_run_context(run), *matrix, &error);
+        if (status >= 0) {
+            status = compute_mirror_group(run, sht, metric, &group, registration, *matrix,
+                                          handedness, &error);
+        }
         jobs_transform_release(jobs, sht);
     }
     if (status < 0) {

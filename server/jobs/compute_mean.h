@@ -4,12 +4,13 @@
 #ifndef SRNFD_COMPUTE_MEAN_H
 #define SRNFD_COMPUTE_MEAN_H
 
-#include "jobs/compute_group.h"
+#include "jobs/compute_mirror.h"
 
 struct compute_mean_inputs {
     size_t n;
     const char *const *ids; /* [n] surfaces or meshes */
-    size_t degree;          /* of the mean; 0: the largest of the members */
+    struct compute_mirrored mirrored;
+    size_t degree; /* of the mean; 0: the largest of the members */
     const struct srnf_register_options *registration; /* NULL: as they are parameterised */
     double tolerance;
     size_t max_iterations;
@@ -46,9 +47,11 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
 void compute_mean_clear(struct compute_mean_outputs *outputs);
 
 /* Matrix of distances, double[n][n], at the largest degree of the members. matrix is owned by the
-   caller (srnf_free). registration NULL: as parameterised. */
+   caller (srnf_free). registration NULL: as parameterised. handedness says which members are
+   mirrored, and which pairs are to be tried with one of them mirrored. */
 int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
                       const char *const *ids, const struct srnf_register_options *registration,
-                      double **matrix, size_t *degree, struct jobs_result *result);
+                      struct compute_handedness *handedness, double **matrix, size_t *degree,
+                      struct jobs_result *result);
 
 #endif

@@ -45,6 +45,13 @@ static int register_ends(struct jobs_run *run, const struct compute_register_inp
         goto out;
     }
     status = 0;
+    if (inputs->handedness) {
+        status = compute_mirror_pair(run, sht, padded, padded + count, &inputs->options,
+                                     inputs->opposite, outputs->registration.distance,
+                                     &outputs->mirror, &error);
+        status =
+            status < 0 ? compute_fail(result, status, &error, "registering the mirror image") : 0;
+    }
 out:
     if (sht) {
         jobs_transform_release(jobs, sht);

@@ -4,11 +4,13 @@
 #ifndef SRNFD_COMPUTE_REGISTER_H
 #define SRNFD_COMPUTE_REGISTER_H
 
-#include "jobs/compute.h"
+#include "jobs/compute_mirror.h"
 
 struct compute_register_inputs {
     const char *template_id, *moving; /* ids of surfaces or meshes */
     struct srnf_register_options options;
+    bool handedness; /* try the mirror image of moving too (compute_mirror_pair) */
+    bool opposite;   /* the two are the left and the right one of the same */
 };
 
 struct compute_register_outputs {
@@ -17,6 +19,7 @@ struct compute_register_outputs {
     size_t n_theta, n_phi;          /* of the grid that the registration's points are on */
     struct srnf_registration registration;
     struct srnf_surface_measures measures; /* of the registered surface */
+    struct compute_mirror_trial mirror;    /* zeros where it was not tried */
 };
 
 /* Returns 0, or a negative status with the problem in result. A registration that has not converged

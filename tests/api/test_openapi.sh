@@ -73,7 +73,7 @@ for process in $processes; do
 done
 
 # The codes of warnings: those of the table are described, and no others.
-codes=$(sed -n 's/^    "\([a-z-]*\)",$/\1/p' server/api/warnings.c)
+codes=$(sed -n '/ codes\[\] = {/,/};/p' server/api/warnings.c | grep -o '"[a-z-]*"' | tr -d '"')
 compare "$(wc -w <<<"$codes")" '>=' 2 'there is a table of warnings'
 is "$(schema Warning | sed -n 's/^ *enum: \[\(.*\)\]$/\1/p' | tr -d ' ' | tr ',' '\n')" "$codes" \
     'the codes of warnings are listed as the table has them'
