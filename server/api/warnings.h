@@ -23,5 +23,7 @@ void warning_add(json_t *warnings, const char *code, json_t *figures, const char
 /* Appends those of `from` (borrowed, may be NULL) whose like is not there yet. */
 void warnings_merge(json_t *warnings, const json_t *from);
 bool warning_known(const char *code);
+/* The array "warnings" of a result document, borrowed; made where there is none. */
+json_t *warnings_of(json_t *document);
 
 #endif
