@@ -114,7 +114,8 @@ static inline void nulls_compare(const struct nulls *a, const size_t *subjects, 
 }
 
 static inline void nulls_classify(const struct nulls *a, const size_t *subjects,
-                                  size_t permutations, uint64_t seed, struct nulls_counts *counts)
+                                  enum srnf_refit refit, size_t permutations, uint64_t seed,
+                                  struct nulls_counts *counts)
 {
     struct srnf_folds_options folds = srnf_folds_options_defaults();
     struct srnf_classify_options options = srnf_classify_options_defaults();
@@ -123,6 +124,7 @@ static inline void nulls_classify(const struct nulls *a, const size_t *subjects,
     folds.registration.degree = 2;
     folds.registration.common_pose = true;
     folds.max_components = 4;
+    folds.refit = refit;
     folds.subjects = subjects;
     options.permutations = permutations;
     options.seed = seed;
@@ -153,9 +155,10 @@ static inline double nulls_accuracy(const struct nulls_counts *c, size_t nearest
     return mean;
 }
 
-/* `cohorts` cohorts, each subject scanned `repeats` times; heed: whether the subjects are told. */
+/* `cohorts` cohorts, each subject scanned `repeats` times; heed: whether the subjects are told.
+   refit: of the classifiers' folds. */
 static inline struct nulls_counts nulls_run(size_t cohorts, size_t repeats, bool heed,
-                                            size_t permutations, bool classify)
+                                            size_t permutations, enum srnf_refit refit)
 {
     struct nulls_counts counts = {.cohorts = cohorts};
 
@@ -164,15 +167,13 @@ static inline struct nulls_counts nulls_run(size_t cohorts, size_t repeats, bool
 
         nulls_open(&a, repeats, 4000 + k);
         nulls_compare(&a, heed ? a.subjects : NULL, permutations, k, &counts);
-        if (classify) {
-            nulls_classify(&a, heed ? a.subjects : NULL, permutations, k, &counts);
-        }
+        nulls_classify(&a, heed ? a.subjects : NULL, refit, permutations, k, &counts);
         nulls_close(&a);
     }
     printf("# %zu cohorts, %zu scans a subject, subjects %s: p <= .05 of the groups %zu, their map "
            "%zu\n",
            cohorts, repeats, heed ? "told" : "not told", counts.global, counts.map);
-    for (size_t nearest = 0; nearest < 2 && classify; nearest++) {
+    for (size_t nearest = 0; nearest < 2; nearest++) {
         double error;
         double mean = nulls_accuracy(&counts, nearest, &error);
 

@@ -28,7 +28,7 @@ static void check(const struct nulls_counts *c)
 
 static void repeated_subjects(void **state)
 {
-    struct nulls_counts counts = nulls_run(COHORTS, 2, true, PERMUTATIONS, true);
+    struct nulls_counts counts = nulls_run(COHORTS, 2, true, PERMUTATIONS, SRNF_REFIT_FOLD);
 
     (void)state;
     check(&counts);
@@ -36,7 +36,7 @@ static void repeated_subjects(void **state)
 
 static void subjects_once_each(void **state)
 {
-    struct nulls_counts counts = nulls_run(COHORTS, 1, true, PERMUTATIONS, true);
+    struct nulls_counts counts = nulls_run(COHORTS, 1, true, PERMUTATIONS, SRNF_REFIT_FOLD);
 
     (void)state;
     check(&counts);
