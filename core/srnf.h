@@ -119,6 +119,7 @@ void srnf_free(void *pointer);
 #include "srnf/transport.h"
 #include "srnf/register.h"
 #include "srnf/stats.h"
+#include "srnf/subjects.h"
 #include "srnf/groups.h"
 #include "srnf/pullback.h"
 #include "srnf/classify.h"

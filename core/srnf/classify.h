@@ -4,10 +4,11 @@
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *
- * Classification has two stages. The first, srnf_folds_compare, sees no labels: each subject is put
- * beside all others in a fold of its own, in which it was left out. The second fits a classifier to
- * the labels of the others and asks it for the one. What is costly is the first; the second can be
- * repeated with permuted labels as often as a p-value asks for.
+ * Classification has two stages. The first, srnf_folds_compare, sees no labels: each surface is put
+ * beside all others in a fold of its own, in which all surfaces of its subject (srnf/subjects.h)
+ * were left out. The second fits a classifier to the labels of the others and asks it for the one.
+ * What is costly is the first; the second can be repeated with permuted labels as often as a
+ * p-value asks for.
  */
 #ifndef SRNF_PUBLIC_CLASSIFY_H
 #define SRNF_PUBLIC_CLASSIFY_H
@@ -70,41 +71,44 @@ enum srnf_refit {
 
 struct srnf_folds_options {
     struct srnf_register_options registration; /* of srnf and srm; representation is set */
-    size_t rounds;         /* of registering: to the template, then to means; 1 .. 20, default 1 */
-    enum srnf_refit refit; /* default SRNF_REFIT_FOLD */
-    size_t max_components; /* that scores are kept of; 1 .. 64, default 20 */
+    size_t rounds;          /* of registering: to the template, then to means; 1 .. 20, default 1 */
+    enum srnf_refit refit;  /* default SRNF_REFIT_FOLD */
+    size_t max_components;  /* that scores are kept of; 1 .. 64, default 20 */
+    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
 };
 struct srnf_folds_options srnf_folds_options_defaults(void);
 
 /*
- * What fold i, in which subject i is left out, knows: scores of all subjects on the principal
- * components of the training subjects about their mean (srnf and srm only), and the distances of
- * subject i from all others.
+ * What fold i knows, in which all members of the subject of member i are left out: scores of all
+ * members on the principal components of the training members about their mean (srnf and srm only),
+ * and the distances of member i from all others. Members of one subject have the same fold, but for
+ * these distances.
  */
 struct srnf_folds {
     size_t n, components;
-    double *scores;    /* [n folds][n subjects][components]; NULL where the metric has none */
-    double *distances; /* [n folds][n]: of the subject left out */
-    double *spread;    /* [n folds] rms distance between two training subjects */
+    double *scores;    /* [n folds][n members][components]; NULL where the metric has none */
+    double *distances; /* [n folds][n]: of member i */
+    double *spread;    /* [n folds] rms distance between two training members */
+    size_t *subjects;  /* [n] of each member; NULL: each its own */
 };
 void srnf_folds_clear(struct srnf_folds *comparison);
 
 /*
  * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
  *
- * srnf and srm: the template of a fold is the medoid of its training subjects, to which all are
+ * srnf and srm: the template of a fold is the medoid of its training members, to which all are
  * registered from nothing; in each further round the target is the mean of the training
- * subjects as registered so far, and everybody, the one left out too, takes a few Gauss-Newton
+ * members as registered so far, and everybody, those left out too, takes a few Gauss-Newton
  * steps toward it. Means, components and distances come from the last round. Nothing of the subject
- * left out enters what the fold says of the others, not in the last bit. With SRNF_REFIT_SHARED
- * template and targets are those of all subjects; mean and components are still the fold's own.
- * Labels enter nowhere.
+ * left out, of none of its members, enters what the fold says of the others, not in the last bit.
+ * With SRNF_REFIT_SHARED template and targets are those of all members; mean and components are
+ * still the fold's own. Labels enter nowhere.
  *
  * harmonic, icp and spharm fit nothing: each fold reads a row of srnf_metric_distances.
  *
  * Cost: n cold registrations for each template (few: leaving out one subject rarely changes the
- * medoid), and with SRNF_REFIT_FOLD n^2 refinements for each round after the first.
- * Errors: SRNF_EINVAL (fewer than 3 surfaces, options), else as srnf_metric_distances.
+ * medoid), and with SRNF_REFIT_FOLD n refinements a subject for each round after the first.
+ * Errors: SRNF_EINVAL (fewer than 3 subjects, options), else as srnf_metric_distances.
  */
 SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
                                     const double *const *surfaces,
@@ -132,6 +136,7 @@ struct srnf_classify_options srnf_classify_options_defaults(void);
 
 struct srnf_classification {
     size_t n, n_classes;
+    size_t subjects;    /* whose members the n are */
     size_t *predicted;  /* [n] */
     double *evidence;   /* [n][n_classes] log-likelihoods of srnf_classify_gauss; of
                           srnf_classify_nearest minus the distance from the nearest of the class */
@@ -140,8 +145,11 @@ struct srnf_classification {
     size_t *confusion; /* [n_classes][n_classes]: row the label, column what was predicted */
     size_t correct;
     double accuracy;
-    double interval[2]; /* Wilson, 95 % */
-    double p_value;     /* (1 + b) / (1 + m), b of m permutations at least as good; NAN: none */
+    double interval[2]; /* 95 %: srnf_cluster_interval */
+    double effective;   /* the members' number as independent ones, of that interval */
+    double majority;    /* share of the largest class: what always naming it gets right */
+    double p_value;     /* of as many right by permutation of the labels; NAN: none */
+    struct srnf_permutation_test test; /* of p_value */
 };
 void srnf_classification_clear(struct srnf_classification *classification);
 
@@ -152,12 +160,17 @@ void srnf_classification_clear(struct srnf_classification *classification);
  *
  * Components and covariance that are left open are those, of all that the fold has subjects enough
  * for, with the largest sum of log posterior probabilities of the training subjects' labels in an
- * inner leave-one-out: the Gaussians are fitted again without each of them in turn (in closed form,
- * by rank-one downdates), the fold's components stay. The fewest components win ties.
- *   labels  [in] [n] classes, each below n_classes; every class needs 3 subjects
+ * inner leave-one-out: the Gaussians are fitted again without each subject in turn (in closed form,
+ * by downdates of the rank that it has members), the fold's components stay. The fewest components
+ * win ties. Degrees of freedom are those between subjects: n_c - sum m_s^2 / n_c for class c of n_c
+ * members, m_s of them of subject s, which makes the variance between subjects unbiased (S. R.
+ * Searle, G. Casella, C. E. McCulloch, "Variance components", 1992), and n_c - 1 without repeats.
+ *   labels  [in] [n] classes, each below n_classes; every class needs members of 3 subjects
+ * The p-value exchanges the labels of whole subjects, all members' together.
  * Cost O(n^2 k^2) for one labelling. Permutations run in parallel.
  * Errors: SRNF_EINVAL (labels, options; no scores; more components than the training subjects of a
- * fold determine), SRNF_ENUMERIC (a covariance is singular), SRNF_ENOMEM, SRNF_ECANCELED.
+ * fold determine; permutations where labels differ within a subject), SRNF_ENUMERIC (a covariance
+ * is singular), SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_classify_gauss(const struct srnf_folds *comparison, const size_t *labels,
                                      size_t n_classes, const struct srnf_classify_options *options,
@@ -165,9 +178,9 @@ SRNF_CHECKED int srnf_classify_gauss(const struct srnf_folds *comparison, const 
                                      struct srnf_classification *result, struct srnf_error *error);
 
 /*
- * The class of the nearest training subject. With size, d^2 + (w s (z_i - z_j) / r)^2, z the log
- * scale, s the fold's spread, r the rms difference of z between two training subjects, w
- * size_weight: at w = 1 size weighs as much as shape.
+ * The class of the nearest training member, never one of the same subject. With size, d^2 + (w s
+ * (z_i - z_j) / r)^2, z the log scale, s the fold's spread, r the rms difference of z between two
+ * training members, w size_weight: at w = 1 size weighs as much as shape.
  */
 SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *labels,
                                        size_t n_classes,
@@ -175,10 +188,6 @@ SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, cons
                                        const struct srnf_context *context,
                                        struct srnf_classification *result,
                                        struct srnf_error *error);
-
-/* Wilson's score interval of a proportion at 95 %: successes of n. (E. Wilson, "Probable inference,
-   the law of succession, and statistical inference", JASA 1927.) n = 0: [0, 1]. */
-void srnf_wilson_interval(size_t successes, size_t n, double interval[2]);
 
 /* A permutation of 0 .. n - 1, uniform but for 2^-64: the index-th of a seed, on every machine. */
 void srnf_permutation(uint64_t seed, uint64_t index, size_t n, size_t *permutation);

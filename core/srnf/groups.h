@@ -25,14 +25,17 @@ struct srnf_curve {
 };
 
 struct srnf_quality_options {
-    size_t components; /* curves run from 1 to this, at most n - 2; 0: all that there are */
+    size_t components; /* curves run from 1 to this, at most one less than the members that are left
+                          without a subject; 0: all that there are */
     size_t samples;    /* drawn for the specificity, 2 .. 100000; default 1000 */
     uint64_t seed;     /* of the samples; default 0 */
+    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
 };
 struct srnf_quality_options srnf_quality_options_defaults(void);
 
 struct srnf_quality {
     size_t n, components;
+    size_t subjects;                          /* whose members the n are */
     struct srnf_curve compactness;            /* share of the variance, 0 .. 1 */
     struct srnf_curve generalisation;         /* surface distance */
     struct srnf_curve specificity;            /* surface distance */
@@ -48,11 +51,13 @@ void srnf_quality_clear(struct srnf_quality *quality);
  *
  *   compactness     share of the total variance in the first k components. Its standard error is
  *                   the first-order one of normal data, where an eigenvalue has the variance
- *                   2 lambda^2 / (n - 1)
+ *                   2 lambda^2 / (S - 1), for S subjects
  *   generalisation  how well a subject is described that the model has not seen: each is left out
- *                   in turn, mean and components are fitted to the others, and the distance
- *                   between the subject and its reconstruction from k scores is averaged over
- *                   subjects. The registration stays that of all
+ *                   in turn with all its members, mean and components are fitted to the others,
+ *                   and the distance between a member and its reconstruction from k scores is
+ *                   averaged over members. The registration stays that of all. The standard error
+ *                   allows for dependence within subjects: the root of
+ *                   S / (S - 1) sum_s (sum of member - average over the members of s)^2 / n^2
  *   specificity     how like the subjects the model's own shapes are: surfaces with normal scores
  *                   in the first k components are drawn, and the distance to the nearest subject is
  *                   averaged over them
@@ -64,8 +69,9 @@ void srnf_quality_clear(struct srnf_quality *quality);
  *   registered_q  [in]  double[n][3][n_theta][n_phi], n >= 3
  *   quality       [out] freed with srnf_quality_clear; untouched on error
  * Cost: (n + samples) components inversions, in parallel; n eigenproblems of size n - 1. Memory: 48
- * bytes a node for each subject, 48 for each task at work, and n^2.
- * Errors: SRNF_EINVAL (a number out of range, data that are not finite), SRNF_EDEGENERATE (surfaces
+ * bytes a node for each member, 48 for each task at work, and n^2.
+ * Errors: SRNF_EINVAL (a number out of range, data that are not finite, fewer than three subjects),
+ * SRNF_EDEGENERATE (surfaces
  * that do not differ, a mean without area), SRNF_ENOMEM, SRNF_ENUMERIC, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_model_quality(const struct srnf_sht *sht, size_t n, const double *mean,
@@ -75,15 +81,17 @@ SRNF_CHECKED int srnf_model_quality(const struct srnf_sht *sht, size_t n, const 
                                     struct srnf_quality *quality, struct srnf_error *error);
 
 struct srnf_compare_options {
-    size_t permutations; /* 1 .. 10,000,000; default 10,000 */
-    uint64_t seed;       /* of the permutations; default 0 */
+    size_t permutations;    /* 1 .. 10,000,000; default 10,000 */
+    uint64_t seed;          /* of the permutations; default 0 */
+    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
 };
 struct srnf_compare_options srnf_compare_options_defaults(void);
 
 struct srnf_comparison {
-    size_t n, permutations;
+    size_t n, subjects; /* members, and whose they are */
+    struct srnf_permutation_test test;
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
-    double p_value;  /* of that, at least 1 / (permutations + 1) */
+    double p_value;  /* of that */
     double max_p_value; /* of the largest local statistic: the least of significance */
     /* The map, on the grid: double[n_theta][n_phi]. */
     double *statistic;    /* Hotelling's T^2 */
@@ -97,17 +105,19 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
 
 /*
  * Whether two groups differ, and where: permutation tests of the difference of the group means,
- * covariates regressed out (formulae in core/stats/compare.c).
+ * covariates regressed out (formulae in core/stats/compare.c). Members of a subject are averaged
+ * first, covariates too: subjects are what is compared and exchanged.
  *   mean, registered_q  [in] as for srnf_model_quality, n >= 4
- *   group         [in]  [n] 0 or 1, both of which must occur twice at least
+ *   group         [in]  [n] 0 or 1, the same for all members of a subject; two subjects of each
  *   n_covariates  [in]  columns of covariates, may be 0
  *   covariates    [in]  double[n][n_covariates], real numbers of any unit; or NULL
  *   comparison    [out] freed with srnf_comparison_clear; untouched on error
  * Equal seeds give equal results, on any number of threads. Cost: n inversions, permutations
  * (1 + n_covariates) n 3 P multiply-adds (one dgemm). Memory: 48 bytes a node and subject, some
  * megabytes a thread.
- * Errors: SRNF_EINVAL (as above; too few subjects for a covariance of the residuals; covariates
- * that depend on one another or determine the group), and as srnf_model_quality.
+ * Errors: SRNF_EINVAL (as above; a subject in both groups; too few subjects for a covariance of the
+ * residuals; covariates that depend on one another or determine the group), and as
+ * srnf_model_quality.
  */
 SRNF_CHECKED int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean,
                                      const double *registered_q, const int *group,

@@ -1,11 +1,12 @@
 /*
- * classify.c - what is the same for all classifiers: checks, confusion, Wilson's interval, and the
- * p-value by permutation of the labels.
+ * classify.c - what is the same for all classifiers: checks, confusion, the interval of the
+ * accuracy, and the p-value by permutation of the labels.
  *
- * p = (1 + b) / (1 + m), b the number of m random permutations under which at least as many
- * subjects are predicted right (B. Phipson, G. Smyth, "Permutation p-values should never be zero",
- * SAGMB 2010). Everything that depends on labels is repeated under each: fits, and the choice of
- * components inside the folds. What does not, registration and principal components, is not.
+ * p = (1 + b) / (1 + m), b the number of m relabellings under which at least as many members are
+ * predicted right (srnf/subjects.h). Whole subjects exchange their labels: members of one are alike
+ * whatever their label, and a null distribution that tears them apart is too narrow. Everything
+ * that depends on labels is repeated under each relabelling: fits, and the choice of components
+ * inside the folds. What does not, registration and principal components, is not.
  *
  * Permutations come from Philox keyed by the seed: permutation b is the same on every machine,
  * whatever thread draws it, and however many are drawn.
@@ -14,7 +15,6 @@
 
 #include <math.h>
 
-#define NORMAL_975 1.959963984540054             /* quantile of the standard normal distribution */
 #define COUNTER_PERMUTATION UINT32_C(0xFFFFFFFF) /* sample.c counts attempts here, to 64 */
 #define PERMUTATIONS_MAX ((size_t)1000000)
 #define WEIGHT_MAX 1000.0
@@ -33,20 +33,6 @@ void srnf_classification_clear(struct srnf_classification *c)
     srnf_free(c->pooled);
     srnf_free(c->confusion);
     *c = (struct srnf_classification){0};
-}
-
-void srnf_wilson_interval(size_t successes, size_t n, double interval[2])
-{
-    double z2 = NORMAL_975 * NORMAL_975;
-    double count = (double)n;
-    double p = n ? (double)successes / count : 0.5;
-    double center = n ? (p + z2 / (2.0 * count)) / (1.0 + z2 / count) : 0.5;
-    double half = n ? NORMAL_975 / (1.0 + z2 / count) *
-                          sqrt(p * (1.0 - p) / count + z2 / (4.0 * count * count))
-                    : 0.5;
-
-    interval[0] = successes == 0 ? 0.0 : fmax(0.0, center - half);
-    interval[1] = successes >= n ? 1.0 : fmin(1.0, center + half);
 }
 
 void srnf_permutation(uint64_t seed, uint64_t index, size_t n, size_t *permutation)
@@ -98,13 +84,50 @@ static int check_options(const struct srnf_folds *c, const struct srnf_classify_
     return SRNF_OK;
 }
 
-int study_check(const struct srnf_folds *c, const size_t *labels, size_t n_classes,
-                const struct srnf_classify_options *options, size_t *smallest,
-                struct srnf_error *error)
+/* Subjects of each class, counts: [n_classes] zeros, and what they determine. */
+static int count_classes(struct study *study, const size_t *labels, size_t *counts,
+                         struct srnf_error *error)
 {
-    size_t *counts;
+    const struct subjects *s = &study->subjects;
+    size_t all = 0;
+    size_t most = 0; /* classes that one subject is in */
+
+    for (size_t k = 0; k < s->count; k++) {
+        size_t classes = 0;
+
+        for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
+            bool again = false;
+
+            for (size_t l = s->start[k]; l < m; l++) {
+                again = again || labels[s->members[l]] == labels[s->members[m]];
+            }
+            classes += !again;
+            counts[labels[s->members[m]]] += !again;
+        }
+        all += classes;
+        most = classes > most ? classes : most;
+    }
+    study->smallest = s->n;
+    for (size_t k = 0; k < study->n_classes; k++) {
+        study->smallest = counts[k] < study->smallest ? counts[k] : study->smallest;
+        if (counts[k] < CLASS_MIN) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)k,
+                             "class %zu has %zu subjects; each needs %d at least", k, counts[k],
+                             CLASS_MIN);
+        }
+    }
+    study->determined = all - study->n_classes > most ? all - study->n_classes - most : 0;
+    return SRNF_OK;
+}
+
+int study_open(struct study *study, const struct srnf_folds *c, const size_t *labels,
+               size_t n_classes, const struct srnf_classify_options *options,
+               struct srnf_error *error)
+{
+    size_t *counts = NULL;
     int status = check_options(c, options, error);
 
+    *study = (struct study){.comparison = c, .options = options, .n_classes = n_classes};
     if (status) {
         return status;
     }
@@ -118,24 +141,20 @@ int study_check(const struct srnf_folds *c, const size_t *labels, size_t n_class
                              "label %zu of subject %zu is not below %zu", labels[i], i, n_classes);
         }
     }
+    status = subjects_open(&study->subjects, c->n, c->subjects, error);
     counts = srnf_alloc(n_classes, sizeof *counts);
-    if (!counts) {
-        return srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
+    if (status == SRNF_OK && !counts) {
+        status = SRNF_ENOMEM;
     }
-    for (size_t i = 0; i < c->n; i++) {
-        counts[labels[i]]++;
-    }
-    *smallest = c->n;
-    for (size_t k = 0; k < n_classes && status == SRNF_OK; k++) {
-        *smallest = counts[k] < *smallest ? counts[k] : *smallest;
-        if (counts[k] < CLASS_MIN) {
-            status = srnf_fail(error, SRNF_EINVAL, (int64_t)k,
-                               "class %zu has %zu subjects; each needs %d at least", k, counts[k],
-                               CLASS_MIN);
-        }
-    }
+    status = status ? status : count_classes(study, labels, counts, error);
     srnf_free(counts);
-    return status;
+    return status == SRNF_ENOMEM ? srnf_fail(error, status, -1, "%s", srnf_strerror(status))
+                                 : status;
+}
+
+void study_close(struct study *study)
+{
+    subjects_clear(&study->subjects);
 }
 
 /* ---- Assessment ------------------------------------------------------------------------------ */
@@ -152,16 +171,20 @@ static size_t count_correct(size_t n, const size_t *labels, const size_t *predic
 
 struct permutations {
     const struct study *study;
-    const size_t *labels;
-    size_t *correct; /* [permutations] */
+    const struct exchange *exchange;
+    const size_t *labels; /* [subjects] */
+    size_t *correct;      /* [permutations] */
 };
 
 static int permute_body(void *argument, size_t index, const struct srnf_context *context,
                         struct srnf_error *error)
 {
     const struct permutations *p = argument;
+    const struct subjects *subjects = &p->study->subjects;
     size_t n = p->study->comparison->n;
-    size_t *memory = srnf_alloc(n, 3 * sizeof *memory);
+    size_t *memory = srnf_alloc(3 * n + p->study->n_classes, sizeof *memory);
+    size_t *source = memory;
+    size_t *labels = memory + n;
     struct outcome outcome = {.predicted = memory + 2 * n};
     int status;
 
@@ -169,30 +192,79 @@ static int permute_body(void *argument, size_t index, const struct srnf_context 
     if (!memory) {
         return SRNF_ENOMEM;
     }
-    srnf_permutation(p->study->options->seed, index, n, memory);
-    for (size_t i = 0; i < n; i++) {
-        memory[n + i] = p->labels[memory[i]];
+    if (p->exchange->test.exact) {
+        exchange_arrange(p->exchange, index + 1, memory + 3 * n, source);
+    } else {
+        srnf_permutation(p->study->options->seed, index, subjects->count, source);
     }
-    status = p->study->predict(p->study, memory + n, &outcome, error);
-    p->correct[index] = count_correct(n, memory + n, outcome.predicted);
+    for (size_t i = 0; i < n; i++) {
+        labels[i] = p->labels[source[subjects->of[i]]];
+    }
+    status = p->study->predict(p->study, labels, &outcome, error);
+    p->correct[index] = count_correct(n, labels, outcome.predicted);
     srnf_free(memory);
     return status;
+}
+
+/* In how many ways classes of equal size change names, which changes no count of right answers. */
+static double count_renamings(const struct subjects *s, const size_t *labels, size_t n_classes)
+{
+    double ways = 1.0;
+
+    for (size_t k = 0; k < n_classes; k++) {
+        double alike = 1.0; /* classes up to k of its size */
+        size_t own = 0;
+
+        for (size_t i = 0; i < s->count; i++) {
+            own += labels[i] == k;
+        }
+        for (size_t l = 0; l < k; l++) {
+            size_t other = 0;
+
+            for (size_t i = 0; i < s->count; i++) {
+                other += labels[i] == l;
+            }
+            alike += other == own ? 1.0 : 0.0;
+        }
+        ways *= alike;
+    }
+    return ways;
 }
 
 static int permute(const struct study *study, const size_t *labels,
                    const struct srnf_context *context, struct srnf_classification *result,
                    struct srnf_error *error)
 {
-    size_t m = study->options->permutations;
-    struct permutations p = {study, labels, srnf_alloc(m, sizeof *p.correct)};
+    const struct subjects *subjects = &study->subjects;
+    struct exchange exchange = {0};
+    size_t *own = srnf_alloc(subjects->count, sizeof *own);
+    struct permutations p = {study, &exchange, own, NULL};
     struct stats_progress progress = {0.0, 1.0, "permuting labels"};
     size_t as_good = 0;
-    int status = p.correct ? stats_run(context, m, permute_body, &p, progress, error) : SRNF_ENOMEM;
+    size_t m = 0;
+    int status = own ? SRNF_OK : SRNF_ENOMEM;
 
+    if (status == SRNF_OK && !subjects_labels(subjects, labels, own)) {
+        status = srnf_fail(error, SRNF_EINVAL, -1,
+                           "labels differ within a subject: subjects cannot exchange them");
+    }
+    if (status == SRNF_OK) {
+        status = exchange_open(&exchange, subjects->count, own, study->n_classes,
+                               study->options->permutations,
+                               count_renamings(subjects, own, study->n_classes));
+    }
+    if (status == SRNF_OK) {
+        m = exchange.test.permutations;
+        p.correct = srnf_alloc(m, sizeof *p.correct);
+        status = p.correct ? stats_run(context, m, permute_body, &p, progress, error) : SRNF_ENOMEM;
+    }
     for (size_t b = 0; b < m && status == SRNF_OK; b++) {
         as_good += p.correct[b] >= result->correct;
     }
     result->p_value = (double)(1 + as_good) / (double)(1 + m);
+    result->test = exchange.test;
+    exchange_clear(&exchange);
+    srnf_free(own);
     srnf_free(p.correct);
     return status;
 }
@@ -202,7 +274,8 @@ static int create_result(const struct study *study, bool gaussian,
 {
     size_t n = study->comparison->n;
 
-    *result = (struct srnf_classification){.n = n, .n_classes = study->n_classes, .p_value = NAN};
+    *result = (struct srnf_classification){
+        .n = n, .n_classes = study->n_classes, .subjects = study->subjects.count, .p_value = NAN};
     result->predicted = srnf_alloc(n, sizeof *result->predicted);
     result->evidence = srnf_alloc(n, study->n_classes * sizeof *result->evidence);
     result->confusion = srnf_alloc(study->n_classes, study->n_classes * sizeof *result->confusion);
@@ -216,26 +289,52 @@ static int create_result(const struct study *study, bool gaussian,
                : SRNF_ENOMEM;
 }
 
+/* Accuracy, its interval, and what always naming the largest class gets right. */
+static int count_results(const struct study *study, const size_t *labels,
+                         struct srnf_classification *result, struct srnf_error *error)
+{
+    size_t n = result->n;
+    size_t classes = result->n_classes;
+    bool *right = srnf_alloc(n, sizeof *right);
+    size_t most = 0;
+    int status;
+
+    if (!right) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < n; i++) {
+        right[i] = labels[i] == result->predicted[i];
+        result->confusion[labels[i] * classes + result->predicted[i]]++;
+    }
+    for (size_t k = 0; k < classes; k++) {
+        size_t size = 0;
+
+        for (size_t l = 0; l < classes; l++) {
+            size += result->confusion[k * classes + l];
+        }
+        most = size > most ? size : most;
+    }
+    result->correct = count_correct(n, labels, result->predicted);
+    result->accuracy = (double)result->correct / (double)n;
+    result->majority = (double)most / (double)n;
+    status = srnf_cluster_interval(n, study->subjects.of, right, &result->effective,
+                                   result->interval, error);
+    srnf_free(right);
+    return status;
+}
+
 int study_assess(const struct study *study, const size_t *labels, bool gaussian,
                  const struct srnf_context *context, struct srnf_classification *result,
                  struct srnf_error *error)
 {
     struct srnf_error first = {0};
-    size_t n = study->comparison->n;
     struct outcome outcome;
     int status = create_result(study, gaussian, result);
 
     outcome =
         (struct outcome){result->predicted, result->evidence, result->components, result->pooled};
     status = status ? status : study->predict(study, labels, &outcome, &first);
-    if (status == SRNF_OK) {
-        result->correct = count_correct(n, labels, result->predicted);
-        result->accuracy = (double)result->correct / (double)n;
-        srnf_wilson_interval(result->correct, n, result->interval);
-        for (size_t i = 0; i < n; i++) {
-            result->confusion[labels[i] * study->n_classes + result->predicted[i]]++;
-        }
-    }
+    status = status ? status : count_results(study, labels, result, &first);
     if (status == SRNF_OK && study->options->permutations > 0) {
         status = permute(study, labels, context, result, &first);
     }

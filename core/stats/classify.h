@@ -6,6 +6,7 @@
 #define SRNF_STATS_CLASSIFY_H
 
 #include "stats.h"
+#include "subjects.h"
 
 /* What the n folds of one labelling came to. Arrays that are NULL are not asked for. */
 struct outcome {
@@ -23,15 +24,20 @@ typedef int study_predict(const struct study *study, const size_t *labels,
 struct study {
     const struct srnf_folds *comparison;
     const struct srnf_classify_options *options;
+    struct subjects subjects;
     size_t n_classes;
+    size_t smallest;    /* subjects of the class that has fewest */
+    size_t determined;  /* features of a pooled covariance in any fold */
     const double *rows; /* nearest: [n folds][n] distances, size included */
     study_predict *predict;
 };
 
-/* Labels, options and classes with fewer than three subjects. smallest: of the classes. */
-SRNF_CHECKED int study_check(const struct srnf_folds *comparison, const size_t *labels,
-                             size_t n_classes, const struct srnf_classify_options *options,
-                             size_t *smallest, struct srnf_error *error);
+/* Fills the study but for rows and predict; checks labels and options, and that each class has
+   members of three subjects. To be closed in any case. */
+SRNF_CHECKED int study_open(struct study *study, const struct srnf_folds *comparison,
+                            const size_t *labels, size_t n_classes,
+                            const struct srnf_classify_options *options, struct srnf_error *error);
+void study_close(struct study *study);
 /* Predicts, counts, and predicts again for each permutation of the labels. gaussian: components
    and covariance are kept. */
 SRNF_CHECKED int study_assess(const struct study *study, const size_t *labels, bool gaussian,

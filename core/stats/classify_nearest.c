@@ -1,36 +1,39 @@
 /*
- * classify_nearest.c - the class of the nearest training subject, by shape or by shape and size.
+ * classify_nearest.c - the class of the nearest training member, by shape or by shape and size.
  *
  * With size the squared distance is d_ij^2 + (w s (z_i - z_j) / r)^2: z the log scales, s the rms
- * distance between two training subjects of the fold and r the rms difference of their z. Both
- * terms then have the same mean square over pairs of training subjects at w = 1.
+ * distance between two training members of the fold and r the rms difference of their z. Both
+ * terms then have the same mean square over pairs of training members at w = 1. Members of the
+ * subject left out are in no pair and nobody's neighbours.
  */
 #include "classify.h"
 
 #include <math.h>
 
-/* rms difference of z between two of all but one subject: twice the variance. */
-static double size_spread(size_t n, size_t left_out, const double *z)
+/* rms difference of z between two members of all but one subject: twice the variance. */
+static double size_spread(const struct subjects *subjects, size_t left_out, const double *z)
 {
+    size_t t = subjects->n - subjects->size[left_out];
     double mean = 0.0;
     double sum = 0.0;
 
-    for (size_t i = 0; i < n; i++) {
-        mean += i == left_out ? 0.0 : z[i] / (double)(n - 1);
+    for (size_t i = 0; i < subjects->n; i++) {
+        mean += subjects->of[i] == left_out ? 0.0 : z[i] / (double)t;
     }
-    for (size_t i = 0; i < n; i++) {
-        sum += i == left_out ? 0.0 : (z[i] - mean) * (z[i] - mean);
+    for (size_t i = 0; i < subjects->n; i++) {
+        sum += subjects->of[i] == left_out ? 0.0 : (z[i] - mean) * (z[i] - mean);
     }
-    return sqrt(2.0 * sum / (double)(n - 2));
+    return sqrt(2.0 * sum / (double)(t - 1));
 }
 
-static void add_size(const struct srnf_folds *c, const struct srnf_classify_options *options,
-                     double *rows)
+static void add_size(const struct study *study, double *rows)
 {
+    const struct srnf_folds *c = study->comparison;
+    const struct srnf_classify_options *options = study->options;
     const double *z = options->log_scale;
 
     for (size_t i = 0; i < c->n; i++) {
-        double spread = size_spread(c->n, i, z);
+        double spread = size_spread(&study->subjects, study->subjects.of[i], z);
         double factor = spread > 0.0 ? options->size_weight * c->spread[i] / spread : 0.0;
 
         for (size_t j = 0; j < c->n; j++) {
@@ -44,11 +47,12 @@ static void add_size(const struct srnf_folds *c, const struct srnf_classify_opti
 static int predict(const struct study *study, const size_t *labels, const struct outcome *outcome,
                    struct srnf_error *error)
 {
+    const size_t *of = study->subjects.of;
     size_t n = study->comparison->n;
 
     (void)error;
     for (size_t i = 0; i < n; i++) {
-        size_t nearest = i == 0 ? 1 : 0;
+        size_t nearest = SIZE_MAX; /* of three subjects or more there is one */
 
         for (size_t k = 0; outcome->evidence && k < study->n_classes; k++) {
             outcome->evidence[i * study->n_classes + k] = -INFINITY;
@@ -56,10 +60,10 @@ static int predict(const struct study *study, const size_t *labels, const struct
         for (size_t j = 0; j < n; j++) {
             double d = study->rows[i * n + j];
 
-            if (j == i) {
+            if (of[j] == of[i]) {
                 continue;
             }
-            nearest = d < study->rows[i * n + nearest] ? j : nearest;
+            nearest = nearest == SIZE_MAX || d < study->rows[i * n + nearest] ? j : nearest;
             if (outcome->evidence) {
                 double *e = &outcome->evidence[i * study->n_classes + labels[j]];
 
@@ -77,29 +81,26 @@ int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *lab
                           struct srnf_error *error)
 {
     struct srnf_classify_options defaults = srnf_classify_options_defaults();
-    struct study study = {.comparison = comparison,
-                          .options = options ? options : &defaults,
-                          .n_classes = n_classes,
-                          .rows = comparison->distances,
-                          .predict = predict};
+    struct study study;
     double *rows = NULL;
-    size_t smallest;
     int status;
 
     *result = (struct srnf_classification){0};
-    status = study_check(comparison, labels, n_classes, study.options, &smallest, error);
-    if (status) {
-        return status;
-    }
-    if (study.options->log_scale) {
+    status =
+        study_open(&study, comparison, labels, n_classes, options ? options : &defaults, error);
+    study.rows = comparison->distances;
+    study.predict = predict;
+    if (status == SRNF_OK && study.options->log_scale) {
         rows = srnf_alloc(comparison->n, comparison->n * sizeof(double));
-        if (!rows) {
-            return srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
+        if (rows) {
+            add_size(&study, rows);
+            study.rows = rows;
+        } else {
+            status = srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
         }
-        add_size(comparison, study.options, rows);
-        study.rows = rows;
     }
-    status = study_assess(&study, labels, false, context, result, error);
+    status = status ? status : study_assess(&study, labels, false, context, result, error);
+    study_close(&study);
     srnf_free(rows);
     return status;
 }

@@ -24,6 +24,17 @@
  * weights as in their paper of 1997): points count by their area on the mean surface, as nodes
  * crowd at the poles.
  *
+ * Repeated subjects (srnf/subjects.h): SRNFs and covariates of the members of a subject are
+ * averaged first, and the comparison is one of subjects, each counted once. Members of a subject
+ * never come apart then, neither in the statistic nor in a permutation, and a linear model of
+ * members is one of their averages with the same coefficients. Under the null hypothesis the labels
+ * of subjects can be exchanged whatever the numbers of their members; where one group is repeated
+ * more often than the other its averages vary less, and equal means with unequal variance are not
+ * the hypothesis that is tested.
+ *
+ * Where there are few subjects all relabellings are taken, each once (exchange.c). Without
+ * covariates only the groups matter; with them every order of the residuals differs.
+ *
  * "As large" leaves room for rounding: permutations that exchange subjects within a group only give
  * the observed value again. Counts are whole numbers, so that the sum over blocks does not depend
  * on which thread ran which.
@@ -56,6 +67,7 @@ struct compare_run {
     size_t n, points, permutations;
     uint64_t seed;
     struct compare_design design;
+    struct exchange exchange;
     struct stats_embedding embedding;
     double *q;          /* [n][3][P] residual SRNFs times the roots of the weights */
     double *vectors;    /* [n][3][P] residual displacements */
@@ -156,9 +168,23 @@ static double global_statistic(const struct compare_run *run, const double *c)
 struct block {
     size_t first, count; /* numbers of the permutations */
     uint32_t *order;     /* [n] */
+    size_t *source;      /* [n], and as many of scratch */
     double *contrasts;   /* [count][nuisance][n] */
     double *rows;        /* [count][nuisance][3][P] */
 };
+
+/* The order of a permutation; number 0 is the identity. */
+static void find_order(const struct compare_run *run, uint64_t number, struct block *block)
+{
+    if (!run->exchange.test.exact) {
+        compare_permutation(run->seed, number, run->n, block->order);
+        return;
+    }
+    exchange_arrange(&run->exchange, number, block->source + run->n, block->source);
+    for (size_t i = 0; i < run->n; i++) {
+        block->order[block->source[i]] = (uint32_t)i;
+    }
+}
 
 static int open_block(struct block *block, const struct compare_run *run, size_t first,
                       size_t count)
@@ -167,15 +193,16 @@ static int open_block(struct block *block, const struct compare_run *run, size_t
 
     *block = (struct block){.first = first, .count = count};
     block->order = srnf_alloc(run->n, sizeof *block->order);
+    block->source = srnf_alloc(run->n, 2 * sizeof *block->source);
     block->contrasts = srnf_alloc(count * each, run->n * sizeof(double));
     block->rows = srnf_alloc(count * each, 3 * run->points * sizeof(double));
-    if (!block->order || !block->contrasts || !block->rows) {
+    if (!block->order || !block->source || !block->contrasts || !block->rows) {
         return SRNF_ENOMEM;
     }
     for (size_t k = 0; k < count; k++) {
         double *c = block->contrasts + k * each * run->n;
 
-        compare_permutation(run->seed, first + k, run->n, block->order);
+        find_order(run, first + k, block);
         permute(run->n, block->order, run->design.contrast, c);
         for (size_t u = 1; u < each; u++) {
             permute(run->n, block->order, run->design.basis + u * run->n, c + u * run->n);
@@ -190,6 +217,7 @@ static int open_block(struct block *block, const struct compare_run *run, size_t
 static void close_block(struct block *block)
 {
     srnf_free(block->order);
+    srnf_free(block->source);
     srnf_free(block->contrasts);
     srnf_free(block->rows);
 }
@@ -418,6 +446,7 @@ static int open_run(struct compare_run *run)
 static void close_run(struct compare_run *run)
 {
     compare_design_clear(&run->design);
+    exchange_clear(&run->exchange);
     stats_embedding_clear(&run->embedding);
     srnf_free(run->q);
     srnf_free(run->vectors);
@@ -497,6 +526,29 @@ static int compute(struct compare_run *run, const double *mean, const double *re
     return status ? status : conclude(run);
 }
 
+/* All labels differ where covariates are regressed out; otherwise groups of one size have two names
+   for every division. */
+static int open_exchange(struct compare_run *run, const int *group, size_t n_covariates,
+                         size_t asked)
+{
+    size_t *kind = srnf_alloc(run->n, sizeof *kind);
+    size_t ones = 0;
+    int status = SRNF_ENOMEM;
+
+    for (size_t i = 0; kind && i < run->n; i++) {
+        kind[i] = (size_t)group[i];
+        ones += kind[i];
+    }
+    if (kind) {
+        status = exchange_open(&run->exchange, run->n, n_covariates ? NULL : kind, 2, asked,
+                               n_covariates == 0 && 2 * ones == run->n ? 2.0 : 1.0);
+    }
+    srnf_free(kind);
+    run->permutations = run->exchange.test.permutations;
+    run->out->test = run->exchange.test;
+    return status;
+}
+
 int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean,
                         const double *registered_q, const int *group, size_t n_covariates,
                         const double *covariates, const struct srnf_compare_options *options,
@@ -506,20 +558,32 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
     struct srnf_compare_options defaults = srnf_compare_options_defaults();
     struct srnf_comparison found = {.n = n};
     struct srnf_error first = {0};
+    struct subjects subjects = {0};
+    struct compare_averages given = {n, registered_q, covariates, group, NULL, NULL};
     struct compare_run run = {
-        .sht = sht, .n = n, .points = stats_points(srnf_sht_grid(sht)), .out = &found};
+        .sht = sht, .points = stats_points(srnf_sht_grid(sht)), .out = &found};
     int status;
 
     options = options ? options : &defaults;
-    found.permutations = run.permutations = options->permutations;
     run.seed = options->seed;
     atomic_init(&run.global, 0);
     status = check(n, options, &first);
-    if (status == SRNF_OK) {
-        status = compare_design_create(&run.design, n, group, n_covariates, covariates, &first);
+    status = status ? status : subjects_open(&subjects, n, options->subjects, &first);
+    if (status == SRNF_OK && subjects.count < n) {
+        status = compare_average(&subjects, 3 * run.points, n_covariates, &given, &first);
     }
-    status = status ? status : compute(&run, mean, registered_q, context, &first);
+    run.n = given.n;
+    found.subjects = subjects.count;
+    if (status == SRNF_OK) {
+        status = compare_design_create(&run.design, run.n, given.group, n_covariates,
+                                       given.covariates, &first);
+    }
+    status =
+        status ? status : open_exchange(&run, given.group, n_covariates, options->permutations);
+    status = status ? status : compute(&run, mean, given.q, context, &first);
     close_run(&run);
+    subjects_clear(&subjects);
+    compare_averages_clear(&given);
     if (status) {
         srnf_comparison_clear(&found);
         return stats_fail(error, status, &first);

@@ -5,6 +5,7 @@
 #define SRNF_STATS_COMPARE_H
 
 #include "stats.h"
+#include "subjects.h"
 
 /* The linear model of a comparison (compare_design.c). */
 struct compare_design {
@@ -27,6 +28,20 @@ static inline size_t compare_design_freedom(const struct compare_design *design)
 {
     return design->n - design->nuisance - 1;
 }
+
+/* What is compared: as given, or averaged over the members of each subject (compare_subjects.c). */
+struct compare_averages {
+    size_t n;
+    const double *q, *covariates;
+    const int *group;
+    double *memory; /* of averages; NULL where the others are borrowed */
+    int *groups;
+};
+/* Turns members into subjects. size: doubles of a field. SRNF_EINVAL: a subject is in both groups.
+   To be cleared in any case. */
+SRNF_CHECKED int compare_average(const struct subjects *subjects, size_t size, size_t n_covariates,
+                                 struct compare_averages *averages, struct srnf_error *error);
+void compare_averages_clear(struct compare_averages *averages);
 
 /* A permutation of 0 .. n-1 from a seed and its number; number 0 is the identity. */
 void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *order);

@@ -1,15 +1,16 @@
 /*
  * folds.c - each subject of a cohort compared with all others, in a fold of its own that it was
- * left out of: options, normalisation, and the loop over folds.
+ * left out of with all its members: options, normalisation, and the loop over folds.
  *
  * Metrics with a registration. Nothing of the subject left out may shape what the others are
- * compared by. So the template of a fold is the medoid of its training subjects, by distances as
+ * compared by. So the template of a fold is the medoid of its training members, by distances as
  * parameterised: one of them. A registration to it depends on these two surfaces and nothing else,
  * so folds with the same template share it without a trace of each other's subjects; there are few
- * templates, as leaving out one of n subjects rarely changes the medoid, and the medoid's own fold
- * has the runner-up. Each further round, where more than one is asked for, takes the mean of the
- * fold's training subjects as the target and registers everybody to it, the one left out by the
- * same steps as the others. Means, components and distances are then those of folds_scores.c.
+ * templates, as leaving out one of many subjects rarely changes the medoid, and the medoid's own
+ * fold has the runner-up of another subject. Each further round, where more than one is asked for,
+ * takes the mean of the fold's training members as the target and registers everybody to it, those
+ * left out by the same steps as the others. Means, components and distances are then those of
+ * folds_scores.c. The members of a subject share all of that.
  *
  * Started from the mean of all instead, a fold keeps most of what the subject left out had done to
  * it, however many steps it takes to its own mean: the joint optimum over all warps is so flat.
@@ -45,6 +46,7 @@ void srnf_folds_clear(struct srnf_folds *c)
     srnf_free(c->scores);
     srnf_free(c->distances);
     srnf_free(c->spread);
+    srnf_free(c->subjects);
     *c = (struct srnf_folds){0};
 }
 
@@ -107,9 +109,10 @@ static int normalize_all(struct cohort *cohort, size_t n, const struct srnf_cont
 
 struct folds {
     const struct alignment *a;
+    const struct subjects *subjects;
     size_t rounds;
     const double *shared; /* [n][n] inner products of fields that all folds share, or NULL */
-    const size_t *list;   /* of the folds of one template */
+    const size_t *list;   /* of the subjects whose folds have one template */
     struct srnf_folds *out;
 };
 
@@ -133,7 +136,7 @@ static int refit(const struct folds *folds, size_t left_out, const struct srnf_c
     int status = alignment_copy(folds->a, &own);
 
     for (size_t k = 1; k < folds->rounds && status == SRNF_OK; k++) {
-        status = alignment_round(&own, left_out, context, error);
+        status = alignment_round(&own, folds->subjects, left_out, context, error);
     }
     status = status ? status : products_of(&own, products);
     alignment_clear_copy(&own);
@@ -144,33 +147,42 @@ static int fold_body(void *argument, size_t index, const struct srnf_context *co
                      struct srnf_error *error)
 {
     struct folds *folds = argument;
+    const struct subjects *subjects = folds->subjects;
     struct srnf_folds *out = folds->out;
     size_t n = out->n;
-    size_t i = folds->list[index];
+    size_t left_out = folds->list[index];
+    size_t first = subjects->members[subjects->start[left_out]];
+    size_t size = n * out->components;
     double *products = folds->shared ? NULL : srnf_alloc(n, n * sizeof(double));
     int status = folds->shared || products ? SRNF_OK : SRNF_ENOMEM;
 
     if (products) {
-        status = refit(folds, i, context, products, error);
+        status = refit(folds, left_out, context, products, error);
     }
     if (status == SRNF_OK) {
-        status = fold_describe(n, i, products ? products : folds->shared, out->components,
-                               out->scores + i * n * out->components, out->distances + i * n,
-                               out->spread + i);
+        status =
+            fold_describe(subjects, left_out, products ? products : folds->shared, out->components,
+                          out->scores + first * size, out->distances, out->spread + first);
+    }
+    for (size_t m = 1; m < subjects->size[left_out] && status == SRNF_OK; m++) {
+        size_t i = subjects->members[subjects->start[left_out] + m];
+
+        memcpy(out->scores + i * size, out->scores + first * size, size * sizeof(double));
+        out->spread[i] = out->spread[first];
     }
     srnf_free(products);
     return status;
 }
 
 /* Registers all to one template and describes its folds. done and all: of the progress. */
-static int run_template(struct alignment *a, const double *field,
+static int run_template(struct alignment *a, const struct subjects *subjects, const double *field,
                         const struct srnf_folds_options *options, const size_t *list, size_t count,
                         struct stats_progress progress, struct srnf_folds *out,
                         struct srnf_error *error)
 {
     bool shared = options->refit == SRNF_REFIT_SHARED || options->rounds == 1;
     double *products = shared ? srnf_alloc(a->n, a->n * sizeof(double)) : NULL;
-    struct folds folds = {a, options->rounds, products, list, out};
+    struct folds folds = {a, subjects, options->rounds, products, list, out};
     double middle = progress.from + PART_TEMPLATE * (progress.to - progress.from);
     struct stats_progress first = {progress.from, middle, "registering to the template"};
     struct stats_progress rest = {middle, progress.to, "refitting the folds"};
@@ -178,7 +190,7 @@ static int run_template(struct alignment *a, const double *field,
 
     status = status ? status : alignment_register(a, field, first, error);
     for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
-        status = alignment_round(a, SIZE_MAX, a->context, error);
+        status = alignment_round(a, subjects, SIZE_MAX, a->context, error);
     }
     if (shared && status == SRNF_OK) {
         status = products_of(a, products);
@@ -188,21 +200,23 @@ static int run_template(struct alignment *a, const double *field,
     return status;
 }
 
-/* The subject with the least sum of distances to all but one; SIZE_MAX leaves none out. */
-static size_t find_medoid(size_t n, const double *products, size_t left_out)
+/* The member with the least sum of distances to all but a subject's; SIZE_MAX leaves none out. */
+static size_t find_medoid(const struct subjects *subjects, const double *products, size_t left_out)
 {
+    const size_t *of = subjects->of;
+    size_t n = subjects->n;
     size_t best = SIZE_MAX;
     double least = INFINITY;
 
     for (size_t a = 0; a < n; a++) {
         double sum = 0.0;
 
-        for (size_t b = 0; b < n && a != left_out; b++) {
+        for (size_t b = 0; b < n && of[a] != left_out; b++) {
             double d2 = products[a * n + a] + products[b * n + b] - 2.0 * products[a * n + b];
 
-            sum += b == left_out ? 0.0 : sqrt(fmax(0.0, d2));
+            sum += of[b] == left_out ? 0.0 : sqrt(fmax(0.0, d2));
         }
-        if (a != left_out && sum < least) {
+        if (of[a] != left_out && sum < least) {
             least = sum;
             best = a;
         }
@@ -210,11 +224,13 @@ static size_t find_medoid(size_t n, const double *products, size_t left_out)
     return best;
 }
 
-/* Template by template: the folds that have it, in order. templates: [n], list: [n] scratch. */
-static int run_templates(struct alignment *a, const double *fields,
+/* Template by template: the subjects whose folds have it, in order. templates: [subjects], list:
+   the same size of scratch. */
+static int run_templates(struct alignment *a, const struct subjects *subjects, const double *fields,
                          const struct srnf_folds_options *options, const size_t *templates,
                          size_t *list, struct srnf_folds *out, struct srnf_error *error)
 {
+    double all = (double)subjects->count;
     size_t done = 0;
     int status = SRNF_OK;
 
@@ -222,16 +238,16 @@ static int run_templates(struct alignment *a, const double *fields,
         size_t count = 0;
         struct stats_progress progress;
 
-        for (size_t i = 0; i < a->n; i++) {
-            if (templates[i] == t) {
-                list[count++] = i;
+        for (size_t k = 0; k < subjects->count; k++) {
+            if (templates[k] == t) {
+                list[count++] = k;
             }
         }
         if (count > 0) {
-            progress = (struct stats_progress){(double)done / (double)a->n,
-                                               (double)(done + count) / (double)a->n, NULL};
-            status = run_template(a, fields + 3 * t * a->points, options, list, count, progress,
-                                  out, error);
+            progress =
+                (struct stats_progress){(double)done / all, (double)(done + count) / all, NULL};
+            status = run_template(a, subjects, fields + 3 * t * a->points, options, list, count,
+                                  progress, out, error);
             done += count;
         }
     }
@@ -239,19 +255,20 @@ static int run_templates(struct alignment *a, const double *fields,
 }
 
 static int compare_registered(const struct srnf_sht *sht, enum srnf_representation representation,
-                              const double *const *surfaces,
+                              const struct subjects *subjects, const double *const *surfaces,
                               const struct srnf_folds_options *options,
                               const struct srnf_context *context, struct srnf_folds *out,
                               struct srnf_error *error)
 {
     size_t n = out->n;
+    size_t most = n - subjects->largest - 1; /* components that the fewest training members have */
     struct alignment a;
     double *fields = NULL; /* as parameterised */
     double *products = srnf_alloc(n, n * sizeof(double));
     size_t *templates = srnf_alloc(n, 2 * sizeof *templates);
     int status = alignment_create(&a, sht, n, surfaces, options, representation, context);
 
-    out->components = options->max_components < n - 2 ? options->max_components : n - 2;
+    out->components = options->max_components < most ? options->max_components : most;
     out->scores = srnf_alloc(n * n, out->components * sizeof(double));
     fields = srnf_alloc(n, 3 * a.points * sizeof(double));
     if (status == SRNF_OK && (!out->scores || !fields || !products || !templates)) {
@@ -267,11 +284,11 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
         status = status ? status : alignment_assemble(&a, fields, error);
     }
     if (status == SRNF_OK) {
-        for (size_t i = 0; i < n; i++) {
-            templates[i] =
-                find_medoid(n, products, options->refit == SRNF_REFIT_SHARED ? SIZE_MAX : i);
+        for (size_t k = 0; k < subjects->count; k++) {
+            templates[k] =
+                find_medoid(subjects, products, options->refit == SRNF_REFIT_SHARED ? SIZE_MAX : k);
         }
-        status = run_templates(&a, fields, options, templates, templates + n, out, error);
+        status = run_templates(&a, subjects, fields, options, templates, templates + n, out, error);
     }
     srnf_free(templates);
     srnf_free(products);
@@ -282,18 +299,46 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
 
 /* ---- Folds that read a matrix ---------------------------------------------------------------- */
 
-static void fill_spread(struct srnf_folds *c)
+static void fill_spread(const struct subjects *subjects, struct srnf_folds *c)
 {
+    const size_t *of = subjects->of;
+
     for (size_t i = 0; i < c->n; i++) {
+        size_t t = c->n - subjects->size[of[i]];
         double sum = 0.0;
 
         for (size_t a = 0; a < c->n; a++) {
-            for (size_t b = 0; b < a && a != i; b++) {
-                sum += b == i ? 0.0 : c->distances[a * c->n + b] * c->distances[a * c->n + b];
+            for (size_t b = 0; b < a && of[a] != of[i]; b++) {
+                double d = c->distances[a * c->n + b];
+
+                sum += of[b] == of[i] ? 0.0 : d * d;
             }
         }
-        c->spread[i] = sqrt(2.0 * sum / (double)((c->n - 1) * (c->n - 2)));
+        c->spread[i] = sqrt(2.0 * sum / (double)(t * (t - 1)));
     }
+}
+
+/* Who belongs together, also for what reads the comparison. */
+static int find_subjects(size_t n, const size_t *given, struct subjects *subjects,
+                         struct srnf_folds *comparison, struct srnf_error *error)
+{
+    int status = subjects_open(subjects, n, given, error);
+
+    if (status) {
+        return status;
+    }
+    if (subjects->count < 3) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "surfaces of %zu subjects; 3 are needed at least",
+                         subjects->count);
+    }
+    if (given) {
+        comparison->subjects = srnf_alloc(n, sizeof *comparison->subjects);
+        if (!comparison->subjects) {
+            return SRNF_ENOMEM;
+        }
+        memcpy(comparison->subjects, subjects->of, n * sizeof *subjects->of);
+    }
+    return SRNF_OK;
 }
 
 int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size_t n,
@@ -303,6 +348,7 @@ int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size
 {
     struct srnf_folds_options defaults = srnf_folds_options_defaults();
     struct srnf_error first = {0};
+    struct subjects subjects = {0};
     struct cohort cohort = {
         .sht = sht, .given = surfaces, .count = 3 * srnf_coefficient_count(srnf_sht_degree(sht))};
     int status;
@@ -311,6 +357,9 @@ int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size
     *comparison = (struct srnf_folds){.n = n};
     status = check(n, options, &first);
     status = status ? status : stats_check_surfaces(sht, n, surfaces, &first);
+    if (status == SRNF_OK) {
+        status = find_subjects(n, options->subjects, &subjects, comparison, &first);
+    }
     if (status) {
         goto out;
     }
@@ -324,15 +373,16 @@ int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric metric, size
     if (metric == SRNF_METRIC_SRNF || metric == SRNF_METRIC_SRM) {
         status = compare_registered(
             sht, metric == SRNF_METRIC_SRM ? SRNF_REPRESENTATION_SRM : SRNF_REPRESENTATION_SRNF,
-            cohort.surfaces, options, context, comparison, &first);
+            &subjects, cohort.surfaces, options, context, comparison, &first);
     } else {
         status = srnf_metric_distances(sht, metric, n, cohort.surfaces, &options->registration,
                                        context, comparison->distances, &first);
-        fill_spread(comparison);
+        fill_spread(&subjects, comparison);
     }
 out:
     srnf_free(cohort.memory);
     srnf_free(cohort.surfaces);
+    subjects_clear(&subjects);
     if (status) {
         bool told = first.status == status;
 

@@ -2,12 +2,16 @@
  * folds.h - what the files of leave-one-out comparison share: the registrations that all folds
  * start from, and what one fold keeps.
  *
+ * A fold leaves out a subject with all of its members. The surfaces are counted by member here; in
+ * the plain case a member is a subject.
+ *
  * Fields are double[3][P] in blocks, as in stats.h; points of warps are [P][3].
  */
 #ifndef SRNF_STATS_FOLDS_H
 #define SRNF_STATS_FOLDS_H
 
 #include "stats.h"
+#include "subjects.h"
 #include "shape/registration.h"
 
 /* All subjects registered to one target (folds_align.c). */
@@ -36,24 +40,26 @@ SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
 /* Registers all to a field, [3][P], from nothing. */
 SRNF_CHECKED int alignment_register(struct alignment *a, const double *field,
                                     struct stats_progress progress, struct srnf_error *error);
-/* Registers all to the mean of their fields, that of left_out not counted (SIZE_MAX: of all), from
-   where they are. */
-SRNF_CHECKED int alignment_round(struct alignment *a, size_t left_out,
-                                 const struct srnf_context *context, struct srnf_error *error);
+/* Registers all to the mean of their fields, those of the subject left_out not counted (SIZE_MAX:
+   of all), from where they are. */
+SRNF_CHECKED int alignment_round(struct alignment *a, const struct subjects *subjects,
+                                 size_t left_out, const struct srnf_context *context,
+                                 struct srnf_error *error);
 /* A copy that rounds may change while others read the original: its registrations are its own, all
    else is borrowed. To be cleared in any case. */
 SRNF_CHECKED int alignment_copy(const struct alignment *from, struct alignment *to);
 void alignment_clear_copy(struct alignment *copy);
 
 /*
- * From the inner products of n fields, double[n][n], what the fold that leaves one out knows of
- * them (folds_scores.c).
+ * From the inner products of n fields, double[n][n], what the fold that leaves a subject out knows
+ * of them (folds_scores.c).
  *   scores     [out] [n][components]; filled up with 0 beyond the rank
- *   distances  [out] [n] of the one left out
+ *   distances  [out] [n][n]: the rows of its members
  * Errors: SRNF_ENOMEM, SRNF_ENUMERIC.
  */
-SRNF_CHECKED int fold_describe(size_t n, size_t left_out, const double *products, size_t components,
-                               double *scores, double *distances, double *spread);
+SRNF_CHECKED int fold_describe(const struct subjects *subjects, size_t left_out,
+                               const double *products, size_t components, double *scores,
+                               double *distances, double *spread);
 /* Inner products of n fields, double[n][n]. scaled: n times 3 P doubles of scratch. */
 void fold_products(const struct srnf_grid *grid, size_t n, const double *q, double *scaled,
                    double *products);

@@ -236,20 +236,21 @@ static int refine_body(void *argument, size_t i, const struct srnf_context *cont
     return refine(round->a, i, &round->target, context);
 }
 
-int alignment_round(struct alignment *a, size_t left_out, const struct srnf_context *context,
-                    struct srnf_error *error)
+int alignment_round(struct alignment *a, const struct subjects *subjects, size_t left_out,
+                    const struct srnf_context *context, struct srnf_error *error)
 {
     size_t size = 3 * a->points;
     double *mean = srnf_alloc(2 * size, sizeof(double));
     struct round round = {.a = a};
-    double training = (double)(left_out < a->n ? a->n - 1 : a->n);
+    size_t out = left_out < subjects->count ? subjects->size[left_out] : 0;
+    double training = (double)(a->n - out);
     int status = SRNF_ENOMEM;
 
     if (!mean) {
         return status;
     }
     for (size_t j = 0; j < a->n; j++) {
-        for (size_t m = 0; m < size && j != left_out; m++) {
+        for (size_t m = 0; m < size && subjects->of[j] != left_out; m++) {
             mean[m] += a->q[j * size + m] / training;
         }
     }

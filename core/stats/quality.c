@@ -5,9 +5,11 @@
  * Subjects and samples are tasks of their own; each writes its own row of distances, and the curves
  * are averages over rows in their order, so that results do not depend on the number of threads.
  *
- * Standard errors: of an average of m distances, their standard deviation over sqrt(m). Of the
- * share s = A / (A + B) of the first k eigenvalues, A their sum and B that of the others, with the
- * variance 2 lambda^2 / (n - 1) of each eigenvalue, independent of one another, to first order
+ * Standard errors: of an average of m distances of samples, their standard deviation over sqrt(m);
+ * of members, that of the sums over subjects (srnf/groups.h), which is the same where nobody is
+ * repeated. Of the share s = A / (A + B) of the first k eigenvalues, A their sum and B that of the
+ * others, with the variance 2 lambda^2 / (S - 1) of each eigenvalue for S subjects, independent of
+ * one another, to first order
  *
  *     var s = (B^2 var A + A^2 var B) / (A + B)^4.
  */
@@ -94,14 +96,36 @@ static int check(const struct quality_run *run, const struct srnf_quality_option
         return srnf_fail(error, SRNF_EINVAL, -1, "%zu surfaces; 3 to %zu are needed", run->n,
                          N_MAX);
     }
-    if (options->components > run->n - 2) {
-        return srnf_fail(error, SRNF_EINVAL, -1,
-                         "components is %zu; without one of %zu surfaces there are at most %zu",
-                         options->components, run->n, run->n - 2);
-    }
     if (options->samples < 2 || options->samples > SAMPLES_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "samples is %zu, not 2 to %zu", options->samples,
                          SAMPLES_MAX);
+    }
+    return SRNF_OK;
+}
+
+/* The most components that every fold has. */
+static size_t components_max(const struct quality_run *run)
+{
+    return run->n - run->subjects.largest - 1;
+}
+
+static int find_subjects(struct quality_run *run, const struct srnf_quality_options *options,
+                         struct srnf_error *error)
+{
+    int status = subjects_open(&run->subjects, run->n, options->subjects, error);
+
+    if (status) {
+        return status;
+    }
+    if (run->subjects.count < 3) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "surfaces of %zu subjects; three are needed",
+                         run->subjects.count);
+    }
+    if (options->components > components_max(run)) {
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "components is %zu; without one subject of %zu surfaces there are at most "
+                         "%zu",
+                         options->components, run->n, components_max(run));
     }
     return SRNF_OK;
 }
@@ -146,6 +170,7 @@ static void close_run(struct quality_run *run)
 {
     srnf_free(run->gram);
     srnf_free(run->vectors);
+    subjects_clear(&run->subjects);
     stats_embedding_clear(&run->embedding);
 }
 
@@ -189,9 +214,13 @@ void srnf_quality_clear(struct srnf_quality *quality)
     *quality = (struct srnf_quality){0};
 }
 
-/* Averages of the columns of rows [m][components], and their standard errors. */
-static void average(const double *rows, size_t m, size_t components, struct srnf_curve *curve)
+/* Averages of the columns of rows [m][components], and their standard errors. subjects: whose rows
+   they are, NULL: all independent. */
+static void average(const double *rows, size_t m, size_t components,
+                    const struct subjects *subjects, struct srnf_curve *curve)
 {
+    size_t groups = subjects ? subjects->count : m;
+
     for (size_t k = 0; k < components; k++) {
         double mean = 0.0;
         double square = 0.0;
@@ -199,13 +228,17 @@ static void average(const double *rows, size_t m, size_t components, struct srnf
         for (size_t i = 0; i < m; i++) {
             mean += rows[i * components + k] / (double)m;
         }
-        for (size_t i = 0; i < m; i++) {
-            double d = rows[i * components + k] - mean;
+        for (size_t g = 0; g < groups; g++) {
+            size_t end = subjects ? subjects->start[g + 1] : g + 1;
+            double d = 0.0;
 
+            for (size_t j = subjects ? subjects->start[g] : g; j < end; j++) {
+                d += rows[(subjects ? subjects->members[j] : j) * components + k] - mean;
+            }
             square += d * d;
         }
         curve->value[k] = mean;
-        curve->standard_error[k] = sqrt(square / (double)(m - 1) / (double)m);
+        curve->standard_error[k] = sqrt(square * (double)groups / (double)(groups - 1)) / (double)m;
     }
 }
 
@@ -213,6 +246,7 @@ static void fill_compactness(const struct quality_run *run, const struct srnf_pc
                              struct srnf_curve *curve)
 {
     double degrees = (double)(run->n - 1);
+    double independent = (double)(run->subjects.count - 1);
     double all = pca->total_variance;
     double squares = 0.0; /* sum of the squares of all eigenvalues: the square of |G| */
     double share = 0.0;
@@ -227,8 +261,8 @@ static void fill_compactness(const struct quality_run *run, const struct srnf_pc
 
         share += pca->eigenvalues[k] / all;
         first += pca->eigenvalues[k] * pca->eigenvalues[k];
-        a = 2.0 * first / degrees;
-        b = 2.0 * fmax(squares - first, 0.0) / degrees;
+        a = 2.0 * first / independent;
+        b = 2.0 * fmax(squares - first, 0.0) / independent;
         curve->value[k] = fmin(share, 1.0);
         curve->standard_error[k] =
             sqrt((1.0 - curve->value[k]) * (1.0 - curve->value[k]) * a + share * share * b) / all;
@@ -302,9 +336,10 @@ static int measure_sample(void *argument, size_t s, const struct srnf_context *c
 }
 
 /* Distances of `count` subjects or samples, and the two curves that are their averages. */
-static int measure(struct rows *rows, size_t count, stats_body *body,
-                   const struct srnf_context *context, struct stats_progress progress,
-                   struct srnf_curve *surface, struct srnf_curve *elastic, struct srnf_error *error)
+static int measure(struct rows *rows, size_t count, const struct subjects *subjects,
+                   stats_body *body, const struct srnf_context *context,
+                   struct stats_progress progress, struct srnf_curve *surface,
+                   struct srnf_curve *elastic, struct srnf_error *error)
 {
     size_t components = rows->run->components;
     int status = SRNF_ENOMEM;
@@ -315,8 +350,8 @@ static int measure(struct rows *rows, size_t count, stats_body *body,
         status = stats_run(context, count, body, rows, progress, error);
     }
     if (status == SRNF_OK) {
-        average(rows->surface, count, components, surface);
-        average(rows->elastic, count, components, elastic);
+        average(rows->surface, count, components, subjects, surface);
+        average(rows->elastic, count, components, subjects, elastic);
     }
     srnf_free(rows->surface);
     srnf_free(rows->elastic);
@@ -336,12 +371,12 @@ static int judge(struct quality_run *run, const struct srnf_quality_options *opt
     if (status == SRNF_OK) {
         fill_compactness(run, pca, &quality->compactness);
         srnf_pca_sample(pca, options->seed, options->samples, run->components, scores);
-        status = measure(&rows, run->n, leave_out, context,
+        status = measure(&rows, run->n, &run->subjects, leave_out, context,
                          (struct stats_progress){PROGRESS_EMBED, middle, "leaving one out"},
                          &quality->generalisation, &quality->generalisation_elastic, error);
     }
     if (status == SRNF_OK) {
-        status = measure(&rows, options->samples, measure_sample, context,
+        status = measure(&rows, options->samples, NULL, measure_sample, context,
                          (struct stats_progress){middle, 1.0, "measuring samples"},
                          &quality->specificity, &quality->specificity_elastic, error);
     }
@@ -370,9 +405,12 @@ int srnf_model_quality(const struct srnf_sht *sht, size_t n, const double *mean,
 
     options = options ? options : &defaults;
     status = check(&run, options, &first);
+    status = status ? status : find_subjects(&run, options, &first);
     if (status == SRNF_OK) {
-        status = srnf_pca_fit(run.grid, n, mean_q, registered_q,
-                              options->components ? options->components : n - 2, &pca);
+        found.subjects = run.subjects.count;
+        status =
+            srnf_pca_fit(run.grid, n, mean_q, registered_q,
+                         options->components ? options->components : components_max(&run), &pca);
     }
     if (status == SRNF_OK && pca.components == 0) {
         status = srnf_fail(&first, SRNF_EDEGENERATE, -1, "the surfaces do not differ");

@@ -5,6 +5,7 @@
 #define SRNF_STATS_QUALITY_H
 
 #include "stats.h"
+#include "subjects.h"
 
 struct quality_run {
     const struct srnf_sht *sht;
@@ -12,7 +13,8 @@ struct quality_run {
     size_t n, points, components;
     const double *mean, *mean_q, *q;
     struct stats_embedding embedding;
-    double *vectors; /* [n][3][P] the subjects' surfaces as points */
+    struct subjects subjects;
+    double *vectors; /* [n][3][P] the members' surfaces as points */
     double *gram;    /* [n][n] <q_i - mean_q, q_j - mean_q> */
 };
 
@@ -38,7 +40,7 @@ SRNF_CHECKED int quality_walk_step(struct quality_walk *walk, const struct srnf_
 /* Distance from the walk's vector to that of a subject. */
 double quality_walk_distance(const struct quality_walk *walk, size_t subject);
 
-/* quality_fold.c: leaves subject i out. */
+/* quality_fold.c: describes member i without its subject. */
 SRNF_CHECKED int quality_fold(const struct quality_run *run, size_t i,
                               const struct srnf_context *context, struct quality_distances out,
                               struct srnf_error *error);

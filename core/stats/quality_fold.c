@@ -1,6 +1,6 @@
 /*
- * quality_fold.c - one subject left out: mean and components are fitted to the others, and the
- * subject is described by its scores in them.
+ * quality_fold.c - one subject left out with all its members: mean and components are fitted to the
+ * others, and a member is described by its scores in them.
  *
  * Everything but the fields themselves happens in the Gram matrix G_jk = <x_j, x_k> of the centred
  * SRNFs, of which the rows and columns of the others, centred anew, are the Gram matrix of the
@@ -8,13 +8,13 @@
  *
  *     S_jk = G_jk - r_j - r_k + t,      c_j = G_ij - r_i - r_j + t.
  *
- * For S a = lambda a, |a| = 1, the score of the subject is s = <a, c> / sqrt(lambda), and its
+ * For S a = lambda a, |a| = 1, the score of member i is s = <a, c> / sqrt(lambda), and its
  * reconstruction is the combination of the others' q with the weights
  *
- *     1 / (n - 1) + sum_k (s_k / sqrt(lambda_k)) a_k,
+ *     1 / others + sum_k (s_k / sqrt(lambda_k)) a_k,
  *
  * as each a is orthogonal to the constants. The elastic distance needs no field: it is the root of
- * <y, y> - sum_k s_k^2, with y the subject less the mean of the others. Components of rounding size
+ * <y, y> - sum_k s_k^2, with y the member less the mean of the others. Components of rounding size
  * are left out; the curve then stays level.
  */
 #include "quality.h"
@@ -27,7 +27,8 @@
 
 struct fold {
     const struct quality_run *run;
-    size_t out, others; /* the subject that is left out; how many stay */
+    size_t out, others; /* the member that is described; how many stay */
+    size_t *kept;       /* [others] those that stay */
     size_t components;  /* that are fitted */
     double own;         /* <y, y> */
     double *gram;       /* [others][others] S */
@@ -35,15 +36,10 @@ struct fold {
     double *values;     /* [others] eigenvalues, increasing; the first `components` are set */
     double *vectors;    /* [components][others] */
     double *work;
-    double *weights; /* [n] of all, 0 for the subject */
+    double *weights; /* [n] of all, 0 for those left out */
     lapack_int *iwork, *support;
     lapack_int work_size, iwork_size;
 };
-
-static size_t subject(const struct fold *fold, size_t j)
-{
-    return j < fold->out ? j : j + 1;
-}
 
 /* One call of the eigensolver for the largest `components`; only_query: the sizes it needs. */
 static int solve(struct fold *fold, bool only_query)
@@ -66,6 +62,7 @@ static int solve(struct fold *fold, bool only_query)
 
 static int open_fold(struct fold *fold)
 {
+    const size_t *of = fold->run->subjects.of;
     size_t others = fold->others;
     int status = solve(fold, true);
 
@@ -80,14 +77,21 @@ static int open_fold(struct fold *fold)
     fold->support = srnf_alloc(2 * others, sizeof *fold->support);
     fold->work = srnf_alloc((size_t)fold->work_size, sizeof(double));
     fold->iwork = srnf_alloc((size_t)fold->iwork_size, sizeof *fold->iwork);
-    return fold->gram && fold->products && fold->values && fold->vectors && fold->weights &&
-                   fold->support && fold->work && fold->iwork
+    fold->kept = srnf_alloc(others, sizeof *fold->kept);
+    for (size_t i = 0, j = 0; fold->kept && i < fold->run->n; i++) {
+        if (of[i] != of[fold->out]) {
+            fold->kept[j++] = i;
+        }
+    }
+    return fold->kept && fold->gram && fold->products && fold->values && fold->vectors &&
+                   fold->weights && fold->support && fold->work && fold->iwork
                ? SRNF_OK
                : SRNF_ENOMEM;
 }
 
 static void close_fold(struct fold *fold)
 {
+    srnf_free(fold->kept);
     srnf_free(fold->gram);
     srnf_free(fold->products);
     srnf_free(fold->values);
@@ -105,7 +109,7 @@ static double row_mean(const struct fold *fold, size_t i)
     double sum = 0.0;
 
     for (size_t j = 0; j < fold->others; j++) {
-        sum += row[subject(fold, j)];
+        sum += row[fold->kept[j]];
     }
     return sum / (double)fold->others;
 }
@@ -120,18 +124,17 @@ static void centre(struct fold *fold)
     double total = 0.0;
 
     for (size_t j = 0; j < others; j++) {
-        fold->products[j] = row_mean(fold, subject(fold, j));
+        fold->products[j] = row_mean(fold, fold->kept[j]);
         total += fold->products[j] / (double)others;
     }
     for (size_t j = 0; j < others; j++) {
         for (size_t k = 0; k < others; k++) {
-            fold->gram[j * others + k] = gram[subject(fold, j) * n + subject(fold, k)] -
+            fold->gram[j * others + k] = gram[fold->kept[j] * n + fold->kept[k]] -
                                          fold->products[j] - fold->products[k] + total;
         }
     }
     for (size_t j = 0; j < others; j++) {
-        fold->products[j] =
-            gram[fold->out * n + subject(fold, j)] - mine - fold->products[j] + total;
+        fold->products[j] = gram[fold->out * n + fold->kept[j]] - mine - fold->products[j] + total;
     }
     fold->own = gram[fold->out * n + fold->out] - 2.0 * mine + total;
 }
@@ -152,7 +155,7 @@ static double add_component(struct fold *fold, size_t k)
         along += a[j] * fold->products[j];
     }
     for (size_t j = 0; j < fold->others; j++) {
-        fold->weights[subject(fold, j)] += along / lambda * a[j];
+        fold->weights[fold->kept[j]] += along / lambda * a[j];
     }
     return along * along / lambda;
 }
@@ -160,7 +163,11 @@ static double add_component(struct fold *fold, size_t k)
 int quality_fold(const struct quality_run *run, size_t i, const struct srnf_context *context,
                  struct quality_distances out, struct srnf_error *error)
 {
-    struct fold fold = {.run = run, .out = i, .others = run->n - 1, .components = run->components};
+    const struct subjects *subjects = &run->subjects;
+    struct fold fold = {.run = run,
+                        .out = i,
+                        .others = run->n - subjects->size[subjects->of[i]],
+                        .components = run->components};
     size_t size = 3 * run->points;
     struct quality_walk walk = {0};
     int status = open_fold(&fold);
@@ -171,7 +178,7 @@ int quality_fold(const struct quality_run *run, size_t i, const struct srnf_cont
         status = solve(&fold, false);
     }
     for (size_t j = 0; j < fold.others && status == SRNF_OK; j++) {
-        fold.weights[subject(&fold, j)] = 1.0 / (double)fold.others;
+        fold.weights[fold.kept[j]] = 1.0 / (double)fold.others;
     }
     for (size_t k = 0; k < run->components && status == SRNF_OK; k++) {
         fold.own -= add_component(&fold, k);

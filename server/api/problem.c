@@ -62,6 +62,7 @@ static const struct problem_kind kinds[] = {
     {"time-limit", 422, "The job took longer than is allowed"},
     {"memory-limit", 422, "The job needs more memory than is allowed"},
     {"limit-exceeded", 422, "The input exceeds a limit"},
+    {"labels-within-subject", 422, "Labels differ within a subject"},
     {"idempotency-key-reused", 422, "The Idempotency-Key was used with another request"},
     {"quota-exceeded", 429, "A quota is used up"},
     {"headers-too-large", 431, "The header fields are too large"},

@@ -1,15 +1,18 @@
 /*
  * process_classify.c - the process classify over HTTP: canonical inputs and result document.
  *
- * The labels are those of the cohort's members, as they were when the job was made; classes are in
- * the order in which their labels first appear. What the training subjects of a fold cannot
- * determine is refused before a job is made.
+ * Labels and subjects are those of the cohort's members, as they were when the job was made;
+ * classes are in the order in which their labels first appear. What the training subjects of a fold
+ * cannot determine is refused before a job is made. Subjects whose members have different labels,
+ * as at end diastole and end systole, are left out as a whole like all others; but they cannot
+ * exchange their labels, so that permutations are refused.
  */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "api/handedness.h"
+#include "api/permutation_test.h"
 #include "api/process_group.h"
 #include "api/registration_options.h"
 #include "api/warnings.h"
@@ -28,11 +31,19 @@ static const char *const refits[] = {"fold", "shared", NULL};
 #define COMPONENTS_KEPT 20 /* of which auto chooses */
 #define SHARE 20.0         /* percent of the job that encoding its meshes takes */
 
-/* The classes of a cohort's labels. */
+#define WHY_NOT_PERMUTED                                                                      \
+    "A permutation test exchanges the labels of whole subjects, which is not possible here. " \
+    "Take permutations 0 (leaving whole subjects out is right all the same), or one member "  \
+    "of each subject. A test of changes within subjects, change, is planned and not there yet."
+
+/* The classes of a cohort's labels, and whose members they are. */
 struct classes {
-    size_t n, count;
+    size_t n, count, n_subjects, largest;
     size_t *labels;     /* [n] */
-    size_t *sizes;      /* [n], of the first count classes */
+    size_t *sizes;      /* [n], of the first count classes: members */
+    size_t *n_of;       /* [n], likewise: subjects */
+    size_t *subjects;   /* [n] group_subject_numbers */
+    size_t determined;  /* features of one covariance in any fold: srnf_classify_gauss */
     const char **names; /* [n], likewise, borrowed from the labels */
 };
 
@@ -40,20 +51,60 @@ static void classes_clear(struct classes *classes)
 {
     srnf_free(classes->labels);
     srnf_free(classes->sizes);
+    srnf_free(classes->n_of);
+    srnf_free(classes->subjects);
     srnf_free(classes->names);
 }
 
-/* labels: of the canonical cohort. missing: first member without one, or n. False: no memory. */
-static bool classes_find(const json_t *labels, struct classes *classes, size_t *missing)
+/* Whether an earlier member of the same subject has the label of member i. */
+static bool is_again(const struct classes *classes, size_t i)
 {
+    for (size_t j = 0; j < i; j++) {
+        if (classes->subjects[j] == classes->subjects[i] &&
+            classes->labels[j] == classes->labels[i]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Subjects of each class. Without the one that is in most classes, the pooled covariance has one
+   degree of freedom less for each of those. */
+static void count_subjects(struct classes *classes)
+{
+    size_t all = 0, most = 0;
+
+    for (size_t i = 0; i < classes->n; i++) {
+        size_t own = 0;
+
+        if (!is_again(classes, i)) {
+            classes->n_of[classes->labels[i]]++;
+            all++;
+        }
+        for (size_t j = 0; j < classes->n && classes->subjects[i] == i; j++) {
+            own += classes->subjects[j] == i && !is_again(classes, j);
+        }
+        most = own > most ? own : most;
+    }
+    classes->determined = all > classes->count + most ? all - classes->count - most : 0;
+}
+
+/* cohort: the canonical one. missing: first member without a label, or n. False: no memory. */
+static bool classes_find(const json_t *cohort, struct classes *classes, size_t *missing)
+{
+    const json_t *labels = json_object_get(cohort, "labels");
     size_t n = json_array_size(labels);
 
     *classes = (struct classes){.n = n,
                                 .labels = srnf_alloc(n, sizeof(size_t)),
                                 .sizes = srnf_alloc(n, sizeof(size_t)),
+                                .n_of = srnf_alloc(n, sizeof(size_t)),
                                 .names = srnf_alloc(n, sizeof(char *))};
     *missing = n;
-    if (!classes->labels || !classes->sizes || !classes->names) {
+    classes->subjects = group_subject_numbers(json_object_get(cohort, "subjects"), n,
+                                              &classes->n_subjects, &classes->largest);
+    if (!classes->labels || !classes->sizes || !classes->n_of || !classes->subjects ||
+        !classes->names) {
         return false;
     }
     for (size_t i = n; i-- > 0;) {
@@ -70,6 +121,9 @@ static bool classes_find(const json_t *labels, struct classes *classes, size_t *
         classes->count += c == classes->count;
         classes->sizes[c]++;
         classes->labels[i] = c;
+    }
+    if (*missing == n) {
+        count_subjects(classes);
     }
     return true;
 }
@@ -144,12 +198,12 @@ static long read_components(struct process_inputs *inputs)
 /* Whether the folds have training subjects enough. */
 static void check_classes(struct process_inputs *inputs, long components, bool with_size, bool own)
 {
-    const json_t *labels = json_object_get(json_object_get(inputs->canonical, "cohort"), "labels");
+    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
     struct classes classes;
     size_t missing, features = (components ? (size_t)components : 1) + with_size, freedom;
     size_t smallest;
 
-    if (!classes_find(labels, &classes, &missing)) {
+    if (!classes_find(cohort, &classes, &missing)) {
         problem_add(inputs->list, "/inputs/cohort", "is too large for the memory there is");
     } else if (missing < classes.n) {
         problem_add(inputs->list, "/inputs/cohort", "member %zu has no label", missing);
@@ -159,13 +213,13 @@ static void check_classes(struct process_inputs *inputs, long components, bool w
     } else {
         smallest = 0;
         for (size_t c = 1; c < classes.count; c++) {
-            smallest = classes.sizes[c] < classes.sizes[smallest] ? c : smallest;
+            smallest = classes.n_of[c] < classes.n_of[smallest] ? c : smallest;
         }
-        freedom = own ? classes.sizes[smallest] - 2 : classes.n - 1 - classes.count;
-        if (classes.sizes[smallest] < 3) {
+        freedom = own ? classes.n_of[smallest] - 2 : classes.determined;
+        if (classes.n_of[smallest] < 3) {
             problem_add(inputs->list, "/inputs/cohort",
-                        "has %zu members with the label %.60s; each label needs 3",
-                        classes.sizes[smallest], classes.names[smallest]);
+                        "has %zu subjects (%zu members) with the label %.60s; each label needs 3",
+                        classes.n_of[smallest], classes.sizes[smallest], classes.names[smallest]);
         } else if (features > freedom) {
             problem_add(inputs->list, components ? "/inputs/components" : "/inputs/covariance",
                         "asks for a covariance of %zu features, size counted; the training "
@@ -192,7 +246,7 @@ json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct
     struct process_inputs inputs;
     const json_t *cohort;
     long components, degree = PROCESS_DEGREE_DEFAULT;
-    bool own, with_size;
+    bool own, with_size, permuted;
     size_t n = 0;
 
     if (!inputs_open(&inputs, call, given, list, names)) {
@@ -208,7 +262,7 @@ json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct
     (void)inputs_choice(&inputs, "validation", validations);
     with_size = strcmp(inputs_choice(&inputs, "scale", scales), "shape-and-size") == 0;
     (void)inputs_real(&inputs, "sizeWeight", 0.0, PROCESS_SIZE_WEIGHT_MAX, 1.0);
-    (void)inputs_integer(&inputs, "permutations", 0, PROCESS_PERMUTATIONS_MAX, 0);
+    permuted = inputs_integer(&inputs, "permutations", 0, PROCESS_PERMUTATIONS_MAX, 0) > 0;
     (void)inputs_integer(&inputs, "seed", 0, PROCESS_SEED_MAX, 0);
     (void)inputs_choice(&inputs, "refit", refits);
     (void)inputs_boolean(&inputs, "commonPose", false);
@@ -220,6 +274,11 @@ json_t *classify_canonicalise(struct api_call *call, const json_t *given, struct
     if (n) {
         inputs_check_memory(&inputs, n, degree, COPIES);
         check_classes(&inputs, components, with_size, own);
+        if (permuted && !list->errors) {
+            cohort = json_object_get(inputs.canonical, "cohort");
+            (void)group_check_labels(&inputs, json_object_get(cohort, "subjects"),
+                                     json_object_get(cohort, "labels"), WHY_NOT_PERMUTED);
+        }
     }
     return inputs_close(&inputs);
 }
@@ -296,10 +355,11 @@ static json_t *method_json(const struct srnf_classification *r,
         }
     }
     document =
-        json_pack("{s:f, s:I, s:[f, f], s:o, s:o, s:o, s:o, s:o}", "accuracy", r->accuracy,
+        json_pack("{s:f, s:I, s:[f, f], s:f, s:o, s:o, s:o, s:o}", "accuracy", r->accuracy,
                   "correct", (json_int_t)r->correct, "confidenceInterval", r->interval[0],
-                  r->interval[1], "confusion", confusion, "perSubject", per_subject, "components",
-                  components, "covariance", covariance, "pValue", json_finite(r->p_value));
+                  r->interval[1], "effectiveCount", r->effective, "confusion", confusion,
+                  "perSubject", per_subject, "components", components, "covariance", covariance);
+    permutation_set_p(document, "pValue", r->p_value, &r->test);
     set_refitted(document, method, fold);
     return document;
 }
@@ -322,6 +382,15 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
         (void)json_array_append_new(order, json_string(classes->names[c]));
     }
     (void)json_object_set_new(document, "methods", methods);
+    (void)json_object_set_new(document, "members", json_integer((json_int_t)classes->n));
+    (void)json_object_set_new(document, "subjects", json_integer((json_int_t)classes->n_subjects));
+    (void)json_object_set_new(document, "chance", json_real(1.0 / (double)classes->count));
+    (void)json_object_set_new(document, "majorityRate", json_real(results[0].majority));
+    permutation_set_test(document, &results[0].test);
+    permutation_warn(warnings_of(document), &results[0].test);
+    group_warn_duplicates(run, document, json_object_get(inputs, "cohort"),
+                          json_object_get(json_object_get(inputs, "cohort"), "subjects"),
+                          (const char(*)[STORE_ID_MAX])typed->group->contents);
     (void)json_object_set_new(document, "classes", order);
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)typed->group->degree));
     (void)json_object_set_new(document, "registration",
@@ -403,7 +472,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed_inputs(inputs, methods, &typed);
     with_size = is_choice(inputs, "scale", "shape-and-size");
     ids = group_ids(cohort, &n);
-    if (!ids || !classes_find(json_object_get(cohort, "labels"), &classes, &missing)) {
+    if (!ids || !classes_find(cohort, &classes, &missing)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
@@ -419,6 +488,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.scales = found;
     typed.labels = classes.labels;
     typed.n_classes = classes.count;
+    typed.comparison.subjects = classes.subjects;
     if (!ready) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the sizes");
     } else if (compute_classify(run, &typed, results, result) == 0) {

@@ -4,13 +4,14 @@
  * The canonical cohort holds all that the computation needs of it, as it is now: the surfaces, the
  * two labels in the order of their spelling with the group of each member, and the values of the
  * covariates that are regressed out. The map is stored with the mean surface, whose id it is part
- * of.
+ * of. Subjects, not members, are what is counted and compared (srnf_compare_groups).
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/cohorts.h"
 #include "api/handedness.h"
+#include "api/permutation_test.h"
 #include "api/process_mean.h"
 #include "api/warnings.h"
 #include "jobs/compute_quality.h"
@@ -19,10 +20,15 @@ static const char *const names[] = {
     "cohort",    "covariates", "permutations",  "seed", "register", "commonPose",
     "tolerance", "method",     "maxIterations", "lmax", NULL};
 
-#define COPIES 7 /* fields of each surface: those of the mean, residuals and displacements */
+#define COPIES 8 /* fields of each surface: those of the mean, averages, residuals, displacements */
 
 /* The constant, the group, and what a covariance of displacements in space needs. */
 #define SUBJECTS_MIN(covariates) ((covariates) + 5)
+
+#define WHY_NOT_COMPARED                                                                          \
+    "compare-groups compares groups of different subjects: members of one subject are averaged, " \
+    "and whole subjects exchange their labels. Take members of one label of each subject. A "     \
+    "comparison of pairs within subjects, change, is planned and not there yet."
 
 #define MAPS_TOLD 3 /* of the maps, in the document; all of them ride along in meshes */
 
@@ -67,12 +73,13 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
     return true;
 }
 
-/* labels, and the group of each member; each must have two at least. */
+/* labels, and the group of each member; each must have two subjects at least. */
 static bool set_groups(struct process_inputs *inputs, const json_t *members, json_t *cohort)
 {
     const char *labels[2] = {NULL, NULL};
     json_t *group = json_array();
-    size_t count[2] = {0, 0};
+    size_t count[2] = {0, 0}, members_of[2] = {0, 0}, n = json_array_size(members), subjects, most;
+    size_t *numbers;
 
     if (!find_labels(inputs, members, labels)) {
         json_decref(group);
@@ -82,14 +89,29 @@ static bool set_groups(struct process_inputs *inputs, const json_t *members, jso
         const json_t *label = json_object_get(json_array_get(members, i), "label");
         int which = strcmp(json_string_value(label), labels[1]) == 0;
 
-        count[which]++;
+        members_of[which]++;
         (void)json_array_append_new(group, json_integer(which));
     }
+    numbers = group_subject_numbers(json_object_get(cohort, "subjects"), n, &subjects, &most);
+    for (size_t i = 0; numbers && i < n; i++) {
+        if (numbers[i] == i) { /* the first of its subject, whose members have one label */
+            count[json_integer_value(json_array_get(group, i))]++;
+        }
+    }
+    srnf_free(numbers);
     (void)json_object_set_new(cohort, "groups", json_pack("[s, s]", labels[0], labels[1]));
     (void)json_object_set_new(cohort, "group", group);
+    (void)json_object_set_new(cohort, "sizes",
+                              json_pack("{s:[I, I], s:[I, I]}", "members",
+                                        (json_int_t)members_of[0], (json_int_t)members_of[1],
+                                        "subjects", (json_int_t)count[0], (json_int_t)count[1]));
+    if (!group_check_labels(inputs, json_object_get(cohort, "subjects"),
+                            json_object_get(cohort, "labels"), WHY_NOT_COMPARED)) {
+        return false;
+    }
     if (count[0] < 2 || count[1] < 2) {
         problem_add(inputs->list, "/inputs/cohort",
-                    "has %zu members of label %.60s and %zu of %.60s; each group needs two",
+                    "has %zu subjects of label %.60s and %zu of %.60s; each group needs two",
                     count[0], labels[0], count[1], labels[1]);
         return false;
     }
@@ -170,13 +192,17 @@ static void describe_cohort(struct process_inputs *inputs, size_t n)
     if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */
         problem_add(inputs->list, "/inputs/cohort", "has changed while it was read: send it again");
     } else if (set_groups(inputs, members, cohort)) {
-        size_t covariates;
+        const json_t *sizes = json_object_get(json_object_get(cohort, "sizes"), "subjects");
+        size_t covariates, subjects = 0;
 
+        for (size_t i = 0; i < json_array_size(sizes); i++) {
+            subjects += (size_t)json_integer_value(json_array_get(sizes, i));
+        }
         read_covariates(inputs, members, cohort);
         covariates = json_array_size(json_object_get(inputs->canonical, "covariates"));
-        if (n < SUBJECTS_MIN(covariates)) {
+        if (subjects < SUBJECTS_MIN(covariates)) {
             problem_add(inputs->list, "/inputs/cohort",
-                        "has %zu members, too few for %zu covariates: %zu are needed", n,
+                        "has %zu subjects, too few for %zu covariates: %zu are needed", subjects,
                         covariates, SUBJECTS_MIN(covariates));
         }
     }
@@ -218,6 +244,7 @@ json_t *compare_canonicalise(struct api_call *call, const json_t *given, struct 
 struct design {
     int *group;
     double *covariates;
+    size_t *subjects; /* srnf_free */
 };
 
 static bool read_design(const json_t *cohort, struct compute_comparison_inputs *typed,
@@ -225,11 +252,13 @@ static bool read_design(const json_t *cohort, struct compute_comparison_inputs *
 {
     const json_t *group = json_object_get(cohort, "group");
     const json_t *columns = json_object_get(cohort, "covariates");
-    size_t n = json_array_size(group), m = json_array_size(columns);
+    size_t n = json_array_size(group), m = json_array_size(columns), count, largest;
 
+    design->subjects =
+        group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
     design->group = calloc(n ? n : 1, sizeof *design->group);
     design->covariates = calloc(n * m > 0 ? n * m : 1, sizeof *design->covariates);
-    if (!design->group || !design->covariates) {
+    if (!design->group || !design->covariates || !design->subjects) {
         return false;
     }
     for (size_t i = 0; i < n; i++) {
@@ -242,6 +271,7 @@ static bool read_design(const json_t *cohort, struct compute_comparison_inputs *
     typed->group = design->group;
     typed->covariates = design->covariates;
     typed->n_covariates = m;
+    typed->options.subjects = design->subjects;
     return true;
 }
 
@@ -275,14 +305,17 @@ static json_t *summary(const struct compute_mean_outputs *mean,
 {
     size_t points = mean->n_theta * mean->n_phi;
     double least = 1.0, least_fdr = 1.0, largest = 0.0;
+    json_t *document;
 
     for (size_t p = 0; p < points; p++) {
         least = comparison->significance[p] < least ? comparison->significance[p] : least;
         least_fdr = comparison->fdr[p] < least_fdr ? comparison->fdr[p] : least_fdr;
         largest = comparison->effect[p] > largest ? comparison->effect[p] : largest;
     }
-    return json_pack("{s:o, s:o, s:o}", "leastSignificance", json_finite(least), "leastFdr",
-                     json_finite(least_fdr), "largestEffect", json_finite(largest));
+    document = json_pack("{s:o, s:o}", "leastFdr", json_finite(least_fdr), "largestEffect",
+                         json_finite(largest));
+    permutation_set_p(document, "leastSignificance", least, &comparison->test);
+    return document;
 }
 
 static json_t *map_json(const struct store_maps *maps)
@@ -305,11 +338,14 @@ static json_t *comparison_json(const json_t *inputs, const struct compute_mean_o
     const json_t *cohort = json_object_get(inputs, "cohort");
     json_t *document = summary(mean, comparison);
 
-    (void)json_object_set_new(document, "pValue", json_finite(comparison->p_value));
+    permutation_set_p(document, "pValue", comparison->p_value, &comparison->test);
+    permutation_set_test(document, &comparison->test);
+    permutation_warn(warnings_of(document), &comparison->test);
+    (void)json_object_set_new(document, "members", json_integer((json_int_t)comparison->n));
+    (void)json_object_set_new(document, "subjects", json_integer((json_int_t)comparison->subjects));
+    (void)json_object_set(document, "groupSizes", json_object_get(cohort, "sizes"));
     (void)json_object_set_new(document, "distance", json_finite(comparison->distance));
     (void)json_object_set(document, "groups", json_object_get(cohort, "groups"));
-    (void)json_object_set_new(document, "permutations",
-                              json_integer((json_int_t)comparison->permutations));
     (void)json_object_set(document, "regressedOut", json_object_get(inputs, "covariates"));
     (void)json_object_set_new(document, "map", map_json(maps));
     return document;
@@ -324,7 +360,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     struct srnf_register_options registration;
     struct srnf_comparison comparison = {0};
     struct store_maps maps = {0};
-    struct design design = {NULL, NULL};
+    struct design design = {NULL, NULL, NULL};
     const char **ids;
     size_t n = 0;
 
@@ -359,9 +395,12 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         mean_set_members(document, &typed.mean, &mean);
         warnings_put(document,
                      handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
+        group_warn_duplicates(run, document, cohort, json_object_get(cohort, "subjects"),
+                              (const char(*)[STORE_ID_MAX])mean.group.contents);
         process_finish(run, document, inputs, result);
     }
 out:
+    srnf_free(design.subjects);
     store_maps_clear(&maps);
     srnf_comparison_clear(&comparison);
     compute_mean_clear(&mean);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "api/warnings.h"
 
 #define MIB 1048576.0
 
@@ -233,4 +234,151 @@ json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
         }
     }
     return subjects;
+}
+
+/* ---- Subjects -------------------------------------------------------------------------------- */
+
+size_t *group_subject_numbers(const json_t *subjects, size_t n, size_t *count, size_t *largest)
+{
+    size_t *numbers = srnf_alloc(n ? n : 1, 2 * sizeof *numbers);
+    size_t *sizes = numbers ? numbers + n : NULL;
+
+    *count = *largest = 0;
+    for (size_t i = 0; numbers && i < n; i++) {
+        const char *own = json_string_value(json_array_get(subjects, i));
+        size_t first = own ? 0 : i;
+
+        while (first < i) {
+            const char *other = json_string_value(json_array_get(subjects, first));
+
+            if (other && strcmp(own, other) == 0) {
+                break;
+            }
+            first++;
+        }
+        numbers[i] = first;
+        *count += first == i;
+        sizes[first]++;
+        *largest = sizes[first] > *largest ? sizes[first] : *largest;
+    }
+    return numbers;
+}
+
+bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, const json_t *labels,
+                        const char *advice)
+{
+    size_t n = json_array_size(labels), count, largest;
+    size_t *numbers = group_subject_numbers(subjects, n, &count, &largest);
+    bool good = numbers != NULL;
+
+    for (size_t i = 0; good && i < n; i++) {
+        const char *own = json_string_value(json_array_get(labels, i));
+        const char *first = json_string_value(json_array_get(labels, numbers[i]));
+
+        if (own && first && strcmp(own, first) != 0) {
+            (void)problem_respond(
+                inputs->call, "labels-within-subject",
+                "Members %zu and %zu are the same subject, %.60s, with the labels "
+                "%.60s and %.60s. %s",
+                numbers[i], i, json_string_value(json_array_get(subjects, i)), first, own, advice);
+            inputs->answered = true;
+            good = false;
+        }
+    }
+    if (!numbers) {
+        problem_add(inputs->list, "/inputs/cohort", "is too large for the memory there is");
+    }
+    srnf_free(numbers);
+    return good;
+}
+
+/* What two members are compared by. */
+struct content {
+    char surface[STORE_ID_MAX]; /* empty: a mesh that was not encoded */
+    char mesh[STORE_ID_MAX];    /* that it is, or comes from; empty: none */
+};
+
+static void copy_id(char out[STORE_ID_MAX], const char *id)
+{
+    (void)snprintf(out, STORE_ID_MAX, "%s", id ? id : "");
+}
+
+static void find_content(struct jobs_run *run, const char *id, const char *known,
+                         struct content *content)
+{
+    struct store_surface surface = {0};
+    json_t *record = NULL;
+
+    if (strncmp(id, "mesh-", 5) == 0) {
+        copy_id(content->mesh, id);
+        copy_id(content->surface, known);
+        return;
+    }
+    copy_id(content->surface, id);
+    if (process_read(
+            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        copy_id(content->mesh,
+                json_string_value(json_object_get(json_object_get(record, "source"), "mesh")));
+    }
+    json_decref(record);
+    store_surface_clear(&surface);
+}
+
+static bool is_same(const char *a, const char *b)
+{
+    return a[0] && strcmp(a, b) == 0;
+}
+
+static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t first, size_t i,
+                           const char *content)
+{
+    const char *a = json_string_value(json_array_get(subjects, first));
+    const char *b = json_string_value(json_array_get(subjects, i));
+    json_t *figures = json_pack("{s:[I, I], s:s}", "members", (json_int_t)first, (json_int_t)i,
+                                "content", content);
+
+    if (a && b && strcmp(a, b) == 0) {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu, both of subject %.60s, have the same content, %s: it "
+                    "counts twice. Take one of them out, unless that is meant.",
+                    first, i, a, content);
+    } else if (a && b) {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu have the same content, %s, under two subjects, %.60s and "
+                    "%.60s: one of them is likely mistaken, and what is left out under one name "
+                    "stays in under the other.",
+                    first, i, content, a, b);
+    } else {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu have the same content, %s, and count as two subjects. "
+                    "Take one of them out, or give both the same subject in a cohort.",
+                    first, i, content);
+    }
+}
+
+void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
+                           const json_t *subjects, const char (*contents)[STORE_ID_MAX])
+{
+    const json_t *ids = json_object_get(group, "surfaces");
+    size_t n = json_array_size(ids);
+    struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
+
+    for (size_t i = 0; all && i < n; i++) {
+        const char *id = json_string_value(json_array_get(ids, i));
+        size_t first = 0;
+
+        find_content(run, id ? id : "", contents ? contents[i] : NULL, &all[i]);
+        while (first < i && !is_same(all[first].surface, all[i].surface) &&
+               !is_same(all[first].mesh, all[i].mesh)) {
+            first++;
+        }
+        if (first < i) {
+            bool surface = is_same(all[first].surface, all[i].surface);
+
+            warn_duplicate(warnings_of(document), subjects, first, i,
+                           surface ? all[i].surface : all[i].mesh);
+        }
+    }
+    srnf_free(all);
 }

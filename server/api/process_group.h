@@ -33,6 +33,26 @@ struct compute_mirrored group_mirrored(const json_t *inputs);
    mesh or surface has, or else its id. */
 json_t *group_labels(struct jobs_run *run, const json_t *inputs);
 
+/*
+ * Whose each member is: [n] numbers below n, the same where the subjects are the same text; a
+ * member without a subject is one of its own. subjects: an array of texts and nulls, or NULL. count
+ * gets the number of subjects, largest the members of the largest. srnf_free; NULL without memory.
+ */
+size_t *group_subject_numbers(const json_t *subjects, size_t n, size_t *count, size_t *largest);
+/* Refuses with labels-within-subject where members of a subject have different labels; advice says
+   why that matters and what to do instead. labels: of all members. True: there are none. */
+bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, const json_t *labels,
+                        const char *advice);
+/*
+ * Warns, in the result document, of members with the same content (duplicate-content): the same
+ * surface, or surfaces and meshes that come from one mesh.
+ *   group     [in] what holds "surfaces": the canonical inputs, or the cohort in them
+ *   subjects  [in] as above
+ *   contents  [in] [n] of compute_group, by which meshes of the same surface are known; or NULL
+ */
+void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
+                           const json_t *subjects, const char (*contents)[STORE_ID_MAX]);
+
 /* A name for each member where labels are classes: the subject, or else the name, or else the id.
    cohort: the canonical one, with the member surfaces. */
 json_t *group_subjects(struct jobs_run *run, const json_t *cohort);

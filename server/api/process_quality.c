@@ -26,19 +26,28 @@ static const char *const of_groups[] = {"surfaces",   "cohort",        "register
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
-/* Leaving one of n out takes three, and leaves n - 2 components. */
-static void check_subjects(struct process_inputs *inputs, const char *pointer, size_t n)
+/* Leaving a subject out takes three of them, and leaves a component less than the members that
+   stay. subjects: of the n members, as group_subject_numbers takes them. */
+static void check_subjects(struct process_inputs *inputs, const char *pointer, size_t n,
+                           const json_t *subjects)
 {
     json_int_t asked = json_integer_value(json_object_get(inputs->canonical, "components"));
+    size_t count, largest;
+    size_t *numbers = group_subject_numbers(subjects, n, &count, &largest);
 
-    if (n < 3) {
-        problem_add(inputs->list, pointer, "has %zu surfaces; leaving one out takes three at least",
-                    n);
-    } else if (asked > (json_int_t)n - 2) {
+    if (!numbers) {
+        problem_add(inputs->list, pointer, "is too large for the memory there is");
+    } else if (count < 3) {
+        problem_add(inputs->list, pointer,
+                    "has %zu surfaces of %zu subjects; leaving one out takes three at least", n,
+                    count);
+    } else if (asked > (json_int_t)(n - largest) - 1) {
         problem_add(inputs->list, "/inputs/components",
-                    "is %lld; without one of %zu surfaces there are at most %zu components",
-                    (long long)asked, n, n - 2);
+                    "is %lld; without a subject of %zu of the %zu surfaces there are at most %zu "
+                    "components",
+                    (long long)asked, largest, n, n - largest - 1);
     }
+    srnf_free(numbers);
 }
 
 static void read_model_input(struct process_inputs *inputs)
@@ -47,7 +56,11 @@ static void read_model_input(struct process_inputs *inputs)
     struct store_model model = {.record = NULL};
 
     if (inputs_model(inputs, &model)) {
-        check_subjects(inputs, "/inputs/model", (size_t)model.subjects);
+        json_t *made = model_made_from(&model);
+
+        check_subjects(inputs, "/inputs/model", (size_t)model.subjects,
+                       json_object_get(made, "subjects"));
+        json_decref(made);
         store_model_clear(&model);
     }
     for (const char *const *name = of_groups; *name; name++) {
@@ -72,7 +85,8 @@ static void read_group_input(struct process_inputs *inputs)
         n = inputs_group(inputs, &degree);
     }
     if (n > 0) {
-        check_subjects(inputs, "/inputs/surfaces", n);
+        check_subjects(inputs, "/inputs/surfaces", n,
+                       json_object_get(json_object_get(inputs->canonical, "cohort"), "subjects"));
     }
     inputs_mean_degree(inputs, n, degree, COPIES);
 }
@@ -126,7 +140,8 @@ static json_t *quality_json(const struct srnf_quality *quality)
     size_t k = quality->components;
     json_t *document = json_object();
 
-    (void)json_object_set_new(document, "subjects", json_integer((json_int_t)quality->n));
+    (void)json_object_set_new(document, "members", json_integer((json_int_t)quality->n));
+    (void)json_object_set_new(document, "subjects", json_integer((json_int_t)quality->subjects));
     (void)json_object_set_new(document, "compactness", curve_json(k, &quality->compactness, NULL));
     (void)json_object_set_new(
         document, "generalisation",
@@ -138,7 +153,9 @@ static json_t *quality_json(const struct srnf_quality *quality)
     return document;
 }
 
-static double total_variance(struct jobs_run *run, const char *id)
+/* What the store tells of the making of a model: its total variance, madeFrom (new reference, may
+   be NULL), and the number of members. */
+static double read_record(struct jobs_run *run, const char *id, json_t **made, size_t *n)
 {
     struct store_model model = {.record = NULL};
     json_t *record = NULL;
@@ -147,48 +164,74 @@ static double total_variance(struct jobs_run *run, const char *id)
     if (process_read(store_model_get(jobs_run_store(run), id, 0, &model))) {
         record = json_loads(model.record ? model.record : "{}", 0, NULL);
         total = json_number_value(json_object_get(record, "totalVariance"));
+        *made = json_incref(json_object_get(record, "madeFrom"));
+        *n = (size_t)model.subjects;
     }
     json_decref(record);
     store_model_clear(&model);
     return total;
 }
 
-static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
-                              const struct srnf_quality_options *options,
-                              struct jobs_result *result)
+/* Subjects of n members into the options; false with the problem set. */
+static bool set_subjects(const json_t *subjects, size_t n, struct srnf_quality_options *options,
+                         size_t **numbers, struct jobs_result *result)
 {
+    size_t count, largest;
+
+    *numbers = group_subject_numbers(subjects, n, &count, &largest);
+    options->subjects = *numbers;
+    if (!*numbers) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+    }
+    return *numbers != NULL;
+}
+
+static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
+                              struct srnf_quality_options *options, struct jobs_result *result)
+{
+    const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
     struct compute_mean_inputs typed;
     struct compute_mean_outputs mean = {0};
     struct srnf_register_options registration;
     struct srnf_quality quality = {0};
     json_t *document = NULL;
-    size_t n = 0;
+    size_t n = 0, *numbers = NULL;
     const char **ids = group_ids(inputs, &n);
 
     if (mean_inputs(inputs, n, ids, &typed, &registration, result) &&
+        set_subjects(subjects, n, options, &numbers, result) &&
         compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
         document = quality_json(&quality);
         mean_set_members(document, &typed, &mean);
         warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                    json_object_get(inputs, "cohort")));
+        group_warn_duplicates(run, document, inputs, subjects,
+                              (const char(*)[STORE_ID_MAX])mean.group.contents);
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);
+    srnf_free(numbers);
     srnf_free(ids);
     return document;
 }
 
 static json_t *evaluate_model(struct jobs_run *run, const char *id,
-                              const struct srnf_quality_options *options,
-                              struct jobs_result *result)
+                              struct srnf_quality_options *options, struct jobs_result *result)
 {
     struct srnf_quality quality = {0};
-    json_t *document = NULL;
+    json_t *document = NULL, *made = NULL;
+    size_t *numbers = NULL, n = 0;
+    double total = read_record(run, id, &made, &n);
+    const json_t *subjects = json_object_get(made, "subjects");
 
-    if (compute_quality_model(run, id, total_variance(run, id), options, &quality, result) == 0) {
+    if (set_subjects(subjects, n, options, &numbers, result) &&
+        compute_quality_model(run, id, total, options, &quality, result) == 0) {
         document = quality_json(&quality);
+        group_warn_duplicates(run, document, made, subjects, NULL);
     }
     srnf_quality_clear(&quality);
+    srnf_free(numbers);
+    json_decref(made);
     return document;
 }
 

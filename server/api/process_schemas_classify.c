@@ -15,8 +15,8 @@
 const char classify_inputs_schema[] = INPUTS_OPENING
     "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort whose members have labels, each of them three "
-    "members at least.\"},\"method\":{\"oneOf\":[{\"enum\":" METHODS
+    "\",\"description\":\"Name of a cohort whose members have labels, each of them members of "
+    "three subjects at least.\"},\"method\":{\"oneOf\":[{\"enum\":" METHODS
     "},{\"type\":\"array\",\"minItems\":1,\"uniqueItems\":true,\"items\":{\"enum\":" METHODS
     "}}],\"default\":[\"srnf-gauss\"],\"description\":\"One method or several. gauss: a "
     "normal distribution for each class on principal components; nn: nearest neighbour, by SRNFs, "
@@ -27,13 +27,15 @@ const char classify_inputs_schema[] = INPUTS_OPENING
     "fold, of 20 at most.\"},\"covariance\":{\"enum\":[\"auto\",\"pooled\",\"class\"],"
     "\"default\":\"auto\",\"description\":\"One for all classes, or one for each; auto: "
     "chosen inside each fold.\"},\"validation\":{\"enum\":[\"loo\"],\"default\":\"loo\","
-    "\"description\":\"Leave-one-out.\"},\"scale\":{\"enum\":[\"shape\","
+    "\"description\":\"Leave-one-out: every fold leaves out all members of a "
+    "subject.\"},\"scale\":{\"enum\":[\"shape\","
     "\"shape-and-size\"],\"default\":\"shape\",\"description\":\"Whether the log of the "
     "size counts beside shape.\"},\"sizeWeight\":{\"type\":\"number\",\"minimum\":0,"
     "\"maximum\":" SIZE_WEIGHT_MAX_TEXT ",\"default\":1.0,\"description\":\"Of size in "
     "distances; at 1 it weighs as much as shape. Gaussians need none.\"},\"permutations\":{"
     "\"type\":\"integer\",\"minimum\":0,\"maximum\":" PERMUTATIONS_MAX_TEXT
-    ",\"default\":0,\"description\":\"Of the labels, for the p-value; 0: none.\"},\"seed\":{"
+    ",\"default\":0,\"description\":\"Of the labels of whole subjects, for the p-value; 0: none. "
+    "Refused where labels differ within a subject.\"},\"seed\":{"
     "\"type\":\"integer\",\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
     ",\"default\":0,\"description\":\"Of the permutations.\"},\"refit\":{"
     "\"enum\":[\"fold\",\"shared\"],\"default\":\"fold\",\"description\":\"fold: each "
@@ -46,12 +48,30 @@ const char classify_inputs_schema[] = INPUTS_OPENING
     "are cut or filled up to it. Default: the largest of theirs. 15 is enough for most.\"}}}";
 
 const char classify_outputs_schema[] = OUTPUTS_OPENING
-    "\"methods\":{\"type\":\"object\",\"description\":\"By name: accuracy; "
-    "correct; confidenceInterval (Wilson, 95 %); confusion (rows: labels, columns: predictions, in "
-    "the order of classes); perSubject [{subject, label, predicted, logLikelihoods or "
-    "nearestDistances, of each class}]; components and covariance of each fold, or null; pValue, "
-    "(1 + b) / (1 + m) with b of m permutations at least as good, or null; refitted inside each "
-    "fold, and shared between folds.\"},\"classes\":{\"type\":\"array\",\"items\":{"
+    "\"methods\":{\"type\":\"object\",\"description\":\"By name: accuracy; correct; "
+    "confidenceInterval (Wilson, 95 %, with effectiveCount members, n p (1 - p) over the "
+    "variance of p between subjects: Rao and Scott 1992); confusion (rows: labels, columns: "
+    "predictions, in the order of classes); perSubject, of each member [{subject, label, "
+    "predicted, logLikelihoods or nearestDistances, of each class}]; components and "
+    "covariance of each fold, or null; pValue, (1 + b) / (1 + m) with b of m relabellings of "
+    "whole subjects at least as good, pValueIsFloor (the smallest that the test can give) "
+    "and pValueInterval (Wilson's 95 % interval of the p that all relabellings would give; "
+    "the point itself where exact), or null; refitted inside each fold, and shared between "
+    "folds.\"},\"members\":{\"type\":\"integer\"},\"subjects\":{\"type\":\"integer\","
+    "\"description\":\"Members "
+    "without a subject are subjects of their "
+    "own.\"},\"chance\":{\"type\":\"number\",\"description\":\"1 / number of classes: what "
+    "the Gaussians, which take classes for equally likely, get right by "
+    "chance.\"},\"majorityRate\":{\"type\":\"number\",\"description\":\"Share of the largest "
+    "class: what always naming it gets right. An accuracy is to be compared with the larger "
+    "of this and "
+    "chance.\"},\"permutations\":{\"type\":\"integer\",\"description\":\"Relabellings that "
+    "the observed labels were compared with; 0: "
+    "none.\"},\"relabellings\":{\"type\":[\"number\",\"null\"],\"description\":\"Different "
+    "ones that whole subjects can have, the observed among them; null: no test, or beyond "
+    "all numbers.\"},\"exact\":{\"type\":[\"boolean\",\"null\"],\"description\":\"Whether "
+    "all of them were taken, each once, since there were no more than asked for; null: no "
+    "test.\"},\"classes\":{\"type\":\"array\",\"items\":{"
     "\"type\":\"string\"},\"description\":\"The labels, in the order in which they first "
     "appear.\"},\"lmax\":{\"type\":\"integer\"},\"registration\":{\"type\":\"object\","
     "\"description\":\"Of the methods that register: degree, penalty and all other "

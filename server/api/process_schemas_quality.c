@@ -34,18 +34,21 @@ const char evaluate_inputs_schema[] = INPUTS_OPENING
     "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_INPUTS METHOD
     ",\"components\":{\"type\":[\"integer\",\"null\"],\"exclusiveMinimum\":0,"
     "\"default\":null,\"description\":\"The curves run from 1 to this; at most two less than "
-    "there are surfaces. null: 10 or what there is.\"},\"samples\":{\"type\":\"integer\","
+    "there are surfaces, fewer where subjects are repeated. null: 10 or what there "
+    "is.\"},\"samples\":{\"type\":\"integer\","
     "\"minimum\":2,\"maximum\":" SAMPLES_MAX_TEXT ",\"default\":" SAMPLES_DEFAULT_TEXT
     ",\"description\":\"Drawn for the specificity.\"},\"seed\":{\"type\":\"integer\","
     "\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
     ",\"default\":0,\"description\":\"Of the samples.\"}}}";
 
 const char evaluate_outputs_schema[] = OUTPUTS_OPENING
-    "\"subjects\":{\"type\":\"integer\"},\"compactness\":{\"type\":\"array\","
+    "\"members\":{\"type\":\"integer\"},\"subjects\":{\"type\":\"integer\",\"description\":"
+    "\"Members without a subject are subjects of their own.\"},\"compactness\":{\"type\":\"array\","
     "\"description\":\"[{components, value, standardError}]: share of the variance in the first "
     "components.\"},\"generalisation\":{\"type\":\"array\",\"description\":\"[{components, value, "
-    "standardError, elastic, elasticStandardError}]: distance of a subject that is left out from "
-    "its reconstruction, averaged. value is the surface distance: root of the mean square "
+    "standardError, elastic, elasticStandardError}]: distance of a member, whose subject is left "
+    "out, from its reconstruction, averaged; standard errors allow for dependence within "
+    "subjects. value is the surface distance: root of the mean square "
     "distance of corresponding points, by area, for surfaces of area 1; elastic is the L2 "
     "distance of SRNFs.\"},\"specificity\":{\"type\":\"array\",\"description\":\"The same "
     "members: distance of a sample from the nearest subject, averaged.\"},\"refitted\":{"
@@ -56,25 +59,44 @@ const char evaluate_outputs_schema[] = OUTPUTS_OPENING
 const char compare_inputs_schema[] = INPUTS_OPENING
     "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"A cohort whose members have two labels.\"},\"covariates\":{"
+    "\",\"description\":\"A cohort whose members have two labels, the same for all members of a "
+    "subject.\"},\"covariates\":{"
     "\"type\":\"array\",\"maxItems\":" COVARIATES_MAX_TEXT
     ",\"items\":{\"type\":\"string\"},\"default\":[],\"description\":\"Names of covariates of the "
     "members, numbers or true and false, whose linear effect is taken out.\"},\"permutations\":{"
     "\"type\":\"integer\",\"minimum\":1,\"maximum\":" PERMUTATIONS_MAX_TEXT
     ",\"default\":" PERMUTATIONS_DEFAULT_TEXT
-    ",\"description\":\"No p can be below 1 / (permutations + 1).\"},\"seed\":{"
+    ",\"description\":\"Of the labels of whole subjects. No p can be below 1 / (permutations + "
+    "1).\"},\"seed\":{"
     "\"type\":\"integer\",\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
     ",\"default\":0,\"description\":\"Of the permutations.\"}," MEAN_INPUTS METHOD "}}";
 
 const char compare_outputs_schema[] = OUTPUTS_OPENING
     "\"pValue\":{\"type\":\"number\",\"description\":\"Permutation p of the "
-    "distance between the groups' means.\"},\"distance\":{\"type\":\"number\","
+    "distance between the groups' "
+    "means.\"},\"members\":{\"type\":\"integer\"},\"subjects\":{\"type\":\"integer\","
+    "\"description\":\"What "
+    "is compared: the members of each are "
+    "averaged.\"},\"groupSizes\":{\"type\":\"object\",\"description\":\"members and subjects of "
+    "each group.\"},\"pValueIsFloor\":{\"type\":\"boolean\",\"description\":\"Whether pValue is "
+    "the smallest that the test can "
+    "give.\"},\"pValueInterval\":{\"type\":\"array\",\"description\":\"Wilson's 95 % interval of "
+    "the p that all relabellings would give; the point itself where "
+    "exact.\"},\"leastSignificanceIsFloor\":{\"type\":\"boolean\",\"description\":\"As of "
+    "pValue.\"},\"leastSignificanceInterval\":{\"type\":\"array\",\"description\":\"As of "
+    "pValue.\"},\"distance\":{\"type\":\"number\","
     "\"description\":\"That distance, in the L2 norm of SRNFs, without the covariates' "
     "part.\"},\"leastSignificance\":{\"type\":\"number\",\"description\":\"Least value of "
     "significance on the map: p of the hypothesis that the groups differ nowhere.\"},"
     "\"leastFdr\":{\"type\":\"number\"},\"largestEffect\":{\"type\":\"number\"},\"groups\":{"
     "\"type\":\"array\",\"description\":\"The two labels; effects go from the first to the "
-    "second.\"},\"permutations\":{\"type\":\"integer\"},\"regressedOut\":{\"type\":\"array\","
+    "second.\"},\"permutations\":{\"type\":\"integer\",\"description\":\"Relabellings that the "
+    "observed labels were compared with; 0: "
+    "none.\"},\"relabellings\":{\"type\":[\"number\",\"null\"],\"description\":\"Different ones "
+    "that whole subjects can have, the observed among them; null: no test, or beyond all "
+    "numbers.\"},\"exact\":{\"type\":[\"boolean\",\"null\"],\"description\":\"Whether all of "
+    "them were taken, each once, since there were no more than asked for; null: no "
+    "test.\"},\"regressedOut\":{\"type\":\"array\","
     "\"description\":\"Names of the covariates.\"},\"map\":{\"type\":\"object\","
     "\"description\":\"On the nTheta x nPhi Gauss-Legendre grid, row by row. significance: "
     "permutation p of the local difference (Hotelling's T2 of the displacements), corrected for "

@@ -78,7 +78,7 @@ const struct api_process api_processes[] = {
      "A surface deformed as another one was, its size included.", transfer_inputs_schema,
      transfer_outputs_schema, transfer_canonicalise, transfer_run, transfer_seconds},
     {"classify", "Classification of a labelled cohort",
-     "Each member classified by the others, left out in turn, by one method or several; how often "
+     "Each member classified by those of other subjects, by one method or several; how often "
      "that is right, and how often by chance.",
      classify_inputs_schema, classify_outputs_schema, classify_canonicalise, classify_run,
      classify_seconds},

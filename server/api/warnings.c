@@ -19,6 +19,7 @@ static const char *const codes[] = {
     "duplicate-content",
     "encoding-poor",
     "mirror-images",
+    "p-floor",
     "registration-ambiguous",
     "registration-distorted",
     "registration-not-converged",
@@ -51,6 +52,17 @@ void warning_add(json_t *warnings, const char *code, json_t *figures, const char
         (void)json_object_set_new(entry, "figures", figures);
     }
     (void)json_array_append_new(warnings, entry);
+}
+
+json_t *warnings_of(json_t *document)
+{
+    json_t *warnings = json_object_get(document, "warnings");
+
+    if (!json_is_array(warnings)) {
+        (void)json_object_set_new(document, "warnings", json_array());
+        warnings = json_object_get(document, "warnings");
+    }
+    return warnings;
 }
 
 void warnings_merge(json_t *warnings, const json_t *from)

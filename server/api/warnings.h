@@ -26,5 +26,7 @@ void warnings_merge(json_t *warnings, const json_t *from);
    taken over. */
 void warnings_put(json_t *document, json_t *from);
 bool warning_known(const char *code);
+/* The array "warnings" of a result document, borrowed; made where there is none. */
+json_t *warnings_of(json_t *document);
 
 #endif

@@ -14,9 +14,20 @@
 /* Percent of the job that the mean is. */
 #define SHARE_MEAN 40.0
 
-static size_t limit_components(size_t asked, size_t n)
+/* subjects: [n] or NULL, as in srnf_quality_options. */
+static size_t limit_components(size_t asked, size_t n, const size_t *subjects)
 {
-    size_t most = n > 2 ? n - 2 : 1;
+    size_t largest = 1, most;
+
+    for (size_t i = 0; subjects && i < n; i++) {
+        size_t own = 0;
+
+        for (size_t j = 0; j < n; j++) {
+            own += subjects[j] == subjects[i];
+        }
+        largest = own > largest ? own : largest;
+    }
+    most = n > largest + 1 ? n - largest - 1 : 1;
 
     if (asked) {
         return asked;
@@ -59,7 +70,7 @@ int compute_quality_group(struct jobs_run *run, const struct compute_mean_inputs
     if (status) {
         return status;
     }
-    limited.components = limit_components(options->components, mean->mean.n);
+    limited.components = limit_components(options->components, mean->mean.n, options->subjects);
     status = acquire(run, mean->group.degree, mean->n_theta, mean->n_phi, &sht, result);
     if (status == 0) {
         status = srnf_model_quality(sht, mean->mean.n, mean->mean.coefficients, mean->mean.mean_q,
@@ -123,7 +134,7 @@ int compute_quality_model(struct jobs_run *run, const char *id, double total_var
     if (status) {
         return status;
     }
-    limited.components = limit_components(options->components, model.pca.n);
+    limited.components = limit_components(options->components, model.pca.n, options->subjects);
     status = check_complete(&model, total_variance, result);
     if (status == 0) {
         status = acquire(run, (size_t)model.stored.lmax, (size_t)model.stored.n_theta,

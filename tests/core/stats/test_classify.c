@@ -37,7 +37,35 @@ struct plain {
     bool pooled;
 };
 
-/* Log-likelihood of subject i under class k, fitted without the subjects of `out`. */
+static size_t subject_of(const struct srnf_folds *c, size_t i)
+{
+    return c->subjects ? c->subjects[i] : i;
+}
+
+static bool is_left_out(const struct srnf_folds *c, size_t j, size_t out_a, size_t out_b)
+{
+    return subject_of(c, j) == subject_of(c, out_a) || subject_of(c, j) == subject_of(c, out_b);
+}
+
+/* Degrees of freedom of class k: its members less the sum of the squares of their numbers in each
+   subject over them. */
+static double plain_freedom(const struct plain *p, size_t k, size_t out_a, size_t out_b)
+{
+    double members = 0.0;
+    double squares = 0.0; /* pairs of members of one subject */
+
+    for (size_t i = 0; i < p->c->n; i++) {
+        if (p->labels[i] == k && !is_left_out(p->c, i, out_a, out_b)) {
+            members += 1.0;
+            for (size_t j = 0; j < p->c->n; j++) {
+                squares += p->labels[j] == k && subject_of(p->c, i) == subject_of(p->c, j);
+            }
+        }
+    }
+    return members - squares / members;
+}
+
+/* Log-likelihood of member i under class k, fitted without the subjects of two members. */
 static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t out_a,
                                size_t out_b)
 {
@@ -51,7 +79,7 @@ static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t
     double result;
 
     for (size_t j = 0; j < p->c->n; j++) {
-        for (size_t a = 0; a < d && j != out_a && j != out_b; a++) {
+        for (size_t a = 0; a < d && !is_left_out(p->c, j, out_a, out_b); a++) {
             mean[p->labels[j]][a] += p->c->scores[j * stride + a];
             count[p->labels[j]] += a == 0;
         }
@@ -59,10 +87,9 @@ static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t
     for (size_t j = 0; j < p->c->n; j++) {
         size_t own = p->labels[j];
 
-        if (j == out_a || j == out_b || (!p->pooled && own != k)) {
+        if (is_left_out(p->c, j, out_a, out_b) || (!p->pooled && own != k)) {
             continue;
         }
-        freedom += 1.0;
         for (size_t a = 0; a < d; a++) {
             for (size_t b = 0; b < d; b++) {
                 s[a * d + b] += (p->c->scores[j * stride + a] - mean[own][a] / count[own]) *
@@ -70,7 +97,9 @@ static double plain_likelihood(const struct plain *p, size_t i, size_t k, size_t
             }
         }
     }
-    freedom -= p->pooled ? (double)p->n_classes : 1.0;
+    for (size_t c = 0; c < p->n_classes; c++) {
+        freedom += p->pooled || c == k ? plain_freedom(p, c, out_a, out_b) : 0.0;
+    }
     for (size_t a = 0; a < d; a++) {
         x[a] = p->c->scores[i * stride + a] - mean[k][a] / count[k];
     }
@@ -140,7 +169,7 @@ static double plain_score(const struct plain *p, size_t left_out)
         for (size_t k = 0; k < p->n_classes; k++) {
             sum += exp(plain_likelihood(p, i, k, left_out, i) - own);
         }
-        score -= i == left_out ? 0.0 : log(sum);
+        score -= subject_of(p->c, i) == subject_of(p->c, left_out) ? 0.0 : log(sum);
     }
     return score;
 }
@@ -168,6 +197,149 @@ static void the_inner_choice_is_that_of_refitting(void **state)
         }
     }
     srnf_classification_clear(&r);
+    classes_clear(&c);
+}
+
+/* Members of a subject are left out together, outside and inside the fold, whether they are of one
+   class or of several: against fits without them. */
+static void subjects_are_left_out_whole(void **state)
+{
+    size_t labels[N];
+    size_t subjects[N];
+    double worst = 0.0;
+
+    (void)state;
+    for (size_t within = 0; within < 2; within++) {
+        struct srnf_folds c;
+        struct srnf_classification r;
+
+        for (size_t i = 0; i < N; i++) {
+            subjects[i] = i < 30 ? i / 3 : i; /* ten of three, four of one */
+            labels[i] = within ? i % 2 : subjects[i] % 2;
+        }
+        c = classes_open(N, COMPONENTS, 1.5, labels, 4);
+        c.subjects = subjects;
+        assert_int_equal(srnf_classify_gauss(&c, labels, 2, NULL, NULL, &r, NULL), SRNF_OK);
+        assert_int_equal(r.subjects, 14);
+        for (size_t i = 0; i < N; i += 7) {
+            struct plain plain = {&c, labels, 2, r.components[i], r.pooled[i]};
+            double chosen = plain_score(&plain, i);
+
+            for (size_t k = 0; k < 2; k++) {
+                double d = fabs(r.evidence[2 * i + k] - plain_likelihood(&plain, i, k, i, i));
+
+                worst = d <= worst ? worst : d; /* a NaN stays */
+            }
+            for (size_t k = 1; k <= COMPONENTS - 3; k++) { /* what the fewest subjects determine */
+                for (size_t pooled = 0; pooled < 2; pooled++) {
+                    plain.features = k;
+                    plain.pooled = pooled;
+                    assert_true(plain_score(&plain, i) <= chosen + 1e-9);
+                }
+            }
+        }
+        srnf_classification_clear(&r);
+        c.subjects = NULL;
+        classes_clear(&c);
+    }
+    figure_below("log-likelihoods with repeated subjects", worst, 1e-10);
+}
+
+/* Every subject twice, the same scores: the nearest is never the other one, and the accuracy is
+   that of one of each, with the interval of as many. */
+static void copies_of_a_subject_teach_nothing(void **state)
+{
+    enum { SUBJECTS = 14 };
+    size_t once[SUBJECTS];
+    size_t labels[2 * SUBJECTS];
+    size_t subjects[2 * SUBJECTS];
+    struct srnf_folds a;
+    struct srnf_folds b;
+
+    (void)state;
+    for (size_t i = 0; i < SUBJECTS; i++) {
+        once[i] = i % 2;
+    }
+    a = classes_open(SUBJECTS, 2, 1.0, once, 21);
+    for (size_t i = 0; i < 2 * (size_t)SUBJECTS; i++) {
+        labels[i] = once[i / 2];
+        subjects[i] = i / 2;
+    }
+    b = classes_open(2 * SUBJECTS, 2, 0.0, labels, 21);
+    for (size_t i = 0; i < 2 * (size_t)SUBJECTS; i++) {
+        for (size_t j = 0; j < 2 * (size_t)SUBJECTS; j++) {
+            b.distances[2 * i * SUBJECTS + j] = a.distances[i / 2 * SUBJECTS + j / 2];
+            memcpy(b.scores + (2 * i * SUBJECTS + j) * 2, a.scores + j / 2 * 2, 2 * sizeof(double));
+        }
+    }
+    b.subjects = subjects;
+    for (size_t gauss = 0; gauss < 2; gauss++) {
+        struct srnf_classify_options options = srnf_classify_options_defaults();
+        struct srnf_classification r;
+        struct srnf_classification s;
+
+        options.components = 2;
+        options.covariance = SRNF_COVARIANCE_POOLED;
+        options.permutations = 99;
+        assert_int_equal((gauss ? srnf_classify_gauss
+                                : srnf_classify_nearest)(&a, once, 2, &options, NULL, &r, NULL),
+                         SRNF_OK);
+        assert_int_equal((gauss ? srnf_classify_gauss
+                                : srnf_classify_nearest)(&b, labels, 2, &options, NULL, &s, NULL),
+                         SRNF_OK);
+        assert_true(r.accuracy < 1.0);
+        assert_true(s.accuracy == r.accuracy && s.p_value == r.p_value);
+        assert_true(s.effective == SUBJECTS && r.effective == SUBJECTS);
+        assert_true(s.interval[0] == r.interval[0] && s.interval[1] == r.interval[1]);
+        assert_true(s.majority == 0.5);
+        srnf_classification_clear(&s);
+        srnf_classification_clear(&r);
+        b.subjects = NULL; /* whereas members taken for subjects find each other */
+        if (!gauss) {
+            assert_true(accuracy(&b, labels, false, NULL, NULL) == 1.0);
+        }
+        b.subjects = subjects;
+    }
+    b.subjects = NULL;
+    classes_clear(&a);
+    classes_clear(&b);
+}
+
+/* With few subjects all relabellings are taken, and p is a multiple of one over their number: 2 of
+   20 at least where two classes of three exchange names. */
+static void few_subjects_are_relabelled_in_all_ways(void **state)
+{
+    size_t labels[6] = {0, 0, 0, 1, 1, 1};
+    size_t subjects[6] = {0, 1, 2, 3, 4, 0};
+    struct srnf_folds c = classes_open(6, 1, 50.0, labels, 3);
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_classification r;
+    struct srnf_error error = {0};
+    double interval[2];
+
+    (void)state;
+    options.permutations = 999;
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &r, NULL), SRNF_OK);
+    assert_true(r.test.exact && r.test.permutations == 19 && r.test.relabellings == 20.0);
+    assert_true(r.accuracy == 1.0 && fabs(r.p_value - 0.1) < 1e-15);
+    assert_true(srnf_permutation_at_floor(&r.test, r.p_value));
+    srnf_permutation_interval(&r.test, r.p_value, interval);
+    assert_true(interval[0] == r.p_value && interval[1] == r.p_value);
+    srnf_classification_clear(&r);
+
+    options.permutations = 9; /* at random: less than all */
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &r, NULL), SRNF_OK);
+    assert_true(!r.test.exact && r.test.permutations == 9 && r.test.least == 0.1);
+    srnf_classification_clear(&r);
+
+    c.subjects = subjects; /* the first and the last, with two labels */
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &r, &error), SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "within a subject"));
+    options.permutations = 0;
+    assert_int_equal(srnf_classify_nearest(&c, labels, 2, &options, NULL, &r, NULL), SRNF_OK);
+    assert_true(isnan(r.p_value) && r.test.permutations == 0);
+    srnf_classification_clear(&r);
+    c.subjects = NULL;
     classes_clear(&c);
 }
 
@@ -529,6 +701,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(likelihoods_are_those_of_a_plain_fit),
         cmocka_unit_test(the_inner_choice_is_that_of_refitting),
+        cmocka_unit_test(subjects_are_left_out_whole),
+        cmocka_unit_test(copies_of_a_subject_teach_nothing),
+        cmocka_unit_test(few_subjects_are_relabelled_in_all_ways),
         cmocka_unit_test(likelihood_ratios_are_invariant),
         cmocka_unit_test(the_nearest_counts),
         cmocka_unit_test(wilson_solves_its_equation),

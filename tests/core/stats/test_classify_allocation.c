@@ -87,6 +87,9 @@ static void classifiers_survive(void **state)
     (void)state;
     refusing_sweep("Gauss", run_gauss, EACH, 1);
     refusing_sweep("nearest", run_nearest, EACH, 1);
+    planted.subjects = (size_t[N]){0, 0, 1, 2, 3, 4, 5};
+    refusing_sweep("Gauss with a subject twice", run_gauss, EACH, 1);
+    planted.subjects = NULL;
 }
 
 int main(void)

@@ -426,11 +426,102 @@ static void stops_when_asked(void **state)
     close_groups(&a);
 }
 
+/* Subjects twice, the second time the same: everything is as with one of each. Covariates are
+   averaged: those of two members lie on both sides of their subject's. */
+static void repeated_subjects_count_once(void **state)
+{
+    enum { MEMBERS = 2 * N - 5 };
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    struct groups a;
+    size_t size;
+    size_t subjects[MEMBERS];
+    int group[MEMBERS];
+    double once[N];
+    double twice[MEMBERS];
+    double *q;
+
+    (void)state;
+    open_groups(&a, 0.03, 11);
+    size = 3 * a.g.points;
+    q = shapes_doubles(MEMBERS * size);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        size_t own = i < N ? i : i - N;
+
+        subjects[i] = N - 1 - own; /* numbers and order do not matter */
+        group[i] = a.group[own];
+        once[own] = sin(3.0 * (double)own);
+        twice[i] = once[own];
+        memcpy(q + i * size, a.registered_q + own * size, size * sizeof(double));
+    }
+    for (size_t i = N; i < MEMBERS; i++) {
+        twice[i] += 0.5;
+        twice[i - N] -= 0.5;
+    }
+    options.permutations = PERMUTATIONS;
+    for (size_t covariates = 0; covariates < 2; covariates++) {
+        struct srnf_comparison single;
+        struct srnf_comparison both;
+        double worst = 0.0;
+
+        options.subjects = NULL;
+        assert_int_equal(srnf_compare_groups(a.g.sht, N, a.mean, a.registered_q, a.group,
+                                             covariates, once, &options, NULL, &single, NULL),
+                         SRNF_OK);
+        options.subjects = subjects;
+        assert_int_equal(srnf_compare_groups(a.g.sht, MEMBERS, a.mean, q, group, covariates, twice,
+                                             &options, NULL, &both, NULL),
+                         SRNF_OK);
+        assert_int_equal(both.subjects, N);
+        assert_int_equal(both.n, MEMBERS);
+        assert_true(both.p_value == single.p_value && both.max_p_value == single.max_p_value);
+        for (size_t p = 0; p < a.g.points; p++) {
+            double d = fabs(both.statistic[p] / single.statistic[p] - 1.0);
+
+            worst = d <= worst ? worst : d; /* a NaN stays */
+        }
+        figure_below("T^2 with members twice, relative", worst, 1e-9);
+        srnf_comparison_clear(&single);
+        srnf_comparison_clear(&both);
+    }
+    srnf_free(q);
+    close_groups(&a);
+}
+
+/* Six subjects have 20 divisions in two groups of three: all are taken, and none of them twice. */
+static void few_subjects_are_relabelled_in_all_ways(void **state)
+{
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    const int group[6] = {0, 1, 0, 1, 0, 1};
+    struct srnf_comparison out;
+    struct srnf_comparison again;
+    struct groups a;
+
+    (void)state;
+    open_groups(&a, 0.3, 12);
+    options.permutations = 500;
+    assert_int_equal(srnf_compare_groups(a.g.sht, 6, a.mean, a.registered_q, group, 0, NULL,
+                                         &options, NULL, &out, NULL),
+                     SRNF_OK);
+    assert_true(out.test.exact && out.test.permutations == 19 && out.test.relabellings == 20.0);
+    assert_true(fabs(out.test.least - 0.1) < 1e-15);
+    assert_true(fabs(out.p_value - 0.1) < 1e-15); /* the largest bump that there can be */
+    assert_true(srnf_permutation_at_floor(&out.test, out.p_value));
+    options.seed = 77; /* nothing is drawn */
+    assert_int_equal(srnf_compare_groups(a.g.sht, 6, a.mean, a.registered_q, group, 0, NULL,
+                                         &options, NULL, &again, NULL),
+                     SRNF_OK);
+    assert_memory_equal(out.p, again.p, a.g.points * sizeof(double));
+    srnf_comparison_clear(&out);
+    srnf_comparison_clear(&again);
+    close_groups(&a);
+}
+
 static void wrong_input_is_refused(void **state)
 {
     struct groups a;
     struct srnf_comparison out = {0};
     struct srnf_error error = {0};
+    struct srnf_compare_options options = srnf_compare_options_defaults();
     double covariates[12 * N];
     int group[N];
 
@@ -463,6 +554,12 @@ static void wrong_input_is_refused(void **state)
                                          NULL, &out, &error),
                      SRNF_EINVAL);
     assert_non_null(strstr(error.message, "3 surfaces"));
+    options.subjects = (const size_t[N]){0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 0};
+    assert_int_equal(srnf_compare_groups(a.g.sht, N, a.mean, a.registered_q, a.group, 0, NULL,
+                                         &options, NULL, &out, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "one subject differ"));
+    assert_int_equal(error.element, 15);
     a.registered_q[7] = NAN;
     assert_int_equal(compare(&a, a.group, 0, NULL, 9, 0, NULL, &out, &error), SRNF_EINVAL);
     assert_null(out.statistic);
@@ -480,6 +577,8 @@ int main(void)
         cmocka_unit_test(permutations_are_even),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
+        cmocka_unit_test(repeated_subjects_count_once),
+        cmocka_unit_test(few_subjects_are_relabelled_in_all_ways),
         cmocka_unit_test(wrong_input_is_refused),
     };
 

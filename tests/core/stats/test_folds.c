@@ -95,6 +95,79 @@ static void the_subject_left_out_leaves_no_trace(void **state)
     shapes_close(&other);
 }
 
+/* Largest change of what a fold says of the members but those of subject `out`. */
+static double change_of_others(const struct srnf_folds *a, const struct srnf_folds *b, size_t fold,
+                               const size_t *subjects, size_t out)
+{
+    double worst = 0.0;
+    double scale = 0.0;
+
+    for (size_t i = 0; i < a->n; i++) {
+        for (size_t j = 0; j < a->n; j++) {
+            if (subjects[i] != out && subjects[j] != out) {
+                double p = product(a, fold, i, j);
+                double d = fabs(p - product(b, fold, i, j));
+
+                worst = d <= worst ? worst : d; /* a NaN stays */
+                scale = fmax(scale, fabs(p));
+            }
+        }
+    }
+    assert_true(isfinite(worst) && scale > 0.0);
+    return worst / scale;
+}
+
+/*
+ * Both members of a subject are replaced by other shapes: in the folds of both nothing of the
+ * others changes, to the last bit, with one round and with two. In the fold of a subject of one
+ * member it does, and it would if only one of the two were left out.
+ */
+static void a_subject_of_two_members_leaves_no_trace(void **state)
+{
+    const size_t subjects[N] = {4, 1, 1, 0, 5, 6, 4}; /* whose numbers do not matter */
+    struct srnf_folds_options kept = options;
+    struct shapes_surface other;
+
+    (void)state;
+    shapes_open(&other, DEGREE);
+    for (size_t rounds = 1; rounds <= 2; rounds++) {
+        struct srnf_folds before;
+        struct srnf_folds after;
+        struct group g;
+
+        options.subjects = subjects;
+        options.rounds = rounds;
+        group_open_stars(&g, DEGREE, N, 0.4);
+        before = compare(&g, SRNF_METRIC_SRNF, SRNF_REFIT_FOLD);
+        assert_int_equal(before.components, N - 3);
+        shapes_fill(&other, shapes_ellipsoid, 2.0);
+        memcpy(g.f[0], other.f, g.count * sizeof(double));
+        shapes_fill(&other, shapes_ellipsoid, 1.5);
+        memcpy(g.f[6], other.f, g.count * sizeof(double));
+        after = compare(&g, SRNF_METRIC_SRNF, SRNF_REFIT_FOLD);
+        assert_true(change_of_others(&before, &after, 0, subjects, 4) == 0.0);
+        assert_true(change_of_others(&before, &after, 6, subjects, 4) == 0.0);
+        assert_true(change_of_others(&before, &after, 3, subjects, 4) >= 1e-4);
+        assert_true(before.spread[0] == after.spread[0] && before.spread[6] == after.spread[6]);
+        assert_memory_equal(after.scores, after.scores + 6 * N * after.components,
+                            N * after.components * sizeof(double));
+        srnf_folds_clear(&after);
+        srnf_folds_clear(&before);
+
+        options.subjects = NULL; /* only one of the two is left out: the other one is a trace */
+        before = compare(&g, SRNF_METRIC_SRNF, SRNF_REFIT_FOLD);
+        shapes_fill(&other, shapes_ellipsoid, 1.2);
+        memcpy(g.f[6], other.f, g.count * sizeof(double));
+        after = compare(&g, SRNF_METRIC_SRNF, SRNF_REFIT_FOLD);
+        assert_true(change_of_others(&before, &after, 0, subjects, 4) >= 1e-4);
+        srnf_folds_clear(&after);
+        srnf_folds_clear(&before);
+        group_close(&g);
+    }
+    options = kept;
+    shapes_close(&other);
+}
+
 /* With all components, distances between training subjects are those of their scores; the one left
    out is farther than its scores say, by what the components cannot represent. */
 static void scores_span_the_training_subjects(void **state)
@@ -231,6 +304,11 @@ static void wrong_arguments_are_refused(void **state)
     options.registration.degree = 0;
     refused(&g, 4, "degree");
     options = kept;
+    options.subjects = (const size_t[]){1, 1, 2, 1};
+    refused(&g, 4, "2 subjects");
+    options.subjects = (const size_t[]){0, 1, 4, 3};
+    refused(&g, 4, "subject 4 of member 2");
+    options = kept;
     g.f[1][3] = NAN;
     refused(&g, 4, "surface 1");
     group_close(&g);
@@ -240,6 +318,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_subject_left_out_leaves_no_trace),
+        cmocka_unit_test(a_subject_of_two_members_leaves_no_trace),
         cmocka_unit_test(scores_span_the_training_subjects),
         cmocka_unit_test(sizes_and_threads_do_not_matter),
         cmocka_unit_test(wrong_arguments_are_refused),

@@ -99,6 +99,69 @@ static double surface_distance(const struct judged *j, const double *a, const do
     return sqrt(sum / area);
 }
 
+/* Every subject twice, the second time the same: generalisation, its error and the share of the
+   variance are those of one of each, and so is the error of that. */
+static void repeated_subjects_count_once(void **state)
+{
+    struct srnf_quality_options options = few();
+    struct srnf_quality once;
+    struct srnf_quality twice;
+    struct srnf_error error = {0};
+    size_t subjects[2 * N];
+    double worst = 0.0;
+    struct judged j;
+    size_t size;
+    double *q;
+
+    (void)state;
+    open_judged(&j);
+    size = 3 * j.g.points;
+    q = shapes_doubles(2 * N * size);
+    for (size_t i = 0; i < 2 * N; i++) {
+        subjects[i] = i % N;
+        memcpy(q + i * size, j.mean.registered_q + i % N * size, size * sizeof(double));
+    }
+    options.samples = 2;
+    assert_int_equal(judge(&j, N, &options, NULL, &once, NULL), SRNF_OK);
+    options.subjects = subjects;
+    assert_int_equal(srnf_model_quality(j.g.sht, 2 * N, j.mean.coefficients, j.mean.mean_q, q,
+                                        &options, NULL, &twice, NULL),
+                     SRNF_OK);
+    assert_int_equal(twice.n, 2 * N);
+    assert_int_equal(twice.subjects, N);
+    for (size_t k = 0; k < K; k++) {
+        const double d[] = {
+            twice.generalisation.value[k] / once.generalisation.value[k],
+            twice.generalisation.standard_error[k] / once.generalisation.standard_error[k],
+            twice.generalisation_elastic.value[k] / once.generalisation_elastic.value[k],
+            twice.compactness.value[k] / once.compactness.value[k],
+            twice.compactness.standard_error[k] / once.compactness.standard_error[k],
+        };
+
+        for (size_t i = 0; i < sizeof d / sizeof d[0]; i++) {
+            worst = fabs(d[i] - 1.0) <= worst ? worst : fabs(d[i] - 1.0); /* a NaN stays */
+        }
+    }
+    figure_below("curves with subjects twice, relative", worst, 1e-6);
+    srnf_quality_clear(&twice);
+    options.components = 2 * N - 2;
+    assert_int_equal(srnf_model_quality(j.g.sht, 2 * N, j.mean.coefficients, j.mean.mean_q, q,
+                                        &options, NULL, &twice, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "at most"));
+    for (size_t i = 0; i < 2 * N; i++) {
+        subjects[i] = i % 2;
+    }
+    options.components = 1;
+    assert_int_equal(srnf_model_quality(j.g.sht, 2 * N, j.mean.coefficients, j.mean.mean_q, q,
+                                        &options, NULL, &twice, &error),
+                     SRNF_EINVAL);
+    assert_non_null(strstr(error.message, "2 subjects"));
+    srnf_quality_clear(&once);
+    srnf_free(q);
+    close_judged(&j);
+}
+
 static void compactness_is_the_share_of_variance(void **state)
 {
     struct srnf_quality_options options = few();
@@ -355,6 +418,7 @@ static void wrong_input_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(repeated_subjects_count_once),
         cmocka_unit_test(compactness_is_the_share_of_variance),
         cmocka_unit_test(generalisation_is_leave_one_out),
         cmocka_unit_test(specificity_is_the_nearest_subject),

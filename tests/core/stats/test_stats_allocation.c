@@ -108,6 +108,32 @@ static int run_comparison(void)
     return status;
 }
 
+static int run_interval(void)
+{
+    static const size_t subjects[4] = {1, 1, 0, 3};
+    static const bool success[4] = {true, false, true, true};
+    double interval[2];
+    double effective;
+
+    return srnf_cluster_interval(4, subjects, success, &effective, interval, NULL);
+}
+
+static int run_repeated_comparison(void)
+{
+    static const int group[COMPARED] = {0, 1, 0, 1, 1, 0};
+    static const size_t subjects[COMPARED] = {0, 1, 2, 3, 4, 0};
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    struct srnf_comparison comparison = {0};
+    int status;
+
+    options.subjects = subjects; /* five have 10 divisions, which are all taken */
+    status = srnf_compare_groups(g.sht, COMPARED, g.f[0], compared, group, 0, NULL, &options, NULL,
+                                 &comparison, NULL);
+    assert_true((status < 0) == (comparison.statistic == NULL));
+    srnf_comparison_clear(&comparison);
+    return status;
+}
+
 static void distances_survive(void **state)
 {
     (void)state;
@@ -133,6 +159,8 @@ static void judging_survives(void **state)
     (void)state;
     refusing_sweep("quality of a model", run_quality, EACH, 3);
     refusing_sweep("comparison of groups", run_comparison, EACH, 3);
+    refusing_sweep("interval of a proportion", run_interval, 4, 1);
+    refusing_sweep("comparison with a subject twice", run_repeated_comparison, EACH, 3);
 }
 
 int main(void)

@@ -1,0 +1,51 @@
+/*
+ * compare_subjects.c - a comparison of members made one of subjects: SRNFs and covariates averaged
+ * over the members of each (why: compare.c).
+ */
+#include "compare.h"
+
+void compare_averages_clear(struct compare_averages *a)
+{
+    srnf_free(a->memory);
+    srnf_free(a->groups);
+}
+
+int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
+                    struct compare_averages *a, struct srnf_error *error)
+{
+    size_t each = size + n_covariates;
+    double *covariates;
+
+    a->n = s->count;
+    a->groups = srnf_alloc(s->count, sizeof *a->groups);
+    a->memory = srnf_alloc(s->count, each * sizeof(double));
+    if (!a->groups || !a->memory) {
+        return SRNF_ENOMEM;
+    }
+    covariates = a->memory + s->count * size;
+    for (size_t k = 0; k < s->count; k++) {
+        double members = (double)s->size[k];
+
+        a->groups[k] = a->group[s->members[s->start[k]]];
+        for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
+            size_t i = s->members[m];
+
+            if (a->group[i] != a->groups[k]) {
+                return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
+                                 "the groups of members of one subject differ, as that of member "
+                                 "%zu: subjects cannot exchange them",
+                                 i);
+            }
+            for (size_t p = 0; p < size; p++) {
+                a->memory[k * size + p] += a->q[i * size + p] / members;
+            }
+            for (size_t c = 0; c < n_covariates; c++) {
+                covariates[k * n_covariates + c] += a->covariates[i * n_covariates + c] / members;
+            }
+        }
+    }
+    a->q = a->memory;
+    a->covariates = covariates;
+    a->group = a->groups;
+    return SRNF_OK;
+}

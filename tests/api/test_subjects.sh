@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# test_subjects.sh - members that belong to one subject, against a live server: counted, left out and relabelled
+# together, refused where their labels differ, and content that stands for two members warned of.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+LMAX=4
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+# Six surfaces between the left and the right nucleus of a kind: the first and the last are the nuclei's own.
+between() { # KIND
+    local ends=() side
+    for side in L R; do
+        post "/v1/meshes?name=${side}_$1" --data-binary "@tests/data/aal_subcortex/${side}_$1.ply"
+        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+        ends+=("$(json .surface.id)")
+    done
+    execute geodesic "{\"from\":\"${ends[0]}\",\"to\":\"${ends[1]}\",\"steps\":6,\"register\":false}"
+    json '[.surfaces[].id] | tojson'
+}
+THALAMI=$(between thalamus)
+PALLIDA=$(between pallidum)
+cohort() { # NAME JQ-FILTER of $a (thalami) and $b (pallida)
+    post_json /v1/cohorts "$(jq -nc --argjson a "$THALAMI" --argjson b "$PALLIDA" "{name: \"$1\", members: ($2)}")"
+    is "$STATUS" 201 "the cohort $1"
+}
+# Three subjects of each kind, each with two surfaces.
+cohort repeated '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "t\($i / 2 | floor)"},
+    {id: $b[$i], label: "pallidum", subject: "p\($i / 2 | floor)"}]'
+# The same surfaces: each subject has one of each kind.
+cohort within '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "s\($i)"},
+    {id: $b[$i], label: "pallidum", subject: "s\($i)"}]'
+# One surface under two subjects, and twice under one.
+cohort copies '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "t\($i)"},
+    {id: $b[$i], label: "pallidum", subject: "p\($i)"}] +
+    [{id: $a[1], label: "thalamus", subject: "other"}, {id: $b[2], label: "pallidum", subject: "p2"}]'
+
+# ---- classify ----------------------------------------------------------------------------------------
+
+OPTIONS='"method":["srnf-nn","srnf-gauss","harmonic-nn"],"components":1,"covariance":"pooled","refit":"shared","commonPose":true'
+execute classify "{\"cohort\":\"repeated\",$OPTIONS,\"permutations\":99}"
+is "$STATUS $(json '[.members, .subjects, .chance, .majorityRate] | tojson')" '200 [12,6,0.5,0.5]' \
+    'members and subjects are counted'
+is "$(json '[.methods[] | .effectiveCount >= 6 and .effectiveCount <= 12] | all')" true 'the accuracy is worth as many at most'
+is "$(json '[.methods[] | select(.accuracy == 1) | .effectiveCount] | unique | tojson')" '[6]' \
+    'and where all are right no more than the subjects'
+is "$(json '[.permutations, .relabellings, .exact] | tojson')" '[19,20,true]' 'six subjects have 20 relabellings: all are taken'
+is "$(json '[.methods[] | .pValue >= 0.1 and .pValueInterval == [.pValue, .pValue]] | all')" true 'p is exact, 2 / 20 at least'
+is "$(json '[.methods[] | .pValueIsFloor == (.pValue <= 0.1000001)] | all')" true 'and marked where it is that'
+is "$(json '[.warnings[].code] | tojson')" '["p-floor"]' 'a p that cannot be significant is warned of'
+is "$(json '.warnings[0].figures.leastP')" 0.1 '  with the least there is'
+execute classify "{\"cohort\":\"repeated\",$OPTIONS}"
+is "$(json '[.permutations, .relabellings, .exact, .methods[].pValue, .methods[].pValueIsFloor, .warnings[]] | unique | tojson')" \
+    '[null,0]' 'without permutations there is no p and nothing to warn of'
+execute classify "{\"cohort\":\"within\",$OPTIONS,\"permutations\":99}"
+is_problem 422 labels-within-subject 'labels that differ within a subject cannot be permuted'
+is "$(json '.detail | test("change") and test("permutations 0") and test("s0")')" true 'the problem names the subject and the way out'
+execute classify "{\"cohort\":\"within\",$OPTIONS}"
+is "$STATUS $(json '[.members, .subjects] | tojson')" '200 [12,6]' 'but be classified, each subject left out'
+execute classify '{"cohort":"repeated","components":4,"covariance":"pooled"}'
+is_problem 422 invalid-input 'six subjects determine three components'
+execute classify '{"cohort":"repeated","components":3,"covariance":"pooled","refit":"shared","commonPose":true}'
+is "$STATUS" 200 'and no fewer'
+
+# ---- compare-groups ----------------------------------------------------------------------------------
+
+execute compare-groups '{"cohort":"repeated","register":false,"permutations":199}'
+is "$STATUS $(json '[.members, .subjects, .groupSizes] | tojson')" \
+    '200 [12,6,{"members":[6,6],"subjects":[3,3]}]' 'groups are counted by member and by subject'
+is "$(json '[.permutations, .relabellings, .exact, .pValueInterval == [.pValue, .pValue]] | tojson')" '[19,20,true,true]' \
+    'all relabellings are taken'
+is "$(json '[.pValueIsFloor == (.pValue < 0.1000001), .leastSignificanceIsFloor == (.leastSignificance < 0.1000001)] | all')" true \
+    'both p are marked at the floor'
+is "$(json '[.warnings[].code] | tojson')" '["p-floor"]' 'which is warned of'
+execute compare-groups '{"cohort":"within","register":false,"permutations":199}'
+is_problem 422 labels-within-subject 'a subject in both groups is refused'
+is "$(json '.detail | test("change")')" true '  with what would compare within subjects'
+
+# ---- evaluate-model ----------------------------------------------------------------------------------
+
+execute evaluate-model '{"cohort":"repeated","register":false,"components":9,"samples":2}'
+is "$STATUS $(json '[.members, .subjects, (.generalisation | length)] | tojson')" '200 [12,6,9]' 'a subject is left out whole'
+execute evaluate-model '{"cohort":"repeated","register":false,"components":10,"samples":2}'
+is_problem 422 invalid-input 'which leaves one component less'
+execute pca '{"cohort":"repeated","register":false}'
+is "$(json '.warnings | length')" 0 'a model of them'
+execute evaluate-model "{\"model\":\"$(json .model.id)\",\"components\":2,\"samples\":2}"
+is "$STATUS $(json '[.members, .subjects] | tojson')" '200 [12,6]' 'knows its subjects'
+
+# ---- The same content twice --------------------------------------------------------------------------
+
+doubles() { # PROCESS INPUTS
+    execute "$1" "$2"
+    is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content") | .figures.members] | tojson')" \
+        '200 [[2,12],[5,13]]' "$1 warns of both copies"
+    is "$(json '.warnings | (.[0].detail | test("t1") and test("other")) and (.[1].detail | test("both of subject p2"))')" true \
+        '  and of whose they are'
+}
+doubles classify "{\"cohort\":\"copies\",$OPTIONS}"
+doubles compare-groups '{"cohort":"copies","register":false,"permutations":99}'
+doubles mean '{"cohort":"copies","register":false}'
+doubles pca '{"cohort":"copies","register":false}'
+doubles distances '{"cohort":"copies","register":false}'
+doubles evaluate-model '{"cohort":"copies","register":false,"components":1,"samples":2}'
+# A mesh, and a surface that comes from it.
+post /v1/meshes --data-binary @tests/data/aal_subcortex/L_thalamus.ply
+MESH=$(json .id)
+execute encode "{\"mesh\":\"$MESH\",\"lmax\":$LMAX}"
+execute distances "{\"surfaces\":[\"$MESH\",$(json .surface.id | jq -R .),$(jq '.[3]' <<<"$PALLIDA")],\"register\":false}"
+is "$(json '[.warnings[] | .code, .figures.content] | tojson')" "[\"duplicate-content\",\"$MESH\"]" \
+    'a mesh and its surface are the same content'
+
+stop_server "$SERVER_PID" || not_ok 'the server ends well'
+done_testing
