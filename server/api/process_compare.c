@@ -13,9 +13,9 @@
 #include "api/process_mean.h"
 #include "jobs/compute_quality.h"
 
-static const char *const names[] = {
-    "cohort",    "covariates", "permutations",  "seed", "register", "commonPose",
-    "tolerance", "method",     "maxIterations", "lmax", NULL};
+static const char *const names[] = {"cohort",        "covariates", "permutations", "seed",
+                                    "register",      "commonPose", "tolerance",    "method",
+                                    "maxIterations", "lmax",       "mixedRoutes",  NULL};
 
 #define COPIES 7 /* fields of each surface: those of the mean, residuals and displacements */
 

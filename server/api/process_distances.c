@@ -15,7 +15,8 @@
 #include "api/tables.h"
 #include "jobs/compute_mean.h"
 
-static const char *const names[] = {"surfaces", "cohort", "register", "metric", NULL};
+static const char *const names[] = {"surfaces", "cohort",      "register",
+                                    "metric",   "mixedRoutes", NULL};
 static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
 
 json_t *distances_canonicalise(struct api_call *call, const json_t *given,

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_register.h"
@@ -220,6 +221,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
     const struct compute_surface *fixed = &outputs->ends[0], *moving = &outputs->ends[1];
     bool stored = strncmp(fixed->id, "surf-", 5) == 0 && fixed->degree == outputs->degree;
     const char *mesh = strncmp(moving->id, "mesh-", 5) == 0 ? moving->id : NULL;
+    const char *ids[2] = {fixed->id, moving->id};
     struct surface_description description = {
         .name = "registered",
         .degree = outputs->degree,
@@ -227,6 +229,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .scale = process_scale(run, moving->id, moving->scale),
         .measures = &outputs->measures,
         .parameterization = "registered",
+        .route = routes_common(run, 2, ids, NULL),
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
 

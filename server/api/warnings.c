@@ -17,6 +17,7 @@
 static const char *const codes[] = {
     "duplicate-content",
     "encoding-poor",
+    "mixed-routes",
 };
 
 bool warning_known(const char *code)

@@ -116,8 +116,9 @@ static inline bool group_load_ventricle(size_t i, size_t n, struct srnf_mesh *me
     return meshes_load(names[i % 2 ? found - 1 - i / 2 : i / 2], mesh);
 }
 
-/* Real left ventricles by the star route; false, saying so, when the data are not there. */
-static inline bool group_open_ventricles(struct group *g, size_t degree, size_t n)
+/* Real left ventricles by a route; false, saying so, when the data are not there. */
+static inline bool group_open_ventricles(struct group *g, size_t degree, size_t n,
+                                         enum srnf_parameterization route)
 {
     struct srnf_encode_options options = srnf_encode_options_defaults();
     struct srnf_mesh mesh;
@@ -129,7 +130,7 @@ static inline bool group_open_ventricles(struct group *g, size_t degree, size_t 
     srnf_mesh_clear(&mesh);
     group_open(g, degree, n);
     options.degree = degree;
-    options.parameterization = SRNF_PARAMETERIZATION_STAR;
+    options.parameterization = route;
     for (size_t i = 0; i < n; i++) {
         struct srnf_mesh_report report;
         struct srnf_encoded encoded;

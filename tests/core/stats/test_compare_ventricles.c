@@ -26,7 +26,7 @@ struct cohort {
 
 static bool open_cohort(struct cohort *a)
 {
-    if (!group_open_ventricles(&a->g, DEGREE, N)) {
+    if (!group_open_ventricles(&a->g, DEGREE, N, SRNF_PARAMETERIZATION_STAR)) {
         return false;
     }
     a->nodes = shapes_doubles(3 * a->g.points);

@@ -33,7 +33,7 @@ static double analyse(const char *name, size_t n, const struct srnf_register_opt
     double sum = 0.0;
     double seconds;
 
-    assert_true(group_open_ventricles(&g, DEGREE, n));
+    assert_true(group_open_ventricles(&g, DEGREE, n, SRNF_PARAMETERIZATION_STAR));
     options.registration = registration;
     seconds = timing_monotonic();
     assert_true(srnf_karcher_mean(g.sht, n, g.surfaces, &options, &context, &mean, NULL) >= 0);
@@ -78,7 +78,7 @@ static void nearly_keep_the_rank_of_the_vertices(void **state)
     double sum = 0.0;
 
     (void)state;
-    if (!group_open_ventricles(&g, DEGREE, PLAIN)) {
+    if (!group_open_ventricles(&g, DEGREE, PLAIN, SRNF_PARAMETERIZATION_STAR)) {
         skip();
     }
     for (size_t i = 0; i < g.n; i++) {
@@ -109,7 +109,7 @@ static bool absent(void)
 {
     struct group g;
 
-    if (!group_open_ventricles(&g, DEGREE, 1)) {
+    if (!group_open_ventricles(&g, DEGREE, 1, SRNF_PARAMETERIZATION_STAR)) {
         return true;
     }
     group_close(&g);
