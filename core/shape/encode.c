@@ -241,3 +241,63 @@ int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *rep
     srnf_sht_destroy(sht);
     return status;
 }
+
+/* ---- The map alone --------------------------------------------------------------------------- */
+
+static int star_points(const struct encode_task *task, double *points)
+{
+    struct srnf_star star;
+    int status = measure_star(task, &star);
+
+    if (status) {
+        return status;
+    }
+    if (!star.value) {
+        return srnf_fail(task->error, SRNF_ENOT_STAR, -1,
+                         "the centre (%g, %g, %g) does not see the whole surface", star.center[0],
+                         star.center[1], star.center[2]);
+    }
+    for (size_t i = 0; i < 3 * task->mesh->n_vertices; i++) {
+        points[i] = task->mesh->vertices[i] - star.center[i % 3];
+    }
+    return SRNF_OK;
+}
+
+static int area_points(const struct encode_task *task, double *points)
+{
+    struct srnf_spherical_map map = {0};
+    int status = srnf_spherical_map(task->mesh, task->context, &map, task->error);
+
+    for (size_t i = 0; i < 3 * task->mesh->n_vertices && status == SRNF_OK; i++) {
+        points[i] = map.points[i];
+    }
+    srnf_free(map.points);
+    return status;
+}
+
+int srnf_encode_points(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,
+                       const struct srnf_encode_options *options,
+                       const struct srnf_context *context, double *points, struct srnf_error *error)
+{
+    struct srnf_encode_options defaults = srnf_encode_options_defaults();
+    struct srnf_error first = {0};
+    struct encode_task task = {.mesh = mesh, .report = report, .context = context, .error = &first};
+    enum srnf_parameterization route;
+    int status;
+
+    task.options = options ? options : &defaults;
+    status = check(report, task.options, &first);
+    route = srnf_encode_route(task.options);
+    if (status == SRNF_OK && route == SRNF_PARAMETERIZATION_STAR) {
+        status = star_points(&task, points);
+    } else if (status == SRNF_OK && route == SRNF_PARAMETERIZATION_AREA) {
+        status = area_points(&task, points);
+    } else if (status == SRNF_OK) {
+        status = encode_given_points(&task, points);
+    }
+    if (status) {
+        (void)srnf_fail(error, status, first.status ? first.element : -1, "%s",
+                        first.status ? first.message : srnf_strerror(status));
+    }
+    return status;
+}

@@ -35,6 +35,9 @@ SRNF_CHECKED int encode_star(const struct encode_task *task, struct encode_resul
 SRNF_CHECKED int encode_area(const struct encode_task *task, struct encode_result *result);
 SRNF_CHECKED int encode_given(const struct encode_task *task, struct encode_result *result);
 
+/* encode_given.c: the unit vectors of the route, double[n_vertices][3]. */
+SRNF_CHECKED int encode_given_points(const struct encode_task *task, double *points);
+
 /* encode_map.c: the mesh through a map to the sphere, points [n_vertices][3] unit vectors that are
    a bijection; sets coefficients and frame. */
 SRNF_CHECKED int encode_through_map(const struct encode_task *task, const double *points,

@@ -131,22 +131,21 @@ static int check_bijection(const struct encode_task *task, const double *points)
                      "the faces of the sphere cover it more than once");
 }
 
-int encode_given(const struct encode_task *task, struct encode_result *result)
+int encode_given_points(const struct encode_task *task, double *points)
 {
-    double *points = NULL;
     int status = same_faces(task);
 
-    if (status) {
-        return status;
-    }
-    points = srnf_alloc(3 * task->mesh->n_vertices, sizeof(double));
-    if (!points) {
-        return SRNF_ENOMEM;
-    }
-    status = project(task, points);
     if (status == SRNF_OK) {
-        status = check_bijection(task, points);
+        status = project(task, points);
     }
+    return status == SRNF_OK ? check_bijection(task, points) : status;
+}
+
+int encode_given(const struct encode_task *task, struct encode_result *result)
+{
+    double *points = srnf_alloc(3 * task->mesh->n_vertices, sizeof(double));
+    int status = points ? encode_given_points(task, points) : SRNF_ENOMEM;
+
     if (status == SRNF_OK) {
         status = spherical_distortion(task->mesh, points, &result->distortion);
     }

@@ -574,3 +574,57 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     call_clear(&call);
     return status;
 }
+
+/* The search without its search: the chain as it is, measured. */
+static int measure_known(const struct call *c, const double *template_surface, const double *moving,
+                         const struct srnf_warp *warp, struct search_result *found)
+{
+    struct search search;
+    int status =
+        search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
+
+    if (status == SRNF_OK) {
+        status = search_evaluate(&search, warp, found);
+        search_clear(&search);
+    }
+    return status;
+}
+
+int srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
+                        const double *moving, const struct srnf_register_options *options,
+                        const struct srnf_warp *warp, const struct srnf_context *context,
+                        struct srnf_registration *registration, struct srnf_error *error)
+{
+    struct srnf_register_options defaults = srnf_register_options_defaults();
+    struct call call = {.options = options ? options : &defaults, .context = context};
+    struct search_result found = {.iterations = 0};
+    int status;
+
+    *registration = (struct srnf_registration){0};
+    status = check(sht, template_surface, NULL, moving, call.options, error);
+    if (status) {
+        return status;
+    }
+    if (warp->n_links == 0) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "the warp has no links");
+    }
+    status = call_create(&call, sht, template_surface, NULL, moving);
+    if (status == SRNF_OK) {
+        status = check_fields(&call);
+    }
+    if (status == SRNF_OK) {
+        status = measure_known(&call, template_surface, moving, warp, &found);
+    }
+    if (status == SRNF_OK) {
+        status = report(&call, moving, &found, registration);
+    }
+    if (status) {
+        (void)srnf_fail(error, status, -1, "%s",
+                        status == SRNF_EINVAL ? "a field is zero or not finite"
+                                              : srnf_strerror(status));
+        srnf_registration_clear(registration);
+    }
+    search_result_clear(&found);
+    call_clear(&call);
+    return status;
+}

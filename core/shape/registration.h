@@ -133,7 +133,11 @@ SRNF_CHECKED int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, 
 /* Moves points along a chain and multiplies J by its Jacobian, in place. */
 SRNF_CHECKED int warp_follow(const struct srnf_warp *chain, size_t n, double *points,
                              double *jacobian);
-/* out <- the inverse of the chain; out must be empty. */
+/* p -> g(p) / |g(p)| at points, in place, J multiplied by its Jacobian (registration_known.c).
+   values: double[3][(degree+1)^2]. */
+SRNF_CHECKED int warp_follow_series(size_t degree, const double *values, size_t n, double *points,
+                                    double *jacobian);
+/* out <- the inverse of the chain; out must be empty. SRNF_ENUMERIC: a series has none. */
 SRNF_CHECKED int warp_invert(const struct srnf_warp *chain, struct srnf_warp *out);
 
 struct problem {

@@ -36,6 +36,9 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
         }
         return SRNF_OK;
     }
+    if (link->kind == SRNF_WARP_SERIES) {
+        return warp_follow_series(link->degree, link->values, n, points, jacobian);
+    }
     if (fields->degree != link->degree) {
         fields_clear(fields);
         status = fields_create(fields, link->degree);
@@ -92,7 +95,8 @@ int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points
 int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, size_t degree,
                 const double *values)
 {
-    size_t count = kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(degree);
+    size_t blocks = kind == SRNF_WARP_SERIES ? 3 : 2;
+    size_t count = kind == SRNF_WARP_ROTATION ? 9 : blocks * srnf_coefficient_count(degree);
     double *copy;
 
     if (chain->n_links == chain->capacity) {
@@ -127,6 +131,9 @@ static int append_inverse(struct srnf_warp *out, const struct srnf_warp_link *li
             transposed[i] = link->values[3 * (i % 3) + i / 3];
         }
         return warp_append(out, SRNF_WARP_ROTATION, 0, transposed);
+    }
+    if (link->kind == SRNF_WARP_SERIES) {
+        return SRNF_ENUMERIC;
     }
     return warp_append(out, link->kind == SRNF_WARP_EXP ? SRNF_WARP_EXP_INVERSE : SRNF_WARP_EXP,
                        link->degree, link->values);

@@ -48,6 +48,8 @@ enum srnf_warp_kind {
     SRNF_WARP_EXP = 1,         /* p -> exp_p(w(p)), w = grad phi + p x grad psi; values:
                                   double[2][(degree+1)^2], phi and psi */
     SRNF_WARP_EXP_INVERSE = 2, /* the inverse of that map */
+    SRNF_WARP_SERIES = 3,      /* p -> g(p) / |g(p)|, g harmonic series in R^3; values:
+                                  double[3][(degree+1)^2]. srnf_warp_between makes it */
 };
 struct srnf_warp_link {
     enum srnf_warp_kind kind;
@@ -62,6 +64,23 @@ void srnf_warp_clear(struct srnf_warp *warp);
 /* gamma at points [n][3], and its Jacobian [n] (or NULL). Errors: SRNF_ENOMEM, SRNF_ENUMERIC. */
 SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points,
                                  double *warped, double *jacobian);
+
+/*
+ * The warp between two maps of one mesh to the sphere: with f_from and f_to the surface by either,
+ * f_from = f_to o gamma (core/shape/registration_known.c).
+ *   mesh      [in]  faces and the number of vertices are used
+ *   from, to  [in]  double[n_vertices][3]: where each vertex goes, as a vector from the centre of
+ *                   any length; both bijections, as of srnf_encode_points
+ *   degree    [in]  of the series that stands for gamma, 1 .. 255
+ *   warp      [out] one link; srnf_warp_clear
+ * Errors: SRNF_EINVAL (degree), SRNF_ENUMERIC (from leaves a direction uncovered, or the series
+ * folds), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_warp_between(const struct srnf_mesh *mesh, const double *from,
+                                   const double *to, size_t degree, struct srnf_warp *warp);
+/* Appends copies of the links of `more`, which are applied after those of warp. Errors:
+   SRNF_ENOMEM, with a part of them appended. */
+SRNF_CHECKED int srnf_warp_join(const struct srnf_warp *more, struct srnf_warp *warp);
 
 struct srnf_registration {
     double *coefficients; /* [3][(L+1)^2] of O f2 o gamma, analysed to the degree of the pair */
@@ -107,6 +126,18 @@ SRNF_CHECKED int srnf_register(const struct srnf_sht *sht, const double *templat
                                const struct srnf_registration *warm,
                                const struct srnf_context *context,
                                struct srnf_registration *registration, struct srnf_error *error);
+
+/*
+ * The same report for a warp that is known: nothing is searched, only the rotation of the values
+ * (unless fixed). min_jacobian tells whether the warp keeps orientation.
+ *   warp  [in] gamma; copied
+ * Errors: as srnf_register; SRNF_EINVAL also where warp has no links.
+ */
+SRNF_CHECKED int
+srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
+                    const double *moving, const struct srnf_register_options *options,
+                    const struct srnf_warp *warp, const struct srnf_context *context,
+                    struct srnf_registration *registration, struct srnf_error *error);
 
 /*
  * Lays something else along with the surface that was registered: out = O f o gamma, analysed to

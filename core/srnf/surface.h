@@ -100,4 +100,19 @@ SRNF_CHECKED int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mes
                              const struct srnf_context *context, struct srnf_encoded *encoded,
                              struct srnf_error *error);
 
+/*
+ * Where a route puts each vertex of a mesh, as vectors from the centre of the sphere: of star,
+ * vertex less centre (options->center, or that of srnf_star_kernel); of area and given, unit
+ * vectors. For srnf_warp_between.
+ *   report   [in]  of srnf_mesh_prepare
+ *   options  [in]  as for srnf_encode
+ *   points   [out] double[n_vertices][3]
+ * Errors: as srnf_encode.
+ */
+SRNF_CHECKED int srnf_encode_points(const struct srnf_mesh *mesh,
+                                    const struct srnf_mesh_report *report,
+                                    const struct srnf_encode_options *options,
+                                    const struct srnf_context *context, double *points,
+                                    struct srnf_error *error);
+
 #endif

@@ -137,7 +137,8 @@ void field_interleave(size_t count, const double *blocks, double *interleaved);
 /* ---- Results (process_results.c) ------------------------------------------------------------- */
 
 /* Adds inputs, numericBuild and, where the document has none, empty warnings (warnings.h) to the
-   document, which is taken over, and makes it the result of the run. inputs is borrowed. */
+   document, which is taken over, and makes it the result of the run. Where what the inputs name
+   came by different routes, the warnings say so (process_routes.h). inputs is borrowed. */
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result);
 /* Parses the canonical inputs of a run; NULL with the problem set. */

@@ -19,8 +19,8 @@
 #include "jobs/compute_classify.h"
 
 static const char *const names[] = {
-    "cohort",       "method", "components", "covariance", "validation", "scale", "sizeWeight",
-    "permutations", "seed",   "refit",      "commonPose", "lmax",       NULL};
+    "cohort",       "method", "components", "covariance", "validation", "scale",       "sizeWeight",
+    "permutations", "seed",   "refit",      "commonPose", "lmax",       "mixedRoutes", NULL};
 static const char *const covariances[] = {"auto", "pooled", "class", NULL};
 static const char *const validations[] = {"loo", NULL};
 static const char *const scales[] = {"shape", "shape-and-size", NULL};

@@ -16,9 +16,9 @@
 #include "api/warnings.h"
 #include "jobs/compute_quality.h"
 
-static const char *const names[] = {
-    "cohort",    "covariates", "permutations",  "seed", "register", "commonPose",
-    "tolerance", "method",     "maxIterations", "lmax", NULL};
+static const char *const names[] = {"cohort",        "covariates", "permutations", "seed",
+                                    "register",      "commonPose", "tolerance",    "method",
+                                    "maxIterations", "lmax",       "mixedRoutes",  NULL};
 
 #define COPIES 8 /* fields of each surface: those of the mean, averages, residuals, displacements */
 

@@ -20,7 +20,8 @@
 #include "api/warnings.h"
 #include "jobs/compute_mean.h"
 
-static const char *const names[] = {"surfaces", "cohort", "register", "metric", "handedness", NULL};
+static const char *const names[] = {"surfaces",    "cohort",     "register", "metric",
+                                    "mixedRoutes", "handedness", NULL};
 static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
 
 json_t *distances_canonicalise(struct api_call *call, const json_t *given,

@@ -144,6 +144,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_in
         .scale = encoded->scale,
         .measures = &encoded->measures,
         .parameterization = srnf_parameterization_name(encoded->route),
+        .route = srnf_parameterization_name(encoded->route),
         .source = process_source(run, "encode", typed->mesh, NULL),
         .fit = process_fit_json(&encoded->fit),
         .star = process_star_json(&encoded->star),

@@ -19,6 +19,7 @@
 
 #include "api/handedness.h"
 #include "api/process.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
 #include "api/surfaces.h"
@@ -98,6 +99,20 @@ static const char *parameterization_of(const struct compute_geodesic_outputs *ou
     return mesh_of(outputs, i) ? outputs->ends[i > 0].route : "inherited";
 }
 
+/* The ends have their own routes, unless registered; the others what both have in common. */
+static const char *route_of(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
+                            size_t i)
+{
+    const char *ids[2] = {outputs->ends[0].id, outputs->ends[1].id};
+    const char *meshes = outputs->ends[0].route ? outputs->ends[0].route : outputs->ends[1].route;
+    bool last = i + 1 == outputs->geodesic.steps && !outputs->registration.coefficients;
+
+    if (i == 0 || last) {
+        return routes_common(run, 1, ids + (i > 0), meshes);
+    }
+    return routes_common(run, 2, ids, meshes);
+}
+
 /* What registration came to; null where there was none. */
 static json_t *registration_document(const struct compute_geodesic_inputs *typed,
                                      const struct compute_geodesic_outputs *outputs)
@@ -135,6 +150,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .measures = &outputs->measures[i],
             .parameterization = parameterization_of(outputs, i),
             .mirrored = (i + 1 == geodesic->steps || mirrored[0]) && (i == 0 || mirrored[1]),
+            .route = route_of(run, outputs, i),
             .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
         };
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "api/process_routes.h"
 #include "api/warnings.h"
 
 #define MIB 1048576.0
@@ -130,6 +131,7 @@ size_t inputs_group(struct process_inputs *inputs, long *degree)
     } else {
         good = read_cohort(inputs, cohort, surfaces, degree);
     }
+    good = inputs_routes(inputs, surfaces) && good;
     (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
     return good ? json_array_size(surfaces) : 0;
 }

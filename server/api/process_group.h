@@ -13,8 +13,9 @@ _Static_assert(PROCESS_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed"
  * Reads "surfaces" [id, ..] or "cohort" (a name), exactly one of them. The canonical surfaces are
  * the ids, in order, in both cases; the canonical cohort is null, or its name with the labels and
  * subjects of its members and which of them are mirrored, as they are now: a cohort may be deleted,
- * and its name given to another.
- * Returns their number, or 0 with a problem noted or answered. degree gets the largest of theirs.
+ * and its name given to another. "mixedRoutes" is read too: surfaces that are known to have come by
+ * different routes are refused unless it is true (process_routes.h). Returns their number, or 0
+ * with a problem noted or answered. degree gets the largest of theirs.
  */
 size_t inputs_group(struct process_inputs *inputs, long *degree);
 /* Notes a problem where n fields of that degree, `copies` of them for each surface, are beyond the

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "api/process.h"
+#include "api/process_routes.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
 #include "jobs/compute_invert.h"
@@ -282,6 +283,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
                             const struct compute_invert_outputs *outputs,
                             struct jobs_result *result)
 {
+    const char *id = typed->surface;
     struct surface_description description = {
         .name = "inverted",
         .degree = typed->degree,
@@ -289,6 +291,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_in
         .scale = scale_of(run, &outputs->truth),
         .measures = &outputs->measures,
         .parameterization = "inherited",
+        .route = id ? routes_common(run, 1, &id, outputs->truth.route) : NULL,
         .source = process_source(run, "invert", NULL, NULL),
     };
 

@@ -17,16 +17,17 @@
 #include "api/handedness.h"
 #include "api/json_memory.h"
 #include "api/models.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
 
-static const char *const mean_names[] = {"surfaces",   "cohort",        "register",
-                                         "commonPose", "tolerance",     "method",
-                                         "lmax",       "maxIterations", NULL};
-static const char *const pca_names[] = {"surfaces",   "cohort", "register", "commonPose",
-                                        "tolerance",  "method", "lmax",     "maxIterations",
-                                        "components", NULL};
+static const char *const mean_names[] = {"surfaces",    "cohort", "register", "commonPose",
+                                         "tolerance",   "method", "lmax",     "maxIterations",
+                                         "mixedRoutes", NULL};
+static const char *const pca_names[] = {"surfaces",   "cohort",      "register", "commonPose",
+                                        "tolerance",  "method",      "lmax",     "maxIterations",
+                                        "components", "mixedRoutes", NULL};
 static const char *const mean_methods[] = {"srnf", "pullback", NULL};
 static const char *const methods[] = {"srnf", NULL}; /* of all that needs the mean SRNF itself */
 
@@ -159,6 +160,7 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
         .coefficients = outputs->mean.coefficients,
         .measures = &outputs->measures,
         .parameterization = "inherited",
+        .route = routes_common(run, typed->n, typed->ids, NULL),
         .source = process_source(run, process, NULL, NULL),
         .maps = maps,
     };

@@ -17,6 +17,7 @@
 
 #include "api/models.h"
 #include "api/process_group.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
 #include "jobs/compute_model.h"
@@ -122,6 +123,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const char *process,
 {
     size_t degree = (size_t)model->stored.lmax, count = 3 * srnf_coefficient_count(degree);
     double scale = process_scale(run, model->stored.mean, 0.0);
+    const char *mean = model->stored.mean, *route = routes_common(run, 1, &mean, NULL);
     json_t *records = json_array(), *record;
 
     for (size_t i = 0; i < points->n; i++) {
@@ -132,6 +134,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const char *process,
             .scale = scale,
             .measures = &points->measures[i],
             .parameterization = "inherited",
+            .route = route,
             .source = process_source(run, process, NULL, model->stored.mean),
         };
 

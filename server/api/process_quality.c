@@ -15,12 +15,12 @@
 #include "jobs/compute_quality.h"
 
 static const char *const names[] = {
-    "model", "surfaces",      "cohort",     "register", "commonPose", "tolerance", "method",
-    "lmax",  "maxIterations", "components", "samples",  "seed",       NULL};
+    "model", "surfaces",      "cohort",     "register", "commonPose", "tolerance",   "method",
+    "lmax",  "maxIterations", "components", "samples",  "seed",       "mixedRoutes", NULL};
 /* What a model already has. */
-static const char *const of_groups[] = {"surfaces",   "cohort",        "register",
-                                        "commonPose", "tolerance",     "method",
-                                        "lmax",       "maxIterations", NULL};
+static const char *const of_groups[] = {"surfaces",    "cohort", "register", "commonPose",
+                                        "tolerance",   "method", "lmax",     "maxIterations",
+                                        "mixedRoutes", NULL};
 
 #define COPIES 6 /* fields of each surface: those of the mean, points, and a copy for the Gram */
 

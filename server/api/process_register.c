@@ -15,6 +15,7 @@
 
 #include "api/handedness.h"
 #include "api/process.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
 #include "api/surfaces.h"
@@ -189,6 +190,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
     const struct compute_surface *fixed = &outputs->ends[0], *moving = &outputs->ends[1];
     bool stored = strncmp(fixed->id, "surf-", 5) == 0 && fixed->degree == outputs->degree;
     const char *mesh = strncmp(moving->id, "mesh-", 5) == 0 ? moving->id : NULL;
+    const char *ids[2] = {fixed->id, moving->id};
     struct surface_description description = {
         .name = "registered",
         .degree = outputs->degree,
@@ -197,6 +199,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .measures = &outputs->measures,
         .parameterization = "registered",
         .mirrored = process_mirrored(run, moving->id),
+        .route = routes_common(run, 2, ids, NULL),
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
 

@@ -4,6 +4,7 @@
  */
 #include "api/process.h"
 #include "api/json_memory.h"
+#include "api/process_routes.h"
 #include "api/surfaces.h"
 
 #include <float.h>
@@ -31,6 +32,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     if (!json_object_get(document, "warnings")) {
         (void)json_object_set_new(document, "warnings", json_array());
     }
+    routes_warn(run, inputs, document);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
     (void)json_object_set(document, "inputs", inputs);
     result->results =

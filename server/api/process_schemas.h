@@ -43,6 +43,12 @@
     "were registered: degree, penalty and all other options; null where they were "    \
     "not.\"},"
 
+/* Of every process on a group. */
+#define MIXED_ROUTES_INPUT                                                                        \
+    "\"mixedRoutes\":{\"type\":\"boolean\",\"default\":false,\"description\":\"Compare surfaces " \
+    "that came to their sphere by different routes (star, area, given), with a warning; "         \
+    "otherwise they are refused with mixed-routes.\"}"
+
 /* How the mean of a group is computed, but for the method. */
 #define MEAN_INPUTS                                                                               \
     "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \

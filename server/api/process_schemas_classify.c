@@ -16,7 +16,7 @@ const char classify_inputs_schema[] = INPUTS_OPENING
     "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
     "\",\"description\":\"Name of a cohort whose members have labels, each of them members of "
-    "three subjects at least.\"},\"method\":{\"oneOf\":[{\"enum\":" METHODS
+    "three subjects at least.\"}," MIXED_ROUTES_INPUT ",\"method\":{\"oneOf\":[{\"enum\":" METHODS
     "},{\"type\":\"array\",\"minItems\":1,\"uniqueItems\":true,\"items\":{\"enum\":" METHODS
     "}}],\"default\":[\"srnf-gauss\"],\"description\":\"One method or several. gauss: a "
     "normal distribution for each class on principal components; nn: nearest neighbour, by SRNFs, "

@@ -26,7 +26,8 @@
     "\"},\"description\":\"The surfaces, or cohort instead. Meshes are encoded with "           \
     "the default "                                                                              \
     "options.\"},\"cohort\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN \
-    "\",\"default\":null,\"description\":\"Name of a cohort, instead of surfaces.\"},"
+    "\",\"default\":null,\"description\":\"Name of a cohort, instead of "                       \
+    "surfaces.\"}," MIXED_ROUTES_INPUT ","
 
 #define MODEL_INPUT                                                       \
     "\"model\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN \

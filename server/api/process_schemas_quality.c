@@ -31,7 +31,8 @@ const char evaluate_inputs_schema[] = INPUTS_OPENING
     ",\"items\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
     "\"},\"description\":\"The surfaces. Meshes are encoded with the default options.\"},"
     "\"cohort\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN
-    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MEAN_INPUTS METHOD
+    "\",\"description\":\"Name of a cohort, instead of surfaces.\"}," MIXED_ROUTES_INPUT
+    "," MEAN_INPUTS METHOD
     ",\"components\":{\"type\":[\"integer\",\"null\"],\"exclusiveMinimum\":0,"
     "\"default\":null,\"description\":\"The curves run from 1 to this; at most two less than "
     "there are surfaces, fewer where subjects are repeated. null: 10 or what there "
@@ -60,7 +61,7 @@ const char compare_inputs_schema[] = INPUTS_OPENING
     "\"required\":[\"cohort\"],\"properties\":{\"cohort\":{"
     "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN
     "\",\"description\":\"A cohort whose members have two labels, the same for all members of a "
-    "subject.\"},\"covariates\":{"
+    "subject.\"}," MIXED_ROUTES_INPUT ",\"covariates\":{"
     "\"type\":\"array\",\"maxItems\":" COVARIATES_MAX_TEXT
     ",\"items\":{\"type\":\"string\"},\"default\":[],\"description\":\"Names of covariates of the "
     "members, numbers or true and false, whose linear effect is taken out.\"},\"permutations\":{"

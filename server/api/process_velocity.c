@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
 #include "api/surfaces.h"
@@ -219,6 +220,7 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
         .scale = scale,
         .measures = measures,
         .parameterization = "inherited",
+        .route = reference ? routes_common(run, 1, &reference, NULL) : NULL,
         .source = process_source(run, process, NULL, stored ? reference : NULL),
     };
 

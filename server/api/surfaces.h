@@ -26,6 +26,7 @@ struct surface_description {
     const struct srnf_surface_measures *measures;
     /* "star", "area", "given", or "inherited" from what it was made of. */
     const char *parameterization;
+    const char *route; /* "star", "area" or "given"; NULL: not known (process_routes.h) */
     json_t *source, *fit, *star;
     const double *origin;          /* of the stored surface in the frame of the mesh */
     bool mirrored;                 /* the mirror image of what the mesh shows */

@@ -38,7 +38,7 @@ static json_t *links_json(const char *id)
 json_t *surface_record(const struct store_surface *surface)
 {
     static const char *const kept[] = {
-        "area",   "volume", "centroid",   "scale",  "parameterization",
+        "area",   "volume", "centroid",   "scale",  "parameterization", "route",
         "source", "fit",    "starShaped", "origin", "mirrored"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
@@ -124,6 +124,7 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "centroid", json_vector(d->measures->centroid, 3));
     (void)json_object_set_new(record, "scale", json_finite(d->scale));
     (void)json_object_set_new(record, "parameterization", json_string(d->parameterization));
+    (void)json_object_set_new(record, "route", d->route ? json_string(d->route) : json_null());
     (void)json_object_set_new(record, "source", or_null(d->source));
     (void)json_object_set_new(record, "fit", or_null(d->fit));
     (void)json_object_set_new(record, "starShaped", or_null(d->star));

@@ -19,6 +19,7 @@ static const char *const codes[] = {
     "duplicate-content",
     "encoding-poor",
     "mirror-images",
+    "mixed-routes",
     "p-floor",
     "registration-ambiguous",
     "registration-distorted",

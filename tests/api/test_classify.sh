@@ -12,7 +12,7 @@ between() { # KIND
     local ends=() side
     for side in L R; do
         post "/v1/meshes?name=${side}_$1" --data-binary "@tests/data/aal_subcortex/${side}_$1.ply"
-        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":6}"
+        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":6,\"parameterization\":\"star\"}"
         ends+=("$(json .surface.id)")
     done
     execute geodesic "{\"from\":\"${ends[0]}\",\"to\":\"${ends[1]}\",\"steps\":3,\"register\":false}"

@@ -32,12 +32,14 @@ off() { # FILE ROW
 }
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
-S=() M=()
+S=() M=() A=() # by star, which lie near each other as they are; meshes; and by area, as meshes are
 for name in $NAMES; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
     M+=("$(json .id)")
-    execute encode "{\"mesh\":\"${M[-1]}\",\"lmax\":$LMAX}"
+    execute encode "{\"mesh\":\"${M[-1]}\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
     S+=("$(json .surface.id)")
+    execute encode "{\"mesh\":\"${M[-1]}\",\"lmax\":$LMAX}"
+    A+=("$(json .surface.id)")
 done
 FOUR=$(printf '"%s",' "${S[@]}")
 
@@ -103,13 +105,13 @@ done
 
 # ---- Subjects of a registered model ------------------------------------------------------------------
 
-run pca "{\"surfaces\":[\"${M[0]}\",\"${S[1]}\",\"${S[2]}\"],\"lmax\":$LMAX,\"maxIterations\":2,\"components\":1}"
+run pca "{\"surfaces\":[\"${M[0]}\",\"${A[1]}\",\"${A[2]}\"],\"lmax\":$LMAX,\"maxIterations\":2,\"components\":1}"
 is "$STATUS" 200 'a registered model, of a mesh and two surfaces'
 cp "$BODY" "$SCRATCH/registered.json"
 MODEL=$(json .model.id)
 run encode "{\"mesh\":\"${M[0]}\"}"
 WHOLE=$(json .surface.id)
-is "$(jq -c .model.madeFrom.contents "$SCRATCH/registered.json")" "[\"$WHOLE\",\"${S[1]}\",\"${S[2]}\"]" \
+is "$(jq -c .model.madeFrom.contents "$SCRATCH/registered.json")" "[\"$WHOLE\",\"${A[1]}\",\"${A[2]}\"]" \
     'knows its subjects by what their surfaces are'
 known() { # SURFACE ROW DESCRIPTION
     run project "{\"model\":\"$MODEL\",\"surface\":\"$1\"}"
@@ -121,10 +123,10 @@ known() { # SURFACE ROW DESCRIPTION
 }
 known "${M[0]}" 0 'a mesh among the subjects has its own scores'
 known "$WHOLE" 0 'and so has the surface that it is encoded to'
-known "${S[2]}" 2 'and a surface among the subjects'
+known "${A[2]}" 2 'and a surface among the subjects'
 
 # The same but for a hair: no subject, so registered anew, from its pose and parameterisation to the mean.
-get "/v1/surfaces/${S[2]}/coefficients"
+get "/v1/surfaces/${A[2]}/coefficients"
 jq '{coefficients: (.x[5] *= 1.000001)}' "$BODY" >"$SCRATCH/hair.json"
 post_json /v1/surfaces "@$SCRATCH/hair.json"
 run project "{\"model\":\"$MODEL\",\"surface\":\"$(json .id)\"}"

@@ -31,7 +31,7 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 S=()
 for name in L_thalamus R_thalamus L_pallidum; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
     S+=("$(json .surface.id)")
 done
 for i in 0 1 2; do
@@ -117,7 +117,7 @@ compare "$(json '.distances | add')" '<' "$LENGTH" 'and nearer to each other the
 execute pca "{\"surfaces\":[\"${S[0]}\",\"${S[1]}\"],\"method\":\"pullback\"}"
 is_problem 422 invalid-input 'components belong to the other framework'
 get "/v1/surfaces/${S[0]}"
-execute encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":40}"
+execute encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":40,\"parameterization\":\"star\"}"
 BIG=$(json .surface.id)
 execute mean "{\"surfaces\":[\"${S[1]}\",\"${S[2]}\",\"$BIG\"],$PULLBACK}" --header 'Prefer: respond-async'
 JOB=$(json .id)

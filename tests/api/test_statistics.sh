@@ -19,7 +19,7 @@ prepare() {
     S=()
     for name in $NAMES; do
         post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
         S+=("$(json .surface.id)")
         members="$members,{\"id\":\"$(json .surface.id)\"}"
     done

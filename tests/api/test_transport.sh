@@ -34,7 +34,7 @@ start_server "$SCRATCH/data" --workers 2 || exit 1
 S=()
 for name in L_thalamus R_thalamus L_pallidum; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX,\"parameterization\":\"star\"}"
     S+=("$(json .surface.id)")
 done
 for i in 0 1 2; do

@@ -4,8 +4,10 @@
  * and by shape with size; the same under shuffled labels; what refitting the registrations inside
  * the folds changes; and planted cohorts of 19 and 15 whose difference grows.
  *
- *   bench_classify [N [METRIC]]    N ventricles, 12 to 100, as many of either group; default 100;
- *                                  of the methods only those of srnf, srm, harmonic, icp or spharm
+ *   bench_classify [N [METRIC [ROUTE]]]
+ *
+ * N ventricles, 12 to 100, as many of either group; default 100; of the methods only those of srnf,
+ * srm, harmonic, icp or spharm; encoded by the route area, or star.
  *
  * Degree 15, registration by default options. Times are elapsed, on two threads.
  *
@@ -15,6 +17,7 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <fftw3.h>
 
@@ -108,7 +111,7 @@ static bool is_wanted(enum srnf_metric metric, const char *only)
     return !only || strcmp(only, srnf_metric_name(metric)) == 0;
 }
 
-static bool table(size_t n, const char *only)
+static bool table(size_t n, const char *only, enum srnf_parameterization route)
 {
     struct group g;
     struct group_watch watch;
@@ -117,7 +120,7 @@ static bool table(size_t n, const char *only)
     size_t labels[GROUP_MAX];
     bool met = true;
 
-    if (!ventricles_open(&g, DEGREE, n)) {
+    if (!ventricles_open(&g, DEGREE, n, route)) {
         return true;
     }
     for (size_t i = 0; i < n; i++) {
@@ -257,7 +260,12 @@ int main(int argc, char **argv)
 
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
-    met = table(n < 12 ? 12 : n > ALL ? ALL : n / 2 * 2, argc > 2 ? argv[2] : NULL);
+    met = table(n < 12    ? 12
+                : n > ALL ? ALL
+                          : n / 2 * 2,
+                argc > 2 ? argv[2] : NULL,
+                argc > 3 && strcmp(argv[3], "star") == 0 ? SRNF_PARAMETERIZATION_STAR
+                                                         : SRNF_PARAMETERIZATION_AREA);
     if (argc < 3) {
         planted();
         nulls();

@@ -44,7 +44,7 @@ static void bench_degree(size_t degree, size_t answers)
     struct frameworks_row rows[FRAMEWORKS_ROWS];
     struct group g;
 
-    if (!ventricles_open(&g, degree, N)) {
+    if (!ventricles_open(&g, degree, N, SRNF_PARAMETERIZATION_STAR)) {
         group_open_stars(&g, degree, N, 0.3);
     }
     register_group(&g);

@@ -184,7 +184,7 @@ int main(void)
     for (size_t k = 0; k < DEGREES; k++) {
         struct group g;
 
-        if (!ventricles_open(&g, degrees[k], N)) {
+        if (!ventricles_open(&g, degrees[k], N, SRNF_PARAMETERIZATION_STAR)) {
             group_open_stars(&g, degrees[k], N, 0.3);
         }
         bench_degree(&g);

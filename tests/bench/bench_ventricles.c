@@ -67,7 +67,7 @@ int main(void)
 
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
-    if (!ventricles_open(&g, DEGREE, N)) {
+    if (!ventricles_open(&g, DEGREE, N, SRNF_PARAMETERIZATION_STAR)) {
         return EXIT_SUCCESS;
     }
     registration.common_pose = true;

@@ -24,8 +24,9 @@ static inline bool ventricles_load(size_t i, size_t n, struct srnf_mesh *mesh)
     return loaded;
 }
 
-/* By the star route; false, saying so, when the data are not there. */
-static inline bool ventricles_open(struct group *g, size_t degree, size_t n)
+/* By a route; false, saying so, when the data are not there. */
+static inline bool ventricles_open(struct group *g, size_t degree, size_t n,
+                                   enum srnf_parameterization route)
 {
     struct srnf_mesh mesh;
 
@@ -37,7 +38,7 @@ static inline bool ventricles_open(struct group *g, size_t degree, size_t n)
     group_open(g, degree, n);
     for (size_t i = 0; i < n; i++) {
         assert_true(ventricles_load(i, n, &mesh));
-        group_encode(g, i, &mesh);
+        group_encode(g, i, &mesh, route);
     }
     return true;
 }

@@ -14,7 +14,8 @@ int srnf_spherical_map(const struct srnf_mesh *mesh, const struct srnf_context *
     (void)mesh;
     (void)context;
     *map = (struct srnf_spherical_map){0};
-    *error = (struct srnf_error){.status = SRNF_ENUMERIC, .element = 7, .message = "face 7 is flat"};
+    *error =
+        (struct srnf_error){.status = SRNF_ENUMERIC, .element = 7, .message = "face 7 is flat"};
     return SRNF_ENUMERIC;
 }
 

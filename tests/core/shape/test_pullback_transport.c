@@ -283,7 +283,7 @@ static void says_when_a_transfer_has_not_converged(void **state)
                                             &transfer, NULL),
                      SRNF_WNOT_CONVERGED);
     assert_false(transfer.converged);
-    assert_true(figure_finite(p.from.count, transfer.coefficients));
+    assert_true(compare_finite(p.from.count, transfer.coefficients));
     srnf_pullback_transfer_clear(&transfer);
     pullback_close(&p);
 }

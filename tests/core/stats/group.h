@@ -81,15 +81,16 @@ static inline void group_open_stars(struct group *g, size_t degree, size_t n, do
     shapes_close(&base);
 }
 
-/* Makes the mesh the i-th surface of the group, by the star route, and clears it. */
-static inline void group_encode(struct group *g, size_t i, struct srnf_mesh *mesh)
+/* Makes the mesh the i-th surface of the group, by a route, and clears it. */
+static inline void group_encode(struct group *g, size_t i, struct srnf_mesh *mesh,
+                                enum srnf_parameterization route)
 {
     struct srnf_encode_options options = srnf_encode_options_defaults();
     struct srnf_mesh_report report;
     struct srnf_encoded encoded;
 
     options.degree = g->degree;
-    options.parameterization = SRNF_PARAMETERIZATION_STAR;
+    options.parameterization = route;
     assert_int_equal(srnf_mesh_prepare(mesh, false, &report), SRNF_OK);
     assert_int_equal(srnf_encode(mesh, &report, &options, NULL, &encoded, NULL), SRNF_OK);
     memcpy(g->f[i], encoded.coefficients, g->count * sizeof(double));
@@ -105,7 +106,7 @@ static inline void group_open_ventricles(struct group *g, size_t degree, size_t 
     for (size_t i = 0; i < n; i++) {
         struct srnf_mesh mesh = bodies_ventricle(i);
 
-        group_encode(g, i, &mesh);
+        group_encode(g, i, &mesh, SRNF_PARAMETERIZATION_STAR);
     }
 }
 

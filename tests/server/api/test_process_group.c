@@ -59,6 +59,25 @@ static void test_surfaces(void **state)
     refused(*state, "distances", TWO ",\"metric\":\"spharm\"}", "/inputs/metric");
 }
 
+/* Of the surface of the fixture no route is known: it goes with any. */
+static void test_mixed_routes(void **state)
+{
+    static const char *const processes[] = {"distances", "mean", "pca", "evaluate-model"};
+
+    for (size_t i = 0; i < sizeof processes / sizeof processes[0]; i++) {
+        const char *three = "{\"surfaces\":[\"@\",\"@\",\"" GOOD_MESH "\"]";
+        char plain[200], spelt[240], wrong[240];
+
+        (void)snprintf(plain, sizeof plain, "%s}", three);
+        (void)snprintf(spelt, sizeof spelt, "%s,\"mixedRoutes\":false}", three);
+        (void)snprintf(wrong, sizeof wrong, "%s,\"mixedRoutes\":null}", three);
+        same(*state, processes[i], plain, spelt);
+        refused(*state, processes[i], wrong, "/inputs/mixedRoutes");
+    }
+    refused(*state, "evaluate-model", "{\"model\":\"%\",\"mixedRoutes\":true}",
+            "/inputs/mixedRoutes");
+}
+
 /* lmax defaults to the largest degree of the members; a mesh has the default one. */
 static void test_degree(void **state)
 {
@@ -176,15 +195,11 @@ static void test_classify_freedom(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_register),
-        cmocka_unit_test(test_cohort),
-        cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_degree),
-        cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_pullback),
-        cmocka_unit_test(test_model),
-        cmocka_unit_test(test_classify),
-        cmocka_unit_test(test_classify_freedom),
+        cmocka_unit_test(test_register), cmocka_unit_test(test_cohort),
+        cmocka_unit_test(test_surfaces), cmocka_unit_test(test_mixed_routes),
+        cmocka_unit_test(test_degree),   cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_pullback), cmocka_unit_test(test_model),
+        cmocka_unit_test(test_classify), cmocka_unit_test(test_classify_freedom),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
