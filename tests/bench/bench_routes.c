@@ -29,8 +29,9 @@
 #define LEFT REGISTRATIONS_LOCAL "L_pallidum.ply"
 #define RIGHT REGISTRATIONS_LOCAL "R_pallidum.ply"
 #define THALAMUS REGISTRATIONS_LOCAL "L_thalamus.ply"
-#define VENTRICLE REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0705.ply"
-#define SYSTOLE REGISTRATIONS_SHARED "lv_pairs/lv_asymp_0705_es_endo.ply"
+#define SHARED "../shared/data/"
+#define VENTRICLE SHARED "lv_endocardium_ed/lv_asymp_0705.ply"
+#define SYSTOLE SHARED "lv_pairs/lv_asymp_0705_es_endo.ply"
 
 static void must(int status, const char *what)
 {
