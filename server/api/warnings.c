@@ -13,13 +13,18 @@
 
 #define DETAIL_MAX 512
 
-/* In alphabetical order. */
+/* One row a line; kept in alphabetical order. */
 static const char *const codes[] = {
     "closed-form-inapplicable",
     "duplicate-content",
     "encoding-poor",
+    "far-from-group",
+    "far-from-model",
+    "few-subjects",
     "mirror-images",
+    "model-uncalibrated",
     "p-floor",
+    "pose-differs",
     "registration-ambiguous",
     "registration-distorted",
     "registration-not-converged",

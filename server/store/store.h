@@ -204,7 +204,7 @@ struct store_model {
     char *record;            /* JSON text of everything else in the record, opaque here */
     int64_t lmax, n_theta, n_phi, subjects, components, created_ms;
     /* malloc; NULL where not asked for, and the calibration also where the model has none: those
-       made before migration 6 */
+       made before migration 7 */
     double *arrays[STORE_MODEL_ARRAYS];
     struct store_owner owner; /* to be set for put; not set by get */
 };
