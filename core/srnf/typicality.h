@@ -39,7 +39,7 @@ void srnf_calibration_clear(struct srnf_calibration *calibration);
  *   calibration   [out] freed with srnf_calibration_clear; untouched on error
  * A model of fewer components than there are keeps as many in each fold; one of all, all. Residuals
  * below 1e-9 of the mean's norm are rounding, and are raised to that.
- * Cost: the products of srnf_pca_fit, one eigenproblem of size n, and n^3 divisions about ten times.
+ * Cost: the products of srnf_pca_fit, one eigenproblem of size n, about ten times n^3 divisions.
  * Errors: SRNF_EINVAL (fewer than 3 subjects, values that are not finite), SRNF_ENUMERIC,
  * SRNF_ENOMEM.
  */
@@ -73,10 +73,10 @@ struct srnf_typicality {
     bool far;          /* value > limit */
 };
 
-/* Probability with which a member's residual, distance, Mahalanobis distance or angle is beyond its
-   limit: of one surface, and of a whole group whose members are judged by one another. */
+/* Probability with which a trait of a member is beyond its limit: of a surface that is judged by a
+   model, and of each member of a group that are judged by one another. */
 #define SRNF_TYPICAL_ALPHA 0.005
-#define SRNF_TYPICAL_ALPHA_GROUP 0.01
+#define SRNF_TYPICAL_ALPHA_GROUP 0.001
 
 /*
  * A value against reference values of members of a group. The reference is taken as normal after a
@@ -111,9 +111,7 @@ void srnf_folds_typicality_clear(struct srnf_folds_typicality *typicality);
 /*
  * Where the metric has scores: residual beyond them, distance to the mean of the training members
  * and Mahalanobis distance of each member in the fold that left it out. Otherwise its distance to
- * the nearest training member. Labels enter nowhere: what is far is foreign to all classes. The
- * limits are those of alpha / n: with that probability one member or more of a group that has no
- * foreign one is beyond that of a trait.
+ * the nearest training member. Labels enter nowhere: what is far is foreign to all classes.
  *   typicality  [out] freed with srnf_folds_typicality_clear; untouched on error
  * Cost: n^2 (components + log n). Errors: SRNF_EINVAL (fewer than 4 members, alpha), SRNF_ENOMEM.
  */

@@ -10,7 +10,7 @@
 #include "jobs/compute_model.h"
 
 /* Subjects below which a model's limits are wide enough to be told of. */
-#define TYPICALITY_SUBJECTS_FEW 20
+#define TYPICALITY_SUBJECTS_FEW 30
 
 /* mahalanobis and typicality of a projection, and its warnings. */
 void typicality_set_projection(json_t *document, const struct compute_model *model,

@@ -2,13 +2,13 @@
  * model.c - the rows of models: principal components about a mean surface, frozen when they are
  * made. Like a surface, a model never changes.
  *
- * Its arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is made of
- * the sizes, the id of the mean and the bytes of the arrays; the record, which also tells what the
- * model was made from and by which job, is not part of it: a model that is made again keeps the
+ * Its arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is made
+ * of the sizes, the id of the mean and the bytes of the arrays; the record, which also tells what
+ * the model was made from and by which job, is not part of it: a model that is made again keeps the
  * record of the first time.
  *
- * Models made before there was a calibration have none. Made again they get one, and thereby
- * another id: what was said of the old one stays true of it.
+ * Models made before there was a calibration have none. Made again they get one, and with it
+ * another id.
  */
 #include "store/internal.h"
 
