@@ -123,6 +123,7 @@ void srnf_free(void *pointer);
 #include "srnf/groups.h"
 #include "srnf/pullback.h"
 #include "srnf/classify.h"
+#include "srnf/typicality.h"
 
 #ifdef __cplusplus
 }

@@ -15,6 +15,7 @@
 #include "api/permutation_test.h"
 #include "api/process_group.h"
 #include "api/registration_options.h"
+#include "api/typicality.h"
 #include "api/warnings.h"
 #include "jobs/compute_classify.h"
 
@@ -311,6 +312,7 @@ static void set_refitted(json_t *document, const struct compute_classify_method 
 
 /* One subject; evidence under the name of what it is. */
 static json_t *subject_json(const struct srnf_classification *r, size_t i,
+                            const struct srnf_folds_typicality *typicality,
                             const struct classes *classes, json_t *subject)
 {
     json_t *evidence = json_object();
@@ -322,13 +324,14 @@ static json_t *subject_json(const struct srnf_classification *r, size_t i,
         (void)json_object_set_new(evidence, classes->names[c],
                                   json_finite(gauss ? value : -value + 0.0));
     }
-    return json_pack("{s:O, s:s, s:s, s:o}", "subject", subject, "label",
+    return json_pack("{s:O, s:s, s:s, s:o, s:o}", "subject", subject, "label",
                      classes->names[classes->labels[i]], "predicted",
                      classes->names[r->predicted[i]], gauss ? "logLikelihoods" : "nearestDistances",
-                     evidence);
+                     evidence, "typicality", typicality_member(typicality, i));
 }
 
 static json_t *method_json(const struct srnf_classification *r,
+                           const struct srnf_folds_typicality *typicality,
                            const struct compute_classify_method *method,
                            const struct classes *classes, const json_t *subjects, bool fold)
 {
@@ -347,8 +350,8 @@ static json_t *method_json(const struct srnf_classification *r,
         (void)json_array_append_new(confusion, row);
     }
     for (size_t i = 0; i < r->n; i++) {
-        (void)json_array_append_new(per_subject,
-                                    subject_json(r, i, classes, json_array_get(subjects, i)));
+        (void)json_array_append_new(
+            per_subject, subject_json(r, i, typicality, classes, json_array_get(subjects, i)));
         if (r->components) {
             (void)json_array_append_new(components, json_integer((json_int_t)r->components[i]));
             (void)json_array_append_new(covariance, json_string(r->pooled[i] ? "pooled" : "class"));
@@ -367,15 +370,19 @@ static json_t *method_json(const struct srnf_classification *r,
 static json_t *results_json(struct jobs_run *run, const json_t *inputs,
                             const struct compute_classify_inputs *typed,
                             const struct classes *classes,
-                            const struct srnf_classification *results)
+                            const struct srnf_classification *results,
+                            const struct srnf_folds_typicality *typicality)
 {
+    const char *method_names[COMPUTE_CLASSIFY_METHODS] = {NULL};
     json_t *document = json_object(), *methods = json_object(), *order = json_array();
     const json_t *cohort = json_object_get(inputs, "cohort");
     json_t *subjects = group_subjects(run, cohort);
 
     for (size_t m = 0; m < typed->n_methods; m++) {
-        (void)json_object_set_new(methods, typed->methods[m]->name,
-                                  method_json(&results[m], typed->methods[m], classes, subjects,
+        method_names[m] = typed->methods[m]->name;
+        (void)json_object_set_new(methods, method_names[m],
+                                  method_json(&results[m], &typicality[m], typed->methods[m],
+                                              classes, subjects,
                                               typed->comparison.refit == SRNF_REFIT_FOLD));
     }
     for (size_t c = 0; c < classes->count; c++) {
@@ -396,6 +403,8 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     (void)json_object_set_new(document, "registration",
                               registration_json(&typed->comparison.registration));
     warnings_put(document, handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
+    typicality_warn_members(warnings_of(document), typed->n_methods, typicality, method_names,
+                            subjects);
     json_decref(subjects);
     return document;
 }
@@ -457,6 +466,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     struct compute_classify_inputs typed = {0};
     const struct compute_classify_method *methods[COMPUTE_CLASSIFY_METHODS] = {NULL};
     struct srnf_classification results[COMPUTE_CLASSIFY_METHODS] = {{0}};
+    struct srnf_folds_typicality typicality[COMPUTE_CLASSIFY_METHODS] = {{0}};
     struct compute_group group = {0};
     struct classes classes = {0};
     const char **ids = NULL;
@@ -491,12 +501,14 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.comparison.subjects = classes.subjects;
     if (!ready) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the sizes");
-    } else if (compute_classify(run, &typed, results, result) == 0) {
-        process_finish(run, results_json(run, inputs, &typed, &classes, results), inputs, result);
+    } else if (compute_classify(run, &typed, results, typicality, result) == 0) {
+        process_finish(run, results_json(run, inputs, &typed, &classes, results, typicality),
+                       inputs, result);
     }
 out:
     for (size_t m = 0; m < COMPUTE_CLASSIFY_METHODS; m++) {
         srnf_classification_clear(&results[m]);
+        srnf_folds_typicality_clear(&typicality[m]);
     }
     compute_group_clear(&group);
     classes_clear(&classes);

@@ -13,6 +13,7 @@
 #include "api/handedness.h"
 #include "api/permutation_test.h"
 #include "api/process_mean.h"
+#include "api/typicality.h"
 #include "api/warnings.h"
 #include "jobs/compute_quality.h"
 
@@ -397,6 +398,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
                      handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
         group_warn_duplicates(run, document, cohort, json_object_get(cohort, "subjects"),
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
+        typicality_warn_poses(warnings_of(document), &mean, NULL);
         process_finish(run, document, inputs, result);
     }
 out:

@@ -20,6 +20,7 @@
 #include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
+#include "api/typicality.h"
 #include "api/warnings.h"
 
 static const char *const mean_names[] = {"surfaces",    "cohort", "register", "commonPose",
@@ -207,9 +208,11 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
                         const struct compute_mean_outputs *outputs)
 {
     const struct srnf_mean *mean = &outputs->mean;
+    json_t *labels = group_labels(run, inputs);
 
     mean_set_members(document, typed, outputs);
-    (void)json_object_set_new(document, "labels", group_labels(run, inputs));
+    typicality_warn_poses(warnings_of(document), outputs, labels);
+    (void)json_object_set_new(document, "labels", labels);
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                json_object_get(inputs, "cohort")));
@@ -318,7 +321,9 @@ static bool model_sound(const struct compute_mean_outputs *outputs, struct jobs_
     return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
            process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
            process_finite(pca->components * field, pca->modes, "the modes", result) &&
-           process_finite(field, outputs->mean.mean_q, "the mean SRNF", result);
+           process_finite(field, outputs->mean.mean_q, "the mean SRNF", result) &&
+           process_finite(SRNF_CALIBRATION_TRAITS * outputs->calibration.n,
+                          outputs->calibration.values, "the leave-one-out values", result);
 }
 
 /* Stores the model; its record with the mean's (taken over) in it, or NULL with the problem set. */
@@ -345,7 +350,9 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
     if (model.record && copy_array(&model, STORE_MODEL_MEAN_Q, outputs->mean.mean_q) &&
         copy_array(&model, STORE_MODEL_MODES, outputs->pca.modes) &&
         copy_array(&model, STORE_MODEL_EIGENVALUES, outputs->pca.eigenvalues) &&
-        copy_array(&model, STORE_MODEL_SCORES, outputs->pca.scores)) {
+        copy_array(&model, STORE_MODEL_SCORES, outputs->pca.scores) &&
+        (outputs->calibration.n == 0 ||
+         copy_array(&model, STORE_MODEL_CALIBRATION, outputs->calibration.values))) {
         status = store_model_put(jobs_run_store(run), &model, &created);
     }
     if (status) {

@@ -20,6 +20,7 @@
 #include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/surfaces.h"
+#include "api/typicality.h"
 #include "jobs/compute_model.h"
 
 static const char *const modes_names[] = {"model", "mode", "coefficients", NULL};
@@ -367,6 +368,7 @@ void project_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     (void)json_object_set_new(document, "distance", json_finite(projection.distance));
     (void)json_object_set_new(document, "distanceBefore", json_finite(projection.distance_before));
     (void)json_object_set_new(document, "registration", registration_json(registration));
+    typicality_set_projection(document, &model, &projection);
     process_finish(run, document, inputs, result);
 out:
     srnf_free(projection.scores);

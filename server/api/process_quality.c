@@ -11,6 +11,7 @@
 #include "api/models.h"
 #include "api/process_mean.h"
 #include "api/registration_options.h"
+#include "api/typicality.h"
 #include "api/warnings.h"
 #include "jobs/compute_quality.h"
 
@@ -207,6 +208,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
                                                    json_object_get(inputs, "cohort")));
         group_warn_duplicates(run, document, inputs, subjects,
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
+        typicality_warn_poses(warnings_of(document), &mean, NULL);
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);

@@ -260,4 +260,13 @@ const char project_outputs_schema[] = OUTPUTS_OPENING
     "\"residual\":{\"type\":[\"number\",\"null\"],\"description\":\"Norm of what the "
     "components cannot represent.\"},\"distance\":{\"type\":[\"number\",\"null\"],"
     "\"description\":\"From the mean SRNF.\"},\"distanceBefore\":{\"type\":[\"number\","
-    "\"null\"],\"description\":\"The same before registration.\"}," REGISTRATION MADE_BY;
+    "\"null\"],\"description\":\"The same before registration.\"},\"mahalanobis\":{"
+    "\"type\":[\"number\",\"null\"],\"description\":\"Root of the sum of squared scores over "
+    "their variances, of the first components: those that typicality tells.\"},"
+    "\"typicality\":{\"type\":[\"object\",\"null\"],\"description\":\"How the surface "
+    "compares with the subjects of the model, each left out in turn: subjects, how many; "
+    "components, how many mahalanobis counts; residual, distance, mahalanobis and angle (degrees "
+    "by which it is turned against the mean; null where the model rotates), each {value, limit, "
+    "percentile}. A member is beyond a limit once in 200; percentile is the share of the subjects "
+    "below. Of a training subject the values are its own when it is left out. Null where the "
+    "model has none.\"}," REGISTRATION MADE_BY;

@@ -13,14 +13,19 @@
 
 #define DETAIL_MAX 512
 
-/* In alphabetical order. */
+/* One row a line; kept in alphabetical order. */
 static const char *const codes[] = {
     "closed-form-inapplicable",
     "duplicate-content",
     "encoding-poor",
+    "far-from-group",
+    "far-from-model",
+    "few-subjects",
     "mirror-images",
     "mixed-routes",
+    "model-uncalibrated",
     "p-floor",
+    "pose-differs",
     "registration-ambiguous",
     "registration-distorted",
     "registration-not-converged",

@@ -109,7 +109,8 @@ static double seconds_of_all(const struct compute_classify_inputs *inputs)
 static int classify_all(struct stage *stage, const struct compute_classify_inputs *inputs,
                         enum srnf_metric metric, const struct srnf_folds *comparison,
                         const struct srnf_classify_options *options,
-                        struct srnf_classification *results, struct jobs_result *result)
+                        struct srnf_classification *results,
+                        struct srnf_folds_typicality *typicality, struct jobs_result *result)
 {
     struct srnf_error error = {0};
     int status = 0;
@@ -125,6 +126,11 @@ static int classify_all(struct stage *stage, const struct compute_classify_input
                 &error);
             if (status) {
                 (void)compute_fail(result, status, &error, method->name);
+                break;
+            }
+            status = srnf_folds_typicality(comparison, SRNF_TYPICAL_ALPHA_GROUP, &typicality[m]);
+            if (status) {
+                (void)compute_fail(result, status, NULL, "comparing members with each other");
             }
         }
     }
@@ -133,7 +139,8 @@ static int classify_all(struct stage *stage, const struct compute_classify_input
 
 static int compare_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
                        const struct srnf_sht *sht, const struct srnf_classify_options *options,
-                       struct srnf_classification *results, struct jobs_result *result)
+                       struct srnf_classification *results,
+                       struct srnf_folds_typicality *typicality, struct jobs_result *result)
 {
     struct stage stage = {.inner = jobs_run_context(run), .all = seconds_of_all(inputs)};
     int status = 0;
@@ -153,7 +160,8 @@ static int compare_all(struct jobs_run *run, const struct compute_classify_input
         if (status) {
             (void)compute_fail(result, status, &error, "comparing the surfaces");
         } else {
-            status = classify_all(&stage, inputs, metric, &comparison, options, results, result);
+            status = classify_all(&stage, inputs, metric, &comparison, options, results, typicality,
+                                  result);
             srnf_folds_clear(&comparison);
         }
     }
@@ -177,7 +185,8 @@ static int measure_sizes(const struct compute_classify_inputs *inputs, const str
 }
 
 int compute_classify(struct jobs_run *run, const struct compute_classify_inputs *inputs,
-                     struct srnf_classification *results, struct jobs_result *result)
+                     struct srnf_classification *results, struct srnf_folds_typicality *typicality,
+                     struct jobs_result *result)
 {
     struct jobs *jobs = jobs_run_jobs(run);
     struct srnf_classify_options options = inputs->classifier;
@@ -189,6 +198,7 @@ int compute_classify(struct jobs_run *run, const struct compute_classify_inputs 
 
     for (size_t m = 0; m < inputs->n_methods; m++) {
         results[m] = (struct srnf_classification){0};
+        typicality[m] = (struct srnf_folds_typicality){0};
     }
     if (status) {
         srnf_free(log_scale);
@@ -198,7 +208,7 @@ int compute_classify(struct jobs_run *run, const struct compute_classify_inputs 
         status = measure_sizes(inputs, sht, log_scale, result);
         options.log_scale = log_scale;
     }
-    status = status ? status : compare_all(run, inputs, sht, &options, results, result);
+    status = status ? status : compare_all(run, inputs, sht, &options, results, typicality, result);
     jobs_transform_release(jobs, sht);
     srnf_free(log_scale);
     return status;

@@ -29,9 +29,11 @@ struct compute_classify_inputs {
 
 /*
  * Each metric compares once, whatever asks for it. Returns 0, or a negative status with the problem
- * in result. results: [n_methods], to be cleared with srnf_classification_clear in any case.
+ * in result. results, typicality: [n_methods], to be cleared with srnf_classification_clear and
+ * srnf_folds_typicality_clear in any case.
  */
 int compute_classify(struct jobs_run *run, const struct compute_classify_inputs *inputs,
-                     struct srnf_classification *results, struct jobs_result *result);
+                     struct srnf_classification *results, struct srnf_folds_typicality *typicality,
+                     struct jobs_result *result);
 
 #endif

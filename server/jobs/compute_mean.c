@@ -26,8 +26,11 @@ void compute_mean_clear(struct compute_mean_outputs *outputs)
     srnf_mean_clear(&outputs->mean);
     srnf_pullback_mean_clear(&outputs->pullback);
     srnf_pca_clear(&outputs->pca);
+    srnf_calibration_clear(&outputs->calibration);
     srnf_free(outputs->residuals);
+    srnf_free(outputs->angles);
     outputs->residuals = NULL;
+    outputs->angles = NULL;
 }
 
 /* A checkpoint that cannot be kept is told in the log; the mean goes on. */
@@ -168,7 +171,27 @@ static int fit_components(const struct srnf_sht *sht, const struct compute_mean_
     if (status >= 0) {
         status = measure_residuals(srnf_sht_grid(sht), outputs);
     }
+    if (status >= 0 && mean->n >= 3) {
+        status = srnf_calibrate(srnf_sht_grid(sht), &outputs->pca, mean->mean_q, mean->registered_q,
+                                &outputs->calibration);
+    }
     return status < 0 ? compute_fail(result, status, NULL, "fitting the principal components") : 0;
+}
+
+/* Where nothing was rotated, how far each surface is turned against the others. */
+static int measure_angles(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
+                          struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+    int status;
+
+    if (inputs->registration && !inputs->registration->common_pose) {
+        return 0;
+    }
+    outputs->angles = srnf_alloc(mean->n, sizeof(double));
+    status = outputs->angles ? srnf_pose_angles(grid, mean->n, mean->registered_q, outputs->angles)
+                             : SRNF_ENOMEM;
+    return status < 0 ? compute_fail(result, status, NULL, "comparing poses") : 0;
 }
 
 /* Mean, and components where they are asked for, of the group that was loaded. */
@@ -196,7 +219,10 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
         (void)compute_fail(result, status, &error, "computing the mean");
         goto out;
     }
-    status = components ? fit_components(sht, inputs, outputs, result) : 0;
+    status = measure_angles(srnf_sht_grid(sht), inputs, outputs, result);
+    if (status == 0 && components) {
+        status = fit_components(sht, inputs, outputs, result);
+    }
     if (status == 0) {
         status = compute_measure(run, outputs->group.degree, 1, mean->coefficients,
                                  &outputs->measures, result);

@@ -26,6 +26,8 @@ struct compute_mean_outputs {
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* of compute_pca only */
     double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
+    struct srnf_calibration calibration; /* of compute_pca of 3 surfaces or more; n 0 otherwise */
+    double *angles; /* [n] turns against the mean of the others, owned; NULL where values rotate */
     size_t n_theta, n_phi;
     double seconds; /* of the iterations, over all attempts of the job */
 };

@@ -292,6 +292,64 @@ static double *load_subject(struct jobs_run *run, const struct compute_model *mo
     return coefficients;
 }
 
+/* How the surface is turned, and what that is to its scores; turned: scratch like q. */
+static int compare_pose(const struct compute_model *model, const struct srnf_grid *grid,
+                        const double *q, struct compute_projection *out)
+{
+    const double *mean_q = model->stored.arrays[STORE_MODEL_MEAN_Q];
+    size_t points = grid->n_theta * grid->n_phi;
+    double *turned = srnf_alloc(3 * points, sizeof(double));
+    double *scores = srnf_alloc(model->pca.components, sizeof(double));
+    double rotation[9];
+
+    if (turned && scores) {
+        out->angle = srnf_pose_angle(grid, mean_q, q, rotation);
+        for (size_t r = 0; r < 3; r++) {
+            for (size_t c = 0; c < 3; c++) {
+                for (size_t k = 0; k < points; k++) {
+                    turned[r * points + k] += rotation[3 * r + c] * q[c * points + k];
+                }
+            }
+        }
+        srnf_pca_project(grid, &model->pca, mean_q, turned, scores, NULL);
+        for (size_t k = 0; k < out->counted; k++) {
+            out->turn_back = fmax(out->turn_back, fabs(scores[k] - out->scores[k]) /
+                                                      sqrt(model->pca.eigenvalues[k]));
+        }
+    }
+    srnf_free(turned);
+    srnf_free(scores);
+    return turned && scores ? 0 : SRNF_ENOMEM;
+}
+
+/* Each value among those of the model's subjects; subject below n: it is that one. */
+static int judge(const struct compute_model *model, size_t subject, struct compute_projection *out,
+                 struct jobs_result *result)
+{
+    const double *values = model->stored.arrays[STORE_MODEL_CALIBRATION];
+    const double own[SRNF_CALIBRATION_TRAITS] = {
+        [SRNF_TRAIT_RESIDUAL] = out->residual,
+        [SRNF_TRAIT_DISTANCE] = out->distance,
+        [SRNF_TRAIT_MAHALANOBIS] = out->mahalanobis,
+        [SRNF_TRAIT_ANGLE] = out->angle,
+    };
+    size_t n = model->pca.n;
+    int status = 0;
+
+    out->calibrated = values != NULL;
+    if (out->calibrated && subject < n) {
+        out->angle = values[SRNF_TRAIT_ANGLE * n + subject];
+    }
+    for (size_t t = 0; t < SRNF_CALIBRATION_TRAITS && out->calibrated && status == 0; t++) {
+        status = srnf_typicality_of((enum srnf_trait)t, n, values + t * n,
+                                    subject < n ? values[t * n + subject] : own[t],
+                                    SRNF_TYPICAL_ALPHA, &out->typicality[t]);
+    }
+    /* A value that is no number is refused: the surface is beyond double precision. */
+    status = status == SRNF_EINVAL ? SRNF_ENUMERIC : status;
+    return status ? compute_fail(result, status, NULL, "comparing with the model's subjects") : 0;
+}
+
 /* What the model tells of its subject. */
 static void project_known(const struct compute_model *model,
                           const struct compute_subjects *subjects, size_t subject,
@@ -315,7 +373,11 @@ static int project_anew(struct jobs_run *run, const struct compute_model *model,
 
     if (status == 0) {
         srnf_pca_project(srnf_sht_grid(sht), &model->pca, mean_q, q, out->scores, &out->residual);
+        status = out->poses ? compare_pose(model, srnf_sht_grid(sht), q, out) : 0;
         out->distance = distance_of(srnf_sht_grid(sht), q, mean_q, count);
+        if (status) {
+            (void)compute_fail(result, status, NULL, "comparing poses");
+        }
     }
     return status;
 }
@@ -331,7 +393,11 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
     double *q = srnf_alloc(count, sizeof(double)), *coefficients = NULL;
     int status = SRNF_ENOMEM;
 
-    *out = (struct compute_projection){.scores = srnf_alloc(model->pca.components, sizeof(double))};
+    *out = (struct compute_projection){
+        .scores = srnf_alloc(model->pca.components, sizeof(double)),
+        .poses = !registration || registration->common_pose,
+        .counted = srnf_mahalanobis_components(model->pca.n, model->pca.components,
+                                               model->pca.eigenvalues)};
     if (!q || !out->scores) {
         (void)compute_fail(result, status, NULL, "projecting");
         goto out;
@@ -350,6 +416,10 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
         } else {
             status = project_anew(run, model, sht, coefficients, registration, q, out, result);
         }
+    }
+    if (status == 0) {
+        out->mahalanobis = srnf_mahalanobis(out->counted, model->pca.eigenvalues, out->scores);
+        status = judge(model, out->training_subject ? subject : model->pca.n, out, result);
     }
     jobs_transform_release(jobs_run_jobs(run), sht);
 out:

@@ -49,6 +49,16 @@ struct compute_projection {
     double *scores; /* [components], owned: srnf_free */
     double residual, distance, distance_before;
     bool training_subject; /* the surface is one of the model's subjects */
+    size_t counted;        /* components of the Mahalanobis distance */
+    double mahalanobis;
+    bool poses;       /* the model keeps poses apart: nothing was rotated */
+    double angle;     /* then: the turn against the mean, radians */
+    double turn_back; /* then: largest change of a counted score, in standard deviations, if the
+                         surface were turned back */
+    /* Each value among the leave-one-out values of the model's subjects, where it has them. A
+       subject's are its own leave-one-out values. The angle is judged where poses are kept. */
+    bool calibrated;
+    struct srnf_typicality typicality[SRNF_CALIBRATION_TRAITS];
 };
 
 /*

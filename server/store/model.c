@@ -2,10 +2,13 @@
  * model.c - the rows of models: principal components about a mean surface, frozen when they are
  * made. Like a surface, a model never changes.
  *
- * Its four arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is
- * made of the sizes, the id of the mean and the bytes of the arrays; the record, which also tells
- * what the model was made from and by which job, is not part of it: a model that is made again
- * keeps the record of the first time.
+ * Its arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is made
+ * of the sizes, the id of the mean and the bytes of the arrays; the record, which also tells what
+ * the model was made from and by which job, is not part of it: a model that is made again keeps the
+ * record of the first time.
+ *
+ * Models made before there was a calibration have none. Made again they get one, and with it
+ * another id.
  */
 #include "store/internal.h"
 
@@ -20,10 +23,9 @@
     "subjects, components, coalesce(owned.created_ms, model.created_ms)"
 
 static const char *const array_names[STORE_MODEL_ARRAYS] = {
-    [STORE_MODEL_MEAN_Q] = "mean_q",
-    [STORE_MODEL_MODES] = "modes",
-    [STORE_MODEL_EIGENVALUES] = "eigenvalues",
-    [STORE_MODEL_SCORES] = "scores",
+    [STORE_MODEL_MEAN_Q] = "mean_q",           [STORE_MODEL_MODES] = "modes",
+    [STORE_MODEL_EIGENVALUES] = "eigenvalues", [STORE_MODEL_SCORES] = "scores",
+    [STORE_MODEL_CALIBRATION] = "calibration",
 };
 
 void store_model_clear(struct store_model *model)
@@ -43,6 +45,7 @@ size_t store_model_count(const struct store_model *model, enum store_model_array
         [STORE_MODEL_MODES] = (size_t)model->components * field,
         [STORE_MODEL_EIGENVALUES] = (size_t)model->components,
         [STORE_MODEL_SCORES] = (size_t)model->subjects * (size_t)model->components,
+        [STORE_MODEL_CALIBRATION] = STORE_CALIBRATION_VALUES * (size_t)model->subjects,
     };
 
     return counts[array];
@@ -89,6 +92,9 @@ static int read_array(struct store *store, sqlite3 *db, struct store_model *mode
     if (status == STORE_OK) {
         status = store_read_doubles(store, db, hash, store_model_count(model, array),
                                     &model->arrays[array]);
+    }
+    if (status == STORE_NOT_FOUND && array == STORE_MODEL_CALIBRATION && !*hash) {
+        return STORE_OK;
     }
     return status == STORE_NOT_FOUND ? STORE_CORRUPT : status;
 }
@@ -199,6 +205,9 @@ static int insert_arrays(struct store *store, sqlite3 *db, const struct put *put
     int status = STORE_OK;
 
     for (size_t i = 0; status == STORE_OK && i < STORE_MODEL_ARRAYS; i++) {
+        if (!put->bytes[i]) {
+            continue;
+        }
         status = store_blob_keep(store, db, &put->contents[i]);
         if (status == STORE_OK) {
             status = store_execute(db, NULL,
@@ -257,6 +266,9 @@ static int make_bytes(struct store_model *model, struct put *put)
     for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
         size_t count = store_model_count(model, (enum store_model_array)i);
 
+        if (i == STORE_MODEL_CALIBRATION && !model->arrays[i]) {
+            continue;
+        }
         put->bytes[i] = malloc(count ? count * 8 : 1);
         if (!put->bytes[i]) {
             return STORE_NOMEM;
@@ -286,6 +298,22 @@ static int adopt(struct store *store, struct store_model *model)
     return status;
 }
 
+/* Stages the arrays that there are; *staged gets how many were gone through. */
+static int stage(struct store *store, struct put *put, size_t *staged)
+{
+    int status = STORE_OK;
+
+    for (; status == STORE_OK && *staged < STORE_MODEL_ARRAYS; ++*staged) {
+        if (put->bytes[*staged]) {
+            size_t count = store_model_count(put->model, (enum store_model_array) * staged);
+
+            status =
+                store_blob_stage(store, put->bytes[*staged], count * 8, &put->contents[*staged]);
+        }
+    }
+    return status;
+}
+
 int store_model_put(struct store *store, struct store_model *model, bool *created)
 {
     struct put put = {.model = model, .now = store_now_ms()};
@@ -293,20 +321,20 @@ int store_model_put(struct store *store, struct store_model *model, bool *create
     int status = make_bytes(model, &put);
 
     *created = false;
-    for (; status == STORE_OK && staged < STORE_MODEL_ARRAYS; staged++) {
-        size_t count = store_model_count(model, (enum store_model_array)staged);
-
-        status = store_blob_stage(store, put.bytes[staged], count * 8, &put.contents[staged]);
-    }
+    status = status == STORE_OK ? stage(store, &put, &staged) : status;
     if (status == STORE_OK) {
         status = store_write(store, run_put, &put);
     }
     for (size_t i = 0; i < staged; i++) {
-        store_blob_unstage(store, &put.contents[i]);
+        if (put.bytes[i]) {
+            store_blob_unstage(store, &put.contents[i]);
+        }
     }
     for (size_t i = 0; status == STORE_OK && !put.created && i < staged; i++) {
-        status = store_blob_mend(store, put.bytes[i],
-                                 8 * store_model_count(model, (enum store_model_array)i));
+        if (put.bytes[i]) {
+            status = store_blob_mend(store, put.bytes[i],
+                                     8 * store_model_count(model, (enum store_model_array)i));
+        }
     }
     for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
         free(put.bytes[i]);

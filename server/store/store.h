@@ -193,16 +193,20 @@ enum store_model_array {
     STORE_MODEL_MODES,       /* [components][3][n_theta][n_phi] */
     STORE_MODEL_EIGENVALUES, /* [components] */
     STORE_MODEL_SCORES,      /* [subjects][components] */
+    STORE_MODEL_CALIBRATION, /* [STORE_CALIBRATION_VALUES][subjects] leave-one-out values */
 };
-#define STORE_MODEL_ARRAYS 4
+#define STORE_MODEL_ARRAYS 5
+#define STORE_CALIBRATION_VALUES 4
 
 struct store_model {
     char id[STORE_ID_MAX];   /* model-..., set by put */
     char mean[STORE_ID_MAX]; /* the mean surface, which stays as long as the model */
     char *record;            /* JSON text of everything else in the record, opaque here */
     int64_t lmax, n_theta, n_phi, subjects, components, created_ms;
-    double *arrays[STORE_MODEL_ARRAYS]; /* malloc; NULL where not asked for */
-    struct store_owner owner;           /* to be set for put; not set by get */
+    /* malloc; NULL where not asked for, and the calibration also where the model has none: those
+       made before migration 7 */
+    double *arrays[STORE_MODEL_ARRAYS];
+    struct store_owner owner; /* to be set for put; not set by get */
 };
 void store_model_clear(struct store_model *model);
 /* Numbers in one of the arrays. */

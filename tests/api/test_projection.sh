@@ -3,8 +3,8 @@
 #
 # test_projection.sh - what a model says of surfaces, against the surfaces: samples that are projected back have
 # the scores that they were drawn with, and the covariance of the model; subjects of the model have their own
-# scores, registered or not, however they are named; and points far out that no surface has are told by their
-# relative energy.
+# scores, registered or not, however they are named; points far out that no surface has are told by their relative
+# energy; and what is unlike the subjects of a model or the members of a cohort, or turned against them, is warned of.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -134,5 +134,80 @@ is "$STATUS $(json .trainingSubject)" '200 false' 'a surface that is not quite o
 note "$(query --slurpfile from "$SCRATCH/registered.json" \
     '"anew at \(.distance) from the mean, within the group at \($from[0].distances[2])"')"
 compare "$(json .distance)" '<' "$(json '.distanceBefore')" 'to the mean'
+
+# ---- What does not belong to a model -----------------------------------------------------------------
+
+codes() { # of the warnings of the last body
+    json '[.warnings[].code] | sort | join(" ")'
+}
+
+is "$(json '[.warnings[].code] | contains(["few-subjects"])')" true 'a model of three subjects has wide limits'
+is "$(json '.typicality | [.subjects, .residual.percentile >= 0, .angle] | tojson')" '[3,true,null]' \
+    'which the result gives, and no angle where the model rotates'
+run pca "{\"surfaces\":[\"${S[0]}\",\"${S[1]}\"],\"register\":false}"
+run project "{\"model\":\"$(json .model.id)\",\"surface\":\"${S[2]}\"}"
+is "$STATUS $(json .typicality) $(codes)" '200 null model-uncalibrated' 'one of two has none, and says so'
+
+mapfile -t DRAWN < <(jq -r '.surfaces[].id' "$SCRATCH/samples.json")
+group() { # FROM COUNT: ids of samples, for JSON
+    printf '"%s"\n' "${DRAWN[@]:$1:$2}" | paste -sd,
+}
+run pca "{\"surfaces\":[$(group 0 40)],\"register\":false}"
+is "$STATUS $(codes)" '200 ' 'a model of forty samples'
+FORTY=$(json .model.id)
+for i in {40..69}; do
+    run project "{\"model\":\"$FORTY\",\"surface\":\"${DRAWN[$i]}\"}"
+    json '{warnings, typicality}'
+done | jq -s . >"$SCRATCH/members.json"
+# 4 or more of 30 have the probability 1e-4 where 1 % are beyond each of four limits of .5 %, and .02 at 4 %.
+note "$(jq -c '[.[].warnings[].code]' "$SCRATCH/members.json")"
+compare "$(jq 'map(select(.warnings | length > 0)) | length' "$SCRATCH/members.json")" '<=' 3 \
+    'other samples are not far from it'
+compare "$(jq 'map(.typicality.distance.percentile) | add / length' "$SCRATCH/members.json")" '>' 25 \
+    'and lie among its subjects'
+run project "{\"model\":\"$FORTY\",\"surface\":\"${DRAWN[5]}\"}"
+is "$(json .trainingSubject) $(codes)" 'true ' 'nor is one of them'
+post "/v1/meshes?name=L_hippocampus" --data-binary @tests/data/aal_subcortex/L_hippocampus.ply
+run encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+FOREIGN=$(json .surface.id)
+run project "{\"model\":\"$FORTY\",\"surface\":\"$FOREIGN\"}"
+is "$(json '[.warnings[].code] | contains(["far-from-model"])')" true 'a hippocampus is'
+is "$(json '.warnings[] | select(.code == "far-from-model") | .figures.residual | .value > .limit')" true 'with its figures'
+
+# A sample turned about the z axis.
+turn() { # SURFACE DEGREES
+    get "/v1/surfaces/$1/coefficients"
+    jq --argjson angle "$2" '($angle * 3.141592653589793 / 180) as $a | ($a | cos) as $c | ($a | sin) as $s |
+        [.x, .y] as [$x, $y] | .x = [range($x | length) | $c * $x[.] - $s * $y[.]] |
+        .y = [range($x | length) | $s * $x[.] + $c * $y[.]] | {coefficients: .}' "$BODY" >"$SCRATCH/turned.json"
+    post_json /v1/surfaces "@$SCRATCH/turned.json"
+    json .id
+}
+TURNED=$(turn "${DRAWN[70]}" 25)
+run project "{\"model\":\"$FORTY\",\"surface\":\"$TURNED\"}"
+is "$(json '[.warnings[].code] | contains(["pose-differs"])')" true 'a sample that is turned differs in pose'
+compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures.angle - 25 | fabs')" '<' 5 'by that angle'
+compare "$(json '.warnings[] | select(.code == "pose-differs") | .figures.standardDeviations')" '>' 0.1 \
+    'and so in its scores'
+run mean "{\"surfaces\":[$(group 0 12),\"$TURNED\"],\"register\":false}"
+is "$(json '[.warnings[] | select(.code == "pose-differs") | .figures.member] | tojson')" '[12]' \
+    'and is told among the members of a mean'
+
+# ---- What does not belong to a cohort ----------------------------------------------------------------
+
+get "/v1/surfaces/$FOREIGN/coefficients"
+jq '{coefficients: (.x |= map(8 * .))}' "$BODY" >"$SCRATCH/long.json"
+post_json /v1/surfaces "@$SCRATCH/long.json"
+LONG=$(json .id)
+members=$(printf '%s\n' "${DRAWN[@]:0:40}" "$LONG" |
+    jq -R . | jq -sc 'to_entries | map({id: .value, label: (["a", "b"][.key % 2])})')
+post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$members}"
+is "$STATUS" 201 'a cohort of samples and a hippocampus drawn out eightfold'
+run classify "{\"cohort\":\"mixed\",\"method\":\"harmonic-nn\",\"lmax\":$LMAX}"
+note "$(json '.methods[].perSubject[-1].typicality | tojson')"
+is "$STATUS $(json '[.warnings[] | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [40]' \
+    'a member is unlike the others, whatever its class'
+is "$(json '.methods["harmonic-nn"].perSubject[40].typicality.nearest | [.percentile, .value > .limit] | tojson')" \
+    '[100,true]' 'by its distance from the nearest'
 stop_server || not_ok 'the server ends well'
 done_testing

@@ -354,7 +354,7 @@ static void times(struct bench *x, const char *path)
 int main(void)
 {
     static const char *const two[] = {RIGHT, LEFT, THALAMUS, VENTRICLE,
-                                      REGISTRATIONS_SHARED "lv_endocardium_ed/lv_asymp_0083.ply"};
+                                      SHARED "lv_endocardium_ed/lv_asymp_0083.ply"};
     struct bench x = {.good = true};
 
     openblas_set_num_threads(1);

@@ -1,7 +1,7 @@
 /*
- * test_stats_allocation.c - distances, mean, principal components, the quality of a model and the
- * comparison of groups when memory runs out: each allocation in turn is refused; the call fails
- * cleanly and nothing leaks.
+ * test_stats_allocation.c - distances, mean, principal components, the quality of a model, what its
+ * members are judged by, and the comparison of groups when memory runs out: each allocation in turn
+ * is refused; the call fails cleanly and nothing leaks.
  */
 #include "group.h"
 #include "support/refusing.h"
@@ -13,8 +13,9 @@
 
 /* What the runs work on. */
 static struct group g;
-static double *fields;   /* [N + 1][3][P]: the mean and N fields */
-static double *compared; /* [COMPARED][3][P]: the N fields again and again */
+static double *fields;        /* [N + 1][3][P]: the mean and N fields */
+static double *compared;      /* [COMPARED][3][P]: the N fields again and again */
+static struct srnf_pca model; /* of the N fields */
 static struct srnf_register_options registration;
 
 static int run_distances(void)
@@ -134,6 +135,43 @@ static int run_repeated_comparison(void)
     return status;
 }
 
+static int run_calibration(void)
+{
+    struct srnf_calibration calibration = {0};
+    int status = srnf_calibrate(g.grid, &model, fields, fields + 3 * g.points, &calibration);
+
+    assert_true((status < 0) == (calibration.values == NULL));
+    srnf_calibration_clear(&calibration);
+    return status;
+}
+
+static int run_pose(void)
+{
+    double angles[N];
+
+    return srnf_pose_angles(g.grid, N, fields + 3 * g.points, angles);
+}
+
+static int run_typicality(void)
+{
+    const double values[N] = {1.0, 2.0, 3.0};
+    struct srnf_typicality typicality;
+
+    return srnf_typicality_of(SRNF_TRAIT_DISTANCE, N, values, 2.0, 0.01, &typicality);
+}
+
+static int run_folds_typicality(void)
+{
+    double distances[16] = {0, 1, 2, 3, 1, 0, 2, 3, 2, 2, 0, 1, 3, 3, 1, 0};
+    const struct srnf_folds folds = {.n = 4, .distances = distances};
+    struct srnf_folds_typicality typicality = {0};
+    int status = srnf_folds_typicality(&folds, 0.01, &typicality);
+
+    assert_true((status < 0) == (typicality.verdicts == NULL));
+    srnf_folds_typicality_clear(&typicality);
+    return status;
+}
+
 static void distances_survive(void **state)
 {
     (void)state;
@@ -154,6 +192,17 @@ static void components_survive(void **state)
     refusing_sweep("principal components", run_pca, EACH, 1);
 }
 
+static void typicality_survives(void **state)
+{
+    (void)state;
+    assert_int_equal(srnf_pca_fit(g.grid, N, fields, fields + 3 * g.points, 0, &model), SRNF_OK);
+    refusing_sweep("leave-one-out values", run_calibration, EACH, 1);
+    refusing_sweep("pose angles", run_pose, EACH, 1);
+    refusing_sweep("a value among others", run_typicality, EACH, 1);
+    refusing_sweep("members among others", run_folds_typicality, EACH, 1);
+    srnf_pca_clear(&model);
+}
+
 static void judging_survives(void **state)
 {
     (void)state;
@@ -166,9 +215,8 @@ static void judging_survives(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(distances_survive),
-        cmocka_unit_test(mean_survives),
-        cmocka_unit_test(components_survive),
+        cmocka_unit_test(distances_survive),  cmocka_unit_test(mean_survives),
+        cmocka_unit_test(components_survive), cmocka_unit_test(typicality_survives),
         cmocka_unit_test(judging_survives),
     };
     void *workspace;

@@ -136,6 +136,7 @@ static void version_1_is_brought_up(void **state)
 static void check_version_2(struct fixture *fixture)
 {
     struct store_cohort cohort;
+    struct store_model model;
     char path[512];
 
     assert_int_equal(store_cohort_get(fixture->store, "group", &cohort), STORE_OK);
@@ -144,7 +145,15 @@ static void check_version_2(struct fixture *fixture)
     assert_string_equal(cohort.members[1], "surf-1");
     store_cohort_clear(&cohort);
     assert_int_equal(store_owner_has(fixture->store, "", "model-1"), STORE_OK);
+    assert_int_equal(
+        store_model_get(fixture->store, "model-1", 1u << STORE_MODEL_CALIBRATION, &model),
+        STORE_OK);
+    assert_null(model.arrays[STORE_MODEL_CALIBRATION]);
+    store_model_clear(&model);
     snprintf(path, sizeof path, "%s/srnfd.db", fixture->path);
+    assert_int_equal(count(path, "SELECT 1 FROM model_array WHERE model = 'model-1' AND name = "
+                                 "'modes' AND content = '" H2 "'"),
+                     1);
     assert_int_equal(count(path, "PRAGMA foreign_key_check"), 0);
     assert_int_equal(count(path, "SELECT 1 FROM pragma_integrity_check WHERE integrity_check <> "
                                  "'ok'"),

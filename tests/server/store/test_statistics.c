@@ -203,6 +203,8 @@ static void test_cohort_list(void **state)
 
 /* ---- Models ---------------------------------------------------------------------------------- */
 
+#define ALL_ARRAYS ((1u << STORE_MODEL_ARRAYS) - 1)
+
 static struct store_model make_model(const char *mean, double value)
 {
     struct store_model model = {.record = strdup("{\"made\":1}"),
@@ -253,7 +255,7 @@ static void test_model(void **state)
     assert_string_not_equal(other.id, model.id);
 
     fixture_reopen(fixture);
-    assert_int_equal(store_model_get(fixture->store, model.id, 0xf, &got), STORE_OK);
+    assert_int_equal(store_model_get(fixture->store, model.id, ALL_ARRAYS, &got), STORE_OK);
     assert_string_equal(got.mean, mean);
     assert_int_equal(got.components, COMPONENTS);
     for (size_t a = 0; a < STORE_MODEL_ARRAYS; a++) {
@@ -272,6 +274,43 @@ static void test_model(void **state)
     store_model_clear(&other);
 }
 
+/* A model of older versions, which had no calibration, is another one than with it. */
+static void test_model_without_calibration(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store_model model, old, got;
+    char mean[STORE_ID_MAX];
+    int64_t before, after;
+    bool created;
+
+    put_surface(fixture->store, 1.0, mean);
+    old = make_model(mean, 0.25);
+    free(old.arrays[STORE_MODEL_CALIBRATION]);
+    old.arrays[STORE_MODEL_CALIBRATION] = NULL;
+    assert_int_equal(store_model_put(fixture->store, &old, &created), STORE_OK);
+    assert_true(created);
+    assert_int_equal(store_model_put(fixture->store, &old, &created), STORE_OK);
+    assert_false(created);
+    assert_int_equal(store_owner_bytes(fixture->store, "", &before), STORE_OK);
+    model = make_model(mean, 0.25);
+    assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
+    assert_true(created);
+    assert_string_not_equal(model.id, old.id);
+    assert_int_equal(store_owner_bytes(fixture->store, "", &after), STORE_OK);
+    assert_true(after - before >= (int64_t)store_model_count(&model, STORE_MODEL_CALIBRATION) * 8);
+
+    assert_int_equal(store_model_get(fixture->store, old.id, ALL_ARRAYS, &got), STORE_OK);
+    assert_null(got.arrays[STORE_MODEL_CALIBRATION]);
+    assert_non_null(got.arrays[STORE_MODEL_SCORES]);
+    store_model_clear(&got);
+    assert_int_equal(store_model_get(fixture->store, model.id, ALL_ARRAYS, &got), STORE_OK);
+    assert_memory_equal(got.arrays[STORE_MODEL_CALIBRATION], model.arrays[STORE_MODEL_CALIBRATION],
+                        store_model_count(&model, STORE_MODEL_CALIBRATION) * sizeof(double));
+    store_model_clear(&got);
+    store_model_clear(&model);
+    store_model_clear(&old);
+}
+
 static void test_the_same_model_mends(void **state)
 {
     struct fixture *fixture = *state;
@@ -288,7 +327,7 @@ static void test_the_same_model_mends(void **state)
     }
     assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
     assert_false(created);
-    assert_int_equal(store_model_get(fixture->store, model.id, 0xf, &got), STORE_OK);
+    assert_int_equal(store_model_get(fixture->store, model.id, ALL_ARRAYS, &got), STORE_OK);
     store_model_clear(&got);
     store_model_clear(&model);
 }
@@ -416,6 +455,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_members_stay, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_cohort_list, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model, fixture_setup, fixture_teardown),
+        cmocka_unit_test_setup_teardown(test_model_without_calibration, fixture_setup,
+                                        fixture_teardown),
         cmocka_unit_test_setup_teardown(test_the_same_model_mends, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model_without_mean, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_checkpoint, fixture_setup, fixture_teardown),

@@ -1,0 +1,31 @@
+/*
+ * typicality.h - in result documents: how a surface compares with the members of a group, and the
+ * warnings where it does not belong to them.
+ */
+#ifndef SRNFD_API_TYPICALITY_H
+#define SRNFD_API_TYPICALITY_H
+
+#include "api/process.h"
+#include "jobs/compute_mean.h"
+#include "jobs/compute_model.h"
+
+/* Subjects below which a model's limits are wide enough to be told of. */
+#define TYPICALITY_SUBJECTS_FEW 30
+
+/* mahalanobis and typicality of a projection, and its warnings. */
+void typicality_set_projection(json_t *document, const struct compute_model *model,
+                               const struct compute_projection *projection);
+
+/* Appends a warning for each member that is turned far against the others. labels: their names. */
+void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
+                           const json_t *labels);
+
+/* The verdicts on one member of a comparison (new reference). */
+json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member);
+/* Appends a warning for each member that is far from all classes by one method or more.
+   typicality: [n_methods]; subjects: names of the members. */
+void typicality_warn_members(json_t *warnings, size_t n_methods,
+                             const struct srnf_folds_typicality *typicality,
+                             const char *const *methods, const json_t *subjects);
+
+#endif
