@@ -5,6 +5,7 @@
 #   deploy/install-deps.sh --tests   and what the tests, the linters and the sanitizers need
 #   deploy/install-deps.sh --package and what making the Debian package needs
 #
+# nginx is not installed but unpacked into build/tools: as a package it would start a service.
 # Only what is missing is installed, and the package lists are fetched only when something is missing, so
 # that on a machine that has everything this is a look at dpkg's database: no network, no root, no time.
 # Without root it goes through sudo. On any other system it names the libraries and fails.
@@ -155,6 +156,26 @@ apt() {
         -o Acquire::Retries=3 "$@" </dev/null
 }
 
+# Installed, nginx would run as a service. Its program alone, unpacked, is enough for tests/deploy/test_nginx.sh,
+# which is skipped where it cannot be had.
+nginx_there() {
+    PATH=$PATH:/usr/sbin command -v nginx >/dev/null 2>&1 || test -x "$TOOLS/usr/sbin/nginx"
+}
+
+unpack_nginx() {
+    known_to_apt nginx || apt update || true
+    for name in nginx nginx-light; do
+        rm -rf "$TOOLS"
+        mkdir -p "$TOOLS"
+        (cd "$TOOLS" && apt-get -q download "$name" && dpkg -x "$name"_*.deb .) >&2 </dev/null || true
+        if nginx_there; then
+            say "unpacked: $name, into build/tools"
+            return
+        fi
+    done
+    say 'nginx cannot be had: its test will be skipped'
+}
+
 # Without a terminal sudo must not wait for a password that nobody can type.
 interactive=no
 if [ -t 0 ]; then
@@ -162,6 +183,7 @@ if [ -t 0 ]; then
 fi
 with_tests=no
 with_package=no
+TOOLS=${SRNFD_TOOLS:-${0%/*}/../build/tools}
 case "$#:${1-}" in
 0:) ;;
 1:--tests) with_tests=yes ;;
@@ -174,8 +196,12 @@ if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
     say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl.'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, nginx (its program alone).'
     exit 1
+fi
+
+if [ "$with_tests" = yes ] && ! nginx_there; then
+    unpack_nginx
 fi
 
 wanted=$(missing)

@@ -43,9 +43,10 @@ END
 tool id <<'END'
 cat "$system/uid"
 END
-for name in node npm; do
+for name in node npm nginx; do
     tool "$name" </dev/null
 done
+export SRNFD_TOOLS=$SCRATCH/tools
 
 base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
     liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev curl jq'
@@ -109,6 +110,32 @@ like "$LOG" 'install .* nodejs npm$' 'and installed where they are not'
 for name in node npm; do
     tool "$name" </dev/null
 done
+
+# Its PATH has /usr/sbin too, where a real one may be.
+if [ ! -x /usr/sbin/nginx ]; then
+    rm "$FAKE/nginx"
+    for name in rm mkdir dpkg; do
+        ln -s "$(command -v "$name")" "$FAKE/$name"
+    done
+    system $base $tests
+    echo nginx >>"$SCRATCH/known"
+    install_deps --tests
+    is "$RESULT" 0 'where nginx cannot be unpacked everything else goes on'
+    like "$OUTPUT" 'nginx cannot be had' 'and it says so'
+    like "$LOG" 'download nginx' 'which was tried'
+    unlike "$LOG" ' install ' 'without installing it'
+    rm "$FAKE/dpkg"
+    tool dpkg <<'END'
+mkdir -p usr/sbin && sed 1q /dev/null >usr/sbin/nginx && chmod +x usr/sbin/nginx
+END
+    ln -s "$(command -v chmod)" "$FAKE/chmod"
+    install_deps --tests
+    check 'where it can, its program is in the folder' test -x "$SCRATCH/tools/usr/sbin/nginx"
+    : >"$SCRATCH/log"
+    install_deps --tests
+    is "$RESULT:$(cat "$SCRATCH/log")" '0:' 'and a second run does nothing'
+    tool nginx </dev/null
+fi
 
 system ${base/pkg-config/pkgconf}
 install_deps

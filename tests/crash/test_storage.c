@@ -18,7 +18,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,6 +29,7 @@
 
 #include "support/ledger.h"
 #include "support/scratch.h"
+#include "support/small_disk.h"
 
 #define JSON_BODY "Content-Type: application/json\r\n"
 #define CANNOT_MOUNT 77
@@ -231,13 +231,6 @@ static void every_failing_write_is_an_answer(void **state)
 
 /* ---- A disk that is full --------------------------------------------------------------------- */
 
-static bool mount_small(const char *path)
-{
-    return mkdir(path, 0700) == 0 && unshare(CLONE_NEWNS) == 0 &&
-           mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0 &&
-           mount("tmpfs", path, "tmpfs", 0, "size=256m") == 0;
-}
-
 /* Fills what is left of the file system, to the last page. */
 static void fill(const char *path)
 {
@@ -304,7 +297,7 @@ static void a_full_disk_takes_nothing_and_gives_everything(void **state)
 
     snprintf(disk, sizeof disk, "%s/disk", scene->folder);
     snprintf(ballast, sizeof ballast, "%s/ballast", disk);
-    if (!mount_small(disk)) {
+    if (mkdir(disk, 0700) != 0 || !small_disk_mount(disk, "size=256m")) {
         print_message("# no right to mount a small file system\n");
         skip();
     }
@@ -345,7 +338,7 @@ static void a_queue_outlives_a_full_disk(void **state)
 
     snprintf(disk, sizeof disk, "%s/disk", scene->folder);
     snprintf(ballast, sizeof ballast, "%s/ballast", disk);
-    if (!mount_small(disk)) {
+    if (mkdir(disk, 0700) != 0 || !small_disk_mount(disk, "size=256m")) {
         skip();
     }
     daemon_prepare(&scene->daemon, scene->folder, "disk/data");

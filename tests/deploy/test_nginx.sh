@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # The nginx example in front of a daemon: with its listen directive turned into a unix socket and its upstream into
-# the daemon's port, it passes requests, names and bodies on. Skipped without nginx.
+# the daemon's port, it passes requests, names and bodies on. Skipped without nginx, which
+# deploy/install-deps.sh --tests unpacks into build/tools.
 . "$(dirname "$0")/../support/lib.sh"
 
-NGINX=$(PATH=$PATH:/usr/sbin command -v nginx) || skip_all 'no nginx'
+NGINX=$(PATH=$PATH:/usr/sbin:$ROOT/build/tools/usr/sbin command -v nginx) || skip_all 'no nginx'
 
 start_server "$SCRATCH/data" --allowed-hosts shapes.example.org --insecure || exit 1
 SOCKET=$SCRATCH/nginx.sock

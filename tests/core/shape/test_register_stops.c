@@ -171,7 +171,7 @@ static void tell(void *user, double fraction, const char *message)
     struct told *told = user;
 
     told->rises = told->rises && fraction >= told->last && fraction <= 1.0 && message;
-    told->last = fmax(told->last, fraction);
+    told->last = compare_max(told->last, fraction);
 }
 
 static void progress_of_both_ways_rises(void **state)

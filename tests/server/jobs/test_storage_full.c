@@ -9,13 +9,12 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <sched.h>
-#include <sys/mount.h>
 #include <sys/wait.h>
 #include <time.h>
 
 #include "../store/fixture.h"
 #include "jobs/jobs.h"
+#include "support/small_disk.h"
 
 #define CANNOT_MOUNT 77
 #define TRIES 10000
@@ -63,8 +62,7 @@ static int run_on_a_small_disk(const char *path)
     struct jobs *jobs;
     struct store_job job;
 
-    if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
-        mount("tmpfs", path, "tmpfs", 0, "size=2m") != 0) {
+    if (!small_disk_mount(path, "size=2m")) {
         return CANNOT_MOUNT;
     }
     if (store_open(&config.store, path, message, sizeof message) != STORE_OK ||

@@ -10,12 +10,11 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <sched.h>
 #include <sqlite3.h>
-#include <sys/mount.h>
 #include <sys/wait.h>
 
 #include "fixture.h"
+#include "support/small_disk.h"
 
 #define LARGE (STORE_INLINE_MAX + 1000)
 
@@ -328,13 +327,6 @@ static void what_was_acknowledged_survives_an_abrupt_end(void **state)
 
 #define CANNOT_MOUNT 77
 
-/* A file system of 3 MB over the directory, seen by this process only. */
-static bool mount_small(const char *path)
-{
-    return unshare(CLONE_NEWNS) == 0 && mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0 &&
-           mount("tmpfs", path, "tmpfs", 0, "size=3m") == 0;
-}
-
 /* Stores meshes of this size until one is refused, and returns with what. */
 static int put_until_refused(struct store *store, unsigned char *bytes, size_t size)
 {
@@ -361,7 +353,7 @@ static int fill_the_disk(const char *path)
     bool created;
 
     snprintf(ballast, sizeof ballast, "%s/ballast", path);
-    if (!mount_small(path)) {
+    if (!small_disk_mount(path, "size=3m")) {
         return CANNOT_MOUNT;
     }
     write_file(ballast, bytes, 400000);
