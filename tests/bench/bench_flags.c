@@ -20,7 +20,7 @@
 
 #include <fftw3.h>
 
-#include "core/stats/group.h"
+#include "bench/ventricles.h"
 
 #define DEGREE 15
 #define ALL ((size_t)100)
@@ -266,7 +266,7 @@ static void print_turns(const struct model *m, const struct judged *unturned)
         for (size_t i = 0; i < TURNED; i++) {
             struct srnf_mesh mesh;
 
-            expect(group_load_ventricle(ALL - TURNED + i, ALL, &mesh), "a ventricle is gone");
+            expect(ventricles_load(ALL - TURNED + i, ALL, &mesh), "a ventricle is gone");
             turn_mesh(&mesh, angles[a / 3] * DEGREES, a % 3);
             f[i] = memory + i * g->count;
             encode(&mesh, memory + i * g->count, g->count);
@@ -348,14 +348,14 @@ int main(int argc, char **argv)
 
     openblas_set_num_threads(1);
     fftw_make_planner_thread_safe();
-    if (!group_load_ventricle(0, ALL, &mesh)) {
-        printf("# skipped: no %s\n", GROUP_VENTRICLES);
+    if (!ventricles_load(0, ALL, &mesh)) {
+        printf("# skipped: no %s\n", VENTRICLES);
         return EXIT_SUCCESS;
     }
     srnf_mesh_clear(&mesh);
     group_open(&g, DEGREE, ALL);
     for (size_t i = 0; i < ALL; i++) {
-        expect(group_load_ventricle(i, ALL, &mesh), "a ventricle is gone");
+        expect(ventricles_load(i, ALL, &mesh), "a ventricle is gone");
         encode(&mesh, g.f[i], g.count);
     }
     for (size_t i = 0; i < FOREIGN; i++) {
