@@ -31,8 +31,7 @@ struct srnf_register_options srnf_register_options_defaults(void)
                                           .reparameterization = true,
                                           .degree = 12,
                                           .penalty_jacobian = 0.003,
-                                          .penalty_displacement = 0.01,
-                                          .max_steps = 40};
+                                          .penalty_displacement = 0.01};
 }
 
 static const char *const stop_names[] = {
@@ -189,7 +188,7 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     pair->stopped = result->warp.stopped;
 }
 
-/* Another basin counts from whichever side it was seen, and so does a rotation that costs little. */
+/* Another basin counts from whichever side it was seen; so does a rotation that costs little. */
 static void join_ambiguities(const struct search_result *other, struct search_result *info)
 {
     bool closer = info->ambiguity_objective == 0.0 ||
@@ -491,9 +490,6 @@ int registration_check(const struct srnf_register_options *o, struct srnf_error 
     if (!(o->penalty_jacobian >= 0.0) || !(o->penalty_displacement >= 0.0) ||
         !isfinite(o->penalty_jacobian) || !isfinite(o->penalty_displacement)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "a penalty is not a number from 0 up");
-    }
-    if (o->max_steps < 1) {
-        return srnf_fail(error, SRNF_EINVAL, -1, "max_steps is 0");
     }
     return SRNF_OK;
 }

@@ -11,8 +11,8 @@
  * one adjoint evaluation of harmonics at the points. The matrix is that of the data term and the
  * displacement penalty (registration_matrix.c), plus a multiple of l (l + 1) for the Jacobian
  * penalty, plus damping. A step is accepted if the objective falls and the Jacobian of the step is
- * at least one half on the grid: between the nodes it then stays positive. Steps shorten until one is
- * accepted; where none is, however short, the objective is at its minimum to rounding.
+ * at least one half on the grid: between the nodes it then stays positive. Steps shorten until one
+ * is accepted; where none is, however short, the objective is at its minimum to rounding.
  */
 #include "registration.h"
 

@@ -21,6 +21,7 @@
 #define TOURNAMENT_THIRD ((size_t)4)
 #define RIGID_REFINED ((size_t)10)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
+#define STEPS_MAX ((size_t)40)       /* of a degree, where the options do not say */
 #define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
 #define FINE_ROWS_MIN ((size_t)36)
 #define FINE_ROWS_MAX ((size_t)96)
@@ -246,6 +247,11 @@ void search_result_clear(struct search_result *result)
 
 /* ---- Rising degrees -------------------------------------------------------------------------- */
 
+static size_t steps_max(const struct search *s)
+{
+    return s->options->max_steps ? s->options->max_steps : STEPS_MAX;
+}
+
 static int open_level(const struct search *s, const struct problem *problem, size_t degree,
                       struct level *level)
 {
@@ -265,7 +271,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         bool last = k + 1 == RUNGS || ladder[k].degree >= top;
         size_t degree = ladder[k].degree < top ? ladder[k].degree : top;
-        struct schedule schedule = {s->options->max_steps, ladder[k].decrease};
+        struct schedule schedule = {steps_max(s), ladder[k].decrease};
         struct level level;
 
         if (degree > from) {
@@ -455,11 +461,11 @@ static int tournament(const struct search *s, struct search_result *result)
         status = move_to_full(s, &e);
     }
     if (status == SRNF_OK) {
-        status = play_round(s, &s->full, 4, s->options->max_steps, &e, &result->iterations);
+        status = play_round(s, &s->full, 4, steps_max(s), &e, &result->iterations);
     }
     if (status == SRNF_OK && s->options->degree >= 8) {
         srnf_report_progress(s->context, 0.5, "tournament");
-        status = play_round(s, &s->full, 8, s->options->max_steps, &e, &result->iterations);
+        status = play_round(s, &s->full, 8, steps_max(s), &e, &result->iterations);
     }
     if (status == SRNF_OK && e.count > 0) {
         sort_entrants(&e);

@@ -2,9 +2,9 @@
  * registration_report.c - figures and warnings of a registration.
  *
  * A distance is measured with the exact SRNF of the warped surface. The registered surface is a
- * series of the degree of the pair, which cuts off what the warp adds: where that is as large as the
- * distance, the surface, and a path to it, say little. The bounds of the warnings were set on ten
- * pairs of real surfaces at degrees 8, 15 and 31 (tests/bench/bench_pairs.c prints them).
+ * series of the degree of the pair, which cuts off what the warp adds: where that is as large as
+ * the distance, the surface, and a path to it, say little. The bounds of the warnings were set on
+ * ten pairs of real surfaces at degrees 8, 15 and 31 (tests/bench/bench_pairs.c prints them).
  */
 #include "api/registration_report.h"
 

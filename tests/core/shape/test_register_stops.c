@@ -134,20 +134,6 @@ static void ambiguity_is_known_where_rotations_were_searched(void **state)
     srnf_registration_clear(&r);
 }
 
-static void refuses_no_steps(void **state)
-{
-    struct pair *pair = *state;
-    struct srnf_register_options options = from_identity();
-    struct srnf_registration r;
-    struct srnf_error error = {0};
-
-    options.max_steps = 0;
-    assert_int_equal(
-        srnf_register(pair->a.sht, pair->a.f, NULL, pair->b.f, &options, NULL, NULL, &r, &error),
-        SRNF_EINVAL);
-    assert_non_null(strstr(error.message, "max_steps"));
-}
-
 static void names(void **state)
 {
     static const char *const expected[] = {"direct", "tolerance", "stationary", "stepRefused",
@@ -199,7 +185,6 @@ int main(void)
         cmocka_unit_test_setup_teardown(fields_keep_to_their_degree, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(ambiguity_is_known_where_rotations_were_searched, open_pair,
                                         close_pair),
-        cmocka_unit_test_setup_teardown(refuses_no_steps, open_pair, close_pair),
         cmocka_unit_test(names),
         cmocka_unit_test_setup_teardown(progress_of_both_ways_rises, open_pair, close_pair),
     };
