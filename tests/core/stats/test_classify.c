@@ -228,7 +228,7 @@ static void subjects_are_left_out_whole(void **state)
             for (size_t k = 0; k < 2; k++) {
                 double d = fabs(r.evidence[2 * i + k] - plain_likelihood(&plain, i, k, i, i));
 
-                worst = d <= worst ? worst : d; /* a NaN stays */
+                worst = compare_max(worst, d);
             }
             for (size_t k = 1; k <= COMPONENTS - 3; k++) { /* what the fewest subjects determine */
                 for (size_t pooled = 0; pooled < 2; pooled++) {

@@ -108,8 +108,8 @@ static double change_of_others(const struct srnf_folds *a, const struct srnf_fol
                 double p = product(a, fold, i, j);
                 double d = fabs(p - product(b, fold, i, j));
 
-                worst = d <= worst ? worst : d; /* a NaN stays */
-                scale = fmax(scale, fabs(p));
+                worst = compare_max(worst, d);
+                scale = compare_max(scale, fabs(p));
             }
         }
     }

@@ -139,7 +139,7 @@ static void repeated_subjects_count_once(void **state)
         };
 
         for (size_t i = 0; i < sizeof d / sizeof d[0]; i++) {
-            worst = fabs(d[i] - 1.0) <= worst ? worst : fabs(d[i] - 1.0); /* a NaN stays */
+            worst = compare_max(worst, fabs(d[i] - 1.0));
         }
     }
     figure_below("curves with subjects twice, relative", worst, 1e-6);
