@@ -395,8 +395,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     (void)json_object_set_new(document, "majorityRate", json_real(results[0].majority));
     permutation_set_test(document, &results[0].test);
     permutation_warn(warnings_of(document), &results[0].test);
-    group_warn_duplicates(run, document, json_object_get(inputs, "cohort"),
-                          json_object_get(json_object_get(inputs, "cohort"), "subjects"),
+    group_warn_duplicates(run, document, cohort, cohort,
                           (const char(*)[STORE_ID_MAX])typed->group->contents);
     (void)json_object_set_new(document, "classes", order);
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)typed->group->degree));

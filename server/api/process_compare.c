@@ -396,7 +396,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         mean_set_members(document, &typed.mean, &mean);
         warnings_put(document,
                      handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
-        group_warn_duplicates(run, document, cohort, json_object_get(cohort, "subjects"),
+        group_warn_duplicates(run, document, cohort, cohort,
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, NULL);
         process_finish(run, document, inputs, result);

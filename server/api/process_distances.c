@@ -119,8 +119,7 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     /* harmonic and icp turn surfaces, and warp nothing */
     (void)json_object_set_new(document, "registration",
                               registration_json(metric <= SRNF_METRIC_SRM ? registration : NULL));
-    group_warn_duplicates(run, document, inputs,
-                          json_object_get(json_object_get(inputs, "cohort"), "subjects"), NULL);
+    group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"), NULL);
     process_finish(run, document, inputs, result);
 out:
     group_sides_clear(&sides);

@@ -294,34 +294,39 @@ bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, c
     return good;
 }
 
-/* What two members are compared by. */
+/* What two members are compared by: a sign, - for a mirror image, and an id; empty: none. */
 struct content {
-    char surface[STORE_ID_MAX]; /* empty: a mesh that was not encoded */
-    char mesh[STORE_ID_MAX];    /* that it is, or comes from; empty: none */
+    char surface[STORE_ID_MAX + 1];
+    char mesh[STORE_ID_MAX + 1]; /* that it is, or comes from */
 };
 
-static void copy_id(char out[STORE_ID_MAX], const char *id)
+static void set_content(char out[STORE_ID_MAX + 1], bool mirrored, const char *id)
 {
-    (void)snprintf(out, STORE_ID_MAX, "%s", id ? id : "");
+    if (id) {
+        (void)snprintf(out, STORE_ID_MAX + 1, "%c%s", mirrored ? '-' : '+', id);
+    }
 }
 
-static void find_content(struct jobs_run *run, const char *id, const char *known,
+/* known: the id that the surface has as it is computed with, mirrored or not; or NULL. */
+static void find_content(struct jobs_run *run, const char *id, bool mirrored, const char *known,
                          struct content *content)
 {
     struct store_surface surface = {0};
     json_t *record = NULL;
 
+    set_content(content->surface, false, known);
     if (strncmp(id, "mesh-", 5) == 0) {
-        copy_id(content->mesh, id);
-        copy_id(content->surface, known);
+        set_content(content->mesh, mirrored, id);
         return;
     }
-    copy_id(content->surface, id);
+    if (!known) {
+        set_content(content->surface, mirrored, id);
+    }
     if (process_read(
             store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
         record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
-        copy_id(content->mesh,
-                json_string_value(json_object_get(json_object_get(record, "source"), "mesh")));
+        set_content(content->mesh, mirrored != json_is_true(json_object_get(record, "mirrored")),
+                    json_string_value(json_object_get(json_object_get(record, "source"), "mesh")));
     }
     json_decref(record);
     store_surface_clear(&surface);
@@ -360,9 +365,10 @@ static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t firs
 }
 
 void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
-                           const json_t *subjects, const char (*contents)[STORE_ID_MAX])
+                           const json_t *cohort, const char (*contents)[STORE_ID_MAX])
 {
     const json_t *ids = json_object_get(group, "surfaces");
+    const json_t *mirrored = json_object_get(cohort, "mirrored");
     size_t n = json_array_size(ids);
     struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
 
@@ -370,7 +376,8 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
         const char *id = json_string_value(json_array_get(ids, i));
         size_t first = 0;
 
-        find_content(run, id ? id : "", contents ? contents[i] : NULL, &all[i]);
+        find_content(run, id ? id : "", json_is_true(json_array_get(mirrored, i)),
+                     contents ? contents[i] : NULL, &all[i]);
         while (first < i && !is_same(all[first].surface, all[i].surface) &&
                !is_same(all[first].mesh, all[i].mesh)) {
             first++;
@@ -378,8 +385,8 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
         if (first < i) {
             bool surface = is_same(all[first].surface, all[i].surface);
 
-            warn_duplicate(warnings_of(document), subjects, first, i,
-                           surface ? all[i].surface : all[i].mesh);
+            warn_duplicate(warnings_of(document), json_object_get(cohort, "subjects"), first, i,
+                           (surface ? all[i].surface : all[i].mesh) + 1);
         }
     }
     srnf_free(all);

@@ -46,13 +46,13 @@ bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, c
                         const char *advice);
 /*
  * Warns, in the result document, of members with the same content (duplicate-content): the same
- * surface, or surfaces and meshes that come from one mesh.
+ * surface, or surfaces and meshes that come from one mesh. Mirror images are not the same.
  *   group     [in] what holds "surfaces": the canonical inputs, or the cohort in them
- *   subjects  [in] as above
+ *   cohort    [in] what holds "subjects" and "mirrored", for all members; or NULL
  *   contents  [in] [n] of compute_group, by which meshes of the same surface are known; or NULL
  */
 void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
-                           const json_t *subjects, const char (*contents)[STORE_ID_MAX]);
+                           const json_t *cohort, const char (*contents)[STORE_ID_MAX]);
 
 /* A name for each member where labels are classes: the subject, or else the name, or else the id.
    cohort: the canonical one, with the member surfaces. */

@@ -216,8 +216,7 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                json_object_get(inputs, "cohort")));
-    group_warn_duplicates(run, document, inputs,
-                          json_object_get(json_object_get(inputs, "cohort"), "subjects"),
+    group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
                           (const char(*)[STORE_ID_MAX])outputs->group.contents);
 }
 
@@ -284,14 +283,16 @@ static char *record_text(struct jobs_run *run, const json_t *inputs,
                          const struct compute_mean_outputs *outputs)
 {
     const json_t *cohort = json_object_get(json_object_get(inputs, "cohort"), "name");
-    json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
+    const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
+    const json_t *mirrored = json_object_get(json_object_get(inputs, "cohort"), "mirrored");
     json_t *record = json_pack(
-        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
+        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
         json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
         jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort", cohort,
-        "subjects", subjects, "labels", group_labels(run, inputs), "registration",
-        registration_json(typed->registration), "contents", contents_json(&outputs->group),
-        "residuals", json_vector(outputs->residuals, outputs->mean.n), "distances",
+        "subjects", subjects, "mirrored", mirrored, "labels", group_labels(run, inputs),
+        "registration", registration_json(typed->registration), "contents",
+        contents_json(&outputs->group), "residuals",
+        json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));
     char *text =
         record ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))

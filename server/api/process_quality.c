@@ -206,7 +206,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
         mean_set_members(document, &typed, &mean);
         warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                    json_object_get(inputs, "cohort")));
-        group_warn_duplicates(run, document, inputs, subjects,
+        group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, NULL);
     }
@@ -229,7 +229,7 @@ static json_t *evaluate_model(struct jobs_run *run, const char *id,
     if (set_subjects(subjects, n, options, &numbers, result) &&
         compute_quality_model(run, id, total, options, &quality, result) == 0) {
         document = quality_json(&quality);
-        group_warn_duplicates(run, document, made, subjects, NULL);
+        group_warn_duplicates(run, document, made, made, NULL);
     }
     srnf_quality_clear(&quality);
     srnf_free(numbers);
