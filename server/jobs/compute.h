@@ -52,8 +52,8 @@ int compute_surface_load(struct jobs_run *run, const char *id, double share,
 int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_parameterization route,
                             double share, struct compute_surface *surface,
                             struct jobs_result *result);
-/* The first as part of a phase, with a context of the run's user: for several at a time. mirror: the
-   mirror image instead, of a mesh as encode makes it, of a surface by srnf_surface_mirror. */
+/* The first as part of a phase, with a context of the run's user: for several at a time. mirror:
+   the mirror image instead, of a mesh as encode makes it, of a surface by srnf_surface_mirror. */
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
                                 const char *id, bool mirror, struct compute_surface *surface,
                                 struct jobs_result *result);
