@@ -100,6 +100,12 @@ struct srnf_context {
     void (*parallel_for)(void *user, size_t count, void (*body)(void *argument, size_t index),
                          void *argument);
     double (*seconds)(void *user); /* a monotonic clock, for histories; NULL: all 0 */
+    /* Numbers that are dear to compute and that an earlier attempt at the same computation has
+       left, by the series that they belong to and their place in it. recall: whether there is one.
+       keep: here is one. Both from any thread; NULL: nothing is kept. Kept are the distances of
+       registered pairs, by srnf_distances, and by srnf_metric_distances for srnf and srm. */
+    bool (*recall)(void *user, uint64_t series, uint64_t index, double *value);
+    void (*keep)(void *user, uint64_t series, uint64_t index, double value);
 };
 
 /* ---- Memory ---------------------------------------------------------------------------------- */

@@ -19,6 +19,7 @@ struct distances {
     const double *const *surfaces;
     const struct srnf_register_options *options; /* NULL: as parameterised */
     const double *q;                             /* [n][3][P], then */
+    uint64_t series;                             /* of registered ones (kept.c) */
     size_t n;
     double *matrix;
 };
@@ -67,7 +68,14 @@ static int measure_pair(void *argument, size_t index, const struct srnf_context 
     int status;
 
     stats_pair(index, &i, &j);
-    status = measure(d, i, j, context, &distance, error);
+    if (d->options && stats_recall(context, d->series, index, &distance)) {
+        status = SRNF_OK;
+    } else {
+        status = measure(d, i, j, context, &distance, error);
+        if (d->options && status >= 0) {
+            stats_keep(context, d->series, index, distance);
+        }
+    }
     d->matrix[i * d->n + j] = distance;
     d->matrix[j * d->n + i] = distance;
     return status;
@@ -98,6 +106,7 @@ int stats_field_distances(const struct srnf_sht *sht, enum srnf_representation r
         symmetric.symmetric = true;
         symmetric.representation = representation;
         d.options = &symmetric;
+        d.series = stats_series(sht, 0, n, surfaces, &symmetric);
     } else {
         size_t all;
 

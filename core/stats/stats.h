@@ -99,6 +99,17 @@ SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, 
                                    const struct srnf_context *context, double *coefficients,
                                    struct srnf_error *error);
 
+/* ---- kept.c ---------------------------------------------------------------------------------- */
+
+/* The series of what is measured between surfaces so registered, for the two below. what tells
+   apart what else is measured between them. */
+uint64_t stats_series(const struct srnf_sht *sht, uint64_t what, size_t n,
+                      const double *const *surfaces, const struct srnf_register_options *options);
+/* A distance, 0 or more and finite, that an earlier attempt has left; false: there is none. */
+bool stats_recall(const struct srnf_context *context, uint64_t series, size_t index,
+                  double *distance);
+void stats_keep(const struct srnf_context *context, uint64_t series, size_t index, double distance);
+
 /* ---- distances.c, metric.c ------------------------------------------------------------------- */
 
 /* Pairs (i, j) with i < j in the order (0,1), (0,2), (1,2), (0,3), ..: pair j (j - 1) / 2 + i. */

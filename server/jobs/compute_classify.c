@@ -65,6 +65,8 @@ static struct srnf_context enter(struct stage *stage, double seconds)
     context.canceled = stage_canceled;
     context.parallel_for = stage_parallel_for;
     context.seconds = NULL;
+    context.recall = NULL;
+    context.keep = NULL;
     return context;
 }
 

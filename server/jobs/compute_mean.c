@@ -5,6 +5,8 @@
  * job's checkpoint. A checkpoint that the core refuses (damaged, or of other surfaces) costs only
  * the work that it stood for: the mean then begins anew.
  *
+ * Distances are kept pair by pair, for registered ones.
+ *
  * An SRNF does not know translations: the mean surface is moved to its area centroid.
  */
 #include "jobs/compute_mean.h"
@@ -299,6 +301,7 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
                  ? jobs_transform_acquire(jobs, group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
                  : SRNF_ENOMEM;
     if (status == 0) {
+        jobs_run_keep_numbers(run);
         status = srnf_metric_distances(sht, metric, n, group.surfaces, registration,
                                        jobs_run_context(run), *matrix, &error);
         if (status >= 0) {

@@ -14,6 +14,8 @@
  *   23 ids.mutex: the last id given out
  *
  *   24 keeper.mutex: that the keeper is to end
+ *
+ *   25 kept.mutex: the numbers that a run keeps for a later attempt
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -43,6 +45,30 @@ struct jobs_loop {
     struct jobs_loop *link;     /* list of published loops; jobs->mutex */
 };
 
+/* ---- Numbers for a later attempt (kept.c) ---------------------------------------------------- */
+
+struct jobs_number {
+    uint64_t series, index;
+    double value;
+};
+
+struct jobs_kept {
+    pthread_mutex_t mutex;
+    struct jobs_number *numbers; /* [n], those of earlier attempts first; mutex */
+    size_t n, capacity;          /* mutex */
+    struct jobs_number *old;     /* [recalled] of earlier attempts, by series and index; fixed */
+    size_t recalled;
+    double next;  /* when the next checkpoint is due, by the run's clock; mutex */
+    bool writing; /* somebody writes one; mutex */
+};
+
+void jobs_kept_init(struct jobs_kept *kept);
+void jobs_kept_destroy(struct jobs_kept *kept);
+/* As bytes (malloc), NULL without memory; and back, false where these are no such bytes. kept is as
+   initialised. */
+unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size);
+bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t size);
+
 /* ---- Runs (run.c) ---------------------------------------------------------------------------- */
 
 #define JOBS_MESSAGE_MAX 160
@@ -66,11 +92,14 @@ struct jobs_run {
     double from, to;                /* of the job, in percent: the phase that runs; mutex */
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
+    struct jobs_kept kept;
 };
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
                    struct jobs_memory *memory);
 void jobs_run_destroy(struct jobs_run *run);
+/* The next progress is that of an earlier attempt: it tells nothing of the pace. */
+void jobs_run_resumed(struct jobs_run *run);
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
 void jobs_run_execute(struct jobs_run *run);
 

@@ -148,6 +148,10 @@ void jobs_run_phase(struct jobs_run *run, double share);
    (job-checkpoint, job-resumed). */
 int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size);
 int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size);
+/* From now on the run's context keeps the numbers that the core says are dear (srnf_context.keep)
+   as the run's checkpoint, about every second, and recalls those of earlier attempts. Not together
+   with a checkpoint of another kind. */
+void jobs_run_keep_numbers(struct jobs_run *run);
 /* Transforms are dear to make: one per (degree, kind, n_theta, n_phi), shared by all, kept until
    jobs_close (least recently used beyond 16 leave when nobody holds them). */
 int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind,

@@ -131,10 +131,12 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
     atomic_init(&run->loop.open, false);
     pthread_cond_init(&run->loop.left, NULL);
     pthread_mutex_init(&run->mutex, NULL);
+    jobs_kept_init(&run->kept);
 }
 
 void jobs_run_destroy(struct jobs_run *run)
 {
+    jobs_kept_destroy(&run->kept);
     pthread_mutex_destroy(&run->mutex);
     pthread_cond_destroy(&run->loop.left);
 }
@@ -202,12 +204,17 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
         (void)snprintf(detail, sizeof detail, "%zu bytes, attempt %lld", *size,
                        (long long)job->attempt);
         jobs_log(run->jobs, "job-resumed", job, detail);
-        pthread_mutex_lock(&run->mutex);
-        run->base = run->progress;
-        run->resumed = true;
-        pthread_mutex_unlock(&run->mutex);
+        jobs_run_resumed(run);
     }
     return status;
+}
+
+void jobs_run_resumed(struct jobs_run *run)
+{
+    pthread_mutex_lock(&run->mutex);
+    run->base = run->progress;
+    run->resumed = true;
+    pthread_mutex_unlock(&run->mutex);
 }
 
 /* How the run is to be written down. */
