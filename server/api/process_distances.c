@@ -15,6 +15,7 @@
 
 #include "api/handedness.h"
 #include "api/process_group.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/tables.h"
 #include "api/warnings.h"
@@ -96,6 +97,7 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     const struct srnf_register_options *registration;
     enum srnf_metric metric;
     const char **ids = NULL;
+    struct compute_origin *origins = NULL;
     double *matrix = NULL;
     size_t n, degree = 0;
 
@@ -110,7 +112,12 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_distances(run, metric, n, ids, registration, &handedness, &matrix, &degree,
+    origins = routes_origins(run, n, ids);
+    if (!origins) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+        goto out;
+    }
+    if (compute_distances(run, metric, n, ids, origins, registration, &handedness, &matrix, &degree,
                           result) ||
         !process_finite(n * n, matrix, "the distances", result)) {
         goto out;
@@ -125,6 +132,7 @@ out:
     group_sides_clear(&sides);
     srnf_free(matrix);
     srnf_free(ids);
+    srnf_free(origins);
     json_decref(inputs);
 }
 

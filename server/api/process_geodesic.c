@@ -110,7 +110,7 @@ static const char *route_of(struct jobs_run *run, const struct compute_geodesic_
     if (i == 0 || last) {
         return routes_common(run, 1, ids + (i > 0), meshes);
     }
-    return routes_common(run, 2, ids, meshes);
+    return routes_common(run, outputs->bridged ? 1 : 2, ids, meshes);
 }
 
 /* What registration came to; null where there was none. */
@@ -266,6 +266,10 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed.opposite = typed.handedness && handedness_opposite(run, typed.from, typed.to);
     typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
     registration.symmetric = json_is_true(json_object_get(inputs, "symmetric"));
+    if (typed.options.method != SRNF_GEODESIC_CLOSED_FORM) {
+        routes_origin(run, typed.from, &typed.origins[0]);
+        routes_origin(run, typed.to, &typed.origins[1]);
+    }
     if (compute_geodesic(run, &typed, &outputs, result)) {
         goto out;
     }
@@ -274,6 +278,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
         goto out;
     }
     document = result_document(&typed, &outputs, surfaces);
+    (void)json_object_set_new(document, "bridged", json_boolean(outputs.bridged));
     warnings_put(document,
                  handedness_of_pair(run, typed.from, typed.to, typed.opposite, &outputs.mirror));
     process_finish(run, document, inputs, result);

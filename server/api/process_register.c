@@ -25,7 +25,7 @@
 static const char *const names[] = {"template",  "moving",  "rotation",   "reparameterization",
                                     "degree",    "penalty", "start",      "commonPose",
                                     "symmetric", "exact",   "handedness", NULL};
-static const char *const link_kinds[] = {"rotation", "exp", "exp-inverse"};
+static const char *const link_kinds[] = {"rotation", "exp", "exp-inverse", "series"};
 
 /* ---- Canonical inputs ------------------------------------------------------------------------ */
 
@@ -149,6 +149,12 @@ static json_t *link_json(const struct srnf_warp_link *link)
         return object;
     }
     (void)json_object_set_new(object, "degree", json_integer((json_int_t)link->degree));
+    if (link->kind == SRNF_WARP_SERIES) {
+        (void)json_object_set_new(object, "x", json_vector(link->values, count));
+        (void)json_object_set_new(object, "y", json_vector(link->values + count, count));
+        (void)json_object_set_new(object, "z", json_vector(link->values + 2 * count, count));
+        return object;
+    }
     (void)json_object_set_new(object, "phi", json_vector(link->values, count));
     (void)json_object_set_new(object, "psi", json_vector(link->values + count, count));
     return object;
@@ -178,6 +184,7 @@ static json_t *result_document(const struct compute_register_inputs *typed,
 
     (void)json_object_set_new(document, "surface", surface);
     (void)json_object_set_new(document, "rotation", json_nested(registration->rotation, 2, square));
+    (void)json_object_set_new(document, "bridged", json_boolean(outputs->bridged));
     (void)json_object_set_new(document, "registration", registration_json(&typed->options));
     (void)json_object_set_new(document, "warp", warp_json(outputs));
     registration_warn(document, registration, "moving onto template");
@@ -199,7 +206,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_register_
         .measures = &outputs->measures,
         .parameterization = "registered",
         .mirrored = process_mirrored(run, moving->id),
-        .route = routes_common(run, 2, ids, NULL),
+        .route = routes_common(run, outputs->bridged ? 1 : 2, ids, NULL),
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
     };
 
@@ -218,6 +225,8 @@ void register_run(struct jobs_run *run, void *api, const char *text, struct jobs
     }
     typed = typed_inputs(inputs);
     typed.opposite = typed.handedness && handedness_opposite(run, typed.template_id, typed.moving);
+    routes_origin(run, typed.template_id, &typed.origins[0]);
+    routes_origin(run, typed.moving, &typed.origins[1]);
     if (compute_register(run, &typed, &outputs, result) == 0) {
         surface = keep_surface(run, &outputs, result);
         if (surface) {

@@ -207,6 +207,61 @@ bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces)
     return false;
 }
 
+/* ---- Origins --------------------------------------------------------------------------------- */
+
+/* What encode wrote down of a surface; mirrored ones are those of another mesh. */
+static void read_origin(const json_t *record, struct compute_origin *origin)
+{
+    const json_t *source = json_object_get(record, "source");
+    const char *process = json_string_value(json_object_get(source, "process"));
+    const char *mesh = json_string_value(json_object_get(source, "mesh"));
+    const char *route = json_string_value(json_object_get(record, "parameterization"));
+    const json_t *center = json_object_get(json_object_get(record, "starShaped"), "center");
+    bool star = route && strcmp(route, "star") == 0;
+
+    if (!process || strcmp(process, "encode") != 0 || !mesh || strlen(mesh) >= STORE_ID_MAX ||
+        json_is_true(json_object_get(record, "mirrored")) ||
+        (star ? json_array_size(center) != 3 : !route || strcmp(route, "area") != 0)) {
+        return;
+    }
+    origin->route = star ? SRNF_PARAMETERIZATION_STAR : SRNF_PARAMETERIZATION_AREA;
+    for (size_t k = 0; star && k < 3; k++) {
+        origin->center[k] = json_number_value(json_array_get(center, k));
+    }
+    memcpy(origin->mesh, mesh, strlen(mesh) + 1);
+}
+
+void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin)
+{
+    struct srnf_encode_options options = srnf_encode_options_defaults();
+    struct store_surface surface = {0};
+    json_t *record = NULL;
+
+    *origin = (struct compute_origin){.mesh = ""};
+    if (compute_is_mesh(id)) {
+        (void)snprintf(origin->mesh, sizeof origin->mesh, "%s", id);
+        origin->route = srnf_encode_route(&options);
+        return;
+    }
+    if (process_read(
+            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        read_origin(record, origin);
+    }
+    json_decref(record);
+    store_surface_clear(&surface);
+}
+
+struct compute_origin *routes_origins(struct jobs_run *run, size_t n, const char *const *ids)
+{
+    struct compute_origin *origins = srnf_alloc(n ? n : 1, sizeof *origins);
+
+    for (size_t i = 0; origins && i < n; i++) {
+        routes_origin(run, ids[i], &origins[i]);
+    }
+    return origins;
+}
+
 /* ---- In results ------------------------------------------------------------------------------ */
 
 static void count_inputs(struct tally *tally, struct jobs_run *run, const json_t *inputs)
@@ -242,6 +297,9 @@ void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
     char members[320];
     json_t *figures;
 
+    if (json_is_true(json_object_get(document, "bridged"))) {
+        return;
+    }
     count_inputs(&tally, run, inputs);
     if (kinds(&tally, KNOWN + 1) < 2) {
         return;

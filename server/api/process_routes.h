@@ -16,6 +16,7 @@
 #define SRNFD_API_PROCESS_ROUTES_H
 
 #include "api/process.h"
+#include "jobs/compute_bridge.h"
 
 /* The route in a surface's record: "star", "area", "given", or NULL where it is not known. Static.
  */
@@ -30,7 +31,14 @@ const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids
    and it is not true. False when answered. */
 bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces);
 
-/* Adds the warning to the document's warnings where what the inputs name differs. */
+/* Where the surface or mesh comes from: known of meshes, which go by the default route, and of what
+   encode made by star or area. */
+void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin);
+/* Of several: [n], srnf_free; NULL without memory. */
+struct compute_origin *routes_origins(struct jobs_run *run, size_t n, const char *const *ids);
+
+/* Adds the warning to the document's warnings where what the inputs name differs, unless its member
+   bridged is true: registration then went through the meshes (jobs/compute_bridge.h). */
 void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
 
 #endif

@@ -232,6 +232,6 @@ const char geodesic_outputs_schema[] =
     "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"As register tells "
     "of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "
     "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, "
-    "symmetric (true), note, and its options; null where nothing was registered.\"},"
+    "symmetric (true), note, and its options; null where nothing was registered.\"}," BRIDGED
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
     "defaulting.\"}," LAST_OUTPUTS;

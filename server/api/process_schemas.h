@@ -26,6 +26,11 @@
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
     "\"additionalProperties\":false,"
 
+#define BRIDGED                                                                                   \
+    "\"bridged\":{\"type\":\"boolean\",\"description\":\"Whether the surfaces came by different " \
+    "routes from meshes that are known and were registered through the encodings of those by "    \
+    "area.\"},"
+
 /* The last members of every result, after its inputs. */
 #define LAST_OUTPUTS                                                                            \
     "\"warnings\":{\"type\":\"array\",\"items\":{\"type\":\"object\",\"required\":["            \

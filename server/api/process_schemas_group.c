@@ -155,11 +155,13 @@ const char register_outputs_schema[] = OUTPUTS_OPENING
     "of that degree ran out.\"},\"symmetric\":{\"type\":\"boolean\",\"description\":\"Both "
     "ways were searched: the distance is the same from either "
     "side.\"},\"note\":{\"type\":\"string\",\"description\":\"The same in a "
-    "sentence.\"},\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty "
+    "sentence.\"}," BRIDGED
+    "\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty "
     "and all other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps "
     "of the sphere to be applied in order, each a rotation (matrix), or exp or exp-inverse "
     "(p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; harmonic "
-    "coefficients of phi and psi); grid: where they take the nodes of the template's grid, "
+    "coefficients of phi and psi), or series (p to g(p)/|g(p)|; harmonic coefficients x, y and z "
+    "of g); grid: where they take the nodes of the template's grid, "
     "and their Jacobian there.\"}," MADE_BY;
 
 const char distances_inputs_schema[] = INPUTS_OPENING

@@ -12,9 +12,8 @@
 
 #include "jobs/compute.h"
 
-/* A stored mesh, read, mirrored if asked for, and prepared; to be cleared when this returns 0. */
-static int load_prepared(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                         struct srnf_mesh_report *report, struct jobs_result *result)
+int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
+                      struct srnf_mesh_report *report, struct jobs_result *result)
 {
     struct store *store = jobs_run_store(run);
     struct store_mesh row = {0};
@@ -57,13 +56,14 @@ int compute_encode(struct jobs_run *run, const struct srnf_context *context,
     struct srnf_mesh mesh = {0}, sphere = {0};
     struct srnf_mesh_report report, of_sphere;
     struct srnf_error error = {0};
-    int status = load_prepared(run, inputs->mesh, inputs->mirror, &mesh, &report, result);
+    int status = compute_mesh_load(run, inputs->mesh, inputs->mirror, &mesh, &report, result);
 
     if (status) {
         return status;
     }
     if (inputs->sphere[0]) {
-        status = load_prepared(run, inputs->sphere, inputs->mirror, &sphere, &of_sphere, result);
+        status =
+            compute_mesh_load(run, inputs->sphere, inputs->mirror, &sphere, &of_sphere, result);
         options.sphere = &sphere;
     }
     if (inputs->mirror) {

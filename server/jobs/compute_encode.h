@@ -13,6 +13,11 @@ struct compute_encode_inputs {
     bool mirror; /* encode the mirror images of mesh and sphere, x to -x, before all else */
 };
 
+/* A stored mesh, read, mirrored if asked for, and prepared as at its upload; srnf_mesh_clear when
+   this returns 0. Otherwise a negative status with the problem in result. */
+int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
+                      struct srnf_mesh_report *report, struct jobs_result *result);
+
 /*
  * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
  *   context [in]  of the run's user: whom to tell of progress

@@ -66,12 +66,13 @@ static int register_end(struct jobs_run *run, const struct compute_geodesic_inpu
                         const struct srnf_sht *sht, double *padded, size_t count,
                         struct compute_geodesic_outputs *outputs, struct jobs_result *result)
 {
+    int status = compute_register_pair(run, sht, padded, padded + count, inputs->origins,
+                                       inputs->registration, &outputs->registration,
+                                       &outputs->bridged, result);
     struct srnf_error error = {0};
-    int status = srnf_register(sht, padded, NULL, padded + count, inputs->registration, NULL,
-                               jobs_run_context(run), &outputs->registration, &error);
 
-    if (status < 0) {
-        return compute_fail(result, status, &error, "registering the ends");
+    if (status) {
+        return status;
     }
     if (inputs->handedness) {
         status = compute_mirror_pair(run, sht, padded, padded + count, inputs->registration,

@@ -278,8 +278,40 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
     return compute(run, inputs, true, outputs, result);
 }
 
+/* Pairs by different routes once more, through their meshes; a mirrored member is not what its mesh
+   shows. */
+static int bridge_pairs(struct jobs_run *run, const struct srnf_sht *sht,
+                        const struct compute_group *group, const struct compute_origin *origins,
+                        const struct compute_mirrored *mirrored,
+                        const struct srnf_register_options *options, double *matrix,
+                        struct jobs_result *result)
+{
+    for (size_t i = 0; i < group->n; i++) {
+        for (size_t j = i + 1; j < group->n; j++) {
+            const struct compute_origin pair[2] = {origins[i], origins[j]};
+            struct srnf_registration r;
+            bool bridged;
+            int status;
+
+            if (mirrored->member[i] || mirrored->member[j] ||
+                !compute_bridgeable(&pair[0], &pair[1])) {
+                continue;
+            }
+            status = compute_register_pair(run, sht, group->surfaces[i], group->surfaces[j], pair,
+                                           options, &r, &bridged, result);
+            if (status) {
+                return status;
+            }
+            matrix[i * group->n + j] = matrix[j * group->n + i] = r.distance;
+            srnf_registration_clear(&r);
+        }
+    }
+    return 0;
+}
+
 int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
-                      const char *const *ids, const struct srnf_register_options *registration,
+                      const char *const *ids, const struct compute_origin *origins,
+                      const struct srnf_register_options *registration,
                       struct compute_handedness *handedness, double **matrix, size_t *degree,
                       struct jobs_result *result)
 {
@@ -289,6 +321,7 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
     struct srnf_error error = {0};
     int status = compute_group_load(run, n, ids, &handedness->mirrored, 0,
                                     registration ? SHARE_REGISTERED : SHARE_PLAIN, &group, result);
+    bool told = false;
 
     *matrix = NULL;
     if (status) {
@@ -304,6 +337,11 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
         jobs_run_keep_numbers(run);
         status = srnf_metric_distances(sht, metric, n, group.surfaces, registration,
                                        jobs_run_context(run), *matrix, &error);
+        if (status >= 0 && origins && registration && metric == SRNF_METRIC_SRNF) {
+            status = bridge_pairs(run, sht, &group, origins, &handedness->mirrored, registration,
+                                  *matrix, result);
+            told = status != 0;
+        }
         if (status >= 0) {
             status = compute_mirror_group(run, sht, metric, &group, registration, *matrix,
                                           handedness, &error);
@@ -311,7 +349,9 @@ int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
         jobs_transform_release(jobs, sht);
     }
     if (status < 0) {
-        (void)compute_fail(result, status, &error, "computing the distances");
+        if (!told) {
+            (void)compute_fail(result, status, &error, "computing the distances");
+        }
         srnf_free(*matrix);
         *matrix = NULL;
     }

@@ -4,6 +4,7 @@
 #ifndef SRNFD_COMPUTE_MEAN_H
 #define SRNFD_COMPUTE_MEAN_H
 
+#include "jobs/compute_bridge.h"
 #include "jobs/compute_mirror.h"
 
 struct compute_mean_inputs {
@@ -50,9 +51,11 @@ void compute_mean_clear(struct compute_mean_outputs *outputs);
 
 /* Matrix of distances, double[n][n], at the largest degree of the members. matrix is owned by the
    caller (srnf_free). registration NULL: as parameterised. handedness says which members are
-   mirrored, and which pairs are to be tried with one of them mirrored. */
+   mirrored, and which pairs are to be tried with one of them mirrored. origins: [n], for pairs by
+   different routes, or NULL. */
 int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
-                      const char *const *ids, const struct srnf_register_options *registration,
+                      const char *const *ids, const struct compute_origin *origins,
+                      const struct srnf_register_options *registration,
                       struct compute_handedness *handedness, double **matrix, size_t *degree,
                       struct jobs_result *result);
 

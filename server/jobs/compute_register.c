@@ -38,14 +38,10 @@ static int register_ends(struct jobs_run *run, const struct compute_register_inp
     outputs->degree = degree;
     outputs->n_theta = srnf_sht_grid(sht)->n_theta;
     outputs->n_phi = srnf_sht_grid(sht)->n_phi;
-    status = srnf_register(sht, padded, NULL, padded + count, &inputs->options, NULL,
-                           jobs_run_context(run), &outputs->registration, &error);
-    if (status < 0) {
-        (void)compute_fail(result, status, &error, "registering");
-        goto out;
-    }
-    status = 0;
-    if (inputs->handedness) {
+    status =
+        compute_register_pair(run, sht, padded, padded + count, inputs->origins, &inputs->options,
+                              &outputs->registration, &outputs->bridged, result);
+    if (status == 0 && inputs->handedness) {
         status = compute_mirror_pair(run, sht, padded, padded + count, &inputs->options,
                                      inputs->opposite, outputs->registration.distance,
                                      &outputs->mirror, &error);

@@ -4,13 +4,15 @@
 #ifndef SRNFD_COMPUTE_REGISTER_H
 #define SRNFD_COMPUTE_REGISTER_H
 
+#include "jobs/compute_bridge.h"
 #include "jobs/compute_mirror.h"
 
 struct compute_register_inputs {
     const char *template_id, *moving; /* ids of surfaces or meshes */
     struct srnf_register_options options;
-    bool handedness; /* try the mirror image of moving too (compute_mirror_pair) */
-    bool opposite;   /* the two are the left and the right one of the same */
+    bool handedness;                  /* try the mirror image of moving too (compute_mirror_pair) */
+    bool opposite;                    /* the two are the left and the right one of the same */
+    struct compute_origin origins[2]; /* of template and moving */
 };
 
 struct compute_register_outputs {
@@ -20,6 +22,7 @@ struct compute_register_outputs {
     struct srnf_registration registration;
     struct srnf_surface_measures measures; /* of the registered surface */
     struct compute_mirror_trial mirror;    /* zeros where it was not tried */
+    bool bridged;                          /* through the meshes of both, from route to route */
 };
 
 /* Returns 0, or a negative status with the problem in result. A registration that has not converged

@@ -251,6 +251,57 @@ static int run_warp(void)
     return marked(srnf_warp_apply(&chain, 2, points[0], out, out + 6), 8);
 }
 
+static int run_points(void)
+{
+    struct srnf_encode_options options = srnf_encode_options_defaults();
+    struct srnf_mesh_report report;
+    struct srnf_error error = {0};
+    double *points;
+    size_t index = refusing.refused;
+    int status;
+
+    refusing_none();
+    assert_int_equal(srnf_mesh_prepare(&box, false, &report), SRNF_OK);
+    points = shapes_doubles(3 * box.n_vertices);
+    options.degree = 4;
+    refusing_at(index);
+    status = srnf_encode_points(&box, &report, &options, NULL, points, &error);
+    assert_true(status >= 0 || error.status == status);
+    srnf_free(points);
+    return status;
+}
+
+static int run_between(void)
+{
+    struct srnf_warp warp;
+    int status = srnf_warp_between(&ball, ball.vertices, ball.vertices, 3, &warp);
+
+    assert_true(status >= 0 || warp.n_links == 0);
+    srnf_warp_clear(&warp);
+    return status;
+}
+
+static int run_join(void)
+{
+    struct srnf_warp warp = {0};
+    int status = srnf_warp_join(&chain, &warp);
+
+    assert_true(status < 0 || warp.n_links == chain.n_links);
+    srnf_warp_clear(&warp);
+    return status;
+}
+
+static int run_known(void)
+{
+    struct srnf_registration r;
+    struct srnf_error error = {0};
+    int status = srnf_register_known(g.sht, g.f[0], g.f[1], &warping, &chain, NULL, &r, &error);
+
+    assert_true(status >= 0 || (!r.coefficients && error.status == status));
+    srnf_registration_clear(&r);
+    return status;
+}
+
 /* ---- Groups ---------------------------------------------------------------------------------- */
 
 static int metric_by(enum srnf_metric metric, const struct srnf_register_options *registration)
@@ -344,6 +395,10 @@ static void survives_each_refusal(void **state)
         {"srnf_register, square-root maps", run_square_root_maps},
         {"srnf_registration_apply", run_apply},
         {"srnf_warp_apply", run_warp},
+        {"srnf_encode_points", run_points},
+        {"srnf_warp_between", run_between},
+        {"srnf_warp_join", run_join},
+        {"srnf_register_known", run_known},
         {"srnf_metric_distances, srnf", run_elastic_metric},
         {"srnf_metric_distances, srm as parameterised", run_square_root_metric},
         {"srnf_metric_distances, icp as it stands", run_closest_points_as_they_stand},
