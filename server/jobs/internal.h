@@ -7,7 +7,7 @@
  *
  *   20 jobs->mutex: tickets' waiters, the slots of running jobs, open loops, counts, closing
  *
- *   21 run->mutex: the message of a run
+ *   21 run->mutex: the message of a run, and its doubts
  *
  *   22 transforms.mutex: the cache of transforms
  *
@@ -47,6 +47,12 @@ struct jobs_loop {
 
 #define JOBS_MESSAGE_MAX 160
 
+/* What the encodings of a run are to be doubted for (doubts.c). */
+struct jobs_doubts {
+    struct jobs_doubt *list; /* [count], malloc */
+    size_t count, capacity;
+};
+
 /* One job on one worker. Lives on the worker's stack; its slot makes it known to others. */
 struct jobs_run {
     struct jobs *jobs;
@@ -66,6 +72,7 @@ struct jobs_run {
     double from, to;                /* of the job, in percent: the phase that runs; mutex */
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
+    struct jobs_doubts doubts;      /* mutex */
 };
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
