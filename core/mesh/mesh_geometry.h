@@ -101,9 +101,23 @@ struct srnf_mesh_measures {
 };
 void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures);
 
-/* Repairs of srnf_mesh_prepare; each returns SRNF_OK or SRNF_ENOMEM. Survivors keep their order. */
-SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, size_t *merged);
-SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, size_t *dropped);
+/* The first corner of the fan of faces that each corner belongs to: fans[3 n_faces]. Errors:
+   SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans);
+
+/* Repairs of srnf_mesh_prepare (repair.c); each returns SRNF_OK or SRNF_ENOMEM. Survivors keep
+   their order; origin[n_vertices] goes along with the vertices. */
+SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, uint32_t *origin,
+                                            size_t *merged);
+SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, uint32_t *origin,
+                                               size_t *dropped);
+SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_repairs *repairs);
+SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, uint32_t **origin, size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);
+
+/* report.c: the report of a mesh after its repairs, which turns it if it looks inwards and drops
+   vertices without faces. report: [in] repairs so far, [out] all. Errors: SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_mesh_examine(struct srnf_mesh *mesh, uint32_t *origin,
+                                   struct srnf_mesh_report *report);
 
 #endif

@@ -1,136 +1,36 @@
 /*
  * prepare.c - from a mesh as it was read to one that can be analysed, or to the reasons why it
- * cannot be.
+ * cannot be: which points are one.
  *
- * In order: equal vertices are joined (if asked), unreferenced ones dropped, topology and measures
- * taken, and a closed mesh whose faces agree with each other but look inwards (negative volume) is
- * turned. Whatever is left that breaks "one closed, oriented surface of genus zero that encloses a
- * volume" becomes a problem, in the order of enum srnf_status; a mesh without problems has Euler
- * characteristic 2 and positive volume.
+ * A file can give one point several vertices: marching cubes does so in every voxel that has the
+ * level exactly, formats without shared vertices (STL) everywhere, and programs that keep a normal
+ * or a texture coordinate with each vertex along every crease or seam. A file can also mean it:
+ * a surface that touches itself. Which of the two it is shows in what comes of it:
  *
- * Nothing else is repaired: closing holes, joining near vertices or splitting fans would be a
- * guess.
+ *   welded   equal points are joined; faces that collapse by it go, of equal faces all but one, and
+ *            faces that lie back to back (srnf_repair_drop_faces). Taken if nothing is left to
+ *            complain of.
+ *   opened   the same, with a vertex for each fan of faces where fans touch in a point. Taken if
+ *            the welded mesh does not do but this does: the surface touches itself in points.
+ *   indexed  as the indices say. Taken if neither does, and this mesh is sound, or is at least a
+ *            closed, oriented manifold, which the welded one is not: it touches itself along edges,
+ *            or closes a ring. Points stay apart where they are equal.
+ *
+ * If none is sound the report is that of the welded mesh (of the indexed one where that is a closed
+ * manifold, or nothing is left of the other). So joining never makes a sound mesh unsound.
+ *
+ * Nothing else is repaired: closing holes or joining points that are only near would be a guess.
  */
 #include "mesh_geometry.h"
 
-#include <inttypes.h>
-#include <stdarg.h>
-#include <stdio.h>
+#include <string.h>
 
-/* Sizes that can be analysed: areas are squared once more on the way to an SRNF, and must stay far
-   from the ends of the range of a double. */
-#define DIAGONAL_MIN 1e-30
-#define DIAGONAL_MAX 1e30
-/* Area and volume are sums of rounded terms of at most 1 (for a diagonal of 1) each; what is below
-   this part of them is taken for zero. */
-#define EMPTY_AREA 1e-14
-#define EMPTY_VOLUME 1e-13
-
-__attribute__((format(printf, 5, 6))) static void add_problem(struct srnf_mesh_report *report,
-                                                              int status, size_t count,
-                                                              int64_t first, const char *format,
-                                                              ...)
-{
-    struct srnf_mesh_problem *problem = &report->problems[report->n_problems];
-    va_list arguments;
-
-    if (report->n_problems == SRNF_MESH_PROBLEMS_MAX) {
-        return;
-    }
-    report->n_problems++;
-    problem->status = status;
-    problem->count = count;
-    problem->first = first;
-    va_start(arguments, format);
-    (void)vsnprintf(problem->detail, sizeof problem->detail, format, arguments);
-    va_end(arguments);
-}
-
-static void add_edge_problem(struct srnf_mesh_report *report, int status,
-                             const struct srnf_edge_finding *edges, const char *one,
-                             const char *many)
-{
-    if (edges->count > 0) {
-        add_problem(report, status, edges->count, edges->face,
-                    "%zu %s; the first belongs to face %" PRIu32 ", between vertices %" PRIu32
-                    " and %" PRIu32,
-                    edges->count, edges->count == 1 ? one : many, edges->face, edges->from,
-                    edges->to);
-    }
-}
-
-static void add_topology_problems(struct srnf_mesh_report *report,
-                                  const struct srnf_topology *topology)
-{
-    int64_t missing = 2 - report->euler_characteristic;
-
-    add_edge_problem(report, SRNF_ENOT_CLOSED, &topology->boundary, "boundary edge",
-                     "boundary edges");
-    add_edge_problem(report, SRNF_ENOT_MANIFOLD, &topology->crowded,
-                     "edge with three faces or more", "edges with three faces or more");
-    if (topology->split_vertices > 0) {
-        add_problem(
-            report, SRNF_ENOT_MANIFOLD, topology->split_vertices, topology->first_split_vertex,
-            "%zu %s faces of several fans that touch only there; the first is vertex %" PRIu32,
-            topology->split_vertices,
-            topology->split_vertices == 1 ? "vertex joins" : "vertices join",
-            topology->first_split_vertex);
-    }
-    if (topology->orientable) {
-        add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
-                         "edge along which both faces run the same way",
-                         "edges along which both faces run the same way");
-    } else {
-        add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
-                         "edge of a one-sided surface along which both faces run the same way",
-                         "edges of a one-sided surface along which both faces run the same way");
-    }
-    if (topology->components > 1) {
-        add_problem(report, SRNF_ECOMPONENTS, topology->components, topology->first_face_elsewhere,
-                    "%zu components; face %" PRIu32
-                    " is the first that does not belong to that of face 0",
-                    topology->components, topology->first_face_elsewhere);
-    }
-    if (report->closed && report->edge_manifold && report->vertex_manifold &&
-        topology->components == 1 && missing != 0) {
-        size_t count = (size_t)(topology->orientable ? missing / 2 : missing);
-
-        add_problem(report, SRNF_EGENUS, count, -1,
-                    "the Euler characteristic is %" PRId64 ", not 2: a sphere with %zu %s%s",
-                    report->euler_characteristic, count,
-                    topology->orientable ? "handle" : "cross-cap", count == 1 ? "" : "s");
-    }
-}
-
-static void add_degeneracies(struct srnf_mesh_report *report, const struct srnf_topology *topology,
-                             const struct srnf_mesh_measures *measures)
-{
-    if (topology->degenerate_faces > 0) {
-        add_problem(
-            report, SRNF_EDEGENERATE, topology->degenerate_faces, topology->first_degenerate_face,
-            "%zu face%s a vertex twice; the first is face %" PRIu32, topology->degenerate_faces,
-            topology->degenerate_faces == 1 ? " names" : "s name", topology->first_degenerate_face);
-    }
-    if (measures->out_of_range) {
-        add_problem(report, SRNF_EDEGENERATE, 1, -1, "a coordinate is beyond %g in size",
-                    SRNF_MESH_COORDINATE_MAX);
-    } else if (topology->faces == 0) {
-        if (topology->degenerate_faces == 0) {
-            add_problem(report, SRNF_EDEGENERATE, 1, -1, "the mesh has no faces");
-        }
-    } else if (measures->diagonal > 0.0 &&
-               !(measures->diagonal >= DIAGONAL_MIN && measures->diagonal <= DIAGONAL_MAX)) {
-        add_problem(report, SRNF_EDEGENERATE, 1, -1,
-                    "the bounding-box diagonal is %g, not in %g to %g: choose other units",
-                    measures->diagonal, DIAGONAL_MIN, DIAGONAL_MAX);
-    } else if (measures->relative_area <= EMPTY_AREA) {
-        add_problem(report, SRNF_EDEGENERATE, 1, -1,
-                    "the faces have no area: all vertices lie on a line");
-    } else if (report->closed && report->oriented &&
-               fabs(measures->relative_volume) <= EMPTY_VOLUME * measures->relative_area) {
-        add_problem(report, SRNF_EDEGENERATE, 1, -1, "the surface encloses no volume");
-    }
-}
+/* One reading of the mesh. */
+struct candidate {
+    struct srnf_mesh mesh;
+    uint32_t *origin; /* [mesh.n_vertices at first] */
+    struct srnf_mesh_report report;
+};
 
 /* Indices within range, coordinates finite, and few enough of both. */
 static bool mesh_is_valid(const struct srnf_mesh *mesh)
@@ -151,62 +51,224 @@ static bool mesh_is_valid(const struct srnf_mesh *mesh)
     return true;
 }
 
-static void fill_report(struct srnf_mesh_report *report, const struct srnf_topology *topology,
-                        const struct srnf_mesh_measures *measures)
+static void candidate_clear(struct candidate *c)
 {
-    report->closed = topology->boundary.count == 0 && topology->faces > 0;
-    report->edge_manifold = topology->crowded.count == 0;
-    report->vertex_manifold = topology->split_vertices == 0;
-    report->oriented = topology->disagreeing.count == 0;
-    report->components = topology->components;
-    report->euler_characteristic =
-        (int64_t)topology->vertices - (int64_t)topology->edges + (int64_t)topology->faces;
-    report->genus = -1;
-    if (report->closed && report->edge_manifold && report->vertex_manifold && report->oriented &&
-        report->components == 1) {
-        report->genus = (2 - report->euler_characteristic) / 2;
-    }
-    report->area = measures->area;
-    report->volume = measures->volume;
-    report->bounding_box_diagonal = measures->diagonal;
-    for (size_t k = 0; k < 3; k++) {
-        report->centroid[k] = measures->centroid[k];
-    }
+    srnf_mesh_clear(&c->mesh);
+    srnf_free(c->origin);
+    *c = (struct candidate){0};
 }
 
-int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices, struct srnf_mesh_report *report)
+static int copy_mesh(const struct srnf_mesh *from, struct srnf_mesh *to)
 {
-    struct srnf_topology topology;
-    struct srnf_mesh_measures measures;
-    int status = SRNF_EINVAL;
+    *to = (struct srnf_mesh){.n_vertices = from->n_vertices, .n_faces = from->n_faces};
+    to->vertices = srnf_alloc(from->n_vertices, 3 * sizeof *to->vertices);
+    to->faces = srnf_alloc(from->n_faces, 3 * sizeof *to->faces);
+    if (!to->vertices || !to->faces) {
+        srnf_mesh_clear(to);
+        return SRNF_ENOMEM;
+    }
+    if (from->n_vertices > 0) {
+        memcpy(to->vertices, from->vertices, 3 * from->n_vertices * sizeof *to->vertices);
+    }
+    if (from->n_faces > 0) {
+        memcpy(to->faces, from->faces, 3 * from->n_faces * sizeof *to->faces);
+    }
+    return SRNF_OK;
+}
 
-    *report = (struct srnf_mesh_report){0};
-    if (!mesh_is_valid(mesh)) {
+static int copy_candidate(const struct candidate *from, struct candidate *to)
+{
+    int status = copy_mesh(&from->mesh, &to->mesh);
+
+    to->report = (struct srnf_mesh_report){.repairs = from->report.repairs};
+    to->origin = srnf_alloc(from->mesh.n_vertices, sizeof *to->origin);
+    if (status != SRNF_OK || !to->origin) {
+        candidate_clear(to);
+        return SRNF_ENOMEM;
+    }
+    if (from->mesh.n_vertices > 0) {
+        memcpy(to->origin, from->origin, from->mesh.n_vertices * sizeof *to->origin);
+    }
+    return SRNF_OK;
+}
+
+static bool is_sound(const struct candidate *c)
+{
+    return c->report.n_problems == 0;
+}
+
+static bool is_closed_manifold(const struct candidate *c)
+{
+    return c->report.closed && c->report.edge_manifold && c->report.vertex_manifold &&
+           c->report.oriented;
+}
+
+static int weld(const struct candidate *indexed, struct candidate *welded)
+{
+    struct srnf_mesh_repairs *repairs = &welded->report.repairs;
+    int status = copy_candidate(indexed, welded);
+
+    if (status == SRNF_OK) {
+        status = srnf_repair_merge_vertices(&welded->mesh, welded->origin,
+                                            &repairs->duplicate_vertices_merged);
+    }
+    if (status == SRNF_OK) {
+        status = srnf_repair_drop_faces(&welded->mesh, repairs);
+    }
+    return status == SRNF_OK ? srnf_mesh_examine(&welded->mesh, welded->origin, &welded->report)
+                             : status;
+}
+
+static int open_fans(const struct candidate *welded, struct candidate *opened)
+{
+    struct srnf_mesh_repairs *repairs = &opened->report.repairs;
+    int status = copy_candidate(welded, opened);
+
+    if (status == SRNF_OK) {
+        status = srnf_repair_split_fans(&opened->mesh, &opened->origin,
+                                        &repairs->touching_vertices_kept_apart);
+    }
+    if (status == SRNF_OK) {
+        size_t *merged = &repairs->duplicate_vertices_merged;
+        size_t apart = repairs->touching_vertices_kept_apart;
+
+        *merged -= apart < *merged ? apart : *merged;
+        status = srnf_mesh_examine(&opened->mesh, opened->origin, &opened->report);
+    }
+    return status;
+}
+
+/* Leaves in `indexed` the reading that is taken. */
+static int choose(struct candidate *indexed)
+{
+    struct candidate welded = {0}, opened = {0}, *taken = indexed;
+    int status = weld(indexed, &welded);
+
+    if (status != SRNF_OK) {
         goto out;
     }
-    if (merge_vertices) {
-        status = srnf_repair_merge_vertices(mesh, &report->repairs.duplicate_vertices_merged);
+    if (is_sound(&welded)) {
+        taken = &welded;
+        goto out;
+    }
+    if (welded.report.closed && welded.report.edge_manifold && !welded.report.vertex_manifold) {
+        status = open_fans(&welded, &opened);
         if (status != SRNF_OK) {
             goto out;
         }
     }
-    status = srnf_repair_drop_unreferenced(mesh, &report->repairs.unreferenced_vertices_dropped);
-    if (status != SRNF_OK) {
+    if (opened.origin && is_sound(&opened)) {
+        taken = &opened;
         goto out;
     }
-    status = srnf_topology_analyse(mesh, &topology);
-    if (status != SRNF_OK) {
-        goto out;
+    status = srnf_mesh_examine(&indexed->mesh, indexed->origin, &indexed->report);
+    if (is_sound(indexed) || welded.mesh.n_faces == 0 ||
+        (is_closed_manifold(indexed) && !is_closed_manifold(&welded))) {
+        indexed->report.repairs.touching_vertices_kept_apart =
+            welded.report.repairs.duplicate_vertices_merged;
+    } else {
+        taken = &welded;
     }
-    srnf_mesh_measure(mesh, &measures);
-    fill_report(report, &topology, &measures);
-    if (report->closed && report->edge_manifold && report->oriented && measures.volume < 0.0) {
-        srnf_repair_flip_faces(mesh);
-        report->repairs.faces_flipped = mesh->n_faces;
-        report->volume = -report->volume;
-    }
-    add_topology_problems(report, &topology);
-    add_degeneracies(report, &topology, &measures);
 out:
+    if (status == SRNF_OK && taken != indexed) {
+        struct candidate swap = *indexed;
+
+        *indexed = *taken;
+        *taken = swap;
+    }
+    candidate_clear(&opened);
+    candidate_clear(&welded);
+    return status;
+}
+
+/* origin [out] of the caller, also on failure. */
+static int prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report,
+                   uint32_t **origin)
+{
+    struct candidate c = {.mesh = *mesh};
+    int status = SRNF_EINVAL;
+
+    *report = (struct srnf_mesh_report){0};
+    *origin = NULL;
+    if (!mesh_is_valid(mesh)) {
+        return status;
+    }
+    c.origin = srnf_alloc(mesh->n_vertices, sizeof *c.origin);
+    if (!c.origin) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        c.origin[i] = (uint32_t)i;
+    }
+    status = weld_vertices ? choose(&c) : srnf_mesh_examine(&c.mesh, c.origin, &c.report);
+    *mesh = c.mesh;
+    *report = c.report;
+    *origin = c.origin;
+    return status;
+}
+
+int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report)
+{
+    uint32_t *origin;
+    int status = prepare(mesh, weld_vertices, report, &origin);
+
+    srnf_free(origin);
+    return status;
+}
+
+/* ---- A mesh and its sphere ------------------------------------------------------------------- */
+
+static bool same_faces(const struct srnf_mesh *a, const struct srnf_mesh *b)
+{
+    return a->n_vertices == b->n_vertices && a->n_faces == b->n_faces && a->n_faces > 0 &&
+           memcmp(a->faces, b->faces, 3 * a->n_faces * sizeof *a->faces) == 0;
+}
+
+/* The sphere's vertices as those of the mesh went, and the faces of the mesh. */
+static int follow(const struct srnf_mesh *mesh, const uint32_t *origin, struct srnf_mesh *sphere)
+{
+    struct srnf_mesh followed;
+    int status = copy_mesh(mesh, &followed);
+
+    if (status != SRNF_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < followed.n_vertices; i++) {
+        memcpy(followed.vertices + 3 * i, sphere->vertices + 3 * (size_t)origin[i],
+               3 * sizeof *followed.vertices);
+    }
+    srnf_mesh_clear(sphere);
+    *sphere = followed;
+    return SRNF_OK;
+}
+
+int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
+                           struct srnf_mesh_report *report)
+{
+    struct srnf_mesh_report of_sphere;
+    struct srnf_mesh original = {0};
+    uint32_t *origin = NULL;
+    int status;
+
+    if (!mesh_is_valid(mesh) || !mesh_is_valid(sphere) || !same_faces(mesh, sphere)) {
+        status = srnf_mesh_prepare(mesh, true, report);
+        return status == SRNF_OK ? srnf_mesh_prepare(sphere, true, &of_sphere) : status;
+    }
+    status = copy_mesh(mesh, &original);
+    if (status == SRNF_OK) {
+        status = prepare(mesh, false, report, &origin);
+    }
+    if (status == SRNF_OK && report->n_problems > 0) {
+        srnf_mesh_clear(mesh);
+        srnf_free(origin);
+        *mesh = original;
+        original = (struct srnf_mesh){0};
+        status = prepare(mesh, true, report, &origin);
+    }
+    if (status == SRNF_OK) {
+        status = follow(mesh, origin, sphere);
+    }
+    srnf_free(origin);
+    srnf_mesh_clear(&original);
     return status;
 }

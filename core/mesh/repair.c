@@ -1,9 +1,11 @@
 /*
  * repair.c - the repairs of a mesh that lose nothing: joining equal vertices, dropping those that
- * no face names, turning all faces.
+ * no face names and faces that are none, giving fans that touch in a point a vertex each, turning
+ * all faces.
  *
- * Vertices that stay keep their order, so that the result depends on nothing but the input. Memory
- * of the dropped ones is kept until the mesh is cleared.
+ * Vertices and faces that stay keep their order, so that the result depends on nothing but the
+ * input. Memory of the dropped ones is kept until the mesh is cleared. Where each vertex comes from
+ * goes along: origin[i] is the number that vertex i had at first.
  */
 #include "mesh_geometry.h"
 
@@ -28,13 +30,14 @@ static bool vertex_less(const void *context, uint32_t a, uint32_t b)
 /* Moves the vertices with keep[i] to the front and renames the corners of all faces: rename[i] is
    the new number of a kept vertex, and of a vertex that is not kept the (old) number of the one
    that stands for it. */
-static void compact(struct srnf_mesh *mesh, const bool *keep, uint32_t *rename)
+static void compact(struct srnf_mesh *mesh, uint32_t *origin, const bool *keep, uint32_t *rename)
 {
     size_t kept = 0;
 
     for (size_t i = 0; i < mesh->n_vertices; i++) {
         if (keep[i]) {
             memmove(mesh->vertices + 3 * kept, mesh->vertices + 3 * i, 3 * sizeof(double));
+            origin[kept] = origin[i];
             rename[i] = (uint32_t)kept++;
         } else {
             rename[i] = rename[rename[i]]; /* the one that stands for it came earlier */
@@ -50,7 +53,7 @@ static void compact(struct srnf_mesh *mesh, const bool *keep, uint32_t *rename)
  * Joins vertices with equal coordinates (-0 equals 0) into the first of each group. Sorting, not
  * hashing: no input makes it slow. O(n log n).
  */
-int srnf_repair_merge_vertices(struct srnf_mesh *mesh, size_t *merged)
+int srnf_repair_merge_vertices(struct srnf_mesh *mesh, uint32_t *origin, size_t *merged)
 {
     size_t n = mesh->n_vertices;
     uint32_t *order = srnf_alloc(n, sizeof *order);
@@ -74,7 +77,7 @@ int srnf_repair_merge_vertices(struct srnf_mesh *mesh, size_t *merged)
         rename[order[i]] = first ? order[i] : rename[order[i - 1]];
         *merged += !first;
     }
-    compact(mesh, keep, rename);
+    compact(mesh, origin, keep, rename);
     status = SRNF_OK;
 out:
     srnf_free(keep);
@@ -83,7 +86,7 @@ out:
     return status;
 }
 
-int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, size_t *dropped)
+int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, uint32_t *origin, size_t *dropped)
 {
     size_t n = mesh->n_vertices;
     uint32_t *rename = srnf_alloc(n, sizeof *rename);
@@ -101,12 +104,227 @@ int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, size_t *dropped)
         *dropped += !keep[i];
     }
     if (*dropped > 0) {
-        compact(mesh, keep, rename);
+        compact(mesh, origin, keep, rename);
     }
     status = SRNF_OK;
 out:
     srnf_free(keep);
     srnf_free(rename);
+    return status;
+}
+
+/* ---- Faces that are none --------------------------------------------------------------------- */
+
+/* The corners of a face from the lowest on, and whether going round it that way is going up: the
+   two ways round three vertices. */
+static bool sorted_face(const struct srnf_mesh *mesh, uint32_t face, uint32_t v[3])
+{
+    const uint32_t *corners = mesh->faces + 3 * (size_t)face;
+    size_t low = corners[1] < corners[0] ? 1 : 0;
+    uint32_t second, third;
+
+    low = corners[2] < corners[low] ? 2 : low;
+    second = corners[(low + 1) % 3];
+    third = corners[(low + 2) % 3];
+    v[0] = corners[low];
+    v[1] = second < third ? second : third;
+    v[2] = second < third ? third : second;
+    return second < third;
+}
+
+/* By the two higher corners; among faces of one lowest corner. */
+static bool face_less(const void *context, uint32_t a, uint32_t b)
+{
+    uint32_t v[3], w[3];
+
+    (void)sorted_face(context, a, v);
+    (void)sorted_face(context, b, w);
+    return v[1] != w[1] ? v[1] < w[1] : v[2] < w[2];
+}
+
+static bool same_corners(const struct srnf_mesh *mesh, uint32_t a, uint32_t b)
+{
+    uint32_t v[3], w[3];
+
+    (void)sorted_face(mesh, a, v);
+    (void)sorted_face(mesh, b, w);
+    return v[0] == w[0] && v[1] == w[1] && v[2] == w[2];
+}
+
+/* Of `count` faces with the same corners, one stays where more go one way round than the other, the
+   first of those; none where they cancel. */
+static void judge_group(const struct srnf_mesh *mesh, const uint32_t *group, size_t count,
+                        bool *keep, struct srnf_mesh_repairs *repairs)
+{
+    uint32_t v[3];
+    size_t up = 0, down;
+    bool more_up;
+
+    for (size_t i = 0; i < count; i++) {
+        up += sorted_face(mesh, group[i], v);
+    }
+    down = count - up;
+    more_up = up > down;
+    repairs->folded_faces_dropped += 2 * (more_up ? down : up);
+    if (up != down) {
+        repairs->duplicate_faces_dropped += (more_up ? up - down : down - up) - 1;
+    }
+    for (size_t i = 0, kept = up == down; i < count; i++) {
+        keep[group[i]] = !kept && sorted_face(mesh, group[i], v) == more_up;
+        kept = kept || keep[group[i]];
+    }
+}
+
+/* Faces that take part, sorted by their corners: by counting for the lowest one, by merging among
+   those that share it. Returns how many. */
+static size_t sort_faces(const struct srnf_mesh *mesh, const bool *keep, uint32_t *start,
+                         uint32_t *order, uint32_t *scratch)
+{
+    uint32_t v[3], sum = 0;
+
+    for (size_t f = 0; f < mesh->n_faces; f++) {
+        if (keep[f]) {
+            (void)sorted_face(mesh, (uint32_t)f, v);
+            start[v[0]]++;
+        }
+    }
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        uint32_t count = start[i];
+
+        start[i] = sum;
+        sum += count;
+    }
+    for (size_t f = 0; f < mesh->n_faces; f++) {
+        if (keep[f]) {
+            (void)sorted_face(mesh, (uint32_t)f, v);
+            order[start[v[0]]++] = (uint32_t)f;
+        }
+    }
+    for (size_t i = 0, begin = 0; i < mesh->n_vertices; begin = start[i++]) {
+        srnf_sort_order(order + begin, scratch, start[i] - begin, face_less, mesh);
+    }
+    return sum;
+}
+
+static bool face_is_collapsed(const struct srnf_mesh *mesh, size_t face)
+{
+    const uint32_t *v = mesh->faces + 3 * face;
+
+    return v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
+}
+
+/*
+ * Drops faces that name a vertex twice, whose neighbours meet without them; of faces with the same
+ * three vertices all but one that go the same way round; and all of those that lie back to back, as
+ * many one way as the other: a flap without thickness, or a wall between two solids. Every edge
+ * loses as many faces that run it one way as the other, or gains a hole that it had. O(n log n).
+ */
+int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_repairs *repairs)
+{
+    size_t n = mesh->n_faces, sorted, end, kept = 0;
+    uint32_t *start = srnf_alloc(mesh->n_vertices, sizeof *start);
+    uint32_t *order = srnf_alloc(n, sizeof *order);
+    uint32_t *scratch = srnf_alloc(n, sizeof *scratch);
+    bool *keep = srnf_alloc(n, sizeof *keep);
+    int status = SRNF_ENOMEM;
+
+    if (!start || !order || !scratch || !keep) {
+        goto out;
+    }
+    for (size_t f = 0; f < n; f++) {
+        keep[f] = !face_is_collapsed(mesh, f);
+        repairs->collapsed_faces_dropped += !keep[f];
+    }
+    sorted = sort_faces(mesh, keep, start, order, scratch);
+    for (size_t i = 0; i < sorted; i = end) {
+        for (end = i + 1; end < sorted && same_corners(mesh, order[i], order[end]); end++) {
+        }
+        if (end - i > 1) {
+            judge_group(mesh, order + i, end - i, keep, repairs);
+        }
+    }
+    for (size_t f = 0; f < n; f++) {
+        if (keep[f]) {
+            memmove(mesh->faces + 3 * kept++, mesh->faces + 3 * f, 3 * sizeof *mesh->faces);
+        }
+    }
+    mesh->n_faces = kept;
+    status = SRNF_OK;
+out:
+    srnf_free(keep);
+    srnf_free(scratch);
+    srnf_free(order);
+    srnf_free(start);
+    return status;
+}
+
+/* ---- Fans ------------------------------------------------------------------------------------ */
+
+/* New numbers for the fans of each vertex but its first: corner c of the mesh gets name[c]. Returns
+   how many new vertices that takes. name holds fans (srnf_topology_fans) before. */
+static size_t name_fans(const struct srnf_mesh *mesh, uint32_t *name, bool *taken)
+{
+    size_t extra = 0;
+
+    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+        uint32_t vertex = mesh->faces[c];
+
+        if (name[c] != c) {
+            name[c] = name[name[c]]; /* the first corner of a fan is the lowest one */
+        } else if (taken[vertex]) {
+            name[c] = (uint32_t)(mesh->n_vertices + extra++);
+        } else {
+            taken[vertex] = true;
+            name[c] = vertex;
+        }
+    }
+    return extra;
+}
+
+/*
+ * Gives every fan of faces a vertex of its own, at the same place: a surface that touches itself in
+ * points becomes a manifold. The edges must have two faces each. origin may move; split counts the
+ * vertices that came to it.
+ */
+int srnf_repair_split_fans(struct srnf_mesh *mesh, uint32_t **origin, size_t *split)
+{
+    size_t n = mesh->n_vertices, corners = 3 * mesh->n_faces;
+    uint32_t *name = srnf_alloc(corners, sizeof *name);
+    bool *taken = srnf_alloc(n, sizeof *taken);
+    double *vertices = NULL;
+    uint32_t *traced = NULL;
+    int status = SRNF_ENOMEM;
+
+    if (!name || !taken || srnf_topology_fans(mesh, name)) {
+        goto out;
+    }
+    *split = name_fans(mesh, name, taken);
+    vertices = srnf_alloc(3 * (n + *split), sizeof *vertices);
+    traced = srnf_alloc(n + *split, sizeof *traced);
+    if (!vertices || !traced) {
+        srnf_free(vertices);
+        srnf_free(traced);
+        goto out;
+    }
+    memcpy(vertices, mesh->vertices, 3 * n * sizeof *vertices);
+    memcpy(traced, *origin, n * sizeof *traced);
+    for (size_t c = 0; c < corners; c++) {
+        uint32_t from = mesh->faces[c];
+
+        memcpy(vertices + 3 * (size_t)name[c], mesh->vertices + 3 * (size_t)from,
+               3 * sizeof *vertices);
+        traced[name[c]] = (*origin)[from];
+        mesh->faces[c] = name[c];
+    }
+    srnf_free(mesh->vertices);
+    srnf_free(*origin);
+    mesh->vertices = vertices;
+    mesh->n_vertices = n + *split;
+    *origin = traced;
+    status = SRNF_OK;
+out:
+    srnf_free(taken);
+    srnf_free(name);
     return status;
 }
 

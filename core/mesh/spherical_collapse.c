@@ -145,6 +145,19 @@ static double squared_length(const struct collapse *c, uint32_t a, uint32_t b)
     return vector_dot(d, d);
 }
 
+/* Shape of a triangle with the sum of squared edges `sum`, the longest squared edge `longest` and
+   twice the area `doubled`: 1 for an equilateral one, never infinite. What is narrower than the
+   robust metric (spherical_metric.c) can tell counts as its narrowest, what is smaller as
+   equilateral: a vertex that lies on its neighbour, or nearly so, must not be the dearest to
+   collapse where it should be the cheapest. */
+static double triangle_shape(const struct spherical *s, double sum, double longest, double doubled)
+{
+    if (!(longest >= s->floor_edge * s->floor_edge)) {
+        return 1.0;
+    }
+    return sum / (2.0 * sqrt(3.0) * larger(doubled, s->sliver * longest));
+}
+
 /* Mean of worst and mean shape of the triangles that the collapse of v into its k-th neighbour
    makes. */
 static double new_shape(const struct collapse *c, uint32_t v, uint32_t k)
@@ -158,14 +171,16 @@ static double new_shape(const struct collapse *c, uint32_t v, uint32_t k)
     for (uint32_t i = 1; i + 1 < ring->count; i++) {
         uint32_t a = spherical_ring_get(ring, k + i);
         uint32_t b = spherical_ring_get(ring, k + i + 1);
+        double edges[3] = {squared_length(c, u, a), squared_length(c, u, b),
+                           squared_length(c, a, b)};
         double now[3];
         double then[3];
         double shape;
 
         face_normal(c, u, a, b, now);
         face_normal(c, v, a, b, then);
-        shape = (squared_length(c, u, a) + squared_length(c, u, b) + squared_length(c, a, b)) /
-                (2.0 * sqrt(3.0) * vector_norm(now));
+        shape = triangle_shape(c->s, edges[0] + edges[1] + edges[2],
+                               larger(edges[0], larger(edges[1], edges[2])), vector_norm(now));
         reversed = reversed || vector_dot(now, then) < 0.0;
         worst = larger(worst, shape);
         sum += shape;

@@ -269,3 +269,29 @@ out:
     srnf_free(corners);
     return status;
 }
+
+int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans)
+{
+    struct srnf_topology unused = {0};
+    size_t n;
+    uint32_t *corners = sorted_corners(mesh, &n);
+    uint32_t *links = set_create(3 * mesh->n_faces);
+    uint32_t *sides = set_create(mesh->n_faces);
+    int status = SRNF_ENOMEM;
+
+    if (!corners || !links || !sides) {
+        goto out;
+    }
+    sweep_edges(mesh, corners, n, links, sides, &unused);
+    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+        uint32_t parity;
+
+        fans[c] = set_find(links, (uint32_t)c, &parity);
+    }
+    status = SRNF_OK;
+out:
+    srnf_free(sides);
+    srnf_free(links);
+    srnf_free(corners);
+    return status;
+}

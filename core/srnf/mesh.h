@@ -95,7 +95,12 @@ SRNF_CHECKED int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_fo
 
 /* Lossless repairs that srnf_mesh_prepare has made. */
 struct srnf_mesh_repairs {
-    size_t duplicate_vertices_merged; /* only where the format has no shared vertices (STL) */
+    size_t duplicate_vertices_merged; /* of each group of equal points, all but one */
+    size_t collapsed_faces_dropped;   /* that named a vertex twice, most of them by merging */
+    size_t duplicate_faces_dropped;   /* the same three vertices the same way round as another */
+    size_t folded_faces_dropped;      /* pairs back to back: flaps without thickness, inner walls */
+    size_t touching_vertices_kept_apart; /* equal points that are several vertices all the same,
+                                            since the surface touches itself there */
     size_t unreferenced_vertices_dropped;
     size_t faces_flipped; /* all of them, when the whole mesh was inside out; otherwise 0 */
 };
@@ -105,7 +110,7 @@ struct srnf_mesh_problem {
     int status;    /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
     size_t count;  /* boundary edges, non-manifold edges or vertices, components, ... */
     int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
-    char detail[160];
+    char detail[256]; /* what, where, and what would help */
 };
 #define SRNF_MESH_PROBLEMS_MAX 8
 
@@ -128,14 +133,30 @@ struct srnf_mesh_report {
 
 /*
  * Repairs what can be repaired without loss, in place, and reports on topology and size.
- *   mesh            [in/out] vertices may be renumbered; faces keep their order
- *   merge_vertices  [in]     join vertices with equal coordinates, -0 and 0 alike (for STL)
- *   report          [out]    always complete on success; a mesh with problems is no error
+ *   mesh          [in/out] vertices may be renumbered, faces dropped; what stays keeps its order
+ *   weld_vertices [in]     join vertices with equal coordinates, -0 and 0 alike, and drop the faces
+ *                          that vanish by it, unless the mesh means them to be several: where that
+ *                          alone makes it one closed surface of genus zero (core/mesh/prepare.c).
+ *                          Otherwise vertices and faces stay as their indices say
+ *   report        [out]    always complete on success; a mesh with problems is no error
  * Cost O(n log n). Errors: SRNF_EINVAL (an index out of range, a coordinate that is not finite,
  * more than 2^31 / 3 faces), SRNF_ENOMEM.
  */
-SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool merge_vertices,
+SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices,
                                    struct srnf_mesh_report *report);
+
+/*
+ * Prepares a mesh and a sphere for it (srnf_encode_options.sphere): where the two have the same
+ * faces in the same order, what is done to the mesh is done to the sphere, whatever its own points
+ * are, so that they still correspond. Such a mesh keeps its vertices as they are if it can be
+ * encoded so: where points go on the sphere is given for each of them. Other pairs are prepared one
+ * by one, welded; what differs then is for srnf_encode to say.
+ *   mesh, sphere  [in/out] as srnf_mesh_prepare
+ *   report        [out]    of the mesh
+ * Cost and errors as srnf_mesh_prepare, for either of them.
+ */
+SRNF_CHECKED int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
+                                        struct srnf_mesh_report *report);
 
 /* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
    for every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole

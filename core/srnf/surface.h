@@ -115,4 +115,30 @@ SRNF_CHECKED int srnf_encode_points(const struct srnf_mesh *mesh,
                                     const struct srnf_context *context, double *points,
                                     struct srnf_error *error);
 
+/* What an encoding is worth as a picture of its mesh. */
+enum srnf_verdict {
+    SRNF_FAITHFUL = 0,
+    SRNF_POOR,       /* farther from the mesh than is usual at its degree */
+    SRNF_UNFAITHFUL, /* another shape: not to be used */
+};
+struct srnf_judgement {
+    enum srnf_verdict verdict;
+    double fit;    /* fit.rms / fit.diagonal */
+    double volume; /* of the surface, in the units of the mesh, over that of the mesh */
+    double area;   /* the same for the area */
+    double energy; /* distortion.symmetric_dirichlet */
+};
+
+/*
+ * Judges an encoding by how far it is from its mesh; the limits, and what they were set by, stand
+ * in core/shape/judge.c. A pure function of a few numbers: any thread, no errors.
+ *   encoded   [in]  of srnf_encode, as it came
+ *   report    [in]  of the mesh that was encoded
+ *   smoothed  [in]  the encoding was damped (options->smoothing > 0), and is off on purpose
+ *   judgement [out] the verdict, which is returned as well, and what it rests on
+ */
+enum srnf_verdict srnf_encode_judge(const struct srnf_encoded *encoded,
+                                    const struct srnf_mesh_report *report, bool smoothed,
+                                    struct srnf_judgement *judgement);
+
 #endif

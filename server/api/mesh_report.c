@@ -33,6 +33,10 @@ static json_t *repairs_json(const struct srnf_mesh_repairs *repairs,
     json_t *list = json_array();
 
     set_repair(list, "duplicate-vertices-merged", repairs->duplicate_vertices_merged);
+    set_repair(list, "collapsed-faces-dropped", repairs->collapsed_faces_dropped);
+    set_repair(list, "duplicate-faces-dropped", repairs->duplicate_faces_dropped);
+    set_repair(list, "folded-faces-dropped", repairs->folded_faces_dropped);
+    set_repair(list, "touching-vertices-kept-apart", repairs->touching_vertices_kept_apart);
     set_repair(list, "unreferenced-vertices-dropped", repairs->unreferenced_vertices_dropped);
     set_repair(list, "faces-flipped", repairs->faces_flipped);
     set_repair(list, "polygons-triangulated", info ? info->polygons_triangulated : 0);

@@ -180,7 +180,7 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
     struct srnf_star star;
     bool have_star = false;
     json_t *document;
-    int status = srnf_mesh_prepare(mesh, info->format == SRNF_MESH_STL, &report);
+    int status = srnf_mesh_prepare(mesh, true, &report);
 
     if (status < 0) {
         (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));

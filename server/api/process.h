@@ -136,11 +136,14 @@ void field_interleave(size_t count, const double *blocks, double *interleaved);
 
 /* ---- Results (process_results.c) ------------------------------------------------------------- */
 
-/* Adds inputs, numericBuild and, where the document has none, empty warnings (warnings.h) to the
-   document, which is taken over, and makes it the result of the run. Where what the inputs name
-   came by different routes, the warnings say so (process_routes.h). inputs is borrowed. */
+/* Adds inputs, numericBuild and warnings (warnings.h) to the document, which is taken over, and
+   makes it the result of the run. inputs is borrowed. To the warnings that the document has come
+   those of process_doubts, and one where what the inputs name came by different routes
+   (process_routes.h). */
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result);
+/* A new array with a warning (encoding-poor) for each mesh that the run encoded poorly. */
+json_t *process_doubts(struct jobs_run *run);
 /* Parses the canonical inputs of a run; NULL with the problem set. */
 json_t *process_parse(const char *inputs, struct jobs_result *result);
 /* {"mesh", "process", "job"} of a surface record; mesh and reference may be NULL. reference is the

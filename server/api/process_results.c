@@ -6,6 +6,7 @@
 #include "api/json_memory.h"
 #include "api/process_routes.h"
 #include "api/surfaces.h"
+#include "api/warnings.h"
 
 #include <float.h>
 #include <math.h>
@@ -26,13 +27,41 @@ json_t *process_parse(const char *inputs, struct jobs_result *result)
     return document;
 }
 
+json_t *process_doubts(struct jobs_run *run)
+{
+    const struct jobs_doubt *doubts;
+    size_t count = jobs_run_doubts(run, &doubts);
+    json_t *warnings = json_array();
+
+    for (size_t i = 0; i < count; i++) {
+        const struct srnf_judgement *j = &doubts[i].judgement;
+
+        warning_add(
+            warnings, "encoding-poor",
+            json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "mesh", doubts[i].mesh, "lmax",
+                      (json_int_t)doubts[i].degree, "fit", json_finite(j->fit), "volume",
+                      json_finite(j->volume), "area", json_finite(j->area), "energy",
+                      json_finite(j->energy)),
+            "The surface of %s at degree %zu is %.3g %% of the diagonal from it (root mean "
+            "square), "
+            "with %.3g times its volume and %.3g times its area, and the map to the sphere has an "
+            "energy of %.3g (4 is least). A higher lmax or another parameterization may do better.",
+            doubts[i].mesh, doubts[i].degree, 100.0 * j->fit, j->volume, j->area, j->energy);
+    }
+    return warnings;
+}
+
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result)
 {
+    json_t *doubts = process_doubts(run);
+
     if (!json_object_get(document, "warnings")) {
         (void)json_object_set_new(document, "warnings", json_array());
     }
     routes_warn(run, inputs, document);
+    warnings_merge(json_object_get(document, "warnings"), doubts);
+    json_decref(doubts);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
     (void)json_object_set(document, "inputs", inputs);
     result->results =
@@ -93,6 +122,7 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         json_decref(description->source);
         json_decref(description->fit);
         json_decref(description->star);
+        json_decref(description->warnings);
         return NULL;
     }
     owner.name = jobs_run_owner(run);

@@ -16,8 +16,8 @@
 #define SURFACE_RESOLUTION_MAX 100
 #define SURFACE_MESH_WORK_MAX 3e8
 
-/* A surface to be kept. source, fit, star and origin may be NULL; the JSON values are taken over.
-   */
+/* A surface to be kept. source, fit, star, warnings and origin may be NULL; the JSON values are
+   taken over. */
 struct surface_description {
     const char *name;
     size_t degree;
@@ -28,6 +28,7 @@ struct surface_description {
     const char *parameterization;
     const char *route; /* "star", "area" or "given"; NULL: not known (process_routes.h) */
     json_t *source, *fit, *star;
+    json_t *warnings;              /* an array, taken over; NULL: the record has none */
     const double *origin;          /* of the stored surface in the frame of the mesh */
     bool mirrored;                 /* the mirror image of what the mesh shows */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */

@@ -39,7 +39,7 @@ json_t *surface_record(const struct store_surface *surface)
 {
     static const char *const kept[] = {
         "area",   "volume", "centroid",   "scale",  "parameterization", "route",
-        "source", "fit",    "starShaped", "origin", "mirrored"};
+        "source", "fit",    "starShaped", "origin", "mirrored",         "warnings"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
     if (!json_is_object(stored)) {
@@ -134,7 +134,10 @@ static char *record_text(struct surface_description *d)
     if (d->maps) {
         (void)json_object_set_new(record, "maps", map_names(d->maps));
     }
-    d->source = d->fit = d->star = NULL;
+    if (d->warnings) {
+        (void)json_object_set_new(record, "warnings", d->warnings);
+    }
+    d->source = d->fit = d->star = d->warnings = NULL;
     text = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
     return text;

@@ -20,6 +20,7 @@ int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct 
 
 /*
  * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
+ * What comes of it is judged: the problem encoding-unfaithful, or a doubt of the run.
  *   context [in]  of the run's user: whom to tell of progress
  *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure. Of a
  *                 mirrored mesh, origin is where the surface was before it was mirrored: in the

@@ -7,7 +7,7 @@
  *
  *   20 jobs->mutex: tickets' waiters, the slots of running jobs, open loops, counts, closing
  *
- *   21 run->mutex: the message of a run
+ *   21 run->mutex: the message of a run, and its doubts
  *
  *   22 transforms.mutex: the cache of transforms
  *
@@ -73,6 +73,12 @@ bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t s
 
 #define JOBS_MESSAGE_MAX 160
 
+/* What the encodings of a run are to be doubted for (doubts.c). */
+struct jobs_doubts {
+    struct jobs_doubt *list; /* [count], malloc */
+    size_t count, capacity;
+};
+
 /* One job on one worker. Lives on the worker's stack; its slot makes it known to others. */
 struct jobs_run {
     struct jobs *jobs;
@@ -93,6 +99,7 @@ struct jobs_run {
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
     struct jobs_kept kept;
+    struct jobs_doubts doubts;      /* mutex */
 };
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,

@@ -152,6 +152,18 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
    as the run's checkpoint, about every second, and recalls those of earlier attempts. Not together
    with a checkpoint of another kind. */
 void jobs_run_keep_numbers(struct jobs_run *run);
+/* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge). */
+struct jobs_doubt {
+    char mesh[STORE_ID_MAX];
+    size_t degree;
+    struct srnf_judgement judgement;
+};
+/* Notes it for the results, once for a mesh and degree; from any thread of the run. False without
+   memory. */
+bool jobs_run_doubt(struct jobs_run *run, const struct jobs_doubt *doubt);
+/* What was noted so far, sorted by mesh: to be read when nothing of the run computes any more, and
+   until the run ends. Returns how many. */
+size_t jobs_run_doubts(struct jobs_run *run, const struct jobs_doubt **list);
 /* Transforms are dear to make: one per (degree, kind, n_theta, n_phi), shared by all, kept until
    jobs_close (least recently used beyond 16 leave when nobody holds them). */
 int jobs_transform_acquire(struct jobs *jobs, size_t degree, enum srnf_grid_kind kind,

@@ -137,6 +137,7 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
 void jobs_run_destroy(struct jobs_run *run)
 {
     jobs_kept_destroy(&run->kept);
+    free(run->doubts.list);
     pthread_mutex_destroy(&run->mutex);
     pthread_cond_destroy(&run->loop.left);
 }

@@ -14,6 +14,15 @@ static int run_prepare(struct srnf_mesh *mesh)
     return srnf_mesh_prepare(mesh, true, &report);
 }
 
+static struct srnf_mesh partner; /* the same soup, for functions of two meshes */
+
+static int run_prepare_pair(struct srnf_mesh *mesh)
+{
+    struct srnf_mesh_report report;
+
+    return srnf_mesh_prepare_pair(mesh, &partner, &report);
+}
+
 static int run_star_kernel(struct srnf_mesh *mesh)
 {
     struct srnf_star star;
@@ -75,11 +84,13 @@ static int run_function(void)
     refusing_none();
     sphere = meshes_sphere(4);
     mesh = meshes_soup(&sphere);
+    partner = meshes_soup(&sphere);
     before = refusing.alive;
     refusing_at(index);
     status = function(&mesh);
     assert_true(status == SRNF_OK || status == SRNF_ENOMEM);
     assert_int_equal(refusing.alive, before);
+    srnf_mesh_clear(&partner);
     srnf_mesh_clear(&mesh);
     srnf_mesh_clear(&sphere);
     return status;
@@ -91,8 +102,13 @@ static void each_refusal_is_survived(void **state)
         const char *name;
         int (*run)(struct srnf_mesh *mesh);
     } subjects[] = {
-        {"prepare", run_prepare}, {"star kernel", run_star_kernel}, {"star at", run_star_at},
-        {"index", run_index},     {"icosphere", run_icosphere},     {"fit", run_fit},
+        {"prepare", run_prepare},
+        {"prepare a pair", run_prepare_pair},
+        {"star kernel", run_star_kernel},
+        {"star at", run_star_at},
+        {"index", run_index},
+        {"icosphere", run_icosphere},
+        {"fit", run_fit},
     };
     (void)state;
 
