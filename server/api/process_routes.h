@@ -32,7 +32,7 @@ const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids
 bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces);
 
 /* Where the surface or mesh comes from: known of meshes, which go by the default route, and of what
-   encode made by star or area without smoothing. */
+   encode made by star or area. */
 void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin);
 /* Of several: [n], srnf_free; NULL without memory. */
 struct compute_origin *routes_origins(struct jobs_run *run, size_t n, const char *const *ids);
