@@ -19,6 +19,7 @@
 #include <string.h>
 
 #include "support/meshes.h"
+#include "support/compare.h"
 
 static const size_t degrees[] = {4, 6, 8, 11, 15, 22, 31, 63};
 #define DEGREES (sizeof degrees / sizeof degrees[0])
@@ -37,14 +38,14 @@ static void note(struct worst *w, const struct srnf_encoded *e, const struct srn
     if (w->count++ == 0) {
         w->volume_low = w->area_low = 1e9;
     }
-    w->fit = fmax(w->fit, j->fit);
-    w->max = fmax(w->max, e->fit.max / e->fit.diagonal);
-    w->volume_low = fmin(w->volume_low, j->volume);
-    w->volume_high = fmax(w->volume_high, j->volume);
-    w->area_low = fmin(w->area_low, j->area);
-    w->area_high = fmax(w->area_high, j->area);
-    w->energy = fmax(w->energy, j->energy);
-    w->deviation = fmax(w->deviation, e->distortion.log_area_deviation);
+    w->fit = compare_max(w->fit, j->fit);
+    w->max = compare_max(w->max, e->fit.max / e->fit.diagonal);
+    w->volume_low = compare_min(w->volume_low, j->volume);
+    w->volume_high = compare_max(w->volume_high, j->volume);
+    w->area_low = compare_min(w->area_low, j->area);
+    w->area_high = compare_max(w->area_high, j->area);
+    w->energy = compare_max(w->energy, j->energy);
+    w->deviation = compare_max(w->deviation, e->distortion.log_area_deviation);
     w->poor += j->verdict == SRNF_POOR;
     w->unfaithful += j->verdict == SRNF_UNFAITHFUL;
 }

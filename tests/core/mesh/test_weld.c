@@ -66,8 +66,10 @@ static size_t farthest(const struct srnf_mesh *mesh)
         for (size_t k = 0; k < 3; k++) {
             d += pow(mesh->vertices[3 * i + k] - mesh->vertices[k], 2.0);
         }
-        best = d > most ? i : best;
-        most = d > most ? d : most;
+        if (d > most) {
+            best = i;
+            most = d;
+        }
     }
     return best;
 }

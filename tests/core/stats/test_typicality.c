@@ -6,6 +6,7 @@
 #include "group.h"
 #include "stats/folds.h"
 #include "stats/subjects.h"
+#include "support/compare.h"
 
 #define DEGREE 6
 #define N ((size_t)24)
@@ -181,7 +182,7 @@ static double share_far(enum srnf_trait trait, size_t n, double alpha)
         for (size_t i = 0; i < n + 50; i++) {
             double z = test_random_normal(&random);
 
-            values[i] = trait == SRNF_TRAIT_ANGLE ? pow(fmax(3.0 + 0.5 * z, 0.0), 1.5)
+            values[i] = trait == SRNF_TRAIT_ANGLE ? pow(compare_max(3.0 + 0.5 * z, 0.0), 1.5)
                                                   : exp(-4.0 + 0.7 * z);
         }
         for (size_t i = n; i < n + 50; i++) {
