@@ -244,7 +244,7 @@ static double move(const struct model *m, const struct judged *a, const struct j
     double most = 0.0;
 
     for (size_t k = 0; k < m->counted; k++) {
-        most = fmax(most, fabs(a->scores[k] - b->scores[k]) / sqrt(m->pca.eigenvalues[k]));
+        most = compare_max(most, fabs(a->scores[k] - b->scores[k]) / sqrt(m->pca.eigenvalues[k]));
     }
     return most;
 }

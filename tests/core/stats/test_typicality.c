@@ -518,6 +518,35 @@ static void a_foreign_member_of_a_comparison_is_told(void **state)
     group_close(&g);
 }
 
+/* A foreign subject with two surfaces: each has the other beside it, which its fold leaves out. */
+static void a_subject_is_not_judged_by_itself(void **state)
+{
+    size_t subjects[N];
+    double distances[N * N] = {0};
+    struct srnf_folds c = {.n = N, .distances = distances};
+    struct test_random random = test_random_seed(7);
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        subjects[i] = i == N - 1 ? N - 2 : i;
+        for (size_t j = 0; j < i; j++) {
+            distances[i * N + j] = i >= N - 2 ? 30.0 : exp(0.2 * test_random_normal(&random));
+            distances[j * N + i] = distances[i * N + j];
+        }
+    }
+    distances[(N - 1) * N + N - 2] = distances[(N - 2) * N + N - 1] = 0.01;
+    for (size_t known = 0; known < 2; known++) {
+        struct srnf_folds_typicality typicality;
+
+        c.subjects = known ? subjects : NULL;
+        assert_int_equal(srnf_folds_typicality(&c, SRNF_TYPICAL_ALPHA_GROUP, &typicality), SRNF_OK);
+        for (size_t i = 0; i < N; i++) {
+            assert_int_equal(count_far(&typicality, i), known && i >= N - 2);
+        }
+        srnf_folds_typicality_clear(&typicality);
+    }
+}
+
 /* ---- Wrong arguments ------------------------------------------------------------------------- */
 
 static void refuses_what_it_cannot_judge(void **state)
@@ -566,6 +595,7 @@ int main(void)
         cmocka_unit_test(the_angle_is_that_of_the_turn),
         cmocka_unit_test(turned_members_differ_in_pose),
         cmocka_unit_test(a_foreign_member_of_a_comparison_is_told),
+        cmocka_unit_test(a_subject_is_not_judged_by_itself),
         cmocka_unit_test(refuses_what_it_cannot_judge),
     };
 
