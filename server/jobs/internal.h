@@ -99,7 +99,7 @@ struct jobs_run {
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
     struct jobs_kept kept;
-    struct jobs_doubts doubts;      /* mutex */
+    struct jobs_doubts doubts; /* mutex */
 };
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
