@@ -3,6 +3,7 @@
  * they bring onto each other.
  */
 #include "registrations.h"
+#include "support/compare.h"
 
 #define DEGREE 15
 #define WARP_DEGREE 63
@@ -90,8 +91,8 @@ static void vertices_go_to_vertices(void **state)
             for (size_t k = 0; k < 3; k++) {
                 apart[k] = points[3 * (r.mesh.n_vertices + i) + k] - v[k] / figure_norm(3, v);
             }
-            worst = fmax(worst, figure_norm(3, apart));
-            least = fmin(least, jacobian[i]);
+            worst = compare_max(worst, figure_norm(3, apart));
+            least = compare_min(least, jacobian[i]);
         }
         printf("# from %s: vertices off by %.1e, J > %.2f\n", srnf_parameterization_name(both[way]),
                worst, least);
@@ -135,7 +136,7 @@ static void jacobian_is_that_of_the_map(void **state)
             area[k] = x[0] * (x[4] * x[8] - x[5] * x[7]) - x[1] * (x[3] * x[8] - x[5] * x[6]) +
                       x[2] * (x[3] * x[7] - x[4] * x[6]);
         }
-        worst = fmax(worst, fabs(area[1] / area[0] / jacobian[0] - 1.0));
+        worst = compare_max(worst, fabs(area[1] / area[0] / jacobian[0] - 1.0));
     }
     printf("# J off by %.1e\n", worst);
     assert_true(worst < 1e-3);
