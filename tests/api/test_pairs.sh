@@ -52,7 +52,7 @@ is "$(json '[.energies.closedForm, .relativeEnergies.closedForm] | map(length) |
     'between radial surfaces the closed form applies'
 run geodesic "{\"from\":\"$STAR\",\"to\":\"$B\",\"steps\":3,\"register\":false,\"method\":\"closed-form\"}"
 is "$(json '[.energies.closedForm, .relativeEnergies.closedForm] | tojson') $(warned)" \
-    '[null,null] closed-form-inapplicable' 'one that is not radial is enough for it not to apply'
+    '[null,null] closed-form-inapplicable mixed-routes' 'one that is not radial is enough for it not to apply'
 run geodesic "{\"from\":\"$A\",\"to\":\"$B\",\"steps\":3,\"register\":false}"
 is "$(json '[.energies.closedForm, (.energies.linear | length)] | tojson') $(warned)" '[null,3] ' \
     'which is null, and nothing to warn of, where nobody asked for it'

@@ -198,11 +198,13 @@ done
 # ---- kill -9 -----------------------------------------------------------------------------------------
 
 LONG='{"cohort":"nuclei","commonPose":true,"tolerance":1e-8,"maxIterations":8}'
+# Two more that are star-shaped, as those of prepare are: one as it is, and smoothed.
 more_surfaces() {
-    local name
-    for name in L_amygdala R_amygdala; do
-        post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
+    local smoothing
+    post '/v1/meshes?name=L_amygdala' --data-binary @tests/data/aal_subcortex/L_amygdala.ply
+    MORE=$(json .id)
+    for smoothing in 0 0.01; do
+        execute encode "{\"mesh\":\"$MORE\",\"lmax\":$LMAX,\"parameterization\":\"star\",\"smoothing\":$smoothing}"
         S+=("$(json .surface.id)")
     done
 }

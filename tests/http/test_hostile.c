@@ -552,8 +552,11 @@ static void test_slow_readers_hold_nobody_up(void **state)
     slowest = slowest_of(100);
     print_message("%d slow readers: slowest answer beside them %.1f ms\n", READERS, 1e3 * slowest);
     assert_true(slowest < 5.0);
-    /* Cut off, with the answer in the middle. */
-    wire_nap(8);
+    /* Cut off, with the answer in the middle: after --transfer-seconds and the answer's length over
+       16 KiB a second. */
+    (void)wire_ask(&daemon_, with_host("GET /v1/openapi.yaml HTTP/1.1\r\nHost: HOST\r\n\r\n"),
+                   &answer);
+    wire_nap(3.0 + (double)strlen(answer.text) / 16384.0);
     for (size_t i = 0; i < READERS; i++) {
         ssize_t n = send(crowd[i], "a", 1, MSG_NOSIGNAL | MSG_DONTWAIT);
 
