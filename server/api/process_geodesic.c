@@ -278,7 +278,7 @@ void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs
         goto out;
     }
     document = result_document(&typed, &outputs, surfaces);
-    (void)json_object_set_new(document, "bridged", json_boolean(outputs.bridged));
+    registration_bridged(document, json_object_get(document, "registration"), outputs.bridged);
     warnings_put(document,
                  handedness_of_pair(run, typed.from, typed.to, typed.opposite, &outputs.mirror));
     process_finish(run, document, inputs, result);

@@ -184,7 +184,7 @@ static json_t *result_document(const struct compute_register_inputs *typed,
 
     (void)json_object_set_new(document, "surface", surface);
     (void)json_object_set_new(document, "rotation", json_nested(registration->rotation, 2, square));
-    (void)json_object_set_new(document, "bridged", json_boolean(outputs->bridged));
+    registration_bridged(document, document, outputs->bridged);
     (void)json_object_set_new(document, "registration", registration_json(&typed->options));
     (void)json_object_set_new(document, "warp", warp_json(outputs));
     registration_warn(document, registration, "moving onto template");

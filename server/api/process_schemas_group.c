@@ -139,7 +139,7 @@ const char register_outputs_schema[] = OUTPUTS_OPENING
     "\"description\":\"Distance "
     "of the registered surface's own SRNF from the registered one, relative to the norm of "
     "that, 1 at unit area: what the degree of the surface cuts off. Read it against "
-    "distance: Searched both ways, the same pairs had 0.24 to 2.4 of it at degree 8, 0.12 "
+    "distance. Searched both ways, the same pairs had 0.24 to 2.4 of it at degree 8, 0.12 "
     "to 2.7 at 15 and 0.08 to 1.8 at 31, ventricles at most 0.33, 0.22 and 0.14. Above "
     "half of it the registered surface, and paths to it, say little (warning "
     "registration-truncated): encode with a higher lmax. The distance is measured before "
@@ -154,8 +154,8 @@ const char register_outputs_schema[] = OUTPUTS_OPENING
     "little; stepRefused: no step, however short, gains anything; maxIterations: the steps "
     "of that degree ran out.\"},\"symmetric\":{\"type\":\"boolean\",\"description\":\"Both "
     "ways were searched: the distance is the same from either "
-    "side.\"},\"note\":{\"type\":\"string\",\"description\":\"The same in a "
-    "sentence.\"}," BRIDGED
+    "side.\"},\"note\":{\"type\":\"string\",\"description\":\"How it was "
+    "searched, in a sentence.\"}," BRIDGED
     "\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty "
     "and all other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps "
     "of the sphere to be applied in order, each a rotation (matrix), or exp or exp-inverse "

@@ -17,6 +17,10 @@ static const char one_way[] =
     "One way was searched, the moving surface onto the template. From the other side the distance "
     "may differ, as may that of distances and geodesic, which search both ways (symmetric true).";
 
+static const char by_meshes[] =
+    "The surfaces came by different routes from meshes that are known. The maps of the meshes lead "
+    "from one route to the other; searched, for two meshes, was between their encodings by area.";
+
 /* null where rotations were not searched. */
 static json_t *ambiguity(const struct srnf_registration *r)
 {
@@ -56,6 +60,14 @@ json_t *registration_figures(const struct srnf_registration *r,
         (void)json_object_set_new(object, figures[i].name, figures[i].value);
     }
     return object;
+}
+
+void registration_bridged(json_t *document, json_t *figures, bool bridged)
+{
+    (void)json_object_set_new(document, "bridged", json_boolean(bridged));
+    if (bridged) {
+        (void)json_object_set_new(figures, "note", json_string(by_meshes));
+    }
 }
 
 static void warn_truncated(json_t *warnings, const struct srnf_registration *r, const char *what)

@@ -117,6 +117,7 @@ compare "$(json .minJacobian)" '>' 0 'and does not fold'
 is "$(json .surface.route)" area 'what is registered has the route of its template'
 execute geodesic "{\"from\":\"$STAR\",\"to\":\"${AREA[0]}\",\"steps\":2}"
 is "$(json .bridged)" true 'so does a geodesic'
+like "$(json .registration.note)" 'maps of the meshes' 'which says how'
 if [ -z "$SRNFD_SANITIZED" ]; then
     execute distances "{\"surfaces\":[\"${AREA[0]}\",\"$STAR\",\"${AREA[1]}\"],\"mixedRoutes\":true}" \
         --header 'Prefer: wait=120'
