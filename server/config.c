@@ -92,7 +92,7 @@ static const struct config_help names[N_SETTINGS] = {
      "a job that runs longer fails with time-limit; 0, the default, sets no limit"},
     {"jobMemory", "SRNFD_JOB_MEMORY", "--job-memory",
      "bytes that a job may have in use, beyond them it fails with memory-limit; 0, the default, is "
-     "three quarters of the memory divided by the workers"},
+     "three quarters of the memory divided by the workers and one more"},
     {"retentionDays", "SRNFD_RETENTION_DAYS", "--retention-days",
      "ended jobs are removed after so many days; 0, the default, keeps them"},
     {"sweepSeconds", "SRNFD_SWEEP_SECONDS", "--sweep-seconds",

@@ -15,7 +15,7 @@
  *     Y_lm(M e) = (-1)^m Y_lm(e) for m >= 0,  -(-1)^m Y_lm(e) for m < 0:
  *
  * in coefficients only signs change, the image is exact and its image is the surface itself, bit by
- * bit. Radial surfaces stay radial: the mirror image of r e is r(M e) e.
+ * bit but for the sign of zeros. Radial surfaces stay radial: the mirror image of r e is r(M e) e.
  *
  * Reflections in other planes differ from this one by a rotation and a translation.
  */

@@ -115,7 +115,8 @@ static double field_distance(const struct call *c, const double *a, const double
 
 /* ---- Both directions ------------------------------------------------------------------------- */
 
-/* A share of the caller's progress; everything else of the context is passed on. */
+/* A share of the caller's progress; cancellation is passed on, and registration asks for nothing
+   else. */
 struct share {
     const struct srnf_context *outer;
     double from, to;
@@ -582,6 +583,9 @@ static int measure_known(const struct call *c, const double *template_surface, c
     if (status == SRNF_OK) {
         status = search_evaluate(&search, warp, found);
         search_clear(&search);
+    }
+    if (status == SRNF_OK && !isfinite(found->distance)) {
+        status = SRNF_ENUMERIC; /* the chain folds at a node */
     }
     return status;
 }

@@ -18,6 +18,8 @@
 #include <math.h>
 
 #define SUBTRACTION_MARGIN 8.0 /* as in pca.c */
+/* A root that is 0 but for rounding is off by this many times the roundings of one. */
+#define ROOT_ROUNDING 64.0
 #define RESIDUAL_ROUNDING 1e-9
 
 struct calibration {
@@ -113,7 +115,7 @@ static void leave_out(const struct calibration *c, size_t i, size_t kept, size_t
                       double *values)
 {
     double scale = (double)c->n / (double)(c->n - 1);
-    double floor = (double)c->n * DBL_EPSILON * c->values[0];
+    double floor = ROOT_ROUNDING * (double)c->n * DBL_EPSILON * c->values[0];
     double rest = 0.0;
     double distance = 0.0;
     double mahalanobis = 0.0;
@@ -121,9 +123,10 @@ static void leave_out(const struct calibration *c, size_t i, size_t kept, size_t
     stats_downdate(c->n, c->rank, c->values, c->z + i * c->rank, c->root, c->score);
     for (size_t k = c->rank; k-- > 0;) {
         double square = c->score[k] * c->score[k];
+        bool none = !(c->root[k] > floor); /* the others do not differ that way */
 
-        rest += k >= kept ? square : 0.0;
-        mahalanobis += k < counted && c->root[k] > floor ? square / c->root[k] : 0.0;
+        rest += k >= kept || none ? square : 0.0;
+        mahalanobis += k < counted && !none ? square / c->root[k] : 0.0;
         distance += c->z[i * c->rank + k] * c->z[i * c->rank + k];
     }
     values[SRNF_TRAIT_RESIDUAL * c->n + i] = fmax(sqrt(rest), RESIDUAL_ROUNDING * c->norm);
@@ -166,9 +169,7 @@ int srnf_calibrate(const struct srnf_grid *grid, const struct srnf_pca *pca, con
         status = find_spectrum(&c, grid, mean_q, registered_q);
     }
     if (status == SRNF_OK) {
-        /* Where all are kept, the others of a full rank have one less. */
-        size_t all = c.rank - (c.rank == c.n - 1);
-        size_t kept = pca->components < all ? pca->components : all;
+        size_t kept = pca->components < c.rank ? pca->components : c.rank;
 
         stats_downdate_prepare(c.n, c.rank, c.values, c.z);
         for (size_t i = 0; i < c.n; i++) {

@@ -42,6 +42,7 @@ uint64_t stats_series(const struct srnf_sht *sht, uint64_t what, size_t n,
     hash = hash_u64(hash, grid->n_phi);
     hash = hash_u64(hash, (uint64_t)options->representation);
     hash = hash_u64(hash, options->degree);
+    hash = hash_u64(hash, options->max_steps);
     hash = hash_u64(hash, (uint64_t)options->start);
     hash = hash_u64(hash, (uint64_t)options->rotation | (uint64_t)options->reparameterization << 1 |
                               (uint64_t)options->common_pose << 2 |

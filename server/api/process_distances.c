@@ -88,18 +88,6 @@ static json_t *result_document(struct jobs_run *run, const json_t *inputs, size_
     return document;
 }
 
-/* The mesh that a mirrored member came from does not lead to it. */
-static void forget_mirrored(const json_t *inputs, size_t n, struct compute_origin *origins)
-{
-    const struct compute_mirrored mirrored = group_mirrored(inputs);
-
-    for (size_t i = 0; i < n; i++) {
-        if (mirrored.member[i]) {
-            origins[i].mesh[0] = '\0';
-        }
-    }
-}
-
 void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document;
@@ -129,7 +117,6 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    forget_mirrored(inputs, n, origins);
     if (compute_distances(run, metric, n, ids, origins, registration, &handedness, &matrix, &degree,
                           result) ||
         !process_finite(n * n, matrix, "the distances", result)) {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "api/json_memory.h"
 #include "api/process_routes.h"
 #include "api/warnings.h"
 
@@ -372,6 +373,9 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
     size_t n = json_array_size(ids);
     struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
 
+    if (!all) {
+        json_memory_fail(); /* a warning may be missing */
+    }
     for (size_t i = 0; all && i < n; i++) {
         const char *id = json_string_value(json_array_get(ids, i));
         size_t first = 0;

@@ -111,6 +111,18 @@ json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct prob
     return inputs_close(&inputs);
 }
 
+/* Whether a subject has several members; true, too, where memory is too short to tell. */
+static bool subjects_repeat(const json_t *inputs)
+{
+    const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
+    size_t count, largest;
+    size_t *numbers = group_subject_numbers(subjects, json_array_size(subjects), &count, &largest);
+    bool repeat = !numbers || largest > 1;
+
+    srnf_free(numbers);
+    return repeat;
+}
+
 bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result)
@@ -127,6 +139,7 @@ bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
         .components = (size_t)json_integer_value(json_object_get(inputs, "components")),
     };
+    typed->repeated = subjects_repeat(inputs);
     typed->pullback = method && strcmp(method, "pullback") == 0;
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;

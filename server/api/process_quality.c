@@ -162,7 +162,7 @@ static double read_record(struct jobs_run *run, const char *id, json_t **made, s
     json_t *record = NULL;
     double total = 0.0;
 
-    if (process_read(store_model_get(jobs_run_store(run), id, 0, &model))) {
+    if (process_read(store_model_get_as(jobs_run_store(run), jobs_run_owner(run), id, 0, &model))) {
         record = json_loads(model.record ? model.record : "{}", 0, NULL);
         total = json_number_value(json_object_get(record, "totalVariance"));
         *made = json_incref(json_object_get(record, "madeFrom"));

@@ -56,11 +56,8 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
 {
     json_t *doubts = process_doubts(run);
 
-    if (!json_object_get(document, "warnings")) {
-        (void)json_object_set_new(document, "warnings", json_array());
-    }
     routes_warn(run, inputs, document);
-    warnings_merge(json_object_get(document, "warnings"), doubts);
+    warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
     (void)json_object_set(document, "inputs", inputs);

@@ -23,7 +23,7 @@
 json_t *registration_figures(const struct srnf_registration *registration,
                              const struct srnf_register_options *options);
 /* Puts bridged into a document; where it is true, the note of the figures (which may be the same
-   document, or null) says that the meshes led from one route to the other, and what was searched. */
+   document, or null) says that meshes led from one route to the other, and what was searched. */
 void registration_bridged(json_t *document, json_t *figures, bool bridged);
 /*
  * Appends to the member "warnings" of a document what there is to say against a registration.

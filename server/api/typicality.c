@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/warnings.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
@@ -128,8 +129,9 @@ void typicality_set_projection(json_t *document, const struct compute_model *mod
     if (!projection->calibrated) {
         warning_add(warnings, "model-uncalibrated", NULL,
                     "Nothing says whether the surface is like those that the model was made from: "
-                    "the model has no leave-one-out values. It was made by an older version or "
-                    "from fewer than three subjects; make it again.");
+                    "the model has no leave-one-out values. It was made by an older version, from "
+                    "fewer than three subjects, or from several members of a subject; make it "
+                    "again, with one member of each.");
         return;
     }
     warn_far(warnings, model, projection);
@@ -162,6 +164,9 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
     size_t n = outputs->angles ? outputs->mean.n : 0;
     double *others = n >= POSED_MIN ? srnf_alloc(n, sizeof(double)) : NULL;
 
+    if (n >= POSED_MIN && !others) {
+        json_memory_fail(); /* a warning may be missing */
+    }
     for (size_t i = 0; i < n && others; i++) {
         struct srnf_typicality t;
         char name[128];

@@ -42,6 +42,28 @@ bool warning_known(const char *code)
     return false;
 }
 
+/* Names are quoted cut to so many bytes, which may leave half a character: bytes that are no UTF-8
+   become question marks. */
+static void mend_utf8(char *text)
+{
+    for (unsigned char *at = (unsigned char *)text; *at;) {
+        size_t more = *at < 0x80 ? 0 : *at < 0xe0 ? 1 : *at < 0xf0 ? 2 : 3;
+        json_t *whole = NULL;
+        char character[5] = "";
+
+        if (more > 0 && strnlen((char *)at, more + 1) == more + 1) {
+            memcpy(character, at, more + 1);
+            whole = json_string(character);
+        }
+        if (more > 0 && !whole) {
+            *at = '?';
+            more = 0;
+        }
+        json_decref(whole);
+        at += more + 1;
+    }
+}
+
 void warning_add(json_t *warnings, const char *code, json_t *figures, const char *format, ...)
 {
     char detail[DETAIL_MAX];
@@ -52,6 +74,7 @@ void warning_add(json_t *warnings, const char *code, json_t *figures, const char
     va_start(arguments, format);
     (void)vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);
+    mend_utf8(detail);
     (void)json_object_set_new(entry, "code", json_string(code));
     (void)json_object_set_new(entry, "detail", json_string(detail));
     if (figures) {
@@ -88,12 +111,6 @@ void warnings_merge(json_t *warnings, const json_t *from)
 
 void warnings_put(json_t *document, json_t *from)
 {
-    json_t *warnings = json_object_get(document, "warnings");
-
-    if (!warnings) {
-        warnings = json_array();
-        (void)json_object_set_new(document, "warnings", warnings);
-    }
-    warnings_merge(warnings, from);
+    warnings_merge(warnings_of(document), from);
     json_decref(from);
 }

@@ -135,6 +135,7 @@ static int carry(struct bridge *b, size_t first, struct srnf_registration *regis
         registration->ambiguity_objective = by_area.ambiguity_objective;
         registration->ambiguity_angle = by_area.ambiguity_angle;
         registration->rotational_curvature = by_area.rotational_curvature;
+        registration->rotations_searched = by_area.rotations_searched;
     }
     srnf_registration_clear(&by_area);
     srnf_warp_clear(&chain);
@@ -158,7 +159,8 @@ static int cross(struct bridge *b, const struct compute_origin *origins,
         status = carry(b, 1, &back);
     }
     if (status == SRNF_OK) {
-        bool folds = !(registration->min_jacobian > 0.0);
+        bool folds = !(registration->min_jacobian > 0.0) ||
+                     (b->options->symmetric && !(back.min_jacobian > 0.0));
 
         if (b->options->symmetric && back.distance < registration->distance) {
             registration->distance = back.distance;
@@ -183,6 +185,7 @@ int compute_register_pair(struct jobs_run *run, const struct srnf_sht *sht, cons
     int status;
 
     *bridged = false;
+    *registration = (struct srnf_registration){.iterations = 0};
     if (origins && options->reparameterization && compute_bridgeable(&origins[0], &origins[1])) {
         status = cross(&bridge, origins, registration);
         *bridged = status == SRNF_OK;

@@ -173,7 +173,7 @@ static int fit_components(const struct srnf_sht *sht, const struct compute_mean_
     if (status >= 0) {
         status = measure_residuals(srnf_sht_grid(sht), outputs);
     }
-    if (status >= 0 && mean->n >= 3) {
+    if (status >= 0 && mean->n >= 3 && !inputs->repeated) {
         status = srnf_calibrate(srnf_sht_grid(sht), &outputs->pca, mean->mean_q, mean->registered_q,
                                 &outputs->calibration);
     }

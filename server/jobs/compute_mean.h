@@ -18,6 +18,8 @@ struct compute_mean_inputs {
     size_t components; /* of principal components; 0: all above rounding */
     double share;      /* percent of the job that the mean is; 0: all that encoding leaves */
     bool pullback;     /* the mean in the pulled-back metric instead; of compute_mean only */
+    bool repeated;     /* subjects have several members: leaving one out leaves the others in, so
+                          that there is no calibration */
 };
 
 struct compute_mean_outputs {
@@ -27,7 +29,7 @@ struct compute_mean_outputs {
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* of compute_pca only */
     double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
-    struct srnf_calibration calibration; /* of compute_pca of 3 surfaces or more; n 0 otherwise */
+    struct srnf_calibration calibration; /* of compute_pca of 3 subjects or more; n 0 otherwise */
     double *angles; /* [n] turns against the mean of the others, owned; NULL where values rotate */
     size_t n_theta, n_phi;
     double seconds; /* of the iterations, over all attempts of the job */

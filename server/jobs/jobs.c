@@ -141,7 +141,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->n_workers = count_workers(config->workers);
     jobs->n_slots = jobs->n_workers + 1;
     jobs->config.job_memory =
-        config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_workers);
+        config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_slots);
     pthread_mutex_init(&jobs->mutex, NULL);
     pthread_cond_init(&jobs->wake, NULL);
     pthread_cond_init(&jobs->ended, NULL);

@@ -189,15 +189,20 @@ static int read_token(const struct options *options, struct store_token *token)
 static int read_secret(const struct options *options, char secret[STORE_SECRET_MAX])
 {
     FILE *file = options->secret_file ? fopen(options->secret_file, "re") : NULL;
-    bool read = file && fgets(secret, STORE_SECRET_MAX, file) != NULL;
+    char line[STORE_SECRET_MAX + 2]; /* a longest one, its newline, and one character too many */
 
-    if (!read) {
-        secret[0] = '\0';
+    if (!file || !fgets(line, sizeof line, file)) {
+        line[0] = '\0';
     }
     if (file) {
         (void)fclose(file);
     }
-    secret[strcspn(secret, "\r\n")] = '\0';
+    line[strcspn(line, "\r\n")] = '\0';
+    secret[0] = '\0';
+    if (strlen(line) < STORE_SECRET_MAX) {
+        memcpy(secret, line, strlen(line) + 1);
+    }
+    sodium_memzero(line, sizeof line);
     if (options->secret_file && !store_secret_valid(secret)) {
         return wrong_use("--secret-file must hold 32 to 55 letters, digits, hyphens and "
                          "underscores",

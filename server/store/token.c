@@ -305,8 +305,14 @@ void store_tokens_uses(const char *directory, struct store_tokens *tokens)
 /* Gives a file that root has made to the owner of the directory, so that the daemon can read it. */
 static int give_to_owner(const char *directory, int fd)
 {
-    struct stat info;
+    struct stat info, own;
 
+    if (fstat(fd, &own) != 0) {
+        return store_map_errno(errno);
+    }
+    if (!S_ISREG(own.st_mode) || own.st_nlink != 1) {
+        return STORE_CORRUPT; /* somebody put there what is not ours to give away */
+    }
     if (geteuid() != 0) {
         return STORE_OK;
     }

@@ -121,5 +121,12 @@ is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | lengt
 execute mean '{"cohort":"images","register":false}'
 is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | length')" '200 0' 'in a mean either'
 
+# A model of repeated subjects has no leave-one-out values: the other scan of a subject would stay in.
+execute pca '{"cohort":"copies","register":false}'
+MODEL=$(json .model.id)
+execute project "{\"model\":\"$MODEL\",\"surface\":$(jq '.[3]' <<<"$PALLIDA")}"
+is "$STATUS $(json '[.warnings[] | select(.code == "model-uncalibrated")] | length')" '200 1' \
+    'a model of repeated subjects judges nobody'
+
 stop_server "$SERVER_PID" || not_ok 'the server ends well'
 done_testing

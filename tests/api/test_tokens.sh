@@ -41,6 +41,8 @@ fails 'an option that is none' 2 add --data "$DATA" --name a --max-money 3
 fails 'a token that is not there' 1 revoke --data "$SCRATCH" nobody
 printf 'too-short\n' >"$SCRATCH/short"
 fails 'a secret that is too short' 2 add --data "$DATA" --name a --secret-file "$SCRATCH/short"
+printf '%064d\n' 1 >"$SCRATCH/long"
+fails 'a secret that is too long' 2 add --data "$DATA" --name a --secret-file "$SCRATCH/long"
 fails 'a secret that is not there' 2 add --data "$DATA" --name a --secret-file "$SCRATCH/absent"
 fails 'a directory that cannot be' 1 add --data /proc/none --name a
 
@@ -91,6 +93,9 @@ check 'is not followed' test ! -s "$SCRATCH/victim"
 ln -sf "$SCRATCH/elsewhere" "$SCRATCH/linked/tokens.lock"
 fails 'a link for the lock' 1 add --data "$SCRATCH/linked" --name b
 check 'which makes nothing elsewhere' test ! -e "$SCRATCH/elsewhere"
+rm "$SCRATCH/linked/tokens.lock"
+ln "$SCRATCH/victim" "$SCRATCH/linked/tokens.lock"
+fails 'a second name of another file for the lock' 1 add --data "$SCRATCH/linked" --name b
 rm "$SCRATCH/linked/tokens" "$SCRATCH/linked/tokens.lock"
 mkfifo "$SCRATCH/linked/tokens"
 fails 'a pipe for the file' 1 add --data "$SCRATCH/linked" --name b

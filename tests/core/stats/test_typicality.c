@@ -137,6 +137,21 @@ static void leaving_one_out_is_fitting_anew(void **state)
     close_model(&m);
 }
 
+/* Two subjects with one field: without a third one the others have a dimension less. */
+static void of_twins_the_others_are_judged_as_ever(void **state)
+{
+    struct model m;
+
+    (void)state;
+    open_model(&m, N, N, 0);
+    memcpy(m.q + m.size, m.q, m.size * sizeof(double));
+    close_fit(&m);
+    fit(&m, N, 0);
+    assert_int_equal(m.pca.components, N - 2);
+    expect_refits(&m, 0);
+    close_model(&m);
+}
+
 /* Fields of few dimensions, and two that are equal: eigenvalues are 0, and some coincide. */
 static void fields_of_few_dimensions_are_no_exception(void **state)
 {
@@ -586,6 +601,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaving_one_out_is_fitting_anew),
+        cmocka_unit_test(of_twins_the_others_are_judged_as_ever),
         cmocka_unit_test(fields_of_few_dimensions_are_no_exception),
         cmocka_unit_test(members_are_beyond_their_limits_at_the_rate_that_is_promised),
         cmocka_unit_test(few_references_make_wide_limits),
