@@ -8,7 +8,8 @@
 //
 // A hundred times on the way it reads the resident memory and the open descriptors of PID from /proc, and the
 // bytes of the database and of its write-ahead log. Growth is the median of the last ten readings over that of
-// the ten after the first ten, which are the warm-up. Beyond GROWTH (0.05) for memory, that or
+// the ten after the warm-up: the first ten, and 3,000 requests at least, by which every thread of the daemon has opened
+// the database for itself. Beyond GROWTH (0.05) for memory, that or
 // DATABASE_MAX for the database (which only grows where the log is taken over), DESCRIPTORS_MAX for descriptors and
 // LOG_MAX for the log, and for any answer that is not the one expected, it ends with 1.
 'use strict';
@@ -22,7 +23,8 @@ const REQUESTS = Number(requestsText);
 const JOBS = Number(jobsText);
 const CLIENTS = 8;
 const READINGS = 100;
-const WARM_UP = 10;
+const TEN = 10;
+const WARM_UP = Math.max(TEN, Math.ceil((READINGS * 3000) / REQUESTS));
 const GROWTH_MAX = Number(growthText || 0.05);
 const DATABASE_MAX = 8 << 20; // bytes more than after the warm-up
 const DESCRIPTORS_MAX = 4; // more than after the warm-up
@@ -120,7 +122,7 @@ async function client(readings) {
         }
         if (sent >= ((readings.length + 1) * REQUESTS) / READINGS && readings.length < READINGS) {
             readings.push(reading());
-            if (readings.length % WARM_UP === 0) {
+            if (readings.length % TEN === 0) {
                 const [memory, descriptors, database, log] = readings.at(-1);
                 console.log(
                     `${sent} requests, ${jobs} jobs: ${(memory / 1e6).toFixed(1)} MB resident, ${descriptors} descriptors, ` +
@@ -137,8 +139,8 @@ function median(readings, member) {
 }
 
 function judge(readings) {
-    const early = readings.slice(WARM_UP, 2 * WARM_UP);
-    const late = readings.slice(-WARM_UP);
+    const early = readings.slice(WARM_UP, WARM_UP + TEN);
+    const late = readings.slice(-TEN);
     const growth = (member) => median(late, member) / median(early, member) - 1;
     const descriptors = median(late, 1) - median(early, 1);
     const log = Math.max(...readings.map((one) => one[3]));
