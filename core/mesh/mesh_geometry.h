@@ -80,7 +80,8 @@ struct srnf_topology {
     size_t split_vertices;                /* whose faces form several fans */
     uint32_t first_split_vertex;
     size_t components;             /* joined through shared vertices */
-    uint32_t first_face_elsewhere; /* lowest face outside the component of the first one */
+    uint32_t first_face;           /* that takes part */
+    uint32_t first_face_elsewhere; /* lowest face outside the component of that one */
     size_t degenerate_faces;
     uint32_t first_degenerate_face;
 };
@@ -105,19 +106,28 @@ void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *
    SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans);
 
+/* The numbers that what is left of a mesh had in the file: vertices[n_vertices] (of equal points the
+   first), faces[n_faces]. */
+struct srnf_mesh_origin {
+    uint32_t *vertices, *faces;
+};
+
 /* Repairs of srnf_mesh_prepare (repair.c); each returns SRNF_OK or SRNF_ENOMEM. Survivors keep
-   their order; origin[n_vertices] goes along with the vertices. */
-SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, uint32_t *origin,
+   their order; origin goes along with vertices and faces. */
+SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                             size_t *merged);
-SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, uint32_t *origin,
-                                               size_t *dropped);
-SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_repairs *repairs);
-SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, uint32_t **origin, size_t *split);
+SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh,
+                                               struct srnf_mesh_origin *origin, size_t *dropped);
+SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                                        struct srnf_mesh_repairs *repairs);
+SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                                        size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);
 
 /* report.c: the report of a mesh after its repairs, which turns it if it looks inwards and drops
-   vertices without faces. report: [in] repairs so far, [out] all. Errors: SRNF_ENOMEM. */
-SRNF_CHECKED int srnf_mesh_examine(struct srnf_mesh *mesh, uint32_t *origin,
+   vertices without faces. Problems name faces and vertices by their origin. report: [in] repairs so
+   far, [out] all. Errors: SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_mesh_examine(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                    struct srnf_mesh_report *report);
 
 #endif

@@ -28,7 +28,7 @@
 /* One reading of the mesh. */
 struct candidate {
     struct srnf_mesh mesh;
-    uint32_t *origin; /* [mesh.n_vertices at first] */
+    struct srnf_mesh_origin origin; /* with room for all that was there at first */
     struct srnf_mesh_report report;
 };
 
@@ -51,10 +51,17 @@ static bool mesh_is_valid(const struct srnf_mesh *mesh)
     return true;
 }
 
+static void origin_clear(struct srnf_mesh_origin *origin)
+{
+    srnf_free(origin->vertices);
+    srnf_free(origin->faces);
+    *origin = (struct srnf_mesh_origin){0};
+}
+
 static void candidate_clear(struct candidate *c)
 {
     srnf_mesh_clear(&c->mesh);
-    srnf_free(c->origin);
+    origin_clear(&c->origin);
     *c = (struct candidate){0};
 }
 
@@ -76,20 +83,43 @@ static int copy_mesh(const struct srnf_mesh *from, struct srnf_mesh *to)
     return SRNF_OK;
 }
 
+static int alloc_origin(const struct srnf_mesh *mesh, struct srnf_mesh_origin *origin)
+{
+    origin->vertices = srnf_alloc(mesh->n_vertices, sizeof *origin->vertices);
+    origin->faces = srnf_alloc(mesh->n_faces, sizeof *origin->faces);
+    if (!origin->vertices || !origin->faces) {
+        origin_clear(origin);
+        return SRNF_ENOMEM;
+    }
+    return SRNF_OK;
+}
+
+static int copy_origin(const struct srnf_mesh_origin *from, const struct srnf_mesh *mesh,
+                       struct srnf_mesh_origin *to)
+{
+    int status = alloc_origin(mesh, to);
+
+    if (status == SRNF_OK && mesh->n_vertices > 0) {
+        memcpy(to->vertices, from->vertices, mesh->n_vertices * sizeof *to->vertices);
+    }
+    if (status == SRNF_OK && mesh->n_faces > 0) {
+        memcpy(to->faces, from->faces, mesh->n_faces * sizeof *to->faces);
+    }
+    return status;
+}
+
 static int copy_candidate(const struct candidate *from, struct candidate *to)
 {
     int status = copy_mesh(&from->mesh, &to->mesh);
 
     to->report = (struct srnf_mesh_report){.repairs = from->report.repairs};
-    to->origin = srnf_alloc(from->mesh.n_vertices, sizeof *to->origin);
-    if (status != SRNF_OK || !to->origin) {
+    if (status == SRNF_OK) {
+        status = copy_origin(&from->origin, &from->mesh, &to->origin);
+    }
+    if (status != SRNF_OK) {
         candidate_clear(to);
-        return SRNF_ENOMEM;
     }
-    if (from->mesh.n_vertices > 0) {
-        memcpy(to->origin, from->origin, from->mesh.n_vertices * sizeof *to->origin);
-    }
-    return SRNF_OK;
+    return status;
 }
 
 static bool is_sound(const struct candidate *c)
@@ -109,13 +139,13 @@ static int weld(const struct candidate *indexed, struct candidate *welded)
     int status = copy_candidate(indexed, welded);
 
     if (status == SRNF_OK) {
-        status = srnf_repair_merge_vertices(&welded->mesh, welded->origin,
+        status = srnf_repair_merge_vertices(&welded->mesh, &welded->origin,
                                             &repairs->duplicate_vertices_merged);
     }
     if (status == SRNF_OK) {
-        status = srnf_repair_drop_faces(&welded->mesh, repairs);
+        status = srnf_repair_drop_faces(&welded->mesh, &welded->origin, repairs);
     }
-    return status == SRNF_OK ? srnf_mesh_examine(&welded->mesh, welded->origin, &welded->report)
+    return status == SRNF_OK ? srnf_mesh_examine(&welded->mesh, &welded->origin, &welded->report)
                              : status;
 }
 
@@ -133,7 +163,7 @@ static int open_fans(const struct candidate *welded, struct candidate *opened)
         size_t apart = repairs->touching_vertices_kept_apart;
 
         *merged -= apart < *merged ? apart : *merged;
-        status = srnf_mesh_examine(&opened->mesh, opened->origin, &opened->report);
+        status = srnf_mesh_examine(&opened->mesh, &opened->origin, &opened->report);
     }
     return status;
 }
@@ -157,11 +187,11 @@ static int choose(struct candidate *indexed)
             goto out;
         }
     }
-    if (opened.origin && is_sound(&opened)) {
+    if (opened.origin.vertices && is_sound(&opened)) {
         taken = &opened;
         goto out;
     }
-    status = srnf_mesh_examine(&indexed->mesh, indexed->origin, &indexed->report);
+    status = srnf_mesh_examine(&indexed->mesh, &indexed->origin, &indexed->report);
     if (is_sound(indexed) || welded.mesh.n_faces == 0 ||
         (is_closed_manifold(indexed) && !is_closed_manifold(&welded))) {
         indexed->report.repairs.touching_vertices_kept_apart =
@@ -183,24 +213,27 @@ out:
 
 /* origin [out] of the caller, also on failure. */
 static int prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report,
-                   uint32_t **origin)
+                   struct srnf_mesh_origin *origin)
 {
     struct candidate c = {.mesh = *mesh};
     int status = SRNF_EINVAL;
 
     *report = (struct srnf_mesh_report){0};
-    *origin = NULL;
+    *origin = (struct srnf_mesh_origin){0};
     if (!mesh_is_valid(mesh)) {
         return status;
     }
-    c.origin = srnf_alloc(mesh->n_vertices, sizeof *c.origin);
-    if (!c.origin) {
-        return SRNF_ENOMEM;
+    status = alloc_origin(mesh, &c.origin);
+    if (status != SRNF_OK) {
+        return status;
     }
     for (size_t i = 0; i < mesh->n_vertices; i++) {
-        c.origin[i] = (uint32_t)i;
+        c.origin.vertices[i] = (uint32_t)i;
     }
-    status = weld_vertices ? choose(&c) : srnf_mesh_examine(&c.mesh, c.origin, &c.report);
+    for (size_t f = 0; f < mesh->n_faces; f++) {
+        c.origin.faces[f] = (uint32_t)f;
+    }
+    status = weld_vertices ? choose(&c) : srnf_mesh_examine(&c.mesh, &c.origin, &c.report);
     *mesh = c.mesh;
     *report = c.report;
     *origin = c.origin;
@@ -209,10 +242,10 @@ static int prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_
 
 int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report)
 {
-    uint32_t *origin;
+    struct srnf_mesh_origin origin;
     int status = prepare(mesh, weld_vertices, report, &origin);
 
-    srnf_free(origin);
+    origin_clear(&origin);
     return status;
 }
 
@@ -247,7 +280,7 @@ int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
 {
     struct srnf_mesh_report of_sphere;
     struct srnf_mesh original = {0};
-    uint32_t *origin = NULL;
+    struct srnf_mesh_origin origin = {0};
     int status;
 
     if (!mesh_is_valid(mesh) || !mesh_is_valid(sphere) || !same_faces(mesh, sphere)) {
@@ -260,15 +293,15 @@ int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
     }
     if (status == SRNF_OK && report->n_problems > 0) {
         srnf_mesh_clear(mesh);
-        srnf_free(origin);
+        origin_clear(&origin);
         *mesh = original;
         original = (struct srnf_mesh){0};
         status = prepare(mesh, true, report, &origin);
     }
     if (status == SRNF_OK) {
-        status = follow(mesh, origin, sphere);
+        status = follow(mesh, origin.vertices, sphere);
     }
-    srnf_free(origin);
+    origin_clear(&origin);
     srnf_mesh_clear(&original);
     return status;
 }

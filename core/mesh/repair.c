@@ -5,7 +5,7 @@
  *
  * Vertices and faces that stay keep their order, so that the result depends on nothing but the
  * input. Memory of the dropped ones is kept until the mesh is cleared. Where each vertex comes from
- * goes along: origin[i] is the number that vertex i had at first.
+ * and face comes from goes along, in a struct srnf_mesh_origin.
  */
 #include "mesh_geometry.h"
 
@@ -30,14 +30,15 @@ static bool vertex_less(const void *context, uint32_t a, uint32_t b)
 /* Moves the vertices with keep[i] to the front and renames the corners of all faces: rename[i] is
    the new number of a kept vertex, and of a vertex that is not kept the (old) number of the one
    that stands for it. */
-static void compact(struct srnf_mesh *mesh, uint32_t *origin, const bool *keep, uint32_t *rename)
+static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, const bool *keep,
+                    uint32_t *rename)
 {
     size_t kept = 0;
 
     for (size_t i = 0; i < mesh->n_vertices; i++) {
         if (keep[i]) {
             memmove(mesh->vertices + 3 * kept, mesh->vertices + 3 * i, 3 * sizeof(double));
-            origin[kept] = origin[i];
+            origin->vertices[kept] = origin->vertices[i];
             rename[i] = (uint32_t)kept++;
         } else {
             rename[i] = rename[rename[i]]; /* the one that stands for it came earlier */
@@ -53,7 +54,8 @@ static void compact(struct srnf_mesh *mesh, uint32_t *origin, const bool *keep, 
  * Joins vertices with equal coordinates (-0 equals 0) into the first of each group. Sorting, not
  * hashing: no input makes it slow. O(n log n).
  */
-int srnf_repair_merge_vertices(struct srnf_mesh *mesh, uint32_t *origin, size_t *merged)
+int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                               size_t *merged)
 {
     size_t n = mesh->n_vertices;
     uint32_t *order = srnf_alloc(n, sizeof *order);
@@ -86,7 +88,8 @@ out:
     return status;
 }
 
-int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, uint32_t *origin, size_t *dropped)
+int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                                  size_t *dropped)
 {
     size_t n = mesh->n_vertices;
     uint32_t *rename = srnf_alloc(n, sizeof *rename);
@@ -219,7 +222,8 @@ static bool face_is_collapsed(const struct srnf_mesh *mesh, size_t face)
  * many one way as the other: a flap without thickness, or a wall between two solids. Every edge
  * loses as many faces that run it one way as the other, or gains a hole that it had. O(n log n).
  */
-int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_repairs *repairs)
+int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                           struct srnf_mesh_repairs *repairs)
 {
     size_t n = mesh->n_faces, sorted, end, kept = 0;
     uint32_t *start = srnf_alloc(mesh->n_vertices, sizeof *start);
@@ -245,7 +249,8 @@ int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_repairs *rep
     }
     for (size_t f = 0; f < n; f++) {
         if (keep[f]) {
-            memmove(mesh->faces + 3 * kept++, mesh->faces + 3 * f, 3 * sizeof *mesh->faces);
+            memmove(mesh->faces + 3 * kept, mesh->faces + 3 * f, 3 * sizeof *mesh->faces);
+            origin->faces[kept++] = origin->faces[f];
         }
     }
     mesh->n_faces = kept;
@@ -283,10 +288,10 @@ static size_t name_fans(const struct srnf_mesh *mesh, uint32_t *name, bool *take
 
 /*
  * Gives every fan of faces a vertex of its own, at the same place: a surface that touches itself in
- * points becomes a manifold. The edges must have two faces each. origin may move; split counts the
- * vertices that came to it.
+ * points becomes a manifold. The edges must have two faces each. origin->vertices may move; split
+ * counts the vertices that came to it.
  */
-int srnf_repair_split_fans(struct srnf_mesh *mesh, uint32_t **origin, size_t *split)
+int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, size_t *split)
 {
     size_t n = mesh->n_vertices, corners = 3 * mesh->n_faces;
     uint32_t *name = srnf_alloc(corners, sizeof *name);
@@ -307,20 +312,20 @@ int srnf_repair_split_fans(struct srnf_mesh *mesh, uint32_t **origin, size_t *sp
         goto out;
     }
     memcpy(vertices, mesh->vertices, 3 * n * sizeof *vertices);
-    memcpy(traced, *origin, n * sizeof *traced);
+    memcpy(traced, origin->vertices, n * sizeof *traced);
     for (size_t c = 0; c < corners; c++) {
         uint32_t from = mesh->faces[c];
 
         memcpy(vertices + 3 * (size_t)name[c], mesh->vertices + 3 * (size_t)from,
                3 * sizeof *vertices);
-        traced[name[c]] = (*origin)[from];
+        traced[name[c]] = origin->vertices[from];
         mesh->faces[c] = name[c];
     }
     srnf_free(mesh->vertices);
-    srnf_free(*origin);
+    srnf_free(origin->vertices);
     mesh->vertices = vertices;
     mesh->n_vertices = n + *split;
-    *origin = traced;
+    origin->vertices = traced;
     status = SRNF_OK;
 out:
     srnf_free(taken);

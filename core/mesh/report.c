@@ -6,7 +6,7 @@
  * agree with each other but look inwards (negative volume) is turned. Whatever is left that breaks
  * "one closed, oriented surface of genus zero that encloses a volume" becomes a problem, in the
  * order of enum srnf_status; a mesh without problems has Euler characteristic 2 and positive
- * volume. Each problem says what would help.
+ * volume. Each problem says where it is, in the numbers of the file, and what would help.
  */
 #include "mesh_geometry.h"
 
@@ -90,8 +90,9 @@ static void add_topology_problems(struct srnf_mesh_report *report,
     if (topology->components > 1) {
         add_problem(report, SRNF_ECOMPONENTS, topology->components, topology->first_face_elsewhere,
                     "%zu components; face %" PRIu32
-                    " is the first that does not belong to that of face 0; send one of them alone",
-                    topology->components, topology->first_face_elsewhere);
+                    " is the first that does not belong to that of face %" PRIu32
+                    "; send one of them alone",
+                    topology->components, topology->first_face_elsewhere, topology->first_face);
     }
     if (report->closed && report->edge_manifold && report->vertex_manifold &&
         topology->components == 1 && missing != 0) {
@@ -158,7 +159,35 @@ static void fill_report(struct srnf_mesh_report *report, const struct srnf_topol
     }
 }
 
-int srnf_mesh_examine(struct srnf_mesh *mesh, uint32_t *origin, struct srnf_mesh_report *report)
+static void trace_edges(struct srnf_edge_finding *edges, const struct srnf_mesh_origin *origin)
+{
+    if (edges->count > 0) {
+        edges->face = origin->faces[edges->face];
+        edges->from = origin->vertices[edges->from];
+        edges->to = origin->vertices[edges->to];
+    }
+}
+
+/* From the numbers that faces and vertices have now to those of the file. */
+static void trace(struct srnf_topology *topology, const struct srnf_mesh_origin *origin)
+{
+    trace_edges(&topology->boundary, origin);
+    trace_edges(&topology->crowded, origin);
+    trace_edges(&topology->disagreeing, origin);
+    if (topology->split_vertices > 0) {
+        topology->first_split_vertex = origin->vertices[topology->first_split_vertex];
+    }
+    if (topology->components > 1) {
+        topology->first_face = origin->faces[topology->first_face];
+        topology->first_face_elsewhere = origin->faces[topology->first_face_elsewhere];
+    }
+    if (topology->degenerate_faces > 0) {
+        topology->first_degenerate_face = origin->faces[topology->first_degenerate_face];
+    }
+}
+
+int srnf_mesh_examine(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                      struct srnf_mesh_report *report)
 {
     struct srnf_topology topology;
     struct srnf_mesh_measures measures;
@@ -179,6 +208,7 @@ int srnf_mesh_examine(struct srnf_mesh *mesh, uint32_t *origin, struct srnf_mesh
         report->repairs.faces_flipped = mesh->n_faces;
         report->volume = -report->volume;
     }
+    trace(&topology, origin);
     add_topology_problems(report, &topology);
     add_degeneracies(report, &topology, &measures);
     return SRNF_OK;

@@ -233,6 +233,7 @@ static void count_components(const struct srnf_mesh *mesh, uint32_t *joined,
         root = set_find(joined, mesh->faces[3 * f], &parity);
         if (seen++ == 0) {
             first_root = root;
+            topology->first_face = (uint32_t)f;
         } else if (root != first_root && !elsewhere) {
             elsewhere = true;
             topology->first_face_elsewhere = (uint32_t)f;

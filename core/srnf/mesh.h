@@ -107,9 +107,10 @@ struct srnf_mesh_repairs {
 
 /* One thing that keeps a mesh from being analysed. */
 struct srnf_mesh_problem {
-    int status;    /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
-    size_t count;  /* boundary edges, non-manifold edges or vertices, components, ... */
-    int64_t first; /* lowest index of an offending face (vertex for fans), -1 where there is none */
+    int status;       /* SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE */
+    size_t count;     /* boundary edges, non-manifold edges or vertices, components, ... */
+    int64_t first;    /* lowest number in the file of an offending face (a triangle; of a vertex for
+                      fans), from 0; -1 where there is none */
     char detail[256]; /* what, where, and what would help */
 };
 #define SRNF_MESH_PROBLEMS_MAX 8

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -353,6 +354,84 @@ static void specks_go(void **state)
     srnf_mesh_clear(&mesh);
 }
 
+/* A problem names faces and vertices by their numbers in the file, not by those that are left after
+   the repairs: here a speck of three points and four faces, and a vertex that no face names, come
+   before a sphere that misses its last face. */
+static void problems_name_the_file(void **state)
+{
+    struct srnf_mesh sphere = meshes_sphere(3), speck = meshes_tetrahedron(), lone, both, all;
+    struct srnf_mesh_report report;
+    const uint32_t *missing = sphere.faces + 3 * (sphere.n_faces - 1);
+    const char *detail;
+    char place[64];
+    bool named = false;
+    uint32_t across = 0;
+    (void)state;
+
+    sphere.n_faces--;
+    for (uint32_t f = 0; f < sphere.n_faces && across == 0; f++) { /* the lowest along the hole */
+        for (size_t k = 0; k < 9; k++) {
+            const uint32_t *v = sphere.faces + 3 * (size_t)f;
+
+            if (v[k % 3] == missing[(k / 3 + 1) % 3] && v[(k % 3 + 1) % 3] == missing[k / 3]) {
+                across = f;
+            }
+        }
+    }
+    assert_true(across > 0);
+    meshes_scale(&speck, 0.0);
+    meshes_move(&speck, 3, 4, 5);
+    lone = meshes_blank(1, 0);
+    both = meshes_join(&speck, &lone);
+    all = meshes_join(&both, &sphere);
+    report = prepare(&all, true);
+    assert_int_equal(report.repairs.collapsed_faces_dropped, 4);
+    assert_int_equal(report.n_problems, 1);
+    assert_int_equal(report.problems[0].status, SRNF_ENOT_CLOSED);
+    assert_int_equal(report.problems[0].count, 3);
+    assert_int_equal(report.problems[0].first, across + 4);
+    detail = report.problems[0].detail;
+    (void)snprintf(place, sizeof place, "face %u,", across + 4);
+    assert_non_null(strstr(detail, place));
+    for (size_t k = 0; k < 3; k++) {
+        (void)snprintf(place, sizeof place, "between vertices %u and %u;", missing[(k + 1) % 3] + 5,
+                       missing[k] + 5);
+        named = named || strstr(detail, place);
+    }
+    if (!named) {
+        fail_msg("%s", detail);
+    }
+    srnf_mesh_clear(&all);
+    srnf_mesh_clear(&both);
+    srnf_mesh_clear(&lone);
+    srnf_mesh_clear(&speck);
+    srnf_mesh_clear(&sphere);
+}
+
+/* Of several components, the first face of another one is the file's. */
+static void components_name_the_file(void **state)
+{
+    struct srnf_mesh one = meshes_sphere(2), other = meshes_sphere(2), both, speck, all;
+    struct srnf_mesh_report report;
+    (void)state;
+
+    meshes_move(&other, 9, 0, 0);
+    speck = meshes_tetrahedron();
+    meshes_scale(&speck, 0.0);
+    both = meshes_join(&speck, &one);
+    all = meshes_join(&both, &other);
+    report = prepare(&all, true);
+    assert_int_equal(report.n_problems, 1);
+    assert_int_equal(report.problems[0].status, SRNF_ECOMPONENTS);
+    assert_int_equal(report.problems[0].first, speck.n_faces + one.n_faces);
+    assert_non_null(strstr(report.problems[0].detail, "that of face 4;"));
+    srnf_mesh_clear(&all);
+    srnf_mesh_clear(&both);
+    srnf_mesh_clear(&speck);
+    srnf_mesh_clear(&other);
+    srnf_mesh_clear(&one);
+}
+
 /* Sound meshes whose points are all different come out as they went in. */
 static void distinct_points_stay(void **state)
 {
@@ -447,6 +526,8 @@ int main(void)
         cmocka_unit_test(closed_neck_stays_open),
         cmocka_unit_test(touching_solids_are_two),
         cmocka_unit_test(specks_go),
+        cmocka_unit_test(problems_name_the_file),
+        cmocka_unit_test(components_name_the_file),
         cmocka_unit_test(distinct_points_stay),
         cmocka_unit_test(sphere_follows),
         cmocka_unit_test(strangers_are_prepared_alone),
