@@ -1,6 +1,7 @@
 /*
  * mesh.c - the rows of meshes. A mesh never changes: its id is its content, so that storing it
- * twice finds it there. Name and time are each owner's (owner.c).
+ * twice finds it there. Name and time are each owner's (owner.c). The report on it is that of the
+ * program that stored it last: a later version may find more.
  */
 #include "store/internal.h"
 
@@ -8,6 +9,9 @@
 #include <string.h>
 
 #define COLUMNS "id, name, format, report, bytes, vertices, faces, created_ms"
+/* Name and time stay those of the first; what is said of the content is that of the last. */
+#define RENEW \
+    "UPDATE SET report = excluded.report, vertices = excluded.vertices, faces = excluded.faces"
 #define COLUMNS_AS                                                                     \
     "mesh.id, coalesce(owned.name, mesh.name), format, report, mesh.bytes, vertices, " \
     "faces, coalesce(owned.created_ms, mesh.created_ms)"
@@ -111,7 +115,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         status =
             store_execute(db, NULL,
                           "INSERT INTO mesh (" COLUMNS ", content) "
-                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING",
+                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO " RENEW,
                           "ttttiiiit", mesh->id, mesh->name ? mesh->name : "",
                           mesh->format ? mesh->format : "", mesh->report ? mesh->report : "",
                           mesh->bytes, mesh->vertices, mesh->faces, put->now, put->content->hash);
@@ -119,7 +123,28 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     return status;
 }
 
-/* Takes name and time of what the store holds. */
+static int run_renew(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct put *put = write->argument;
+    const struct store_mesh *mesh = put->mesh;
+
+    (void)store;
+    return store_execute(db, NULL,
+                         "UPDATE mesh SET report = ?, vertices = ?, faces = ? WHERE id = ?", "tiit",
+                         mesh->report ? mesh->report : "", mesh->vertices, mesh->faces, mesh->id);
+}
+
+/* Gives the stored mesh this report, if it has another. */
+static int renew_report(struct store *store, const struct store_mesh *held, struct store_mesh *mesh)
+{
+    struct put put = {.mesh = mesh};
+
+    return strcmp(held->report, mesh->report ? mesh->report : "") == 0
+               ? STORE_OK
+               : store_write(store, run_renew, &put);
+}
+
+/* Takes name and time of what the store holds, and gives it the report. */
 static int adopt(struct store *store, struct store_mesh *mesh)
 {
     const char *owner = store_owner_name(&mesh->owner);
@@ -127,6 +152,7 @@ static int adopt(struct store *store, struct store_mesh *mesh)
     int status = store_mesh_get_as(store, owner, mesh->id, &held);
 
     if (status == STORE_OK) {
+        status = renew_report(store, &held, mesh);
         free(mesh->name);
         mesh->name = held.name;
         mesh->created_ms = held.created_ms;

@@ -74,6 +74,27 @@ static void a_mesh_keeps_its_first_name_and_time(void **state)
     store_mesh_clear(&mesh);
 }
 
+/* A later version may find more in the same bytes: its report takes the place of the old one. */
+static void a_mesh_sent_again_has_the_newer_report(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store_mesh mesh = {.id = "mesh-1", .report = strdup("{\"closed\":true}"), .bytes = 3};
+    struct store_mesh held;
+    bool created;
+
+    assert_int_equal(store_mesh_put(fixture->store, &mesh, "abc", &created), STORE_OK);
+    free(mesh.report);
+    mesh.report = strdup("{\"closed\":false}");
+    mesh.faces = 7;
+    assert_int_equal(store_mesh_put(fixture->store, &mesh, "abc", &created), STORE_OK);
+    assert_false(created);
+    assert_int_equal(store_mesh_get(fixture->store, "mesh-1", &held), STORE_OK);
+    assert_string_equal(held.report, "{\"closed\":false}");
+    assert_int_equal(held.faces, 7);
+    store_mesh_clear(&held);
+    store_mesh_clear(&mesh);
+}
+
 static void what_is_not_there_is_not_found(void **state)
 {
     struct fixture *fixture = *state;
@@ -348,11 +369,17 @@ static void keys_name_jobs_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(meshes_of_any_size_round_trip),           TEST(a_mesh_keeps_its_first_name_and_time),
-        TEST(what_is_not_there_is_not_found),          TEST(surfaces_round_trip_to_the_bit),
-        cmocka_unit_test(a_surface_id_is_its_content), TEST(results_of_any_size_round_trip),
-        TEST(pages_have_no_gaps_or_repeats),           TEST(lists_filter_and_stop),
-        TEST(meshes_and_surfaces_are_listed),          TEST(keys_name_jobs_once),
+        TEST(meshes_of_any_size_round_trip),
+        TEST(a_mesh_keeps_its_first_name_and_time),
+        TEST(a_mesh_sent_again_has_the_newer_report),
+        TEST(what_is_not_there_is_not_found),
+        TEST(surfaces_round_trip_to_the_bit),
+        cmocka_unit_test(a_surface_id_is_its_content),
+        TEST(results_of_any_size_round_trip),
+        TEST(pages_have_no_gaps_or_repeats),
+        TEST(lists_filter_and_stop),
+        TEST(meshes_and_surfaces_are_listed),
+        TEST(keys_name_jobs_once),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
