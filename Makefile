@@ -47,7 +47,7 @@ OPT         := $(OPT_$(CONFIG))
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
 # (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
-CPPFLAGS = -Icore -Iserver -Itests -MMD -MP
+CPPFLAGS = -Iinclude -Icore -Iserver -Itests -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
@@ -73,7 +73,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install deb test-deb deps clean build-tests \
+.PHONY: all demo run check nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install install-service install-library deb test-deb deps clean build-tests \
         build-threaded \
         build-benches unit format
 .SECONDARY:
@@ -104,6 +104,9 @@ $(O)/%.o: %.c
 	$(call say,CC,$<)
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
+# The core becomes libsrnf.so as well as libsrnf.a, from the same objects: only what include/ declares is seen.
+$(O)/core/%.o: CFLAGS += -fPIC -fvisibility=hidden -fno-semantic-interposition
+
 # The transforms and what is built on them may fuse multiply and add; exact predicates in core/mesh may not.
 $(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast -fno-trapping-math
 
@@ -115,13 +118,44 @@ $(CORE_LIB): $(call obj,$(CORE_SRC))
 # Part of the numeric build id, and so of every cache key: whatever of another core, or of another reading of
 # inputs and writing of results, made an answer is computed anew. A file too many costs a few answers made
 # twice; one too few serves old answers as new. make numeric-digest prints it.
-ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard core/*.h core/*/*.h server/api/*.[ch] server/jobs/*.[ch]))
+ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard include/*.h include/srnf/*.h core/*.h core/*/*.h \
+                   server/api/*.[ch] server/jobs/*.[ch]))
 answer_digest  = $(shell (echo '$(OPT)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
 $(O)/server/build.o: $(ANSWER_TEXT)
 $(O)/server/build.o: CPPFLAGS += -DSRNF_ANSWER_DIGEST='"$(answer_digest)"'
 .PHONY: numeric-digest
 numeric-digest:
 	@echo $(answer_digest)
+
+# ---- the library for others ---------------------------------------------------------------------------
+
+# The shared library's name has the minor version as long as the major one is 0: until then any minor version
+# may change the interface.
+VERSION   := $(shell sed -n 's/^.define SRNF_VERSION "\(.*\)"/\1/p' include/srnf/base.h)
+SONAME    := libsrnf.so.$(basename $(VERSION))
+SHARED    := $(B)/lib/libsrnf.so.$(VERSION)
+# The archive for others is one object, in which names that include/ does not declare are local.
+ARCHIVE   := $(B)/lib/libsrnf.a
+
+$(SHARED): $(CORE_LIB) deploy/srnf.map
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) -Wl,--no-undefined \
+	    -Wl,--version-script,deploy/srnf.map -o $@ \
+	    -Wl,--whole-archive $< -Wl,--no-whole-archive -Wl,--as-needed $(CORE_LIBS)
+
+$(ARCHIVE): $(CORE_LIB)
+	@mkdir -p $(dir $@)
+	$(call say,AR,$@)
+	$(Q)ld -r -o $(B)/lib/srnf.o --whole-archive $<
+	$(Q)objcopy --wildcard --localize-hidden --keep-global-symbol "srnf_*" $(B)/lib/srnf.o
+	@rm -f $@
+	$(Q)ar rcs $@ $(B)/lib/srnf.o
+
+.PHONY: library version
+library: $(SHARED) $(ARCHIVE)
+version:
+	@echo $(VERSION)
 
 # The bytes of migrations and of the API description, as arrays in one C file.
 $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
@@ -208,7 +242,7 @@ lint:
 	tests/lint/lint.sh
 
 format:
-	clang-format -i $(shell git ls-files '*.c' '*.h')
+	@clang-format -i $(shell git ls-files '*.c' '*.h')
 
 bench: $(BENCHES) $(B)/srnfd
 	@tests/bench/run.sh $(B)
@@ -254,12 +288,28 @@ fuzzers: $(FUZZERS)
 
 # ---- installing ---------------------------------------------------------------------------------------
 
-install: all
+MULTIARCH ?=
+LIBDIR    := $(PREFIX)/lib$(if $(MULTIARCH),/$(MULTIARCH))
+INSTALL   := install -D -m 644
+
+install: install-service install-library
+
+install-service: all
 	install -D -m 755 $(B)/srnfd $(DESTDIR)$(PREFIX)/bin/srnfd
-	install -D -m 644 core/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/include/srnf core/srnf/*.h
-	install -D -m 644 $(CORE_LIB) $(DESTDIR)$(PREFIX)/lib/libsrnf.a
-	install -D -m 644 api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+	$(INSTALL) api/openapi.yaml $(DESTDIR)$(PREFIX)/share/srnfd/openapi.yaml
+	$(INSTALL) docs/man/srnfd.8 $(DESTDIR)$(PREFIX)/share/man/man8/srnfd.8
+
+install-library: library
+	$(INSTALL) include/srnf.h $(DESTDIR)$(PREFIX)/include/srnf.h
+	$(INSTALL) -t $(DESTDIR)$(PREFIX)/include/srnf include/srnf/*.h
+	$(INSTALL) $(ARCHIVE) $(DESTDIR)$(LIBDIR)/libsrnf.a
+	$(INSTALL) $(SHARED) $(DESTDIR)$(LIBDIR)/$(notdir $(SHARED))
+	ln -sf $(notdir $(SHARED)) $(DESTDIR)$(LIBDIR)/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(LIBDIR)/libsrnf.so
+	@mkdir -p $(DESTDIR)$(LIBDIR)/pkgconfig
+	sed -e 's,@PREFIX@,$(PREFIX),' -e 's,@LIBDIR@,$(LIBDIR),' -e 's,@VERSION@,$(VERSION),' \
+	    -e 's,@LIBS@,$(CORE_LIBS),' deploy/srnf.pc.in >$(DESTDIR)$(LIBDIR)/pkgconfig/srnf.pc
+	$(INSTALL) docs/man/srnf.3 $(DESTDIR)$(PREFIX)/share/man/man3/srnf.3
 
 # A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
 deb: all

@@ -46,7 +46,8 @@ finds columns 'bad.c:2: more than 100' 'a line of 101 columns is too long'
 echo "/* $(printf '%93s' x)ä */" | file core/sphere/bad.c
 clean columns
 rm "$COPY/core/sphere/bad.c"
-cp -r core/memory.c core/srnf.h core/srnf core/internal.h "$COPY/core"
+cp -r core/memory.c core/internal.h "$COPY/core"
+cp -r include "$COPY"
 
 file core/sphere/grid.h <<'END'
 int grid(int x);
@@ -165,6 +166,16 @@ refused core/sphere/x.c '"embedded.h"'
 refused core/sphere/x.c '<pthread.h>'
 refused core/sphere/x.c '<sys/stat.h>'
 refused core/x.c '"sphere/grid.h"'
+allowed include/srnf/x.h '"srnf/base.h"'
+refused include/srnf/x.h '"sphere/grid.h"'
+refused include/srnf/x.h '<pthread.h>'
+
+clean headers
+echo 'size_t needs_a_type(int x);' | file include/srnf/x.h
+finds headers 'include/srnf/x.h:1: does not compile alone as c:' 'a header that needs another is found'
+echo 'int new;' | file include/srnf/x.h
+finds headers 'include/srnf/x.h:1: does not compile alone as c..:' 'a header that C++ does not take is found'
+rm "$COPY/include/srnf/x.h"
 
 # The core's objects: a statement in one function, and what the check says of the call it makes.
 call() { # HEADER STATEMENT
@@ -231,11 +242,11 @@ cp "$SCRATCH/grid.c" "$COPY/core/sphere/grid.c"
 mkdir -p "$COPY/tests/core"
 {
     echo '#include "support/refusing.h"'
-    sed -n 's/^SRNF_CHECKED int \(srnf_[a-z0-9_]*\).*/int \1;/p' "$COPY"/core/srnf/*.h
+    sed -n 's/^SRNF_CHECKED int \(srnf_[a-z0-9_]*\).*/int \1;/p' "$COPY"/include/srnf/*.h
 } | file tests/core/test_refusals.c
 clean refusals
 sed -i '/srnf_icp;/d' "$COPY/tests/core/test_refusals.c"
-finds refusals 'core/srnf/mesh.h:[0-9]+: .*srnf_icp' 'a function is found that no test refuses memory'
+finds refusals 'include/srnf/mesh.h:[0-9]+: .*srnf_icp' 'a function is found that no test refuses memory'
 rm -r "$COPY/tests/core"
 
 mkdir -p "$COPY/tests/core" "$COPY/tests/support"

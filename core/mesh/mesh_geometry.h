@@ -106,8 +106,8 @@ void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *
    SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans);
 
-/* The numbers that what is left of a mesh had in the file: vertices[n_vertices] (of equal points the
-   first), faces[n_faces]. */
+/* The numbers that what is left of a mesh had in the file: vertices[n_vertices] (the first of
+   equal points), faces[n_faces]. */
 struct srnf_mesh_origin {
     uint32_t *vertices, *faces;
 };

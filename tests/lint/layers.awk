@@ -1,6 +1,6 @@
 # Who may include whom, over any number of C files below the project's root:
 #
-#   awk -f layers.awk core/.. server/..
+#   awk -f layers.awk include/.. core/.. server/..
 #
 # prints "file:line: what" for every #include that goes against the layers:
 #
@@ -11,8 +11,8 @@
 #            versions.
 #   core/    sphere -> mesh -> shape -> stats, in the order in which data flows. A folder includes its own
 #            headers, those of the folders before it, srnf.h and internal.h; never a header of server/,
-#            and no system header for files, processes, threads or clocks. The parts of srnf.h in
-#            core/srnf/ include srnf.h, which alone includes them.
+#            and no system header for files, processes, threads or clocks.
+#   include/ the public headers include each other, and of the system's those that core/ may.
 
 BEGIN {
     number_of("main http api jobs store", layer)
@@ -58,7 +58,6 @@ function check_server(header,    parts) {
 
 function check_core(header,    parts) {
     if (header == "srnf.h" || header == "internal.h") return
-    if (FILENAME == "core/srnf.h" && header ~ /^srnf\//) return
     if (header ~ /\//) {
         split(header, parts, "/")
         if (!(parts[1] in stage))
@@ -80,7 +79,7 @@ FNR == 1 {
     sub(/\/[^\/]*$/, "", folder)
     if (top == "server" && place != "common" && !(place in layer))
         violation("server/" place " is no layer")
-    if (top == "core" && n > 2 && !(place in stage) && place != "srnf") violation("core/" place " is no stage")
+    if (top == "core" && n > 2 && !(place in stage)) violation("core/" place " is no stage")
 }
 
 /^[ \t]*#[ \t]*include[ \t]*"/ {
@@ -88,6 +87,8 @@ FNR == 1 {
     if (quoted[2] ~ /\.\./) violation("\"" quoted[2] "\" goes up")
     else if (top == "server") check_server(quoted[2])
     else if (top == "core") check_core(quoted[2])
+    else if (top == "include" && !exists("include/" quoted[2]))
+        violation("\"" quoted[2] "\" is no public header")
 }
 
 /^[ \t]*#[ \t]*include[ \t]*</ {
@@ -96,6 +97,6 @@ FNR == 1 {
     if (top == "server" && header in home && place in layer && place != "main" &&
         place != home[header])
         violation("<" header "> belongs to server/" home[header])
-    if (top == "core" && (header in impure || header ~ /^sys\//))
-        violation("<" header "> has no place in core/")
+    if ((top == "core" || top == "include") && (header in impure || header ~ /^sys\//))
+        violation("<" header "> has no place in " top "/")
 }

@@ -13,7 +13,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals nan outside paths shell shellcheck lockfile openapi'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths shell shellcheck lockfile openapi'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ check_c-rules() {
 }
 
 check_layers() {
-    files 'core/*.c' 'core/*.h' 'server/*.c' 'server/*.h' | xargs -r awk -f $LINT/layers.awk
+    files 'core/*.c' 'core/*.h' 'include/*.h' 'server/*.c' 'server/*.h' | xargs -r awk -f $LINT/layers.awk
 }
 
 # Compiles the core (in the release configuration) and prints its objects.
@@ -134,12 +134,24 @@ check_refusals() {
     local tests declared
     tests=$(files 'tests/core/*.c' |
         xargs -r grep -lE '^(#include "support/refusing\.h"|void \*srnf_alloc\()' /dev/null)
-    files 'core/srnf/*.h' | xargs -r grep -noE '^SRNF_CHECKED int srnf_[a-z0-9_]+' /dev/null |
+    files 'include/srnf/*.h' | xargs -r grep -noE '^SRNF_CHECKED int srnf_[a-z0-9_]+' /dev/null |
         while IFS= read -r declared; do
             # shellcheck disable=SC2086
             grep -qw "${declared##* }" $tests /dev/null ||
                 echo "${declared%:*}: no test refuses ${declared##* } its memory"
         done
+}
+
+# Every public header compiles by itself, as C and as C++.
+check_headers() {
+    local header language
+    for header in $(files 'include/*.h'); do
+        for language in c c++; do
+            echo "#include \"${header#include/}\"" |
+                gcc -x $language -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only - 2>"$SCRATCH/compiled" ||
+                echo "$header:1: does not compile alone as $language: $(grep -m 1 error "$SCRATCH/compiled")"
+        done
+    done
 }
 
 # Figures of tests that no NaN fails. The pictures of tests/paper are no tests.

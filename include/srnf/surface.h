@@ -6,7 +6,14 @@
 #ifndef SRNF_PUBLIC_SURFACE_H
 #define SRNF_PUBLIC_SURFACE_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/mesh.h"
+#include "srnf/sphere.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 struct srnf_surface_measures {
     double area, volume, centroid[3]; /* volume is signed, the centroid that of area */
@@ -140,5 +147,10 @@ struct srnf_judgement {
 enum srnf_verdict srnf_encode_judge(const struct srnf_encoded *encoded,
                                     const struct srnf_mesh_report *report, bool smoothed,
                                     struct srnf_judgement *judgement);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -6,7 +6,14 @@
 #ifndef SRNF_PUBLIC_STATS_H
 #define SRNF_PUBLIC_STATS_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+#include "srnf/register.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 /*
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
@@ -91,5 +98,10 @@ void srnf_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_pca *p
    numbers on every machine. scores: [count][components]. */
 void srnf_pca_sample(const struct srnf_pca *pca, uint64_t seed, size_t count, size_t components,
                      double *scores);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -6,7 +6,12 @@
 #ifndef SRNF_PUBLIC_SPHERE_H
 #define SRNF_PUBLIC_SPHERE_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 enum srnf_grid_kind {
     SRNF_GRID_GAUSS_LEGENDRE = 0, /* exact quadrature for degree 2 n_theta - 1 */
@@ -107,5 +112,10 @@ SRNF_CHECKED int srnf_harmonics_at_points(size_t degree, size_t batch, const dou
  */
 void srnf_grid_interpolate(const struct srnf_grid *grid, const double *values, size_t n,
                            const double *points, double *out);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -11,7 +11,15 @@
 #ifndef SRNF_PUBLIC_TYPICALITY_H
 #define SRNF_PUBLIC_TYPICALITY_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+#include "srnf/stats.h"
+#include "srnf/classify.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 enum srnf_trait {
     SRNF_TRAIT_RESIDUAL = 0,    /* norm of what the components cannot represent */
@@ -117,5 +125,10 @@ void srnf_folds_typicality_clear(struct srnf_folds_typicality *typicality);
  */
 SRNF_CHECKED int srnf_folds_typicality(const struct srnf_folds *comparison, double alpha,
                                        struct srnf_folds_typicality *typicality);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -13,7 +13,15 @@
 #ifndef SRNF_PUBLIC_CLASSIFY_H
 #define SRNF_PUBLIC_CLASSIFY_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+#include "srnf/register.h"
+#include "srnf/subjects.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 enum srnf_metric {
     SRNF_METRIC_SRNF = 0,     /* between SRNFs, registered elastically */
@@ -191,5 +199,10 @@ SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, cons
 
 /* A permutation of 0 .. n - 1, uniform but for 2^-64: the index-th of a seed, on every machine. */
 void srnf_permutation(uint64_t seed, uint64_t index, size_t n, size_t *permutation);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -16,7 +16,13 @@
 #ifndef SRNF_PUBLIC_TRANSPORT_H
 #define SRNF_PUBLIC_TRANSPORT_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 /* v = Q(toward) - Q(surface), double[3][n_theta][n_phi]. workspace as for srnf_field. Errors:
    SRNF_ENOMEM. */
@@ -108,5 +114,10 @@ SRNF_CHECKED int srnf_transfer(const struct srnf_sht *sht, const double *source,
                                enum srnf_transfer_size size, const struct srnf_context *context,
                                struct srnf_transferred *transferred, struct srnf_error *error);
 void srnf_transferred_clear(struct srnf_transferred *transferred);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

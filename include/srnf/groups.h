@@ -16,7 +16,14 @@
 #ifndef SRNF_PUBLIC_GROUPS_H
 #define SRNF_PUBLIC_GROUPS_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+#include "srnf/subjects.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 /* A curve over the number of components: entry k - 1 belongs to the first k of them. */
 struct srnf_curve {
@@ -125,5 +132,10 @@ SRNF_CHECKED int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const
                                      const struct srnf_compare_options *options,
                                      const struct srnf_context *context,
                                      struct srnf_comparison *comparison, struct srnf_error *error);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

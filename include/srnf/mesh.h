@@ -6,7 +6,12 @@
 #ifndef SRNF_PUBLIC_MESH_H
 #define SRNF_PUBLIC_MESH_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 enum srnf_mesh_format {
     SRNF_MESH_UNKNOWN = 0,
@@ -250,5 +255,10 @@ SRNF_CHECKED int srnf_spherical_map(const struct srnf_mesh *mesh,
 /* Geodesic sphere: the icosahedron with each edge cut in frequency parts, 20 frequency^2 faces, on
    the unit sphere. Errors: SRNF_EINVAL (0 or above 400), SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_mesh_icosphere(size_t frequency, struct srnf_mesh *mesh);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -17,7 +17,13 @@
 #ifndef SRNF_PUBLIC_PULLBACK_H
 #define SRNF_PUBLIC_PULLBACK_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 #define SRNF_PULLBACK_SEGMENTS_MAX ((size_t)100)
 
@@ -203,5 +209,10 @@ SRNF_CHECKED int srnf_pullback_mean(const struct srnf_sht *sht, size_t n,
                                     const struct srnf_context *context,
                                     struct srnf_pullback_mean *mean, struct srnf_error *error);
 void srnf_pullback_mean_clear(struct srnf_pullback_mean *mean);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -18,7 +18,12 @@
 #ifndef SRNF_PUBLIC_SUBJECTS_H
 #define SRNF_PUBLIC_SUBJECTS_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 struct srnf_permutation_test {
     size_t permutations; /* m: relabellings beside the observed one; 0: none was asked for */
@@ -61,5 +66,10 @@ void srnf_wilson_interval(size_t successes, size_t n, double interval[2]);
 SRNF_CHECKED int srnf_cluster_interval(size_t n, const size_t *subjects, const bool *success,
                                        double *effective, double interval[2],
                                        struct srnf_error *error);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

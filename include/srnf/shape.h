@@ -6,7 +6,13 @@
 #ifndef SRNF_PUBLIC_SHAPE_H
 #define SRNF_PUBLIC_SHAPE_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 /*
  * SRNF of a surface on the grid of sht: q double[3][n_theta][n_phi]. workspace as for
@@ -177,5 +183,10 @@ SRNF_CHECKED int srnf_geodesic(const struct srnf_sht *sht, const double *from, c
                                const struct srnf_context *context, struct srnf_geodesic *result,
                                struct srnf_error *error);
 void srnf_geodesic_clear(struct srnf_geodesic *result);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif

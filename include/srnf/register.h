@@ -6,7 +6,15 @@
 #ifndef SRNF_PUBLIC_REGISTER_H
 #define SRNF_PUBLIC_REGISTER_H
 
-#include "srnf.h"
+#include "srnf/base.h"
+#include "srnf/mesh.h"
+#include "srnf/sphere.h"
+#include "srnf/shape.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
 
 enum srnf_register_start {
     SRNF_START_TOURNAMENT = 0, /* many rotations, narrowed down while the fields grow */
@@ -152,5 +160,10 @@ srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
 SRNF_CHECKED int srnf_registration_apply(const struct srnf_sht *sht,
                                          const struct srnf_registration *registration,
                                          const double *coefficients, double *out);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
 
 #endif
