@@ -11,7 +11,7 @@
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
 #   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
 #   make nightly   the tests that are too long for make check
-#   make deb       a Debian package      make test-deb    installs it in a clean system
+#   make deb       the Debian packages   make test-deb    installs them in a clean system
 #   make load      requests a second, the time of one beside thousands of hostile clients, shares, short jobs beside long
 #   make install   PREFIX=/usr/local DESTDIR=
 #
@@ -311,8 +311,8 @@ install-library: library
 	    -e 's,@LIBS@,$(CORE_LIBS),' deploy/srnf.pc.in >$(DESTDIR)$(LIBDIR)/pkgconfig/srnf.pc
 	$(INSTALL) docs/man/srnf.3 $(DESTDIR)$(PREFIX)/share/man/man3/srnf.3
 
-# A Debian package of the release build, in build/deb; test-deb installs it in a clean system.
-deb: all
+# The Debian packages of the release build, in build/deb; test-deb installs them in a clean system.
+deb: all library
 	@deploy/install-deps.sh --package
 	@deploy/deb.sh build/deb
 

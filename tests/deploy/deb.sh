@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the Debian package in a clean system (debootstrap, in a folder), starts the daemon by its unit's command
-# line, asks it, and removes the package again: "make test-deb". Needs root, debootstrap and a package mirror
+# Installs the Debian packages in a clean system (debootstrap, in a folder), starts the daemon by its unit's command
+# line, asks it, removes it again, and builds an example with the library: "make test-deb". Needs root, debootstrap and a package mirror
 # (SRNFD_MIRROR, or the one that apt uses); takes some minutes, so it is no part of "make check".
 . "$(dirname "$0")/../support/lib.sh"
 
@@ -17,6 +17,11 @@ inside() {
     env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive LC_ALL=C chroot "$SYSTEM" "$@"
 }
 
+if command -v lintian >/dev/null; then
+    is "$(lintian --fail-on error,warning build/deb/*.deb 2>"$SCRATCH/lintian")" '' 'lintian finds nothing in the packages'
+else
+    skip 'lintian' 'it is not installed'
+fi
 mkdir "$SYSTEM"
 if ! debootstrap --variant=minbase "$CODENAME" "$SYSTEM" "$MIRROR" >"$SCRATCH/debootstrap" 2>&1; then
     not_ok 'a clean system is made' "$(tail -n 5 "$SCRATCH/debootstrap")"
@@ -62,4 +67,14 @@ check 'the package is purged' inside apt-get -q purge -y srnfd
 is "$(inside dpkg -l srnfd 2>/dev/null | grep -c '^ii')" 0 'and gone'
 is "$(inside sh -c 'find /usr /lib /etc -xdev -name "*srnfd*" 2>/dev/null')" '' 'with all its files'
 isnt "$(inside ls /var/lib/srnfd)" '' 'but not the data'
+
+# The library, by those who build with it.
+cp build/deb/libsrnf*.deb "$SYSTEM/tmp"
+cp tests/data/aal_subcortex/L_thalamus.ply "$SYSTEM/tmp"
+check 'the library installs' inside sh -c 'apt-get -q install -y --no-install-recommends /tmp/libsrnf*.deb gcc libc6-dev pkg-config'
+check 'an example compiles against it' inside sh -c \
+    'cd /usr/share/doc/libsrnf-dev/examples && cc geodesic.c -o /tmp/geodesic $(pkg-config --cflags --libs srnf)'
+check 'and runs' inside sh -c 'cd /tmp && ./geodesic L_thalamus.ply L_thalamus.ply'
+check 'it links statically, too' inside sh -c \
+    'cd /usr/share/doc/libsrnf-dev/examples && cc geodesic.c -o /tmp/static $(pkg-config --cflags --libs --static srnf)'
 done_testing
