@@ -6,6 +6,7 @@
 #   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
 #   make bench     every figure the README quotes       make fuzz          each reader, 60 s
 #   make soak      REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
+#   make openapi   writes the processes' schemas into api/openapi.yaml
 #   make coverage  lines of core/ and server/ that the tests run
 #   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make paper     the paper's figures and tables with the data at hand, build/paper.html
@@ -162,6 +163,12 @@ $(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
 	@mkdir -p $(dir $@)
 	$(call say,GEN,$@)
 	$(Q)deploy/embed.sh $(EMBEDDED) > $@
+
+# The parts of the API's description that the tables of the processes give; tests/api/test_openapi.sh compares.
+.PHONY: openapi
+openapi: $(B)/srnfd
+	$(Q)api/generate.sh $(B)/srnfd <api/openapi.yaml >$(B)/openapi.yaml
+	$(Q)cp $(B)/openapi.yaml api/openapi.yaml
 
 $(O)/embedded.o: $(O)/embedded.c
 	$(call say,CC,$<)

@@ -371,6 +371,18 @@ static int print_routes(int n_arguments, char **arguments)
     return 0;
 }
 
+/* A line of JSON a process: what api/generate.sh puts into the description of the API. */
+static int print_processes(int n_arguments, char **arguments)
+{
+    (void)n_arguments;
+    (void)arguments;
+    for (const struct api_process *process = api_processes; process->id; process++) {
+        (void)printf("{\"id\":\"%s\",\"inputs\":%s,\"outputs\":%s}\n", process->id,
+                     process->inputs_schema, process->outputs_schema);
+    }
+    return 0;
+}
+
 static int print_help(int n_arguments, char **arguments);
 
 static const struct command {
@@ -385,6 +397,7 @@ static const struct command {
     {"version", print_version, "print the versions of this build and its libraries"},
     {"help", print_help, "print this"},
     {"routes", print_routes, NULL},
+    {"processes", print_processes, NULL},
 };
 
 static int print_help(int n_arguments, char **arguments)

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # api/openapi.yaml against the daemon, both ways: its routes with their query parameters against the table that
-# `srnfd routes` prints, and the schemas of the processes against what GET /v1/processes/{id} answers. The file is
+# `srnfd routes` prints, and the schemas of the processes against what the tables give (make openapi) and
+# GET /v1/processes/{id} answers. The file is
 # read line by line: its layout (two spaces a level, parameters by reference, process schemas as JSON) is part of
 # what is checked, since another layout finds no routes at all.
 . "$(dirname "$0")/../support/lib.sh"
@@ -59,6 +60,11 @@ compare "$(wc -l <"$SCRATCH/described")" '>=' 20 'the description has operations
 is "$(comm -23 "$SCRATCH/described" "$SCRATCH/served")" '' 'what is described is served, with the same query parameters'
 is "$(comm -13 "$SCRATCH/described" "$SCRATCH/served")" '' 'what is served is described, with the same query parameters'
 
+api/generate.sh "$SRNFD" <"$OPENAPI" >"$SCRATCH/generated" 2>"$SCRATCH/errors"
+is "$(diff "$OPENAPI" "$SCRATCH/generated" | head -n 20)$(cat "$SCRATCH/errors")" '' \
+    'the processes are described as make openapi writes them'
+sed '/# end of schemas/d' "$OPENAPI" | api/generate.sh "$SRNFD" >"$SCRATCH/cut" 2>"$SCRATCH/errors"
+is "$?$(cat "$SCRATCH/errors")" '1api/generate.sh: the part schemas has no end' 'a part without its end is an error'
 get /v1/processes
 processes=$(json '.items[].id' | sort)
 is "$(sed -n 's/^    \([a-z-]*\)Inputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'inputs of the same processes are described'
