@@ -1,20 +1,32 @@
 # srnfd - elastic shape analysis of closed surfaces as a service.
 #
-#   make demo      install what is missing, build, run the main job on real meshes, print what it did
-#   make check     the same set-up, then lint, every test, and every test again under ASan and UBSan
-#   make run       serve on 127.0.0.1:8080
-#   make lint      formatting, layering, OpenAPI        make asan / tsan   tests under a sanitizer
-#   make bench     every figure the README quotes       make fuzz          each reader, 60 s
-#   make soak      REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
-#   make openapi   writes the processes' schemas into api/openapi.yaml
-#   make coverage  lines of core/ and server/ that the tests run
-#   make fuzz-api  requests drawn from api/openapi.yaml, REQUESTS=20000 of them
-#   make paper     the paper's figures and tables with the data at hand, build/paper.html
-#   make crash     kill -9 under load, CYCLES=50 times   make faults      each write and allocation fails
-#   make nightly   the tests that are too long for make check
-#   make deb       the Debian packages   make test-deb    installs them in a clean system
-#   make load      requests a second, the time of one beside thousands of hostile clients, shares, short jobs beside long
-#   make install   PREFIX=/usr/local DESTDIR=
+#   make demo       install what is missing, build, run the main job on real meshes, print what it did
+#   make check      the same set-up, then lint, every test, and every test again under ASan and UBSan
+#   make run        serve on 127.0.0.1:8080
+#   make            build the daemon, build/srnfd
+#   make install    daemon, library, headers and manual, PREFIX=/usr/local DESTDIR=
+#   make deb        the Debian packages, in build/deb; make test-deb installs them in a clean system
+#   make help       this list
+#
+#   make quick      lint and the tests that take no more than some seconds
+#   make lint       formatting, layers, public headers, shell, OpenAPI
+#   make asan       the tests under ASan and UBSan
+#   make tsan       what has threads under ThreadSanitizer
+#   make nightly    the tests that are too long for make check
+#   make crash      kill -9 under load, CYCLES=50 times
+#   make faults     each write and each allocation fails in turn
+#   make load       requests a second, beside hostile clients too; shares; short jobs beside long ones
+#   make soak       REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
+#   make fuzz       each reader, 60 s
+#   make fuzz-api   requests drawn from api/openapi.yaml, REQUESTS=20000 of them
+#   make coverage   lines of core/ and server/ that the tests run
+#   make bench      every figure the README quotes
+#   make paper      the paper's figures and tables with the data at hand, build/paper.html
+#
+#   make format     clang-format over all sources
+#   make openapi    write the processes' schemas into api/openapi.yaml
+#   make library    libsrnf.so and libsrnf.a for others, in build/lib
+#   make clean      remove build/
 #
 # Sources are found by their place: core/*/*.c is the library, server/*/*.c the daemon, and each
 # tests/**/test_*.c, tests/bench/bench_*.c and tests/fuzz/fuzz_*.c a program of its own.
@@ -74,7 +86,7 @@ BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
-.PHONY: all demo run check nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install install-service install-library deb test-deb deps clean build-tests \
+.PHONY: all help demo run check quick nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install install-service install-library deb test-deb deps clean build-tests \
         build-threaded \
         build-benches unit format
 .SECONDARY:
@@ -85,6 +97,9 @@ all: $(B)/srnfd
 
 deps:
 	@deploy/install-deps.sh
+
+help:
+	@sed -n 's/^#   make/  make/p; /^# Sources/q' Makefile
 
 demo: deps
 	@$(MAKE) --no-print-directory -j2 all
@@ -232,6 +247,11 @@ build-benches: $(BENCHES)
 
 unit: build-tests
 	tests/run.sh $(B)
+
+# Before each commit: all that is quick. make check is the whole of it.
+quick:
+	$(MAKE) --no-print-directory -s -j2 build-tests
+	@tests/lint/lint.sh; linted=$$?; SRNFD_QUICK=1 tests/run.sh $(B) && exit $$linted
 
 # What make check leaves out because it takes too long: tests marked nightly.
 nightly: build-tests

@@ -7,7 +7,7 @@
 # tests/**/test_*.sh; with FILTER (an extended regular expression) only those whose source's path matches.
 # A source without its program counts as a failure: a test that is not built must not look like none.
 #
-# Each runs in a process group of its own, two at a time, with stdin closed, a fresh TMPDIR, a time limit,
+# Each runs in a process group of its own, one for each processor at a time, with stdin closed, a fresh TMPDIR, a time limit,
 # and SRNFD (the daemon), SRNFD_BUILD (the folder) and SRNFD_SANITIZED (asan, tsan or empty) set. Its
 # standard output is read as TAP, its standard error is shown when it fails.
 #
@@ -19,10 +19,12 @@
 #   srnfd-test: release-only    is left out of sanitizer builds
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
+#   srnfd-test: slow            is left out of make quick
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
-# Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_TEST_JOBS (2),
-# SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this folder).
+# Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_QUICK (leave out those marked
+# slow or alone), SRNFD_TEST_JOBS (one for each processor, at least 2), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this
+# folder).
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
 set -u
 export LC_ALL=C # numbers with a point, messages in English
@@ -35,7 +37,8 @@ BUILD=$(cd "$1" && pwd)
 FILTER=${2-}
 TESTS=${SRNFD_TESTS:-$(dirname "$0")}
 TESTS=$(cd "$TESTS" && pwd)
-JOBS=${SRNFD_TEST_JOBS:-2}
+PROCESSORS=$(nproc 2>/dev/null || echo 2)
+JOBS=${SRNFD_TEST_JOBS:-$((PROCESSORS > 2 ? PROCESSORS : 2))}
 LIMIT=${SRNFD_TEST_TIMEOUT:-300}
 SHOWN_LINES=150 # of the output of a test that failed, from its end
 
@@ -197,6 +200,9 @@ while IFS= read -r source; do
         continue
     fi
     if [ "${SRNFD_NIGHTLY:-}" != only ] && [ -n "$(marker "$source" nightly)" ]; then
+        continue
+    fi
+    if [ -n "${SRNFD_QUICK:-}" ] && [ -n "$(marker "$source" slow)$(marker "$source" alone)" ]; then
         continue
     fi
     if [ -n "$(marker "$source" alone)" ]; then

@@ -63,6 +63,15 @@ is "$LAST" '2 passed, 0 failed' 'what is marked nightly is left out'
 SRNFD_NIGHTLY=only run 'long|pass'
 is "$LAST" '1 passed, 0 failed' 'and runs, alone, where the night is asked for'
 
+script test_slow.sh <<'END'
+# srnfd-test: slow
+echo 1..1; echo 'ok 1 - a'
+END
+run 'slow|pass'
+is "$LAST" '3 passed, 0 failed' 'what is marked slow runs'
+SRNFD_QUICK=1 run 'slow|pass'
+is "$LAST" '2 passed, 0 failed' 'but not where a quick look is asked for'
+
 # Each of these must count as exactly this many failures, with a word that says why.
 expect() { # NAME COUNT REASON
     run "/?$1\\."
