@@ -55,9 +55,9 @@ int main(int argc, char **argv)
         surfaces[i] = encode_file(argv[i + 1]);
     }
     options.registration = &matching;
-    demand(srnf_karcher_mean(sht, n, (const double *const *)surfaces, &options, NULL, &mean,
-                             &error),
-           "mean", &error);
+    demand(
+        srnf_karcher_mean(sht, n, (const double *const *)surfaces, &options, NULL, &mean, &error),
+        "mean", &error);
     demand(srnf_pca_fit(srnf_sht_grid(sht), n, mean.mean_q, mean.registered_q, 0, &pca),
            "principal components", NULL);
     if (pca.components == 0) {

@@ -127,9 +127,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .metrics = service->metrics};
     size_t n = 0;
 
-    for (; api_processes[n].id && n < PROCESSES_MAX - 1; n++) {
-        service->table[n].id = api_processes[n].id;
-        service->table[n].run = api_processes[n].run;
+    for (; api_processes[n] && n < PROCESSES_MAX - 1; n++) {
+        service->table[n].id = api_processes[n]->id;
+        service->table[n].run = process_run;
     }
     build_numeric_id(service->numeric_build);
     return jobs_open(&service->jobs, &jobs);
@@ -376,9 +376,13 @@ static int print_processes(int n_arguments, char **arguments)
 {
     (void)n_arguments;
     (void)arguments;
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        (void)printf("{\"id\":\"%s\",\"inputs\":%s,\"outputs\":%s}\n", process->id,
-                     process->inputs_schema, process->outputs_schema);
+    for (size_t i = 0; api_processes[i]; i++) {
+        char *line = process_description(api_processes[i]);
+
+        if (!line || puts(line) == EOF) {
+            return 1;
+        }
+        free(line);
     }
     return 0;
 }

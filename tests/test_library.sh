@@ -2,6 +2,7 @@
 # The library as others have it: installed, it shows what its headers declare and nothing else, and the examples
 # build and run against it alone, from C and C++, shared and static.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/support/lib.sh"
 
 ROOT=$PWD

@@ -3,6 +3,7 @@
 # or are not built.
 # srnfd-test: release-only
 . "$(dirname "$0")/support/lib.sh"
+unset SRNFD_QUICK SRNFD_NIGHTLY # of the run that this test is part of
 
 FAKE=$SCRATCH/fake
 mkdir -p "$FAKE/tests/deep" "$FAKE/build/tests/deep"

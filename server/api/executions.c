@@ -194,7 +194,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (!inputs) {
         goto out;
     }
-    canonical = process->canonicalise(call, inputs, &problems);
+    canonical = process_canonicalise(process, call, inputs, &problems);
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
@@ -374,9 +374,8 @@ static json_t *process_record(const struct api_process *process, bool whole)
     (void)json_object_set_new(document, "jobControlOptions",
                               json_pack("[s,s,s]", "sync-execute", "async-execute", "dismiss"));
     if (whole) {
-        (void)json_object_set_new(document, "inputs", json_loads(process->inputs_schema, 0, NULL));
-        (void)json_object_set_new(document, "outputs",
-                                  json_loads(process->outputs_schema, 0, NULL));
+        (void)json_object_set_new(document, "inputs", process_inputs_schema(process));
+        (void)json_object_set_new(document, "outputs", process_outputs_schema(process));
     }
     (void)json_object_set_new(document, "links", links);
     return document;
@@ -386,8 +385,8 @@ void processes_list(struct api_call *call)
 {
     json_t *items = json_array();
 
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        (void)json_array_append_new(items, process_record(process, false));
+    for (size_t i = 0; api_processes[i]; i++) {
+        (void)json_array_append_new(items, process_record(api_processes[i], false));
     }
     respond_json(call, 200, json_pack("{s:o,s:n}", "items", items, "next"));
 }

@@ -153,8 +153,13 @@ json_t *job_record(const struct store_job *job, const char *cache);
 
 /* ---- Processes (process_*.c): the table of what can be executed ------------------------------ */
 
+struct process_table; /* process_table.h */
+
 struct api_process {
     const char *id, *title, *description;
+    /* Of a process that declares its inputs and outputs: schemas, validation and typed inputs
+       follow from it. Without one these four say it: */
+    const struct process_table *table;
     /* Inputs and outputs as JSON Schema with units, defaults and limits: JSON text. */
     const char *inputs_schema, *outputs_schema;
     /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh
@@ -162,12 +167,21 @@ struct api_process {
        canonical inputs (new reference, keys sorted when dumped), or NULL with problems in list or
        an answered problem in call->response. */
     json_t *(*canonicalise)(struct api_call *call, const json_t *inputs, struct problem_list *list);
-    /* On a worker. */
+    /* On a worker, by process_run. */
     void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
     /* Seconds that a job with these canonical inputs is expected to take. */
     double (*seconds)(const struct api_work *work, const json_t *inputs);
 };
-extern const struct api_process api_processes[]; /* ended by id NULL */
+extern const struct api_process *const api_processes[]; /* ended by NULL */
+/* The canonical inputs, as canonicalise above; and the JSON Schemas (new references). */
+json_t *process_canonicalise(const struct api_process *process, struct api_call *call,
+                             const json_t *inputs, struct problem_list *list);
+json_t *process_inputs_schema(const struct api_process *process);
+json_t *process_outputs_schema(const struct api_process *process);
+/* Runs a job of any process, on a worker: what the job engine has for each. */
+void process_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
+/* Id and both schemas as a line of JSON, for free(); NULL: no memory. */
+char *process_description(const struct api_process *process);
 const struct api_process *api_process_find(const char *id);
 
 /* ---- Handlers, one per route ----------------------------------------------------------------- */

@@ -72,6 +72,7 @@ struct process_inputs {
     struct problem_list *list;
     json_t *canonical; /* filled member by member */
     bool answered;     /* a problem of its own status (404, 422) is already the response */
+    bool shape_only;   /* ids are judged by their form alone, and not looked up */
 };
 
 /* ---- Reading (process_inputs.c). A problem leaves the member out of the canonical inputs. ---- */
@@ -184,9 +185,9 @@ extern const char register_inputs_schema[], register_outputs_schema[];
 extern const char distances_inputs_schema[], distances_outputs_schema[];
 extern const char mean_inputs_schema[], mean_outputs_schema[];
 extern const char pca_inputs_schema[], pca_outputs_schema[];
-extern const char modes_inputs_schema[], modes_outputs_schema[];
-extern const char sample_inputs_schema[], sample_outputs_schema[];
-extern const char project_inputs_schema[], project_outputs_schema[];
+extern const struct api_process modes_process;
+extern const struct api_process sample_process;
+extern const struct api_process project_process;
 extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
 extern const char compare_inputs_schema[], compare_outputs_schema[];
 extern const char shoot_inputs_schema[], shoot_outputs_schema[];
@@ -204,10 +205,6 @@ json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
                                struct problem_list *list);
 json_t *mean_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *pca_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *modes_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *sample_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *project_canonicalise(struct api_call *call, const json_t *inputs,
-                             struct problem_list *list);
 json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
@@ -226,9 +223,6 @@ void register_run(struct jobs_run *run, void *api, const char *inputs, struct jo
 void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void modes_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void sample_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void project_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void shoot_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);

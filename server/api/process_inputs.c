@@ -258,7 +258,7 @@ static bool check_mesh(struct process_inputs *inputs, const char *id)
     char code[48], detail[320];
     int status;
 
-    if (inputs->answered) {
+    if (inputs->answered || inputs->shape_only) {
         return false;
     }
     status = call_sees(inputs->call, id);
@@ -316,7 +316,7 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
                     "digits");
         return NULL;
     }
-    if (inputs->answered) {
+    if (inputs->answered || inputs->shape_only) {
         return NULL;
     }
     status = call_sees(inputs->call, id);

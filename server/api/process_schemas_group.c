@@ -7,13 +7,10 @@
 #include "api/cohorts.h"
 #include "api/process_schemas.h"
 
-#define COEFFICIENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COEFFICIENTS_MAX)
 #define COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COMPONENTS_MAX)
-#define DEVIATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_DEVIATIONS_MAX)
 #define PULLBACK_GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_PULLBACK_GROUP_MAX)
 #define GROUP_MIN_TEXT PROCESS_TEXT(PROCESS_GROUP_MIN)
 #define PENALTY_MAX_TEXT PROCESS_TEXT(PROCESS_PENALTY_MAX)
-#define SAMPLES_MAX_TEXT PROCESS_TEXT(PROCESS_SAMPLES_MAX)
 #define WARP_DEGREE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_DEFAULT)
 #define WARP_DEGREE_MAX_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_MAX)
 
@@ -29,18 +26,9 @@
     "\",\"default\":null,\"description\":\"Name of a cohort, instead of "                       \
     "surfaces.\"}," MIXED_ROUTES_INPUT ","
 
-#define MODEL_INPUT                                                       \
-    "\"model\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MODEL_PATTERN \
-    "\",\"description\":\"The model.\"},"
-
 #define LABELS                                                        \
     "\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"}," \
     "\"description\":\"A name for each surface, in order.\"},"
-
-#define MODEL_SURFACES                                                               \
-    "\"surfaces\":{\"type\":\"array\",\"items\":{\"type\":\"object\"},"              \
-    "\"description\":\"Records; the deformation from the mean rides along in their " \
-    "meshes.\"},"
 
 /* Of mean alone, and of what is made from the mean SRNF. */
 #define MEAN_METHOD                                                                              \
@@ -208,67 +196,3 @@ const char pca_outputs_schema[] =
                     "eigenvalues, explained, cumulative, scores.\"},"
                     "\"compactness\":{\"type\":\"array\",\"description\":\"[{components, value}]: "
                     "variance of the first components together.\"}," MEAN_OUTPUTS;
-
-const char modes_inputs_schema[] = INPUTS_OPENING
-    "\"required\":[\"model\"],\"properties\":{" MODEL_INPUT
-    "\"mode\":{\"type\":\"integer\",\"exclusiveMinimum\":0,\"default\":1,"
-    "\"description\":\"Number of the component, from 1 to those that the model has.\"},"
-    "\"coefficients\":{\"type\":\"array\",\"minItems\":1,\"maxItems\":" COEFFICIENTS_MAX_TEXT
-    ",\"items\":{\"type\":\"number\",\"minimum\":-" DEVIATIONS_MAX_TEXT
-    ",\"maximum\":" DEVIATIONS_MAX_TEXT
-    "},\"default\":[-2.0,-1.0,0.0,1.0,2.0],\"description\":\"Where along it, in "
-    "standard deviations.\"}}}";
-
-const char modes_outputs_schema[] = OUTPUTS_OPENING MODEL_SURFACES
-    "\"coefficients\":{\"type\":\"array\",\"items\":{\"type\":\"number\"},"
-    "\"description\":\"In standard deviations.\"},"
-    "\"standardDeviation\":{\"type\":\"number\",\"description\":\"Square root of the "
-    "eigenvalue.\"},\"relativeEnergy\":{\"type\":\"array\","
-    "\"items\":{\"type\":[\"number\",\"null\"]},\"description\":\"Of each: squared "
-    "distance of its SRNF from the point of the model, relative to the squared norm of "
-    "that point: 0 where the shape exists. Its root, times that of the surface's area, "
-    "is how far the surface is from the point, to be read against coefficient times "
-    "standardDeviation, how far the point is from the mean: where it is a good part of "
-    "it, the shape asked for does not exist, and the surface is only the one nearest "
-    "to it.\"}," MADE_BY;
-
-const char sample_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[\"model\"],\"properties\":{" MODEL_INPUT
-                   "\"count\":{\"type\":\"integer\",\"minimum\":1,\"maximum\":" SAMPLES_MAX_TEXT
-                   ",\"default\":1,\"description\":\"Samples.\"},\"seed\":{\"type\":\"integer\","
-                   "\"minimum\":0,\"maximum\":" SEED_MAX_TEXT
-                   ",\"default\":0,\"description\":\"The same seed gives the same scores on every "
-                   "machine.\"},\"components\":{\"type\":\"integer\",\"exclusiveMinimum\":0,"
-                   "\"description\":\"How many of the model's to vary; default: all.\"}}}";
-
-const char sample_outputs_schema[] = OUTPUTS_OPENING MODEL_SURFACES
-    "\"scores\":{\"type\":\"array\",\"description\":\"[count][components of the "
-    "model]; 0 in those that are not varied.\"},\"relativeEnergy\":{\"type\":\"array\","
-    "\"items\":{\"type\":[\"number\",\"null\"]},\"description\":\"Of each, as in "
-    "modes.\"}," MADE_BY;
-
-const char project_inputs_schema[] =
-    INPUTS_OPENING "\"required\":[\"model\",\"surface\"],\"properties\":{" MODEL_INPUT
-                   "\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-                   "\",\"description\":\"The surface; registered to the mean as those of the model "
-                   "were. A mesh is encoded with the default options.\"}}}";
-
-const char project_outputs_schema[] = OUTPUTS_OPENING
-    "\"scores\":{\"type\":\"array\",\"items\":{\"type\":[\"number\",\"null\"]},"
-    "\"description\":\"One for each component.\"},"
-    "\"trainingSubject\":{\"type\":\"boolean\",\"description\":\"Whether the model was "
-    "made from this surface. In a registered model it then has the scores, residual "
-    "and distance of its registration within the group, and is not registered anew.\"},"
-    "\"residual\":{\"type\":[\"number\",\"null\"],\"description\":\"Norm of what the "
-    "components cannot represent.\"},\"distance\":{\"type\":[\"number\",\"null\"],"
-    "\"description\":\"From the mean SRNF.\"},\"distanceBefore\":{\"type\":[\"number\","
-    "\"null\"],\"description\":\"The same before registration.\"},\"mahalanobis\":{"
-    "\"type\":[\"number\",\"null\"],\"description\":\"Root of the sum of squared scores over "
-    "their variances, of the first components: those that typicality tells.\"},"
-    "\"typicality\":{\"type\":[\"object\",\"null\"],\"description\":\"How the surface "
-    "compares with the subjects of the model, each left out in turn: subjects, how many; "
-    "components, how many mahalanobis counts; residual, distance, mahalanobis and angle (degrees "
-    "by which it is turned against the mean; null where the model rotates), each {value, limit, "
-    "percentile}. A member is beyond a limit once in 200; percentile is the share of the subjects "
-    "below. Of a training subject the values are its own when it is left out. Null where the "
-    "model has none.\"}," REGISTRATION MADE_BY;

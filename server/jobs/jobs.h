@@ -130,6 +130,7 @@ void jobs_health(struct jobs *jobs, struct jobs_health *health);
 
 struct store *jobs_run_store(struct jobs_run *run);
 const char *jobs_run_job_id(const struct jobs_run *run);
+const char *jobs_run_process(const struct jobs_run *run); /* its id */
 /* That its results are computed with. */
 const char *jobs_run_numeric_build(const struct jobs_run *run);
 /* Whose job it is, and so whom its outputs belong to. */

@@ -152,6 +152,11 @@ const char *jobs_run_job_id(const struct jobs_run *run)
     return run->job->id;
 }
 
+const char *jobs_run_process(const struct jobs_run *run)
+{
+    return run->job->process;
+}
+
 const char *jobs_run_numeric_build(const struct jobs_run *run)
 {
     return run->job->numeric_build ? run->job->numeric_build : "";

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # GET /v1/jobs/{id}/events with curl, as a dashboard would use it: events from acceptance to the end, progress
 # that moves, ids that a client can come back with, and what ends a stream early.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 start_server "$SCRATCH/data" --workers 1 --max-streams 3 || exit 1

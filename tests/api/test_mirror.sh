@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_mirror.sh - left and right: surfaces encoded mirrored, members of cohorts taken mirrored, and the warning
 # where left and right structures are compared as they are. Two pairs of nuclei at a low degree.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -5,6 +5,7 @@
 # test_pairs.sh - what the processes say of one pair of surfaces agrees: geodesic from either side, distances and
 # register; what was searched is told; the closed form is told of where it applies; and numbers that are to be doubted
 # come with a warning. Its core runs under the sanitizers in tests/core/shape.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # test_processes.sh - encode, invert and geodesic end to end, on real meshes and on surfaces that are known.
+# srnfd-test: slow
 
 # jq's variables are not the shell's.
 # shellcheck disable=SC2016

@@ -5,6 +5,7 @@
 # the scores that they were drawn with, and the covariance of the model; subjects of the model have their own
 # scores, registered or not, however they are named; points far out that no surface has are told by their relative
 # energy; and what is unlike the subjects of a model or the members of a cohort, or turned against them, is warned of.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_quality.sh - the quality of a model and the comparison of two groups end to end, on small surfaces of brain
 # structures: results, the map that travels with the mean surface, and what is refused.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -5,6 +5,7 @@
 # The server is one on which nothing is ready at once: it has one worker, which has a job of its own, and answers an
 # execution with its job after a millisecond where the request does not ask for more. So lines that take the results
 # for granted store null.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 start_server "$SCRATCH/data" --access-log all --workers 1 --sync-wait-seconds 0.001 || exit 1

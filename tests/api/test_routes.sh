@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_routes.sh - surfaces that came to their sphere by different routes: groups of them are refused unless asked
 # for, pairs are told, and what processes make goes by the route of what it was made of.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

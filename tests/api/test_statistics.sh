@@ -4,6 +4,7 @@
 # test_statistics.sh - registration, distances, mean, principal components, modes, samples and projection end to
 # end, on small surfaces of brain structures; the same numbers with any number of workers; and a mean and
 # distances that go on after kill -9 from where they were.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_subjects.sh - members that belong to one subject, against a live server: counted, left out and relabelled
 # together, refused where their labels differ, and content that stands for two members warned of.
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Who may call, against a whole daemon: tokens made and revoked while it runs, roles, what belongs to whom, the same
 # content sent by two, quotas, pages of other origins, and when it may listen beyond loopback.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 DATA=$SCRATCH/data

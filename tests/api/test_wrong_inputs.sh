@@ -2,6 +2,7 @@
 # Wrong inputs: each is answered with the status and the code that the contract names, with the element in its
 # detail, and after each the service still answers. Meshes that parse but cannot be analysed are kept, their report
 # says why, and encode refuses them with the same code.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 THALAMUS=tests/data/aal_subcortex/L_thalamus.ply

@@ -5,6 +5,7 @@
  *
  * Functions that have a test of the kind beside their other ones are not repeated here, but for
  * routes through them that those do not take; tests/lint/lint.sh sees to it that none is left out.
+ * srnfd-test: slow
  */
 #include "core/shape/registrations.h"
 #include "core/stats/group.h"

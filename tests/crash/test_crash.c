@@ -16,6 +16,7 @@
  *
  *   CYCLES=12          kills; `make crash` takes 50
  *   SRNFD_CRASH_SEED   to repeat the choices of a run (not the moments)
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

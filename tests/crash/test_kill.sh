@@ -8,6 +8,7 @@
 #   SRNFD_KILL_ROUNDS=3  data directories    SRNFD_KILL_SEED=...  to repeat the moments of a run
 #
 # Each round kills twice: a job that both kills hit is at its third attempt, the last that it has.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 ROUNDS=${SRNFD_KILL_ROUNDS:-3}

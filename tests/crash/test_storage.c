@@ -9,6 +9,7 @@
  * disk, and with room again everything goes on without a restart.
  *
  *   STRIDE=19   of the calls every nineteenth is made to fail; `make faults` takes each
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

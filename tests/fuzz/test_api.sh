@@ -6,6 +6,7 @@
 #
 # The packages that it is built on are those of fuzz/api/package-lock.json, installed under the build folder
 # once. Without node, or where the registry cannot be reached, it is skipped.
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 FUZZER=tests/fuzz/api

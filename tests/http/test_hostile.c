@@ -4,6 +4,7 @@
  * connections that say nothing. Each is refused as the contract says, with one problem document;
  * none keeps others from being served; memory and threads stay within bounds, which are read from
  * /proc.
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

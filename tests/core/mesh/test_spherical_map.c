@@ -3,6 +3,7 @@
  * known: bijective and little distorted, by measures of its own.
  *
  * srnfd-test: timeout 300
+ * srnfd-test: slow
  */
 #include "spherical_checks.h"
 #include "support/bodies.h"

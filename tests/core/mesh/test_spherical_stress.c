@@ -4,6 +4,7 @@
  * in bounded time, and never in a flipped map.
  *
  * srnfd-test: timeout 300
+ * srnfd-test: slow
  */
 #include "spherical_checks.h"
 

@@ -1,6 +1,7 @@
 /*
  * test_bound.c - the bound on the surface error beside the true error, with white noise on the grid
  * of relative norm 1e-3 and 1e-2 in q; and no certificate then.
+ * srnfd-test: slow
  */
 #include "inversions.h"
 

@@ -2,6 +2,7 @@
  * test_certificate.c - what an inversion says about its own result where q is exact: the
  * certificate of uniqueness, and the bound on the surface error beside the true error.
  * test_bound.c has the same with noise.
+ * srnfd-test: slow
  */
 #include "inversions.h"
 

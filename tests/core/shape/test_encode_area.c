@@ -4,6 +4,7 @@
  * same surface in any pose and numbering; known bodies; threads and cancellation.
  *
  * srnfd-test: timeout 300
+ * srnfd-test: slow
  */
 #include "figures.h"
 #include "mesh/spherical.h"

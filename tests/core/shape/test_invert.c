@@ -5,6 +5,7 @@
  *
  * A low energy alone proves nothing; what is asserted is the surface error, the L2 norm of the
  * coefficients at unit area without the translation.
+ * srnfd-test: slow
  */
 #include "inversions.h"
 

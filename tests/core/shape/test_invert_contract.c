@@ -1,6 +1,7 @@
 /*
  * test_invert_contract.c - what inversion promises its caller beside the surface: the same bits for
  * any spreading of its loops, progress, cancellation, limits, and answers to wrong arguments.
+ * srnfd-test: slow
  */
 #include "inversions.h"
 #include "support/parallel.h"

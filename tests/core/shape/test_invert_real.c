@@ -2,6 +2,7 @@
  * test_invert_real.c - thalami and pallida, encoded by star at degree 31, whose SRNFs are inverted
  * from the unit sphere. The paper reports relative energies of 9.0e-4 (thalamus) and 6.9e-4
  * (pallidum) with 200 harmonics.
+ * srnfd-test: slow
  */
 #include "inversions.h"
 

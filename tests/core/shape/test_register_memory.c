@@ -1,6 +1,7 @@
 /*
  * test_register_memory.c - registration when memory runs out: requests are refused one after
  * another.
+ * srnfd-test: slow
  */
 /* srnfd-test: timeout 600 */
 #include "registrations.h"

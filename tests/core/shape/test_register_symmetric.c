@@ -3,6 +3,7 @@
  * surfaces, how far from a metric, what pose, scale and parameterisation of the input change;
  * and the
  * range of the Jacobian under the default penalty.
+ * srnfd-test: slow
  */
 /* srnfd-test: timeout 600 */
 #include "registrations.h"

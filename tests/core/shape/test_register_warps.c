@@ -5,6 +5,7 @@
  * surface cut to degree L has: it cannot be matched better than its truncation. At the higher
  * degree
  * the cut surface itself is registered.
+ * srnfd-test: slow
  */
 /* srnfd-test: timeout 600 */
 #include "truncations.h"

@@ -1,6 +1,7 @@
 /*
  * test_classify_allocation.c - metrics, comparisons and classifiers when memory runs out: each
  * allocation in turn is refused; the call fails cleanly and nothing leaks.
+ * srnfd-test: slow
  */
 #include "classes.h"
 #include "support/refusing.h"

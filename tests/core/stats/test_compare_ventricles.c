@@ -4,6 +4,7 @@
  * more often than the level says.
  *
  * srnfd-test: release-only
+ * srnfd-test: slow
  */
 #include "group.h"
 

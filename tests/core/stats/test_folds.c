@@ -3,6 +3,7 @@
  * out, scores against distances, sizes and threads that must not matter, and wrong arguments.
  *
  * srnfd-test: timeout 300
+ * srnfd-test: slow
  */
 #include "group.h"
 

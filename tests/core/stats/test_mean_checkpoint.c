@@ -1,6 +1,7 @@
 /*
  * test_mean_checkpoint.c - a group mean that is stopped after its third iteration and resumed ends
  * with the same bits as one that was not; bytes that are foreign or damaged are refused.
+ * srnfd-test: slow
  */
 #include "group.h"
 

@@ -4,6 +4,7 @@
  * test_nulls_200.c has as many as figures take.
  *
  * srnfd-test: release-only
+ * srnfd-test: slow
  */
 #include "nulls.h"
 

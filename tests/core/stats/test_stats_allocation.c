@@ -2,6 +2,7 @@
  * test_stats_allocation.c - distances, mean, principal components, the quality of a model, what its
  * members are judged by, and the comparison of groups when memory runs out: each allocation in turn
  * is refused; the call fails cleanly and nothing leaks.
+ * srnfd-test: slow
  */
 #include "group.h"
 #include "support/refusing.h"

@@ -9,6 +9,7 @@
  * between them, all over the same directions, keep that rank; their SRNFs nearly do, for Q is
  * smooth. In the radial parameterisation of each mesh the correspondence is lost, and the rank with
  * it. Real ventricles are in bench_ventricles.
+ * srnfd-test: slow
  */
 #include "group.h"
 #include "support/correspondence.h"

@@ -185,8 +185,8 @@ static void outcome_clear(struct outcome *outcome)
     json_decref(outcome->errors);
 }
 
-static struct outcome canonicalise(struct fixture *fixture, const char *process,
-                                   const json_t *inputs)
+static struct outcome canonicalise_as(struct fixture *fixture, const struct api_process *process,
+                                      const json_t *inputs)
 {
     struct api_request request = {.method = "POST", .path = "/", .query = "", .id = "r"};
     struct api_response response = {0};
@@ -195,7 +195,7 @@ static struct outcome canonicalise(struct fixture *fixture, const char *process,
     struct outcome outcome = {0};
     json_t *body;
 
-    outcome.canonical = api_process_find(process)->canonicalise(&call, inputs, &list);
+    outcome.canonical = process_canonicalise(process, &call, inputs, &list);
     outcome.errors = list.errors;
     outcome.status = response.status;
     if (response.body) {
@@ -208,6 +208,12 @@ static struct outcome canonicalise(struct fixture *fixture, const char *process,
     /* A result, or a reason: never both, never neither. */
     assert_true((outcome.canonical != NULL) == (!outcome.errors && !outcome.status));
     return outcome;
+}
+
+static struct outcome canonicalise(struct fixture *fixture, const char *process,
+                                   const json_t *inputs)
+{
+    return canonicalise_as(fixture, api_process_find(process), inputs);
 }
 
 /* Text in which @ stands for the id of the surface and % for that of the model. */

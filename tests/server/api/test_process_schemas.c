@@ -183,8 +183,9 @@ static void check_input(struct fixture *fixture, const char *process, const char
 
 static void test_inputs(void **state)
 {
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        json_t *schema = json_loads(process->inputs_schema, JSON_REJECT_DUPLICATES, NULL);
+    for (size_t p = 0; api_processes[p]; p++) {
+        const struct api_process *process = api_processes[p];
+        json_t *schema = process_inputs_schema(process);
         json_t *properties = json_object_get(schema, "properties"), *property;
         const char *name;
 
@@ -201,8 +202,9 @@ static void test_inputs(void **state)
 /* Canonical inputs hold every input of the schema, whatever was sent. */
 static void test_complete(void **state)
 {
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        json_t *schema = json_loads(process->inputs_schema, JSON_REJECT_DUPLICATES, NULL);
+    for (size_t p = 0; api_processes[p]; p++) {
+        const struct api_process *process = api_processes[p];
+        json_t *schema = process_inputs_schema(process);
         json_t *properties = json_object_get(schema, "properties"), *property;
         json_t *inputs = least_inputs(*state, process->id);
         struct outcome outcome = canonicalise(*state, process->id, inputs);
@@ -221,8 +223,9 @@ static void test_complete(void **state)
 
 static void test_unknown_and_missing(void **state)
 {
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        json_t *schema = json_loads(process->inputs_schema, JSON_REJECT_DUPLICATES, NULL);
+    for (size_t p = 0; api_processes[p]; p++) {
+        const struct api_process *process = api_processes[p];
+        json_t *schema = process_inputs_schema(process);
         json_t *required = json_object_get(schema, "required"), *array = json_array();
         struct outcome outcome = with(*state, process->id, "a~b/c", json_integer(1));
 
@@ -251,8 +254,9 @@ static void test_unknown_and_missing(void **state)
 static void test_outputs(void **state)
 {
     (void)state;
-    for (const struct api_process *process = api_processes; process->id; process++) {
-        json_t *schema = json_loads(process->outputs_schema, JSON_REJECT_DUPLICATES, NULL);
+    for (size_t p = 0; api_processes[p]; p++) {
+        const struct api_process *process = api_processes[p];
+        json_t *schema = process_outputs_schema(process);
         json_t *properties = json_object_get(schema, "properties");
 
         assert_true(json_object_size(properties) > 2);

@@ -2,6 +2,7 @@
  * test_http.c - the listening side against an api layer made for the test: shapes of requests,
  * limits, deadlines, request threads, waiting for jobs, stopping. Clients are raw sockets, because
  * most of what is tried no HTTP library would send.
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>

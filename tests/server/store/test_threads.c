@@ -3,6 +3,7 @@
  *
  * Assertions are made on the main thread only: cmocka leaves a test by a jump, which must not
  * cross threads.
+ * srnfd-test: slow
  */
 #include <setjmp.h>
 #include <stdarg.h>
