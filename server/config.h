@@ -17,6 +17,8 @@ struct config {
     double workers;      /* 0: one per processor */
     double http_threads; /* 0: by the number of processors */
     double request_threads;
+    double upload_threads; /* that parse bodies */
+    double upload_memory;  /* bytes for that; 0: a share of the machine's */
     double max_connections;
     double max_waiting; /* connections without a request */
     double max_streams; /* of server-sent events */

@@ -28,6 +28,8 @@ enum metric {
     METRIC_HTTP_IN_PROGRESS,      /* requests */
     METRIC_HTTP_STREAMS,          /* of server-sent events */
     METRIC_HTTP_BUFFERED,         /* bytes of bodies held at this moment */
+    METRIC_UPLOAD_MEMORY,         /* bytes that reading bodies has in use */
+    METRIC_UPLOAD_MEMORY_LIMIT,   /* bytes */
     METRIC_JOBS_SUBMITTED,        /* process, how: new, joined, cached */
     METRIC_JOBS_ENDED,            /* process, status */
     METRIC_JOB_SECONDS,           /* process */

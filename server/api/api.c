@@ -14,6 +14,7 @@
 #include "api/json_memory.h"
 #include "api/respond.h"
 
+#include <assert.h>
 #include <malloc.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,8 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
+#define JSON_UPLOAD_FROM \
+    ((size_t)64 << 10) /* bytes of a JSON body that takes more than a few milliseconds */
 
 static const char *const json_types[] = {"application/json", NULL};
 static const char *const surface_types[] = {"application/json", "application/x-npy",
@@ -42,6 +45,10 @@ int api_create(struct api **out, const struct api_config *config)
     if (!(api->config.sync_wait_seconds > 0)) {
         api->config.sync_wait_seconds = SYNC_WAIT_DEFAULT;
     }
+    if (api->config.upload_memory == 0) {
+        api->config.upload_memory = jobs_memory_of_uploads();
+    }
+    jobs_memory_begin(&api->uploads, api->config.upload_memory);
     api->inflight = inflight_create();
     api->auth = auth_create(config);
     if (!api->inflight || !api->auth) {
@@ -263,6 +270,61 @@ static void refuse_incomplete(struct api_response *response)
     }
 }
 
+bool api_is_upload(const struct api_request *request)
+{
+    const struct api_route *route = request->route;
+
+    return route && request->body_size > 0 &&
+           (route->body == ROUTE_MESH || route->body == ROUTE_SURFACE ||
+            (takes_json_alone(route) && request->body_size > JSON_UPLOAD_FROM));
+}
+
+static void run_handler(struct api_call *call, const struct api_route *route)
+{
+    json_memory_begin();
+    route->handler(call);
+    refuse_incomplete(call->response);
+    json_memory_begin();
+}
+
+/* What memory that was refused makes of the answer. An answer that did without it stays. */
+static void judge_upload(struct api_call *call, const struct jobs_memory *memory)
+{
+    struct api_response *response = call->response;
+
+    if (!response->problem) {
+        return;
+    }
+    if (atomic_load(&memory->stopped)) {
+        api_response_clear(response);
+        response->undone = API_STOPPED;
+    } else if (atomic_load(&memory->refused) > 0 && atomic_load(&memory->beside) > 0 &&
+               !call->request->alone) {
+        api_response_clear(response);
+        response->undone = API_AGAIN;
+    } else if (atomic_load(&memory->refused) > 0) {
+        api_response_clear(response);
+        (void)problem_respond(call, "body-too-large",
+                              "To read this body takes more memory than the %zu MiB that this "
+                              "service has for it.",
+                              call->api->config.upload_memory >> 20);
+    }
+}
+
+/* The handler with an account of its own within that of all uploads. */
+static void handle_upload(struct api_call *call, const struct api_route *route)
+{
+    struct jobs_memory memory = {.parent = &call->api->uploads, .stop = call->request->stop};
+    struct jobs_memory *before;
+
+    jobs_memory_begin(&memory, SIZE_MAX);
+    before = jobs_memory_enter(&memory);
+    run_handler(call, route);
+    (void)jobs_memory_enter(before);
+    assert(atomic_load(&memory.used) == 0);
+    judge_upload(call, &memory);
+}
+
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
 {
     struct api_call call = {.api = api, .request = request, .response = response};
@@ -282,9 +344,11 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     if (route->slow && !auth_owns_path(&call, route)) {
         return;
     }
-    json_memory_begin();
-    route->handler(&call);
-    refuse_incomplete(response);
+    if (api_is_upload(request)) {
+        handle_upload(&call, route);
+    } else {
+        run_handler(&call, route);
+    }
     if (request->body_size > TRIM_FROM && route->body != ROUTE_NO_BODY) {
         (void)malloc_trim(
             0); /* of hundreds of thousands of small blocks nothing goes back by itself */

@@ -5,13 +5,15 @@
  * A request goes through two calls. api_begin sees method, path, query and headers before the body
  * arrives and may refuse early (404, 405, 413, 415, ...). api_handle sees the body and fills the
  * response; it may be called on an http thread only when api_begin said that the route is quick,
- * otherwise on a request thread, where it may compute for some tens of milliseconds. A handler that
+ * otherwise on a request thread, where it may compute for some tens of milliseconds, or, for what
+ * api_is_upload says so of, on one of those for uploads, for as long as it takes. A handler that
  * must wait for a job fills response->wait instead; the http layer calls api_resume when the job
  * ended or the deadline passed.
  */
 #ifndef SRNFD_API_H
 #define SRNFD_API_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -32,6 +34,8 @@ struct api_config {
     const char *tokens;       /* the directory with the file of tokens; NULL: none are asked for */
     int64_t quotas[STORE_QUOTAS]; /* of tokens without their own; 0: no limit */
     double least_free_bytes; /* of the data directory's file system, for /readyz; 0: no floor */
+    size_t
+        upload_memory; /* bytes that reading uploads may have in use; 0: a share of the machine */
     struct metrics *metrics; /* may be NULL */
 };
 int api_create(struct api **out, const struct api_config *config);
@@ -64,6 +68,8 @@ struct api_request {
     struct api_caller caller; /* the same */
     bool probe;               /* set by api_begin: monitors ask this every few seconds */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
+    const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
+    bool alone;               /* no other upload is handled beside this one */
 };
 /* Whether a header has this name, without regard to case. Most differ in their first letter, seen
    with the bit set that tells small letters from capitals. */
@@ -73,6 +79,13 @@ static inline bool api_header_is(const struct api_header *header, const char *na
 }
 /* Value of a header by name without regard to case, or NULL. */
 const char *api_request_header(const struct api_request *request, const char *name);
+
+/* What an upload may come to instead of an answer. */
+enum api_undone {
+    API_DONE,
+    API_AGAIN,   /* others held the memory that it needs: to be handled again, alone */
+    API_STOPPED, /* request->stop was seen */
+};
 
 #define API_HEADERS_MAX 24
 #define API_VALUES_SIZE ((size_t)320)
@@ -86,6 +99,7 @@ struct api_response {
     size_t body_size;        /* of the one or the other */
     const char *problem;     /* code of the problem that was answered, static; NULL: none was */
     bool lacking;            /* memory was short: a header or the body is missing */
+    enum api_undone undone;  /* of an upload; there is no answer where it is not API_DONE */
     /* Not finished: wait until this job ends or the seconds are over, then api_resume. */
     struct {
         char job_id[STORE_ID_MAX];
@@ -117,6 +131,9 @@ enum api_verdict {
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response);
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response);
+/* Whether api_handle has a body to parse, which can take seconds and memory that is counted: it
+   belongs on a thread that nothing short waits for. Of a request whose body is there. */
+bool api_is_upload(const struct api_request *request);
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
 /* Replaces the body of a stream by its next piece: empty where the job is as it was told last,
    unless alive asks for a sign of life. On a request thread. */

@@ -11,6 +11,7 @@
 
 #include "api/api.h"
 #include "jobs/jobs.h"
+#include "jobs/memory.h"
 
 struct api_auth;         /* auth.c: tokens, and what each has used */
 struct api_stream_state; /* events.c */
@@ -20,7 +21,8 @@ struct api {
     struct api_config config;
     struct api_inflight *inflight;
     struct api_auth *auth;
-    struct { /* of the last write that /readyz tried (monitoring.c) */
+    struct jobs_memory uploads; /* what reading all uploads has in use */
+    struct {                    /* of the last write that /readyz tried (monitoring.c) */
         pthread_mutex_t mutex;
         int64_t at_ms; /* monotonic; 0: none yet */
         int status;

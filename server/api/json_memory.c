@@ -15,10 +15,41 @@
 
 #include <malloc.h>
 
+#include "jobs/memory.h"
+
+#define CHARGE_STEP ((size_t)1 << 20) /* bytes */
+#define CHARGE_PARTS 2 /* of them for each of a document: it, and what is made of it */
+
 static _Thread_local bool failed;
 static _Thread_local bool exceeded;          /* the budget of the text that is being read */
 static _Thread_local size_t budget_left = 0; /* while `reading` */
 static _Thread_local bool reading;
+/* What documents were charged to the thread's account, and how much of that is not used yet. */
+static _Thread_local struct jobs_memory *account;
+static _Thread_local size_t charged, charge_left;
+
+/* Charges steps until there is room for so many bytes more. */
+static bool charge(size_t bytes)
+{
+    while (account && charge_left < bytes) {
+        if (!jobs_memory_charge(account, CHARGE_PARTS * CHARGE_STEP)) {
+            return false;
+        }
+        charged += CHARGE_PARTS * CHARGE_STEP;
+        charge_left += CHARGE_STEP;
+    }
+    charge_left -= account ? bytes : 0;
+    return true;
+}
+
+static void give_back(void)
+{
+    if (account) {
+        jobs_memory_discharge(account, charged);
+    }
+    account = NULL;
+    charged = charge_left = 0;
+}
 
 static void *allocate(size_t size)
 {
@@ -26,6 +57,11 @@ static void *allocate(size_t size)
     size_t taken = malloc_usable_size(bytes);
 
     failed = failed || (!bytes && size > 0);
+    if (reading && bytes && !charge(taken)) {
+        free(bytes);
+        bytes = NULL;
+        failed = true;
+    }
     if (reading && bytes) {
         exceeded = taken > budget_left;
         budget_left -= exceeded ? budget_left : taken;
@@ -37,6 +73,7 @@ static void release(void *bytes)
 {
     if (reading && bytes) {
         budget_left += malloc_usable_size(bytes);
+        charge_left += account ? malloc_usable_size(bytes) : 0;
     }
     free(bytes);
 }
@@ -49,6 +86,7 @@ void json_memory_watch(void)
 void json_memory_begin(void)
 {
     failed = false;
+    give_back();
 }
 
 bool json_memory_failed(void)
@@ -70,6 +108,7 @@ json_t *json_memory_load(const char *text, size_t size, size_t budget, bool *ove
     if (!failed) {
         budget_left = budget;
         reading = budget > 0;
+        account = reading ? jobs_memory_current() : NULL;
         document = json_loadb(text, size, JSON_REJECT_DUPLICATES, error);
         reading = false;
     }

@@ -12,7 +12,8 @@
 
 /* Makes jansson allocate through this file: once, before other threads use it. */
 void json_memory_watch(void);
-/* The calling thread begins something new: no allocation of its own has failed yet. */
+/* The calling thread begins something new: no allocation of its own has failed yet, and what
+   documents were charged is given back. */
 void json_memory_begin(void);
 /* Whether one has since then: what was built may lack members, and what was parsed may be valid. */
 bool json_memory_failed(void);
@@ -25,6 +26,9 @@ void json_memory_fail(void);
  * json_loadb of a text, which jansson may read with characters missing where memory is short: NULL
  * then, with the flag set. A text of a few MiB may hold a document of a GiB; one that would take
  * more than `budget` bytes is given up as soon as it does: NULL, *over set, the flag not.
+ * Where the thread has an account (jobs/memory.h), it is charged twice what the document takes, for
+ * that and for what is made of it, until json_memory_begin; where the account has no room, the
+ * document is given up as if memory were short.
  *   budget  [in] bytes; 0: any
  *   over    [out] NULL where no budget is given
  */

@@ -211,6 +211,8 @@ void system_metrics(struct api_call *call)
         metrics_set(now, METRIC_BUILD_INFO, METRIC_LABELS(SRNF_VERSION, id), 1);
         metrics_set_process(now);
         metrics_set(now, METRIC_LOG_DROPPED, NULL, (double)log_dropped());
+        metrics_set(now, METRIC_UPLOAD_MEMORY, NULL, (double)atomic_load(&call->api->uploads.used));
+        metrics_set(now, METRIC_UPLOAD_MEMORY_LIMIT, NULL, (double)call->api->config.upload_memory);
         measure_jobs(call->api, now);
         measure_store(call->api, now);
         text = metrics_text(registries, registries[1] ? 2 : 1, &size);

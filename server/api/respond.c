@@ -325,7 +325,8 @@ const char *name_problem(const char *name)
 json_t *body_json(struct api_call *call)
 {
     const struct api_request *request = call->request;
-    size_t budget = JSON_GROWTH_MAX * json_body_limit(request->route);
+    size_t limit = json_body_limit(request->route);
+    size_t budget = api_is_upload(request) ? JSON_GROWTH_MAX * limit : JSON_SMALL_MAX;
     json_error_t error;
     json_t *document;
     bool over;
@@ -335,10 +336,10 @@ json_t *body_json(struct api_call *call)
                               "The body is empty where a JSON object is expected.");
         return NULL;
     }
-    if (request->body_size > budget / JSON_GROWTH_MAX) {
+    if (request->body_size > limit) {
         (void)problem_respond(call, "body-too-large",
                               "The body has %zu bytes; JSON may have %zu bytes here.",
-                              request->body_size, budget / JSON_GROWTH_MAX);
+                              request->body_size, limit);
         return NULL;
     }
     document =

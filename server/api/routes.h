@@ -23,6 +23,9 @@ enum route_body {
 /* What a document may take in memory, in lengths of the longest text: an array of numbers of full
    precision takes four. */
 #define JSON_GROWTH_MAX ((size_t)4)
+/* The same for a text that is no upload (api_is_upload), in bytes: of 64 KiB no document takes
+   more. */
+#define JSON_SMALL_MAX ((size_t)8 << 20)
 
 struct api_route {
     const char *method;  /* "GET" answers HEAD too */

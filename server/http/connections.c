@@ -187,6 +187,7 @@ static double look(struct http *http, double now)
             connection->reads = false;
         }
     }
+    lane_look(http, now);
     for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {
         if (exchange->phase != PHASE_WAITING) {
             continue;

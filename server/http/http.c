@@ -5,7 +5,7 @@
  * formed head.
  *
  * Stopping goes in this order: the front, and so no new connections; what waits for jobs is
- * answered with the job as it is; requests in progress get their grace; the pool ends, after which
+ * answered with the job as it is; requests in progress get their grace, uploads the most of it; the pool ends, after which
  * no connection is suspended (libmicrohttpd aborts the process otherwise); then the daemon, and
  * with it the connections that are left.
  */
@@ -25,6 +25,9 @@
 #define CONNECTION_MEMORY \
     ((size_t)32 << 10) /* for a head within head.h's limits and ours; cleared for each request */
 #define THREADS_MAX 4  /* that are started without being asked for */
+#define UPLOAD_GRACE \
+    0.75 /* part of the grace after which uploads are told to stop, which they do within a second or \
+            two */
 #define CONNECTIONS_SPARE \
     128 /* beyond max_connections, to be answered 503 instead of left waiting */
 
@@ -42,6 +45,7 @@ static void set_defaults(struct http_config *config)
 {
     const struct http_config defaults = {.threads = default_threads(),
                                          .request_threads = 4,
+                                         .upload_threads = 2,
                                          .max_connections = 1024,
                                          .max_waiting = 4096,
                                          .max_streams = 128,
@@ -54,6 +58,8 @@ static void set_defaults(struct http_config *config)
     config->threads = config->threads ? config->threads : defaults.threads;
     config->request_threads =
         config->request_threads ? config->request_threads : defaults.request_threads;
+    config->upload_threads =
+        config->upload_threads ? config->upload_threads : defaults.upload_threads;
     config->max_connections =
         config->max_connections ? config->max_connections : defaults.max_connections;
     config->max_waiting = config->max_waiting ? config->max_waiting : defaults.max_waiting;
@@ -109,7 +115,9 @@ static int init_sync(struct http *http)
     (void)pthread_condattr_init(&monotonic);
     (void)pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     (void)pthread_mutex_init(&http->mutex, NULL);
-    (void)pthread_cond_init(&http->work, NULL);
+    for (size_t i = 0; i < LANES; i++) {
+        (void)pthread_cond_init(&http->lanes[i].work, NULL);
+    }
     (void)pthread_cond_init(&http->timer, &monotonic);
     (void)pthread_cond_init(&http->idle, &monotonic);
     (void)pthread_condattr_destroy(&monotonic);
@@ -121,7 +129,9 @@ static void http_free(struct http *http)
     tls_close(http->tls);
     (void)pthread_cond_destroy(&http->idle);
     (void)pthread_cond_destroy(&http->timer);
-    (void)pthread_cond_destroy(&http->work);
+    for (size_t i = 0; i < LANES; i++) {
+        (void)pthread_cond_destroy(&http->lanes[i].work);
+    }
     (void)pthread_mutex_destroy(&http->mutex);
     free(http);
 }
@@ -218,7 +228,11 @@ void http_stop(struct http *http, double grace_seconds)
     http->draining = true;
     pool_wake_all(http);
     (void)pthread_mutex_unlock(&http->mutex);
-    wait_idle(http, grace_seconds);
+    wait_idle(http, UPLOAD_GRACE * grace_seconds);
+    (void)pthread_mutex_lock(&http->mutex);
+    lane_stop_uploads(http);
+    (void)pthread_mutex_unlock(&http->mutex);
+    wait_idle(http, (1 - UPLOAD_GRACE) * grace_seconds);
     pool_stop(http);
     MHD_stop_daemon(http->daemon);
     timer_stop(http);

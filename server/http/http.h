@@ -19,6 +19,7 @@ struct http_config {
     const char *listen;     /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
     size_t threads;         /* of libmicrohttpd; 0: half the processors, 1 to 4 */
     size_t request_threads; /* for slow routes; 0: 4 */
+    size_t upload_threads;  /* that parse bodies; 0: 2 */
     size_t max_connections; /* beyond them requests are answered 503; 0: 1024 */
     size_t max_waiting;     /* connections without a request; the oldest goes; 0: 4096 */
     size_t max_streams;     /* of server-sent events; 0: 128 */

@@ -4,14 +4,14 @@
  * Threads
  *   srnfd-front accepts connections and sees the head of their first request (front.c);
  *   libmicrohttpd's (a pool, one epoll loop each) parse requests, run quick handlers and send
- *   responses; srnfd-req-N run slow handlers and what goes on after a wait; srnfd-timer watches the
- *   deadlines.
+ *   responses; srnfd-req-N run slow handlers and what goes on after a wait, srnfd-upload-N those
+ *   that parse bodies; srnfd-timer watches the deadlines.
  *
  * A request that leaves libmicrohttpd's thread is suspended there first and resumed with its
- * response ready. Its exchange then belongs to exactly one place, told by its phase: the queue
- * (QUEUED), a request thread (RUNNING), the list of waits alone (WAITING).
+ * response ready. Its exchange then belongs to exactly one place, told by its phase: the queue of
+ * its lane (QUEUED), a request thread (RUNNING), the list of waits alone (WAITING).
  *
- * Lock: http->mutex protects everything marked [m]: the queue, the waits, phases while suspended,
+ * Lock: http->mutex protects everything marked [m]: the queues, the waits, phases while suspended,
  * and the list of connections. It is the only lock of this layer, and held for short walks only; of
  * libmicrohttpd's functions only MHD_suspend_connection is called under it, so that nobody resumes
  * before it is suspended. A request without a body whose small answer is given on libmicrohttpd's
@@ -61,6 +61,17 @@ enum phase {
     PHASE_READY,   /* the response is complete */
 };
 
+/* A queue and its threads (lane.c). */
+enum { LANE_REQUESTS, LANE_UPLOADS, LANES };
+struct lane {
+    struct http *http;
+    struct exchange *first, **last; /* [m] the queue */
+    pthread_cond_t work;            /* the queue has something, or stopping */
+    pthread_t threads[HTTP_REQUEST_THREADS_MAX];
+    size_t n_threads, n_started;
+    struct exchange *running[HTTP_REQUEST_THREADS_MAX]; /* [m] what each thread handles, or NULL */
+};
+
 struct exchange {
     struct http *http;
     struct MHD_Connection *mhd;
@@ -87,6 +98,10 @@ struct exchange {
     double total_ms;             /* until the response was handed to libmicrohttpd */
     double deadline;             /* [m] of the wait */
     char wait_job[STORE_ID_MAX]; /* [m] the job that it waits for */
+    int lane;                    /* [m] LANE_REQUESTS or LANE_UPLOADS */
+    atomic_bool gone;            /* an upload whose client is not there any more */
+    double ended_at;             /* [m] since when it sends nothing more; 0: it has not said so */
+    atomic_bool stop;            /* whoever handles it is to give up */
     int status;                  /* as sent; 0: nothing was */
     size_t sent;
     struct exchange *queue_next;              /* [m] */
@@ -104,22 +119,19 @@ struct http {
     int listen_fd;
     char address[80];
     pthread_mutex_t mutex;
-    pthread_cond_t work;                        /* the queue has something, or stopping */
-    pthread_cond_t timer;                       /* a wait was added, or stopping */
-    pthread_cond_t idle;                        /* while draining: an exchange ended */
-    struct exchange *queue_first, **queue_last; /* [m] */
-    struct exchange *waits;                     /* [m] */
-    struct connection *connections;             /* [m] */
-    size_t buffered;                            /* [m] */
-    size_t n_streams;                           /* [m] */
+    pthread_cond_t timer; /* a wait was added, or stopping */
+    pthread_cond_t idle;  /* while draining: an exchange ended */
+    struct lane lanes[LANES];
+    struct exchange *waits;         /* [m] */
+    struct connection *connections; /* [m] */
+    size_t buffered;                /* [m] */
+    size_t n_streams;               /* [m] */
     atomic_size_t n_connections, n_exchanges;
     struct front *front;
     char id_start[13]; /* of the ids of requests */
     atomic_ullong ids;
     atomic_bool draining;          /* written under the mutex, read anywhere */
     bool stopping, timer_stopping; /* [m] */
-    pthread_t request_threads[HTTP_REQUEST_THREADS_MAX];
-    size_t n_request_threads;
     pthread_t timer_thread;
     bool timer_started;
 };
@@ -206,6 +218,23 @@ void pool_wake(struct exchange *exchange);
 void pool_wake_all(struct http *http);
 /* Answers what is still queued, waits for the threads: afterwards nothing is suspended. */
 void pool_stop(struct http *http);
+
+/* ---- lane.c: with the mutex held ------------------------------------------------------------- */
+
+/* Puts the exchange into the queue of its lane. */
+void lane_enqueue(struct http *http, struct exchange *exchange);
+/* What this thread of the lane is to handle next, which then is RUNNING; NULL: nothing. */
+struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread);
+/* The thread has handled it. */
+void lane_leave(struct http *http, struct lane *lane, size_t thread);
+/* Whether the lane's threads may end: the daemon stops, and nothing is left to do. */
+bool lane_is_over(const struct http *http, const struct lane *lane);
+/* Tells uploads whose clients have gone to stop. */
+void lane_look(struct http *http, double now);
+/* Tells all uploads to stop. */
+void lane_stop_uploads(struct http *http);
+
+/* ---- More of pool.c -------------------------------------------------------------------------- */
 
 /* Enters a stream whose connection was just suspended: it looks for a change at once, or when its
    pause is over. The mutex is held. */

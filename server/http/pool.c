@@ -1,5 +1,6 @@
 /*
- * pool.c - the request threads srnfd-req-N, their queue, and the exchanges that wait for jobs.
+ * pool.c - the threads that handle requests, and the exchanges that wait for jobs. Their queues are
+ * those of lane.c.
  *
  * A suspended exchange goes QUEUED -> RUNNING -> READY, or, when its handler asked to wait for a
  * job, RUNNING -> QUEUED once more (the job may have ended before the wait was known) -> RUNNING ->
@@ -10,30 +11,10 @@
  */
 #include "http/internal.h"
 
+#include "priority.h"
+
 #include <stdio.h>
 #include <string.h>
-
-/* The mutex is held. */
-static void enqueue(struct http *http, struct exchange *exchange)
-{
-    exchange->phase = PHASE_QUEUED;
-    exchange->woken = false;
-    exchange->queue_next = NULL;
-    *http->queue_last = exchange;
-    http->queue_last = &exchange->queue_next;
-    (void)pthread_cond_signal(&http->work);
-}
-
-static struct exchange *dequeue(struct http *http)
-{
-    struct exchange *exchange = http->queue_first;
-
-    http->queue_first = exchange->queue_next;
-    if (!http->queue_first) {
-        http->queue_last = &http->queue_first;
-    }
-    return exchange;
-}
 
 bool pool_submit(struct exchange *exchange)
 {
@@ -43,8 +24,10 @@ bool pool_submit(struct exchange *exchange)
     (void)pthread_mutex_lock(&http->mutex);
     open = !http->stopping;
     if (open) {
+        exchange->lane = api_is_upload(&exchange->request) ? LANE_UPLOADS : LANE_REQUESTS;
+        exchange->request.stop = &exchange->stop;
         MHD_suspend_connection(exchange->mhd);
-        enqueue(http, exchange);
+        lane_enqueue(http, exchange);
     }
     (void)pthread_mutex_unlock(&http->mutex);
     return open;
@@ -62,7 +45,7 @@ void pool_wake(struct exchange *exchange)
         exchange->deadline = exchange->pause_until;
         (void)pthread_cond_signal(&exchange->http->timer);
     } else if (exchange->phase == PHASE_WAITING) {
-        enqueue(exchange->http, exchange);
+        lane_enqueue(exchange->http, exchange);
     } else {
         exchange->woken = true;
     }
@@ -129,6 +112,18 @@ static void remove_wait(struct exchange *exchange)
     exchange->waits = false;
 }
 
+/* The answer of an upload that was told to stop. */
+static void give_up(struct exchange *exchange)
+{
+    bool gone = atomic_load(&exchange->gone);
+
+    exchange->close = true;
+    api_problem(&exchange->request, &exchange->response, gone ? 408 : 503,
+                gone ? "request-timeout" : "shutting-down",
+                gone ? "The connection was closed at its other end before the body was read."
+                     : "The service is shutting down.");
+}
+
 /* Runs the handler, or goes on after a wait. No lock is held; the exchange is RUNNING and this
    thread's. */
 static void run(struct exchange *exchange, double seconds_left)
@@ -139,8 +134,15 @@ static void run(struct exchange *exchange, double seconds_left)
         stream_run(exchange);
         return;
     }
+    if (atomic_load(&exchange->stop)) {
+        give_up(exchange);
+        return;
+    }
     if (!exchange->resumed) {
         api_handle(api, &exchange->request, &exchange->response);
+        if (exchange->response.undone == API_STOPPED) {
+            give_up(exchange);
+        }
         return;
     }
     exchange->response.wait.seconds = seconds_left;
@@ -168,78 +170,107 @@ static bool settle(struct http *http, struct exchange *exchange, bool was_waitin
     if (exchange->streams) {
         return settle_stream(http, exchange);
     }
+    if (exchange->response.undone == API_AGAIN) {
+        exchange->response.undone = API_DONE;
+        exchange->request.alone = true;
+        lane_enqueue(http, exchange);
+        return false;
+    }
+    exchange->request.alone = false;
+    atomic_store(&exchange->stop, false);
     if (!exchange->response.wait.job_id[0]) {
         exchange->phase = PHASE_READY;
         return true;
     }
+    exchange->lane = LANE_REQUESTS; /* what is left of it is short */
     if (!exchange->waits) {
         add_wait(http, exchange, exchange->response.wait.job_id,
                  http_now() + exchange->response.wait.seconds);
     }
     exchange->resumed = true;
     if (!was_waiting || exchange->woken || http->draining) {
-        enqueue(http, exchange);
+        lane_enqueue(http, exchange);
     } else {
         exchange->phase = PHASE_WAITING;
     }
     return false;
 }
 
-static void *work(void *argument)
+/* Handles what the thread of the lane has taken. The mutex is held, and let go of meanwhile. */
+static void handle(struct lane *lane, size_t thread, struct exchange *exchange)
 {
-    struct http *http = argument;
+    struct http *http = lane->http;
+    bool was_waiting = exchange->resumed;
+    double seconds_left = exchange->deadline - http_now();
 
+    if (http->draining || seconds_left < 0) {
+        seconds_left = 0;
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+    run(exchange, seconds_left);
     (void)pthread_mutex_lock(&http->mutex);
-    for (;;) {
-        struct exchange *exchange;
-        double seconds_left;
-        bool was_waiting;
-
-        while (!http->queue_first && !http->stopping) {
-            (void)pthread_cond_wait(&http->work, &http->mutex);
-        }
-        if (!http->queue_first) {
-            break;
-        }
-        exchange = dequeue(http);
-        exchange->phase = PHASE_RUNNING;
-        was_waiting = exchange->resumed;
-        seconds_left = exchange->deadline - http_now();
-        if (http->draining || seconds_left < 0) {
-            seconds_left = 0;
+    lane_leave(http, lane, thread);
+    if (settle(http, exchange, was_waiting)) {
+        if (exchange->waits) {
+            remove_wait(exchange);
         }
         (void)pthread_mutex_unlock(&http->mutex);
-        run(exchange, seconds_left);
+        MHD_resume_connection(exchange->mhd);
         (void)pthread_mutex_lock(&http->mutex);
-        if (settle(http, exchange, was_waiting)) {
-            if (exchange->waits) {
-                remove_wait(exchange);
-            }
-            (void)pthread_mutex_unlock(&http->mutex);
-            MHD_resume_connection(exchange->mhd);
-            (void)pthread_mutex_lock(&http->mutex);
+    }
+}
+
+static void *work(void *argument)
+{
+    struct lane *lane = argument;
+    struct http *http = lane->http;
+    size_t thread;
+
+    if (lane == &http->lanes[LANE_UPLOADS]) {
+        priority_compute();
+    }
+    (void)pthread_mutex_lock(&http->mutex);
+    thread = lane->n_started++;
+    while (!lane_is_over(http, lane)) {
+        struct exchange *exchange = lane_take(http, lane, thread);
+
+        if (exchange) {
+            handle(lane, thread, exchange);
+        } else {
+            (void)pthread_cond_wait(&lane->work, &http->mutex);
         }
     }
     (void)pthread_mutex_unlock(&http->mutex);
     return NULL;
 }
 
-int pool_start(struct http *http)
+static int start_threads(struct http *http, struct lane *lane, const char *name, size_t wanted)
 {
-    size_t wanted = http->config.request_threads;
-
-    http->queue_last = &http->queue_first;
+    lane->http = http;
+    lane->last = &lane->first;
     for (size_t i = 0; i < wanted && i < HTTP_REQUEST_THREADS_MAX; i++) {
-        char name[16];
+        char text[16];
 
-        if (pthread_create(&http->request_threads[i], NULL, work, http) != 0) {
+        if (pthread_create(&lane->threads[i], NULL, work, lane) != 0) {
             return -1;
         }
-        http->n_request_threads++;
-        (void)snprintf(name, sizeof name, "srnfd-req-%zu", i + 1);
-        (void)pthread_setname_np(http->request_threads[i], name);
+        (void)pthread_mutex_lock(&http->mutex);
+        lane->n_threads++;
+        (void)pthread_mutex_unlock(&http->mutex);
+        (void)snprintf(text, sizeof text, "srnfd-%s-%zu", name, i + 1);
+        (void)pthread_setname_np(lane->threads[i], text);
     }
     return 0;
+}
+
+int pool_start(struct http *http)
+{
+    int status =
+        start_threads(http, &http->lanes[LANE_REQUESTS], "req", http->config.request_threads);
+
+    return status ? status
+                  : start_threads(http, &http->lanes[LANE_UPLOADS], "upload",
+                                  http->config.upload_threads);
 }
 
 void pool_stop(struct http *http)
@@ -248,10 +279,15 @@ void pool_stop(struct http *http)
     http->draining = true;
     http->stopping = true;
     pool_wake_all(http);
-    (void)pthread_cond_broadcast(&http->work);
-    (void)pthread_mutex_unlock(&http->mutex);
-    for (size_t i = 0; i < http->n_request_threads; i++) {
-        (void)pthread_join(http->request_threads[i], NULL);
+    lane_stop_uploads(http);
+    for (size_t i = 0; i < LANES; i++) {
+        (void)pthread_cond_broadcast(&http->lanes[i].work);
     }
-    http->n_request_threads = 0;
+    (void)pthread_mutex_unlock(&http->mutex);
+    for (size_t i = 0; i < LANES; i++) {
+        for (size_t k = 0; k < http->lanes[i].n_threads; k++) {
+            (void)pthread_join(http->lanes[i].threads[k], NULL);
+        }
+        http->lanes[i].n_threads = 0;
+    }
 }

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #define PATH_BYTES 4096
+#define UPLOADS_LEAST ((size_t)384 << 20)
 #define UNKNOWN_MEMORY ((size_t)1 << 30) /* where the system does not tell */
 
 /* The path of the control group, from its root, "" for the root itself; false: there is none. */
@@ -90,4 +91,11 @@ size_t jobs_machine_memory(void)
 size_t jobs_memory_share(size_t workers)
 {
     return jobs_machine_memory() / 4 * 3 / (workers > 0 ? workers : 1);
+}
+
+size_t jobs_memory_of_uploads(void)
+{
+    size_t part = jobs_machine_memory() / 8;
+
+    return part > UPLOADS_LEAST ? part : UPLOADS_LEAST;
 }

@@ -48,6 +48,11 @@ struct jobs_memory *jobs_memory_enter(struct jobs_memory *memory)
     return before;
 }
 
+struct jobs_memory *jobs_memory_current(void)
+{
+    return current;
+}
+
 /* Remembers the first request that was refused. */
 static void refuse(struct jobs_memory *memory, size_t used, size_t bytes)
 {
@@ -58,13 +63,10 @@ static void refuse(struct jobs_memory *memory, size_t used, size_t bytes)
     }
 }
 
-static bool charge(struct jobs_memory *memory, size_t bytes)
+static bool charge_one(struct jobs_memory *memory, size_t bytes)
 {
     size_t used, peak;
 
-    if (!memory) {
-        return true;
-    }
     used = atomic_load_explicit(&memory->used, memory_order_relaxed);
     do {
         if (used > memory->limit || bytes > memory->limit - used) {
@@ -82,9 +84,36 @@ static bool charge(struct jobs_memory *memory, size_t bytes)
     return true;
 }
 
-static void discharge(struct jobs_memory *memory, size_t bytes)
+/* The account within another one is told why that refused, and who held the rest. */
+static bool charge_parent(struct jobs_memory *memory, size_t bytes)
 {
-    if (memory) {
+    size_t all, own;
+
+    if (charge_one(memory->parent, bytes)) {
+        return true;
+    }
+    all = atomic_load(&memory->parent->used);
+    own = atomic_fetch_sub_explicit(&memory->used, bytes, memory_order_relaxed) - bytes;
+    refuse(memory, own, bytes);
+    atomic_store(&memory->beside, all > own ? all - own : 0);
+    return false;
+}
+
+bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes)
+{
+    if (!memory) {
+        return true;
+    }
+    if (memory->stop && atomic_load_explicit(memory->stop, memory_order_relaxed)) {
+        atomic_store(&memory->stopped, true);
+        return false;
+    }
+    return charge_one(memory, bytes) && (!memory->parent || charge_parent(memory, bytes));
+}
+
+void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes)
+{
+    for (; memory; memory = memory->parent) {
         atomic_fetch_sub_explicit(&memory->used, bytes, memory_order_relaxed);
     }
 }
@@ -98,12 +127,12 @@ void *srnf_alloc(size_t count, size_t size)
         return NULL;
     }
     bytes = (bytes + ALIGNMENT) / ALIGNMENT * ALIGNMENT + ALIGNMENT;
-    if (!charge(current, bytes)) {
+    if (!jobs_memory_charge(current, bytes)) {
         return NULL;
     }
     front = aligned_alloc(ALIGNMENT, bytes);
     if (!front) {
-        discharge(current, bytes);
+        jobs_memory_discharge(current, bytes);
         return NULL;
     }
     memset(front, 0, bytes);
@@ -119,7 +148,7 @@ void srnf_free(void *pointer)
     if (pointer) {
         front = (struct front *)(void *)((char *)pointer - ALIGNMENT);
         ASAN_UNPOISON_MEMORY_REGION(front, ALIGNMENT);
-        discharge(front->memory, front->bytes);
+        jobs_memory_discharge(front->memory, front->bytes);
         free(front);
     }
 }

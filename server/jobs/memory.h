@@ -6,6 +6,10 @@
  * thread that asked for it: a worker enters its job's account for the run, and a helper the account
  * of the job it helps. So a block may be freed by anyone, and an account is exact to the byte.
  *
+ * Uploads that are read share one account: each has its own within it, which tells what became of
+ * this one, and which can be stopped: then the next request for memory is refused, and what is
+ * being read ends as it does without memory.
+ *
  * Counted are the blocks of the core with what they are rounded up to. Outside stay what belongs to
  * no single job (the shared transforms), the texts of inputs and results and the bytes of stored
  * meshes, and what FFTW, GLPK, LAPACKE, SQLite and jansson allocate for themselves.
@@ -24,6 +28,12 @@ struct jobs_memory {
     atomic_size_t peak;    /* the most that were in use at once since jobs_memory_begin */
     atomic_size_t refused; /* bytes of the first request beyond the limit; 0: there was none */
     atomic_size_t held;    /* bytes that were in use when it came */
+    /* An account within another one, which counts all blocks of this one too and has a limit for
+       all of them together; NULL: none. */
+    struct jobs_memory *parent;
+    atomic_size_t beside;    /* bytes of others in the parent when it refused */
+    const atomic_bool *stop; /* true: nothing more is granted; NULL: never */
+    atomic_bool stopped;     /* something was refused because of that */
 };
 
 /* Begins a job's accounting: [in] limit in bytes, above 0. What is still in use of an earlier one
@@ -32,6 +42,12 @@ void jobs_memory_begin(struct jobs_memory *memory, size_t limit);
 /* From now on the calling thread's blocks are charged to this account (NULL: to none). Returns the
    one before. */
 struct jobs_memory *jobs_memory_enter(struct jobs_memory *memory);
+/* That of the calling thread, or NULL. */
+struct jobs_memory *jobs_memory_current(void);
+/* For what others than the core allocate: false where the account has no room (NULL: always). What
+   was charged is to be discharged by whoever did it. */
+bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes);
+void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes);
 
 /* ---- What there is to share (machine.c) ------------------------------------------------------ */
 
@@ -44,5 +60,8 @@ size_t jobs_group_memory(const char *self, const char *groups);
 /* What one of so many jobs may have in use where nothing else is said: its part of three quarters
    of that. The last quarter is for bodies, the database's cache and the shared transforms. */
 size_t jobs_memory_share(size_t workers);
+/* What reading uploads may have in use, all of them together, where nothing else is said: an
+   eighth of that memory, and enough for one large document. */
+size_t jobs_memory_of_uploads(void);
 
 #endif

@@ -39,6 +39,10 @@ is_problem 413 body-too-large 'the same to an execution'
 printf '{"inputs":%s}' "$(repeated '' '[' 5000 '')" >"$SCRATCH/deep"
 send /v1/processes/mean/execution "$SCRATCH/deep"
 is_problem 400 malformed-json 'a deep nest'
+# The largest document of a text that goes to a request thread.
+repeated '{"name":"a","members":[' '{},' 21000 '{}]}' >"$SCRATCH/small"
+send /v1/cohorts "$SCRATCH/small"
+is_problem 422 invalid-input '64 KiB of them are read, and refused for what they are'
 for _ in 1 2 3 4 5 6; do
     curl --silent --output /dev/null --header 'Content-Type: application/json' --data-binary "@$SCRATCH/objects" \
         "$URL/v1/processes/mean/execution" &
@@ -46,8 +50,8 @@ for _ in 1 2 3 4 5 6; do
 done
 wait "${pids[@]}"
 if [ -z "$SRNFD_SANITIZED" ]; then
-    # Four request threads, 128 MiB each, and the bodies themselves.
-    compare "$(($(resident_kib VmHWM) - before))" '<=' $(((4 * 128 + 6 * 32) * 1024)) 'memory stays within its bound'
+    # Two threads for uploads, 128 MiB each, and the bodies themselves.
+    compare "$(($(resident_kib VmHWM) - before))" '<=' $(((2 * 128 + 6 * 32) * 1024)) 'memory stays within its bound'
     sleep 0.5
     compare "$(($(resident_kib VmRSS) - before))" '<=' $((64 * 1024)) 'and is given back'
 fi

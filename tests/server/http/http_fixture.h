@@ -1,6 +1,6 @@
 /*
  * http_fixture.h - an api layer made for the tests of the listening side, and raw clients of it.
- * Included by test_http.c alone, after cmocka's headers.
+ * Included by the tests of this folder, after cmocka's headers.
  */
 #ifndef TESTS_HTTP_FIXTURE_H
 #define TESTS_HTTP_FIXTURE_H
@@ -35,6 +35,11 @@ static struct {
     atomic_int on_request_thread;
     atomic_int state; /* what a stream tells of; below 0: the last */
     atomic_int pieces;
+    atomic_int uploads, most_uploads; /* inside api_handle now, and at most */
+    atomic_int alone;                 /* handled with request->alone */
+    atomic_int crowded;               /* of these, those beside which another was handled */
+    atomic_int begun;                 /* uploads */
+    char order[64];                   /* of uploads begun: the letters of their owners */
 } fake;
 
 const char *api_request_header(const struct api_request *request, const char *name)
@@ -103,7 +108,19 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         api_problem(request, response, 413, "body-too-large", "by its Content-Length");
         return API_REFUSED;
     }
+    if (strncmp(request->path, "/upload-", 8) == 0 || strncmp(request->path, "/slow-", 6) == 0) {
+        const char *dash = strchr(request->path, '-');
+
+        request->caller.name[0] = dash[1];
+        request->caller.account = dash[1] == '0' ? NULL : (void *)&fake;
+    }
+    request->probe = strcmp(request->path, "/probe") == 0;
     return strcmp(request->path, "/quick") == 0 ? API_QUICK : API_SLOW;
+}
+
+bool api_is_upload(const struct api_request *request)
+{
+    return strncmp(request->path, "/upload", 7) == 0;
 }
 
 static void nap(long ms)
@@ -111,6 +128,36 @@ static void nap(long ms)
     struct timespec time = {.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000};
 
     (void)nanosleep(&time, NULL);
+}
+
+/* Stays inside until the test says so, or it is told to stop; "/upload-X-again" finds no room unless
+   it is alone. */
+static void handle_upload(const struct api_request *request, struct api_response *response)
+{
+    int now = atomic_fetch_add(&fake.uploads, 1) + 1, most = atomic_load(&fake.most_uploads);
+
+    while (now > most && !atomic_compare_exchange_weak(&fake.most_uploads, &most, now)) {
+    }
+    if (request->path[0] == '/' && request->path[1] == 'u') {
+        fake.order[atomic_fetch_add(&fake.begun, 1) % (int)sizeof fake.order] =
+            request->caller.name[0];
+    }
+    if (request->alone) {
+        atomic_fetch_add(&fake.alone, 1);
+        atomic_fetch_add(&fake.crowded, now > 1);
+    } else if (strstr(request->path, "again")) {
+        response->undone = API_AGAIN;
+    }
+    while (response->undone == API_DONE && !atomic_load(&fake.leave) &&
+           !atomic_load(request->stop)) {
+        nap(5);
+    }
+    if (response->undone == API_DONE && atomic_load(request->stop)) {
+        response->undone = API_STOPPED;
+    } else if (response->undone == API_DONE) {
+        answer(response, 200, "read");
+    }
+    atomic_fetch_sub(&fake.uploads, 1);
 }
 
 void api_handle(struct api *api, const struct api_request *request, struct api_response *response)
@@ -124,6 +171,10 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     atomic_store(&fake.on_request_thread, strncmp(name, "srnfd-req-", 10) == 0);
     for (size_t i = 0; i < request->body_size; i++) {
         sum += request->body[i];
+    }
+    if (api_is_upload(request) || strncmp(request->path, "/slow-", 6) == 0) {
+        handle_upload(request, response);
+        return;
     }
     if (strcmp(request->path, "/stream") == 0) {
         response->stream.state = calloc(1, sizeof(int));
@@ -289,6 +340,11 @@ static struct http *serve(struct http_config config)
     atomic_store(&fake.leave, false);
     atomic_store(&fake.state, 0);
     atomic_store(&fake.pieces, 0);
+    atomic_store(&fake.most_uploads, 0);
+    atomic_store(&fake.alone, 0);
+    atomic_store(&fake.crowded, 0);
+    atomic_store(&fake.begun, 0);
+    memset(fake.order, 0, sizeof fake.order);
     config.listen = "127.0.0.1:0";
     assert_int_equal(http_start(&http, &config, message, sizeof message), 0);
     return http;

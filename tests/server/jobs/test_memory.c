@@ -113,6 +113,50 @@ static void other_refusals_are_not_the_limits(void **state)
     (void)jobs_memory_enter(NULL);
 }
 
+/* An account within another: that one counts all, refuses for all, and knows who held what. */
+static void accounts_share_what_they_lie_in(void **state)
+{
+    struct jobs_memory all = {0}, one = {.parent = &all}, other = {.parent = &all};
+    atomic_bool stop = false;
+    void *blocks[3];
+
+    (void)state;
+    one.stop = &stop;
+    jobs_memory_begin(&all, LIMIT);
+    jobs_memory_begin(&one, SIZE_MAX);
+    jobs_memory_begin(&other, SIZE_MAX);
+    (void)jobs_memory_enter(&other);
+    blocks[0] = srnf_alloc(BLOCK, 1);
+    (void)jobs_memory_enter(&one);
+    assert_ptr_equal(jobs_memory_current(), &one);
+    blocks[1] = srnf_alloc(BLOCK, 1);
+    assert_int_equal(one.used, CHARGE(BLOCK));
+    assert_int_equal(all.used, 2 * CHARGE(BLOCK));
+    assert_null(srnf_alloc(LIMIT, 1));
+    assert_int_equal(one.refused, CHARGE(LIMIT));
+    assert_int_equal(one.held, CHARGE(BLOCK));
+    assert_int_equal(one.beside, CHARGE(BLOCK));
+    assert_int_equal(one.used, CHARGE(BLOCK));
+    assert_false(jobs_memory_charge(&one, LIMIT));
+    assert_true(jobs_memory_charge(&one, 64));
+    assert_int_equal(all.used, 2 * CHARGE(BLOCK) + 64);
+    jobs_memory_discharge(&one, 64);
+    assert_true(jobs_memory_charge(NULL, LIMIT));
+    assert_false(one.stopped);
+    atomic_store(&stop, true);
+    assert_null(srnf_alloc(1, 1));
+    assert_true(one.stopped);
+    (void)jobs_memory_enter(&other);
+    blocks[2] = srnf_alloc(1, 1);
+    assert_non_null(blocks[2]);
+    for (size_t i = 0; i < 3; i++) {
+        srnf_free(blocks[i]);
+    }
+    assert_int_equal(one.used + other.used + all.used, 0);
+    assert_true(jobs_memory_of_uploads() >= ((size_t)384 << 20));
+    (void)jobs_memory_enter(NULL);
+}
+
 #define CROWD 4
 
 struct crowd {
@@ -457,6 +501,7 @@ int main(void)
         cmocka_unit_test(an_account_ends_at_its_limit),
         cmocka_unit_test(other_refusals_are_not_the_limits),
         cmocka_unit_test(threads_share_an_account),
+        cmocka_unit_test(accounts_share_what_they_lie_in),
         TEST(a_job_beyond_its_limit_fails_alone),
         TEST(helpers_count_to_their_job),
         TEST(what_is_shared_is_charged_to_nobody),

@@ -1,0 +1,210 @@
+/*
+ * test_lanes.c - who may go first among what leaves libmicrohttpd's threads, against an api layer
+ * made for the test: uploads have threads of their own, nobody has all of them, one that needs the
+ * memory of all runs alone, and what nobody waits for any more is told to stop.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "server/http/http_fixture.h"
+
+#define CROWD 6
+
+static int send_to(const struct http *http, const char *path)
+{
+    char request[200];
+    int fd = dial(http);
+
+    (void)snprintf(request, sizeof request,
+                   "POST %s HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\nx", path);
+    say(fd, request);
+    return fd;
+}
+
+/* Waits until a count has this value; false where it does not come to it. */
+static bool comes_to(atomic_int *count, int wanted)
+{
+    for (int i = 0; i < 1000 && atomic_load(count) != wanted; i++) {
+        nap(5);
+    }
+    return atomic_load(count) == wanted;
+}
+
+static int leave_and_hear(int fd)
+{
+    int status;
+
+    atomic_store(&fake.leave, true);
+    status = hear(fd, text, false, NULL);
+    (void)close(fd);
+    return status;
+}
+
+static void uploads_keep_nobody_waiting(void **state)
+{
+    struct http *http = serve((struct http_config){.request_threads = 1, .upload_threads = 2});
+    int uploads[CROWD];
+
+    (void)state;
+    for (size_t i = 0; i < CROWD; i++) {
+        uploads[i] = send_to(http, "/upload-0");
+    }
+    assert_true(comes_to(&fake.uploads, 2));
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    assert_int_equal(ask(http, "GET /probe HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    assert_int_equal(atomic_load(&fake.uploads), 2);
+    for (size_t i = 0; i < CROWD; i++) {
+        assert_int_equal(leave_and_hear(uploads[i]), 200);
+    }
+    assert_int_equal(atomic_load(&fake.most_uploads), 2);
+    http_stop(http, 5);
+}
+
+/* One owner leaves a thread to others, and each owner's first comes before another's second. */
+static void owners_take_turns(void **state)
+{
+    static const char *const sent[] = {"/upload-a", "/upload-a", "/upload-a", "/upload-a",
+                                       "/upload-b", "/upload-b", "/upload-c"};
+    enum { COUNT = sizeof sent / sizeof sent[0] };
+    struct http *http = serve((struct http_config){.upload_threads = 2});
+    int uploads[COUNT];
+
+    (void)state;
+    for (size_t i = 0; i < COUNT; i++) {
+        uploads[i] = send_to(http, sent[i]);
+        assert_true(comes_to(&fake.uploads, i < 4 ? 1 : 2));
+        nap(50); /* so that they are queued in this order */
+    }
+    assert_string_equal(fake.order, "ab");
+    for (size_t i = 0; i < COUNT; i++) {
+        assert_int_equal(leave_and_hear(uploads[i]), 200);
+    }
+    assert_int_equal(strlen(fake.order), COUNT);
+    /* With both threads free: c before the rest of those that had a turn. */
+    assert_true(fake.order[2] == 'c' || fake.order[3] == 'c');
+    http_stop(http, 5);
+}
+
+/* Half the request threads are an owner's, and one is kept for probes. */
+static void requests_leave_room_for_probes(void **state)
+{
+    struct http *http = serve((struct http_config){.request_threads = 4});
+    int slow[CROWD];
+
+    (void)state;
+    for (size_t i = 0; i < CROWD; i++) {
+        slow[i] = send_to(http, "/slow-a");
+    }
+    assert_true(comes_to(&fake.uploads, 2));
+    nap(100);
+    assert_int_equal(atomic_load(&fake.uploads), 2);
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    for (size_t i = 0; i < CROWD; i++) {
+        assert_int_equal(leave_and_hear(slow[i]), 200);
+    }
+    atomic_store(&fake.leave, false);
+    for (size_t i = 0; i < CROWD; i++) {
+        slow[i] = send_to(http, "/slow-0");
+    }
+    assert_true(comes_to(&fake.uploads, 3));
+    nap(100);
+    assert_int_equal(atomic_load(&fake.uploads), 3);
+    assert_int_equal(ask(http, "GET /probe HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
+    for (size_t i = 0; i < CROWD; i++) {
+        assert_int_equal(leave_and_hear(slow[i]), 200);
+    }
+    http_stop(http, 5);
+}
+
+static void what_finds_no_room_runs_alone(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 3});
+    int first = send_to(http, "/upload-0"), again[2], last;
+
+    (void)state;
+    assert_true(comes_to(&fake.uploads, 1));
+    again[0] = send_to(http, "/upload-0-again");
+    again[1] = send_to(http, "/upload-0-again");
+    nap(100);
+    last = send_to(http, "/upload-0");
+    nap(100);
+    assert_int_equal(atomic_load(&fake.alone), 0);
+    assert_int_equal(atomic_load(&fake.uploads), 1);
+    assert_int_equal(leave_and_hear(first), 200);
+    assert_int_equal(leave_and_hear(again[0]), 200);
+    assert_int_equal(leave_and_hear(again[1]), 200);
+    assert_int_equal(leave_and_hear(last), 200);
+    assert_int_equal(atomic_load(&fake.alone), 2);
+    assert_int_equal(atomic_load(&fake.crowded), 0);
+    http_stop(http, 5);
+}
+
+/* Those that are read and those that wait: the client's end ends both. */
+static void uploads_end_with_their_clients(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 1});
+    int reads = send_to(http, "/upload-0"), waits, half;
+    double start;
+    int status;
+
+    (void)state;
+    assert_true(comes_to(&fake.uploads, 1));
+    waits = send_to(http, "/upload-0");
+    half = send_to(http, "/upload-0");
+    nap(100);
+    (void)close(waits);
+    (void)shutdown(half, SHUT_WR);
+    start = now();
+    status = hear(half, text, false, NULL);
+    assert_true(status == 408 || status == 0); /* the library may see the end before the answer */
+    assert_true(now() - start < 10);
+    assert_int_equal(atomic_load(&fake.handled), 1);
+    assert_true(closes(half));
+    (void)close(half);
+    (void)close(reads);
+    assert_true(comes_to(&fake.uploads, 0));
+    assert_false(atomic_load(&fake.leave));
+    http_stop(http, 5);
+}
+
+static void stopping_ends_uploads_within_the_grace(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 1});
+    int reads = send_to(http, "/upload-0"), waits;
+    double start;
+
+    (void)state;
+    assert_true(comes_to(&fake.uploads, 1));
+    waits = send_to(http, "/upload-0");
+    nap(100);
+    start = now();
+    http_stop(http, 2);
+    assert_true(now() - start < 2);
+    assert_int_equal(hear(reads, text, false, NULL), 503);
+    assert_int_equal(hear(waits, text, false, NULL), 503);
+    assert_int_equal(atomic_load(&fake.handled), 1);
+    (void)close(reads);
+    (void)close(waits);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uploads_keep_nobody_waiting),
+        cmocka_unit_test(owners_take_turns),
+        cmocka_unit_test(requests_leave_room_for_probes),
+        cmocka_unit_test(what_finds_no_room_runs_alone),
+        cmocka_unit_test(uploads_end_with_their_clients),
+        cmocka_unit_test(stopping_ends_uploads_within_the_grace),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    if (sodium_init() < 0) {
+        return 1;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
