@@ -275,6 +275,7 @@ void cohorts_create(struct api_call *call)
         goto out;
     }
     cohort.view = call_view(call);
+    cohort.bytes_max = call_owner(call).bytes_max;
     status = store_cohort_put(call->api->config.store, &cohort, &created, &missing);
     if (status) {
         answer_refused(call, &cohort, status, missing);

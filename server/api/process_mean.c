@@ -346,12 +346,13 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
                           const struct compute_mean_outputs *outputs, json_t *mean,
                           struct jobs_result *result)
 {
-    struct store_model model = {.lmax = (int64_t)outputs->group.degree,
-                                .n_theta = (int64_t)outputs->n_theta,
-                                .n_phi = (int64_t)outputs->n_phi,
-                                .subjects = (int64_t)outputs->pca.n,
-                                .components = (int64_t)outputs->pca.components,
-                                .owner.name = jobs_run_owner(run)};
+    struct store_model model = {
+        .lmax = (int64_t)outputs->group.degree,
+        .n_theta = (int64_t)outputs->n_theta,
+        .n_phi = (int64_t)outputs->n_phi,
+        .subjects = (int64_t)outputs->pca.n,
+        .components = (int64_t)outputs->pca.components,
+        .owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT}};
     const char *mean_id = json_string_value(json_object_get(mean, "id"));
     json_t *record = NULL;
     bool created;
@@ -370,7 +371,7 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
         status = store_model_put(jobs_run_store(run), &model, &created);
     }
     if (status) {
-        (void)compute_fail_store(result, status, "the model");
+        (void)compute_fail_kept(run, result, status, "the model");
         json_decref(mean);
     } else {
         record = model_record(&model, mean);

@@ -123,9 +123,10 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         return NULL;
     }
     owner.name = jobs_run_owner(run);
+    owner.bytes_max = STORE_BYTES_KEPT;
     status = surface_save(jobs_run_store(run), &owner, description, &record, NULL);
     if (status) {
-        (void)compute_fail_store(result, status, what);
+        (void)compute_fail_kept(run, result, status, what);
     }
     return record;
 }

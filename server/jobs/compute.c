@@ -82,6 +82,17 @@ int compute_fail_store(struct jobs_result *result, int status, const char *id)
     return status;
 }
 
+int compute_fail_kept(struct jobs_run *run, struct jobs_result *result, int status,
+                      const char *what)
+{
+    if (status != STORE_QUOTA) {
+        return compute_fail_store(result, status, what);
+    }
+    result->problem_code = "storage-quota-exceeded";
+    jobs_run_quota_detail(run, what, result->problem_detail);
+    return status;
+}
+
 void compute_surface_clear(struct compute_surface *surface)
 {
     srnf_free(surface->coefficients);

@@ -32,6 +32,9 @@ int compute_fail(struct jobs_result *result, int status, const struct srnf_error
 
 /* The same for an enum store_status. */
 int compute_fail_store(struct jobs_result *result, int status, const char *id);
+/* The same for what a run could not keep; names the quota where it is that. */
+int compute_fail_kept(struct jobs_run *run, struct jobs_result *result, int status,
+                      const char *what);
 
 /* The problem code of a core status (enum srnf_status): "mesh-not-closed", "not-star-shaped", ...;
    "internal-error" for one that should not have come up. A static string, never NULL. */

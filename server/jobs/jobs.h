@@ -21,12 +21,14 @@
 struct jobs;
 struct jobs_run;
 
+#define JOBS_DETAIL_MAX 400 /* bytes of what a problem says, with its zero */
+
 /* How a run ended: exactly one of results (malloc, taken over by the engine) or problem_code is
    set. */
 struct jobs_result {
     char *results;
     const char *problem_code; /* static string: "not-converged", "not-star-shaped", ... */
-    char problem_detail[400];
+    char problem_detail[JOBS_DETAIL_MAX];
 };
 
 /* One row of the process table. run is called on a worker thread; inputs is the canonical text of
@@ -135,6 +137,9 @@ const char *jobs_run_process(const struct jobs_run *run); /* its id */
 const char *jobs_run_numeric_build(const struct jobs_run *run);
 /* Whose job it is, and so whom its outputs belong to. */
 const char *jobs_run_owner(const struct jobs_run *run);
+/* Why what a run wanted to keep was refused with STORE_QUOTA. */
+void jobs_run_quota_detail(const struct jobs_run *run, const char *what,
+                           char detail[JOBS_DETAIL_MAX]);
 /* Progress, cancellation, parallel_for over idle workers (the caller takes part) and the clock,
    for the core. */
 const struct srnf_context *jobs_run_context(struct jobs_run *run);

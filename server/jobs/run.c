@@ -12,7 +12,8 @@
  * Whatever a process returns, a job that was refused memory because of its limit failed with
  * memory-limit: results that depend on how much there was are none.
  *
- * Results that the store has no room for fail the job with storage-full; if even that cannot be
+ * Results for which the owner's quota has no room fail the job with storage-quota-exceeded, those
+ * that the store has no room for with storage-full; if even that cannot be
  * written, it is tried again until the daemon stops, and the next start finds the job running and
  * queues it anew.
  *
@@ -223,6 +224,18 @@ void jobs_run_resumed(struct jobs_run *run)
     pthread_mutex_unlock(&run->mutex);
 }
 
+void jobs_run_quota_detail(const struct jobs_run *run, const char *what,
+                           char detail[JOBS_DETAIL_MAX])
+{
+    int64_t bytes = 0, most = 0;
+
+    (void)store_owner_bytes(run->jobs->config.store, run->job->owner, &bytes, &most);
+    snprintf(detail, JOBS_DETAIL_MAX,
+             "The quota \"bytes\" has no room for %.100s: the owner of the job holds %lld of %lld "
+             "bytes. Delete jobs or cohorts, or ask for a larger quota; then run it again.",
+             what, (long long)bytes, (long long)most);
+}
+
 /* How the run is to be written down. */
 struct ending {
     enum store_job_status to;
@@ -295,7 +308,7 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
     struct jobs *jobs = run->jobs;
     const struct store_job *job = run->job;
     unsigned failures = 0;
-    char event[32];
+    char event[32], quota[JOBS_DETAIL_MAX], what[80];
     int status;
 
     for (;;) {
@@ -303,6 +316,13 @@ static enum store_job_status write_ending(struct jobs_run *run, struct ending en
                                       ending.results, ending.code, ending.detail);
         if (status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND) {
             break;
+        }
+        if (status == STORE_QUOTA && ending.to == STORE_JOB_SUCCESSFUL) {
+            snprintf(what, sizeof what, "the results, %zu bytes", strlen(ending.results));
+            jobs_run_quota_detail(run, what, quota);
+            ending = (struct ending){
+                .to = STORE_JOB_FAILED, .code = "storage-quota-exceeded", .detail = quota};
+            continue;
         }
         jobs_log(jobs, "job-not-written", job, store_strerror(status));
         if (ending.to == STORE_JOB_SUCCESSFUL) {

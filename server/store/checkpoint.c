@@ -74,6 +74,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     int found, status = check_runs(db, put);
 
     if (status == STORE_OK) {
+        status = store_owner_check_job(db, put->job, (int64_t)put->content->size);
+    }
+    if (status == STORE_OK) {
         status = store_blob_keep(store, db, put->content);
     }
     if (status != STORE_OK) {
@@ -84,9 +87,10 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         return found;
     }
     status = store_execute(db, NULL,
-                           "INSERT INTO checkpoint (job, content) VALUES (?, ?) "
+                           "INSERT INTO checkpoint (job, content, owner) SELECT id, ?, owner "
+                           "FROM job WHERE id = ? "
                            "ON CONFLICT (job) DO UPDATE SET content = excluded.content",
-                           "tt", put->job, put->content->hash);
+                           "tt", put->content->hash, put->job);
     return status == STORE_OK && found == STORE_OK ? let_go(db, before, write) : status;
 }
 

@@ -167,7 +167,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     }
     snprintf(owner, sizeof owner, "%s", own.owner ? own.owner : "");
     if (status == STORE_NOT_FOUND) {
-        status = store_owner_add(db, owner);
+        status = store_owner_limit(db, owner, cohort->bytes_max);
     }
     if (status == STORE_OK) {
         status = store_execute(db, NULL,
@@ -178,6 +178,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
         status = add_member(db, cohort, owner, i);
         put->missing = i;
+    }
+    if (status == STORE_OK) {
+        status = store_owner_check(db, owner, 0);
     }
     put->created = status == STORE_OK;
     put->created_ms = put->now;

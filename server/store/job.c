@@ -208,20 +208,22 @@ struct insert {
 
 static int insert_key(sqlite3 *db, const struct insert *insert)
 {
+    size_t changed = 0;
     int status = store_execute(db, NULL, "DELETE FROM idempotency WHERE created_ms <= ?", "i",
                                insert->now - KEY_LIFETIME_MS);
 
     if (status == STORE_OK) {
         status =
-            store_execute(db, NULL,
-                          "INSERT INTO idempotency (key, job, body_digest, created_ms) "
-                          "VALUES (?, ?, ?, ?)",
-                          "ttti", insert->key, insert->job_id, insert->body_digest, insert->now);
+            store_execute(db, &changed,
+                          "INSERT INTO idempotency (key, job, body_digest, created_ms, owner) "
+                          "SELECT ?, id, ?, ?, owner FROM job WHERE id = ?",
+                          "ttit", insert->key, insert->body_digest, insert->now, insert->job_id);
+        status = status == STORE_OK && changed == 0 ? STORE_CONFLICT : status;
     }
     return status;
 }
 
-/* The owner's row, with what a claim must know of it. STORE_QUOTA, STORE_QUEUED: no more jobs. */
+/* The owner's row, with what a claim must know of it. STORE_QUEUED: no more jobs. */
 static int admit(sqlite3 *db, const struct insert *insert)
 {
     const struct store_job_limits *limits = insert->limits;
@@ -234,7 +236,7 @@ static int admit(sqlite3 *db, const struct insert *insert)
                                "ti", owner, (int64_t)limits->running);
 
     if (status == STORE_OK) {
-        status = store_owner_check(db, owner, limits->bytes);
+        status = store_owner_limit(db, owner, limits->bytes);
     }
     if (status != STORE_OK || limits->queued == 0) {
         return status;
@@ -274,7 +276,7 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
     if (status == STORE_OK && insert->key) {
         status = insert_key(db, insert);
     }
-    return status;
+    return status == STORE_OK ? store_owner_check_job(db, insert->job_id, 0) : status;
 }
 
 int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,

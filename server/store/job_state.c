@@ -216,8 +216,12 @@ static int run_transition(struct store *store, sqlite3 *db, struct store_write *
     size_t changed = 0;
     int64_t back = t->to == STORE_JOB_ACCEPTED, now = store_now_ms();
     double progress = t->to == STORE_JOB_SUCCESSFUL ? 100.0 : back ? 0.0 : -1.0;
-    int status = t->results ? store_blob_keep(store, db, t->results) : STORE_OK;
+    int status =
+        t->results ? store_owner_check_job(db, t->id, (int64_t)t->results->size) : STORE_OK;
 
+    if (status == STORE_OK && t->results) {
+        status = store_blob_keep(store, db, t->results);
+    }
     if (status == STORE_OK) {
         status = store_execute(
             db, &changed,

@@ -101,10 +101,11 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_mesh *mesh = put->mesh;
+    const int64_t report = mesh->report ? (int64_t)strlen(mesh->report) : 0;
     const struct store_holding holding = {.id = mesh->id,
                                           .kind = "mesh",
                                           .name = mesh->name ? mesh->name : "",
-                                          .bytes = mesh->bytes,
+                                          .bytes = mesh->bytes + report,
                                           .now = put->now};
     int status = store_owner_take(db, &mesh->owner, &holding, &put->created);
 

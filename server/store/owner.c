@@ -6,8 +6,9 @@
  * an owner never sees what another called the same bytes, nor whether another has them. Cohorts
  * and jobs have one owner each, in their own rows.
  *
- * What an owner holds in bytes is kept by triggers (migrations/0004_owners.sql), and so is exact
- * in every transaction: the limit is asked for in the one that adds.
+ * What an owner holds in bytes is kept by triggers (migrations/0004_owners.sql, 0008_quotas.sql),
+ * and so is exact in every transaction: the limit is asked for in the one that adds. What the owner
+ * may hold comes with each request that adds, and is kept for the jobs that run later.
  */
 #include "store/internal.h"
 
@@ -24,29 +25,57 @@ int store_owner_add(sqlite3 *db, const char *name)
                          "t", name);
 }
 
-/* The bytes that the owner holds. */
-static int read_bytes(sqlite3 *db, const char *name, int64_t *bytes)
+/* What the owner holds, and what it may hold; 0, 0 for one that is not known. */
+static int read_bytes(sqlite3 *db, const char *name, int64_t *bytes, int64_t *most)
 {
     sqlite3_stmt *row = NULL;
-    int status = store_prepare(db, &row, "SELECT bytes FROM owner WHERE name = ?", "t", name);
+    int status =
+        store_prepare(db, &row, "SELECT bytes, bytes_max FROM owner WHERE name = ?", "t", name);
 
-    *bytes = 0;
+    *bytes = *most = 0;
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
     if (status == STORE_OK) {
         *bytes = sqlite3_column_int64(row, 0);
+        *most = sqlite3_column_int64(row, 1);
     }
     sqlite3_finalize(row);
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
-int store_owner_check(sqlite3 *db, const char *name, int64_t bytes_max)
+int store_owner_limit(sqlite3 *db, const char *name, int64_t bytes_max)
 {
-    int64_t bytes = 0;
-    int status = bytes_max > 0 ? read_bytes(db, name, &bytes) : STORE_OK;
+    int status = store_owner_add(db, name);
 
-    return status == STORE_OK && bytes_max > 0 && bytes > bytes_max ? STORE_QUOTA : status;
+    return status != STORE_OK || bytes_max < 0
+               ? status
+               : store_execute(db, NULL,
+                               "UPDATE owner SET bytes_max = ?2 WHERE name = ?1 "
+                               "AND bytes_max <> ?2",
+                               "ti", name, bytes_max);
+}
+
+int store_owner_check(sqlite3 *db, const char *name, int64_t more)
+{
+    int64_t bytes, most;
+    int status = read_bytes(db, name, &bytes, &most);
+
+    return status == STORE_OK && most > 0 && bytes > most - more ? STORE_QUOTA : status;
+}
+
+int store_owner_check_job(sqlite3 *db, const char *job, int64_t more)
+{
+    char owner[STORE_OWNER_MAX];
+    int status = store_text(db, owner, sizeof owner, "SELECT owner FROM job WHERE id = ?", job);
+
+    return status == STORE_OK ? store_owner_check(db, owner, more)
+                              : (status == STORE_NOT_FOUND ? STORE_OK : status);
+}
+
+static size_t length_of(const char *text)
+{
+    return text ? strlen(text) : 0;
 }
 
 int store_owner_take(sqlite3 *db, const struct store_owner *owner,
@@ -54,7 +83,9 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
 {
     const char *name = store_owner_name(owner);
     size_t changed = 0;
-    int status = store_owner_add(db, name);
+    int64_t bytes = STORE_ROW_BYTES + holding->bytes +
+                    (int64_t)(length_of(holding->name) + length_of(holding->record));
+    int status = store_owner_limit(db, name, owner->bytes_max);
 
     /* The first to have it describes it in the content's own row. */
     if (status == STORE_OK) {
@@ -64,12 +95,11 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
             "?3, iif(other, ?4, NULL), iif(other, ?5, NULL), ?6, ?7 "
             "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other) "
             "WHERE true ON CONFLICT DO NOTHING",
-            "tttttii", name, holding->id, holding->kind, holding->name, holding->record,
-            holding->bytes, holding->now);
+            "tttttii", name, holding->id, holding->kind, holding->name, holding->record, bytes,
+            holding->now);
     }
     *taken = changed > 0;
-    return status == STORE_OK && changed > 0 ? store_owner_check(db, name, owner->bytes_max)
-                                             : status;
+    return status == STORE_OK && changed > 0 ? store_owner_check(db, name, 0) : status;
 }
 
 int store_owner_has(struct store *store, const char *owner, const char *id)
@@ -94,14 +124,18 @@ int store_owner_has(struct store *store, const char *owner, const char *id)
     return status;
 }
 
-int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes)
+int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes, int64_t *most)
 {
     struct store_reader *reader = NULL;
+    int64_t unused = 0;
     int status = store_reader_take(store, &reader);
 
     *bytes = 0;
+    if (most) {
+        *most = 0;
+    }
     if (status == STORE_OK) {
-        status = read_bytes(reader->db, owner ? owner : "", bytes);
+        status = read_bytes(reader->db, owner ? owner : "", bytes, most ? most : &unused);
         store_reader_return(store, reader);
     }
     return status;

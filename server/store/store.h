@@ -68,8 +68,10 @@ int64_t store_now_ms(void);
 /* For whom something is stored. */
 struct store_owner {
     const char *name;  /* borrowed; NULL: "" */
-    int64_t bytes_max; /* that the owner may hold with it, otherwise STORE_QUOTA; 0: no limit */
+    int64_t bytes_max; /* that the owner may hold with it, otherwise STORE_QUOTA; 0: no limit;
+                          STORE_BYTES_KEPT: as was said the last time */
 };
+#define STORE_BYTES_KEPT INT64_C(-1)
 
 /* Who asks: what belongs to the owner is seen, with `all` what belongs to anyone. */
 struct store_view {
@@ -80,9 +82,10 @@ struct store_view {
 /* Whether the mesh, surface, model or job of this id belongs to the owner (NULL: ""): STORE_OK or
    STORE_NOT_FOUND. */
 int store_owner_has(struct store *store, const char *owner, const char *id);
-/* Bytes that the owner holds: meshes, coefficients, the arrays of models and results. What several
-   owners have counts for each. */
-int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes);
+/* Bytes that the owner holds: meshes, coefficients, the arrays of models, what jobs were given,
+   results and checkpoints, cohorts, and for each row something for itself. What several owners have
+   counts for each. most: what it may hold, as was said last (0: any number); may be NULL. */
+int store_owner_bytes(struct store *store, const char *owner, int64_t *bytes, int64_t *most);
 /* Remembers when a token was last used, by its id. */
 int store_token_used(struct store *store, const char *token, int64_t when_ms);
 
@@ -169,6 +172,7 @@ struct store_cohort {
     size_t n_members;
     char (*members)[STORE_ID_MAX]; /* [n_members] mesh-... or surf-..., malloc; NULL in lists */
     struct store_view view;        /* for put: whose it is, and whether members may be others' */
+    int64_t bytes_max;             /* for put: as of struct store_owner */
 };
 void store_cohort_clear(struct store_cohort *cohort);
 
@@ -321,7 +325,8 @@ int store_job_claim_express(struct store *store, struct store_job *job);
 int store_job_position(struct store *store, const char *id, size_t *position);
 /* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
-   a problem only with FAILED. Going back to ACCEPTED gives the attempt back. */
+   a problem only with FAILED. Going back to ACCEPTED gives the attempt back. STORE_QUOTA: the owner
+   may not hold the results; nothing has changed. */
 int store_job_transition(struct store *store, const char *id, int64_t attempt,
                          enum store_job_status to, const char *results, const char *problem_code,
                          const char *problem_detail);

@@ -291,12 +291,12 @@ static void test_model_without_calibration(void **state)
     assert_true(created);
     assert_int_equal(store_model_put(fixture->store, &old, &created), STORE_OK);
     assert_false(created);
-    assert_int_equal(store_owner_bytes(fixture->store, "", &before), STORE_OK);
+    assert_int_equal(store_owner_bytes(fixture->store, "", &before, NULL), STORE_OK);
     model = make_model(mean, 0.25);
     assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
     assert_true(created);
     assert_string_not_equal(model.id, old.id);
-    assert_int_equal(store_owner_bytes(fixture->store, "", &after), STORE_OK);
+    assert_int_equal(store_owner_bytes(fixture->store, "", &after, NULL), STORE_OK);
     assert_true(after - before >= (int64_t)store_model_count(&model, STORE_MODEL_CALIBRATION) * 8);
 
     assert_int_equal(store_model_get(fixture->store, old.id, ALL_ARRAYS, &got), STORE_OK);
