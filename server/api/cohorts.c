@@ -7,6 +7,9 @@
  * are; keys sorted) and kept as that text: the same content sent again is the same text, and so 200
  * instead of 201. A cohort does not change; another content under its name is 409. What it names
  * must exist, and stays as long as the cohort does.
+ *
+ * Names are each owner's own. An admin, who sees all, says whose is meant by ?owner= where it is not
+ * the own one: nothing of another is given, or deleted, because it has the same name.
  */
 #include "api/cohorts.h"
 
@@ -222,16 +225,88 @@ static bool read_cohort(struct api_call *call, const json_t *body, struct store_
     return true;
 }
 
+/* ---- Whose ----------------------------------------------------------------------------------- */
+
+#define OWNERS_TOLD 5
+
+/* Tells the owners of cohorts of that name. */
+static void ask_for_owner(struct api_call *call, const char *name,
+                          char owners[OWNERS_TOLD][STORE_OWNER_MAX], size_t count)
+{
+    char list[OWNERS_TOLD * (STORE_OWNER_MAX + 4) + 8] = "";
+
+    for (size_t i = 0; i < count && i < OWNERS_TOLD; i++) {
+        size_t used = strlen(list);
+
+        (void)snprintf(list + used, sizeof list - used, "%s\"%s\"", i ? ", " : "", owners[i]);
+    }
+    (void)problem_respond(call, "owner-required",
+                          "You have no cohort \"%s\", but %zu other%s: %s%s. Say whose you mean by "
+                          "?owner= in a request for the cohort; a process takes your own, or the "
+                          "only one of its name.",
+                          name, count, count == 1 ? " has" : "s have", list,
+                          count > OWNERS_TOLD ? ", .." : "");
+}
+
+bool cohort_owner(struct api_call *call, const char *name, bool any, char owner[STORE_OWNER_MAX])
+{
+    const struct api_caller *caller = &call->request->caller;
+    char owners[OWNERS_TOLD][STORE_OWNER_MAX];
+    struct store_cohort own;
+    size_t count = 0;
+    int status;
+
+    memcpy(owner, caller->name, STORE_OWNER_MAX);
+    if (caller->restricted) {
+        return true;
+    }
+    status = store_cohort_get_as(call->api->config.store, owner, name, &own);
+    store_cohort_clear(&own);
+    if (status == STORE_NOT_FOUND) {
+        status = store_cohort_owners(call->api->config.store, name, owners, OWNERS_TOLD, &count);
+    }
+    if (status) {
+        (void)problem_respond_store(call, status, NULL, "finding the cohort");
+    } else if (count == 1 && any) {
+        memcpy(owner, owners[0], STORE_OWNER_MAX);
+    } else if (count > 0) {
+        ask_for_owner(call, name, owners, count);
+    }
+    return status == 0 && (count == 0 || (count == 1 && any));
+}
+
+/* The same for a request that may have ?owner=. What a caller may not see is not there. */
+static bool find_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
+{
+    const struct api_caller *caller = &call->request->caller;
+    const char *name = call->parameters[0];
+    bool refused = false;
+
+    if (!query_get(call, "owner", owner, STORE_OWNER_MAX, &refused)) {
+        return !refused && cohort_owner(call, name, false, owner);
+    }
+    if (caller->restricted && strcmp(owner, caller->name) != 0) {
+        (void)problem_respond_store(call, STORE_NOT_FOUND, "no-such-cohort", name);
+        return false;
+    }
+    return true;
+}
+
 /* ---- Records --------------------------------------------------------------------------------- */
 
-static json_t *cohort_record(const struct store_cohort *cohort, bool with_members)
+static json_t *cohort_record(const struct api_call *call, const struct store_cohort *cohort,
+                             bool with_members)
 {
+    bool own = strcmp(cohort->owner, call->request->caller.name) == 0;
     json_t *record = json_object(), *links = json_object();
-    char path[STORE_COHORT_NAME_MAX + 24];
+    char path[STORE_COHORT_NAME_MAX + STORE_OWNER_MAX + 40];
 
-    (void)snprintf(path, sizeof path, "/v1/cohorts/%s", cohort->name);
+    (void)snprintf(path, sizeof path, "/v1/cohorts/%s%s%s", cohort->name,
+                   own ? "" : "?owner=", own ? "" : cohort->owner);
     (void)json_object_set_new(links, "self", json_string(path));
     (void)json_object_set_new(record, "name", json_string(cohort->name));
+    (void)json_object_set_new(record, "owner",
+                              cohort->owner[0] ? json_string(cohort->owner) : json_null());
     (void)json_object_set_new(record, "memberCount", json_integer((json_int_t)cohort->n_members));
     if (with_members) {
         (void)json_object_set_new(record, "members", cohort_members(cohort));
@@ -282,7 +357,8 @@ void cohorts_create(struct api_call *call)
         goto out;
     }
     (void)api_response_header(call->response, "Location", "/v1/cohorts/%s", cohort.name);
-    respond_json(call, created ? 201 : 200, cohort_record(&cohort, true));
+    memcpy(cohort.owner, call->request->caller.name, sizeof cohort.owner);
+    respond_json(call, created ? 201 : 200, cohort_record(call, &cohort, true));
 out:
     store_cohort_clear(&cohort);
     json_decref(body);
@@ -291,10 +367,13 @@ out:
 void cohorts_get(struct api_call *call)
 {
     struct store_cohort cohort;
-    const struct store_view view = call_view(call);
-    int status = store_cohort_get_as(call->api->config.store, &view, call->parameters[0], &cohort);
-    char tag[120];
+    char owner[STORE_OWNER_MAX], tag[120];
+    int status;
 
+    if (!find_owner(call, owner)) {
+        return;
+    }
+    status = store_cohort_get_as(call->api->config.store, owner, call->parameters[0], &cohort);
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
         return;
@@ -302,31 +381,69 @@ void cohorts_get(struct api_call *call)
     /* The same name may stand for another cohort later: the tag is of the content. */
     (void)snprintf(tag, sizeof tag, "%s.%lld", cohort.digest, (long long)cohort.created_ms);
     if (!respond_not_modified(call, tag)) {
-        respond_json(call, 200, cohort_record(&cohort, true));
+        respond_json(call, 200, cohort_record(call, &cohort, true));
     }
     store_cohort_clear(&cohort);
 }
 
+struct listing {
+    struct api_call *call;
+    struct list list;
+};
+
 static bool add_cohort(void *user, const struct store_cohort *cohort)
 {
-    return list_add(user, cohort_record(cohort, false), cohort->created_ms, cohort->name);
+    struct listing *listing = user;
+
+    return list_add(&listing->list, cohort_record(listing->call, cohort, false), cohort->created_ms,
+                    cohort->name);
+}
+
+/* ?owner= of a list: false when a problem was answered. */
+static bool filter_owner(struct api_call *call, struct store_page *page,
+                         char owner[STORE_OWNER_MAX])
+{
+    const struct api_caller *caller = &call->request->caller;
+    bool refused = false;
+
+    if (!query_get(call, "owner", owner, STORE_OWNER_MAX, &refused)) {
+        return !refused;
+    }
+    if (caller->restricted && strcmp(owner, caller->name) != 0) {
+        (void)problem_respond(call, "forbidden",
+                              "Only an admin may ask for what belongs to another owner.");
+        return false;
+    }
+    page->owner = owner;
+    return true;
 }
 
 void cohorts_list(struct api_call *call)
 {
-    struct list list;
+    struct listing listing = {.call = call};
+    char owner[STORE_OWNER_MAX];
 
-    if (list_open(call, "cohorts", &list)) {
-        list_respond(call, &list, "/v1/cohorts",
-                     store_cohort_list(call->api->config.store, &list.page, add_cohort, &list));
+    if (!list_open(call, "cohorts", &listing.list)) {
+        return;
+    }
+    if (filter_owner(call, &listing.list.page, owner)) {
+        list_respond(
+            call, &listing.list, "/v1/cohorts",
+            store_cohort_list(call->api->config.store, &listing.list.page, add_cohort, &listing));
+    } else {
+        json_decref(listing.list.items);
     }
 }
 
 void cohorts_delete(struct api_call *call)
 {
-    const struct store_view view = call_view(call);
-    int status = store_cohort_delete_as(call->api->config.store, &view, call->parameters[0]);
+    char owner[STORE_OWNER_MAX];
+    int status;
 
+    if (!find_owner(call, owner)) {
+        return;
+    }
+    status = store_cohort_delete_as(call->api->config.store, owner, call->parameters[0]);
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
     } else {

@@ -18,6 +18,11 @@ bool cohort_name_valid(const char *name);
    without memory. */
 json_t *cohort_members(const struct store_cohort *cohort);
 
+/* Whose cohort of this name the caller means: its own; or, for one who sees all and has none, where
+   `any`, that of the one owner who has one. False when it was answered that the owner must be
+   named, or that the store failed. */
+bool cohort_owner(struct api_call *call, const char *name, bool any, char owner[STORE_OWNER_MAX]);
+
 /* mesh- or surf-, and 32 lower-case hex digits? */
 bool cohort_member_id(const char *id);
 

@@ -41,6 +41,7 @@ static const struct problem_kind kinds[] = {
     {"not-acceptable", 406, "No representation fits the Accept header"},
     {"request-timeout", 408, "The request did not arrive in time"},
     {"cohort-exists", 409, "The name is taken by another cohort"},
+    {"owner-required", 409, "The name stands for what others have"},
     {"result-not-ready", 409, "The job has not ended yet"},
     {"job-not-ended", 409, "The job has not ended yet"},
     {"idempotency-key-in-flight", 409, "A request with this Idempotency-Key is being answered"},

@@ -181,13 +181,17 @@ static void read_covariates(struct process_inputs *inputs, const json_t *members
 /* What the comparison needs beside the surfaces, into the canonical cohort. */
 static void describe_cohort(struct process_inputs *inputs, size_t n)
 {
-    const struct store_view view = call_view(inputs->call);
     json_t *cohort = json_object_get(inputs->canonical, "cohort");
+    const char *name = json_string_value(json_object_get(cohort, "name"));
+    char owner[STORE_OWNER_MAX];
     struct store_cohort stored = {.record = NULL};
     json_t *members = NULL;
 
-    if (store_cohort_get_as(inputs->call->api->config.store, &view,
-                            json_string_value(json_object_get(cohort, "name")), &stored) == 0) {
+    if (!cohort_owner(inputs->call, name, true, owner)) {
+        inputs->answered = true;
+        return;
+    }
+    if (store_cohort_get_as(inputs->call->api->config.store, owner, name, &stored) == 0) {
         members = cohort_members(&stored);
     }
     if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */

@@ -66,8 +66,8 @@ static bool read_surfaces(struct process_inputs *inputs, const json_t *value, js
 static bool find_cohort(struct process_inputs *inputs, const json_t *value,
                         struct store_cohort *cohort)
 {
-    const struct store_view view = call_view(inputs->call);
     const char *name = json_string_value(value);
+    char owner[STORE_OWNER_MAX];
     int status;
 
     if (!cohort_name_valid(name)) {
@@ -77,7 +77,11 @@ static bool find_cohort(struct process_inputs *inputs, const json_t *value,
     if (inputs->answered) {
         return false;
     }
-    status = store_cohort_get_as(inputs->call->api->config.store, &view, name, cohort);
+    if (!cohort_owner(inputs->call, name, true, owner)) {
+        inputs->answered = true;
+        return false;
+    }
+    status = store_cohort_get_as(inputs->call->api->config.store, owner, name, cohort);
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-cohort", name);
         inputs->answered = true;

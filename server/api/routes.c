@@ -54,9 +54,9 @@ const struct api_route api_routes[] = {
     {"GET", "/v1/surfaces/{id}/mesh", surfaces_mesh, true, ROUTE_NO_BODY, "format,resolution", {0}},
 
     {"POST", "/v1/cohorts", cohorts_create, true, ROUTE_JSON, "", {JSON}},
-    {"GET", "/v1/cohorts", cohorts_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
-    {"GET", "/v1/cohorts/{name}", cohorts_get, true, ROUTE_NO_BODY, "", {JSON}},
-    {"DELETE", "/v1/cohorts/{name}", cohorts_delete, true, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/v1/cohorts", cohorts_list, true, ROUTE_NO_BODY, "limit,cursor,owner", {JSON}},
+    {"GET", "/v1/cohorts/{name}", cohorts_get, true, ROUTE_NO_BODY, "owner", {JSON}},
+    {"DELETE", "/v1/cohorts/{name}", cohorts_delete, true, ROUTE_NO_BODY, "owner", {0}},
 
     {"GET", "/v1/models", models_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/models/{id}", models_get, true, ROUTE_NO_BODY, "", {JSON}},

@@ -12,10 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COLUMNS "name, record, digest, members, created_ms"
-
-/* Who asked before there were owners: everything is there to be seen. */
-static const struct store_view everyone = {.owner = "", .all = true};
+#define COLUMNS "name, record, digest, members, created_ms, owner"
 
 void store_cohort_clear(struct store_cohort *cohort)
 {
@@ -34,20 +31,21 @@ static int from_row(sqlite3_stmt *row, struct store_cohort *cohort)
     store_column_id(row, 2, cohort->digest, sizeof cohort->digest);
     cohort->n_members = (size_t)sqlite3_column_int64(row, 3);
     cohort->created_ms = sqlite3_column_int64(row, 4);
+    store_column_id(row, 5, cohort->owner, sizeof cohort->owner);
     if (status != STORE_OK) {
         store_cohort_clear(cohort);
     }
     return status;
 }
 
-static int read_members(sqlite3 *db, const char *owner, struct store_cohort *cohort)
+static int read_members(sqlite3 *db, struct store_cohort *cohort)
 {
     sqlite3_stmt *rows = NULL;
     size_t n = 0;
     int status = store_prepare(db, &rows,
                                "SELECT coalesce(mesh, surface) FROM cohort_member "
                                "WHERE owner = ? AND cohort = ? ORDER BY position",
-                               "tt", owner, cohort->name);
+                               "tt", cohort->owner, cohort->name);
 
     cohort->members = calloc(cohort->n_members + 1, sizeof *cohort->members);
     if (status == STORE_OK && !cohort->members) {
@@ -67,31 +65,27 @@ static int read_members(sqlite3 *db, const char *owner, struct store_cohort *coh
     return status;
 }
 
-/* The cohort of that name which the view shows, without its members, and whose it is. */
-static int read_row(sqlite3 *db, const struct store_view *view, const char *name,
-                    char owner[STORE_OWNER_MAX], struct store_cohort *cohort)
+/* The owner's cohort of that name, without its members. */
+static int read_row(sqlite3 *db, const char *owner, const char *name, struct store_cohort *cohort)
 {
     sqlite3_stmt *row = NULL;
-    int status = store_prepare(db, &row,
-                               "SELECT " COLUMNS ", owner FROM cohort WHERE name = ?1 "
-                               "AND (owner = ?2 OR ?3) ORDER BY owner <> ?2, created_ms LIMIT 1",
-                               "tti", name, view->owner ? view->owner : "", (int64_t)view->all);
+    int status =
+        store_prepare(db, &row, "SELECT " COLUMNS " FROM cohort WHERE owner = ? AND name = ?", "tt",
+                      owner ? owner : "", name);
 
     if (status == STORE_OK) {
         status = store_step(db, row);
     }
     if (status == STORE_OK) {
-        store_column_id(row, 5, owner, STORE_OWNER_MAX);
         status = from_row(row, cohort);
     }
     sqlite3_finalize(row);
     return status;
 }
 
-int store_cohort_get_as(struct store *store, const struct store_view *view, const char *name,
+int store_cohort_get_as(struct store *store, const char *owner, const char *name,
                         struct store_cohort *cohort)
 {
-    char owner[STORE_OWNER_MAX];
     struct store_reader *reader = NULL;
     int status = store_reader_take(store, &reader);
 
@@ -102,9 +96,9 @@ int store_cohort_get_as(struct store *store, const struct store_view *view, cons
     /* One snapshot for the row and its members: the cohort may be deleted in between. */
     status = store_execute(reader->db, NULL, "BEGIN", "");
     if (status == STORE_OK) {
-        status = read_row(reader->db, view, name, owner, cohort);
+        status = read_row(reader->db, owner, name, cohort);
         if (status == STORE_OK) {
-            status = read_members(reader->db, owner, cohort);
+            status = read_members(reader->db, cohort);
         }
         (void)store_execute(reader->db, NULL, "COMMIT", "");
     }
@@ -117,7 +111,31 @@ int store_cohort_get_as(struct store *store, const struct store_view *view, cons
 
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort)
 {
-    return store_cohort_get_as(store, &everyone, name, cohort);
+    return store_cohort_get_as(store, "", name, cohort);
+}
+
+int store_cohort_owners(struct store *store, const char *name, char (*owners)[STORE_OWNER_MAX],
+                        size_t most, size_t *count)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *count = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           "SELECT owner FROM cohort WHERE name = ? ORDER BY owner", "t", name);
+    while (status == STORE_OK && (status = store_step(reader->db, row)) == STORE_OK) {
+        if (*count < most) {
+            store_column_id(row, 0, owners[*count], STORE_OWNER_MAX);
+        }
+        ++*count;
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
 struct put {
@@ -152,10 +170,9 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct put *put = write->argument;
     const struct store_cohort *cohort = put->cohort;
-    const struct store_view own = {.owner = cohort->view.owner};
-    char owner[STORE_OWNER_MAX];
+    const char *owner = cohort->view.owner ? cohort->view.owner : "";
     struct store_cohort held;
-    int status = read_row(db, &own, cohort->name, owner, &held);
+    int status = read_row(db, owner, cohort->name, &held);
 
     (void)store;
     put->created = false;
@@ -165,15 +182,14 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         store_cohort_clear(&held);
         return status;
     }
-    snprintf(owner, sizeof owner, "%s", own.owner ? own.owner : "");
     if (status == STORE_NOT_FOUND) {
         status = store_owner_limit(db, owner, cohort->bytes_max);
     }
     if (status == STORE_OK) {
-        status = store_execute(db, NULL,
-                               "INSERT INTO cohort (owner, " COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
-                               "ttttii", owner, cohort->name, cohort->record, cohort->digest,
-                               (int64_t)cohort->n_members, put->now);
+        status =
+            store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
+                          "tttiit", cohort->name, cohort->record, cohort->digest,
+                          (int64_t)cohort->n_members, put->now, owner);
     }
     for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
         status = add_member(db, cohort, owner, i);
@@ -202,36 +218,30 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
 }
 
 struct deletion {
-    const struct store_view *view;
-    const char *name;
+    const char *owner, *name;
 };
 
 static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
 {
     const struct deletion *deletion = write->argument;
-    char owner[STORE_OWNER_MAX];
-    struct store_cohort cohort;
-    int status = read_row(db, deletion->view, deletion->name, owner, &cohort);
+    size_t changed = 0;
+    int status = store_execute(db, &changed, "DELETE FROM cohort WHERE owner = ? AND name = ?",
+                               "tt", deletion->owner, deletion->name);
 
     (void)store;
-    if (status == STORE_OK) {
-        store_cohort_clear(&cohort);
-        status = store_execute(db, NULL, "DELETE FROM cohort WHERE owner = ? AND name = ?", "tt",
-                               owner, deletion->name);
-    }
-    return status;
+    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
 }
 
-int store_cohort_delete_as(struct store *store, const struct store_view *view, const char *name)
+int store_cohort_delete_as(struct store *store, const char *owner, const char *name)
 {
-    struct deletion deletion = {.view = view, .name = name};
+    struct deletion deletion = {.owner = owner ? owner : "", .name = name};
 
     return store_write_freeing(store, run_delete, &deletion);
 }
 
 int store_cohort_delete(struct store *store, const char *name)
 {
-    return store_cohort_delete_as(store, &everyone, name);
+    return store_cohort_delete_as(store, "", name);
 }
 
 struct list {

@@ -166,8 +166,9 @@ void store_surface_clear(struct store_surface *surface);
 
 struct store_cohort {
     char name[STORE_COHORT_NAME_MAX];
-    char *record;    /* JSON text, opaque here; the same content is the same text */
-    char digest[65]; /* SHA-256 of the record: set by put and get */
+    char owner[STORE_OWNER_MAX]; /* set by get and in lists */
+    char *record;                /* JSON text, opaque here; the same content is the same text */
+    char digest[65];             /* SHA-256 of the record: set by put and get */
     int64_t created_ms;
     size_t n_members;
     char (*members)[STORE_ID_MAX]; /* [n_members] mesh-... or surf-..., malloc; NULL in lists */
@@ -183,11 +184,13 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
                      size_t *missing);
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
 int store_cohort_delete(struct store *store, const char *name);
-/* Names are the owner's own. One who sees all gets the own cohort of that name, otherwise the
-   oldest of anyone; the functions above are for the owner "" who sees all. */
-int store_cohort_get_as(struct store *store, const struct store_view *view, const char *name,
+/* Names are each owner's own; the functions above are for the owner "". */
+int store_cohort_get_as(struct store *store, const char *owner, const char *name,
                         struct store_cohort *cohort);
-int store_cohort_delete_as(struct store *store, const struct store_view *view, const char *name);
+int store_cohort_delete_as(struct store *store, const char *owner, const char *name);
+/* Who has a cohort of that name: the first `most` of them by name, and how many there are. */
+int store_cohort_owners(struct store *store, const char *name, char (*owners)[STORE_OWNER_MAX],
+                        size_t most, size_t *count);
 
 /* ---- Models ---------------------------------------------------------------------------------- */
 

@@ -165,6 +165,35 @@ as "$BEN" request DELETE /v1/cohorts/group
 is "$STATUS" 204 'and deletes that'
 as "$ADA" get /v1/cohorts/group
 is "$STATUS" 200 'and no other'
+is "$(json .owner)" ada 'whose record says whose it is'
+# An admin sees all cohorts, and names the owner of one that is not the own.
+as "$BEN" post_json /v1/cohorts "{\"name\":\"group\",\"members\":[{\"id\":\"$ID\",\"label\":\"BEN\"}]}"
+as "$ROOT" get /v1/cohorts
+is "$(json '[.items[] | .owner + " " + .links.self] | sort | join(", ")')" \
+    'ada /v1/cohorts/group?owner=ada, ben /v1/cohorts/group?owner=ben' 'an admin sees whose cohorts there are'
+for method in GET DELETE; do
+    as "$ROOT" request $method /v1/cohorts/group
+    is_problem 409 owner-required "$method of a name that others have asks for the owner"
+    like "$(json .detail)" '"ada", "ben"' 'and tells who has one'
+    as "$ROOT" request $method '/v1/cohorts/group?owner=eve'
+    is_problem 404 no-such-cohort "$method of an owner's who has none"
+    as "$ADA" request $method '/v1/cohorts/group?owner=ben'
+    is_problem 404 no-such-cohort "$method of another's, as a user"
+done
+as "$ROOT" get '/v1/cohorts/group?owner=ben'
+is "$STATUS $(json .owner) $(json '.members[0].label')" '200 ben BEN' 'with the owner the admin gets that one'
+as "$ROOT" get '/v1/cohorts?owner=ada'
+is "$(json '[.items[].owner] | join(" ")')" ada 'and lists those of one owner'
+as "$ADA" get '/v1/cohorts?owner=ben'
+is_problem 403 forbidden 'which no user may'
+as "$ADA" get '/v1/cohorts?owner=ada'
+is "$STATUS $(json '.items | length')" '200 1' 'but for the own ones'
+as "$ROOT" execute distances '{"cohort":"group","register":false}'
+is_problem 409 owner-required 'an admin who computes with a name of several is asked, too'
+as "$ROOT" request DELETE '/v1/cohorts/group?owner=ben'
+is "$STATUS" 204 'an admin deletes what it names'
+as "$ADA" get '/v1/cohorts/group?owner=ada'
+is "$STATUS $(json .owner)" '200 ada' 'and the other stays'
 as "$ROOT" get /v1/jobs
 is "$(json '.items | length')" 2 'an admin sees all jobs'
 as "$EYE" get "/v1/surfaces/$SURFACE"

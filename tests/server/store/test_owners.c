@@ -336,14 +336,12 @@ static int put_cohort(struct store *store, const char *owner, bool all, const ch
 
 static void cohort_names_are_each_owners(void **state)
 {
-    const struct store_view ada = {.owner = "ada"}, ben = {.owner = "ben"};
-    const struct store_view eve = {.owner = "eve"}, root = {.owner = "root", .all = true};
     struct fixture *fixture = *state;
     struct store *store = fixture->store;
     unsigned char *bytes = fixture_bytes(10, 1);
     struct store_cohort cohort;
-    char id[STORE_ID_MAX];
-    size_t missing;
+    char id[STORE_ID_MAX], owners[1][STORE_OWNER_MAX];
+    size_t missing, count;
     bool created;
 
     store_content_id(id, "mesh-", bytes, 10);
@@ -353,21 +351,26 @@ static void cohort_names_are_each_owners(void **state)
     assert_int_equal(put_mesh(store, "ben", 0, "b", bytes, 10, &created), STORE_OK);
     assert_int_equal(put_cohort(store, "ben", false, "[2]", id, &missing), STORE_OK);
     assert_int_equal(put_cohort(store, "ben", false, "[3]", id, &missing), STORE_CONFLICT);
-    assert_int_equal(store_cohort_get_as(store, &ben, "group", &cohort), STORE_OK);
+    assert_int_equal(store_cohort_get_as(store, "ben", "group", &cohort), STORE_OK);
     assert_string_equal(cohort.record, "[2]");
     assert_string_equal(cohort.members[0], id);
+    assert_string_equal(cohort.owner, "ben");
     store_cohort_clear(&cohort);
-    assert_int_equal(store_cohort_get_as(store, &root, "group", &cohort), STORE_OK);
-    assert_string_equal(cohort.record, "[1]"); /* the oldest */
-    store_cohort_clear(&cohort);
+    assert_int_equal(store_cohort_get_as(store, "root", "group", &cohort), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_delete_as(store, "root", "group"), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_owners(store, "group", owners, 1, &count), STORE_OK);
+    assert_int_equal(count, 2);
+    assert_string_equal(owners[0], "ada");
+    assert_int_equal(store_cohort_owners(store, "none", owners, 1, &count), STORE_OK);
+    assert_int_equal(count, 0);
     assert_int_equal(put_cohort(store, "root", true, "[4]", id, &missing), STORE_OK);
-    assert_int_equal(store_cohort_get_as(store, &root, "group", &cohort), STORE_OK);
-    assert_string_equal(cohort.record, "[4]"); /* the own one */
+    assert_int_equal(store_cohort_get_as(store, "root", "group", &cohort), STORE_OK);
+    assert_string_equal(cohort.record, "[4]");
     store_cohort_clear(&cohort);
-    assert_int_equal(store_cohort_delete_as(store, &eve, "group"), STORE_NOT_FOUND);
-    assert_int_equal(store_cohort_delete_as(store, &ben, "group"), STORE_OK);
-    assert_int_equal(store_cohort_get_as(store, &ben, "group", &cohort), STORE_NOT_FOUND);
-    assert_int_equal(store_cohort_get_as(store, &ada, "group", &cohort), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(store, "eve", "group"), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_delete_as(store, "ben", "group"), STORE_OK);
+    assert_int_equal(store_cohort_get_as(store, "ben", "group", &cohort), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_get_as(store, "ada", "group", &cohort), STORE_OK);
     store_cohort_clear(&cohort);
     free(bytes);
 }
@@ -376,7 +379,6 @@ static void cohorts_count(void **state)
 {
     struct fixture *fixture = *state;
     struct store *store = fixture->store;
-    const struct store_view ada = {.owner = "ada"};
     unsigned char *bytes = fixture_bytes(10, 1);
     char id[STORE_ID_MAX], *text = calloc(1, 5001);
     size_t missing;
@@ -388,7 +390,7 @@ static void cohorts_count(void **state)
     held = bytes_of(store, "ada");
     assert_int_equal(put_cohort(store, "ada", false, "[1]", id, &missing), STORE_OK);
     assert_in_range(bytes_of(store, "ada"), held + 3, held + 3 + STORE_ROW_MOST);
-    assert_int_equal(store_cohort_delete_as(store, &ada, "group"), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(store, "ada", "group"), STORE_OK);
     assert_int_equal(bytes_of(store, "ada"), held);
     memset(text, 'x', 5000);
     assert_int_equal(put_cohort(store, "ada", false, text, id, &missing), STORE_QUOTA);
