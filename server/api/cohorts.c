@@ -8,8 +8,8 @@
  * instead of 201. A cohort does not change; another content under its name is 409. What it names
  * must exist, and stays as long as the cohort does.
  *
- * Names are each owner's own. An admin, who sees all, says whose is meant by ?owner= where it is not
- * the own one: nothing of another is given, or deleted, because it has the same name.
+ * Names are each owner's own. An admin, who sees all, says whose is meant by ?owner= where it is
+ * not the own one: nothing of another is given, or deleted, because it has the same name.
  */
 #include "api/cohorts.h"
 

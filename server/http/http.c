@@ -5,8 +5,8 @@
  * formed head.
  *
  * Stopping goes in this order: the front, and so no new connections; what waits for jobs is
- * answered with the job as it is; requests in progress get their grace, uploads the most of it; the pool ends, after which
- * no connection is suspended (libmicrohttpd aborts the process otherwise); then the daemon, and
+ * answered with the job as it is; requests in progress get their grace, uploads the most of it; the
+ * pool ends, after which no connection is suspended (libmicrohttpd aborts the process otherwise); then the daemon, and
  * with it the connections that are left.
  */
 #include "http/internal.h"
@@ -25,9 +25,8 @@
 #define CONNECTION_MEMORY \
     ((size_t)32 << 10) /* for a head within head.h's limits and ours; cleared for each request */
 #define THREADS_MAX 4  /* that are started without being asked for */
-#define UPLOAD_GRACE \
-    0.75 /* part of the grace after which uploads are told to stop, which they do within a second or \
-            two */
+/* Part of the grace after which uploads are told to stop, which they do in a second or two. */
+#define UPLOAD_GRACE 0.75
 #define CONNECTIONS_SPARE \
     128 /* beyond max_connections, to be answered 503 instead of left waiting */
 

@@ -130,8 +130,8 @@ static void nap(long ms)
     (void)nanosleep(&time, NULL);
 }
 
-/* Stays inside until the test says so, or it is told to stop; "/upload-X-again" finds no room unless
-   it is alone. */
+/* Stays inside until the test says so, or it is told to stop; "/upload-X-again" finds no room
+   unless it is alone. */
 static void handle_upload(const struct api_request *request, struct api_response *response)
 {
     int now = atomic_fetch_add(&fake.uploads, 1) + 1, most = atomic_load(&fake.most_uploads);
