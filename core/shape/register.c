@@ -4,7 +4,9 @@
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
  * d(b, a) to the last bit: both directions are searched, the lower objective is kept (the objective
  * itself is symmetric), and two swaps follow, in which the warp is inverted and optimised in the
- * other direction. The answer is the warp or its inverse.
+ * other direction. The answer is the warp or its inverse. Why the search ended is the worst reason
+ * of all these runs: one that was cut off might have ended lower than the one that is kept. (Swaps
+ * begin where there is little to gain: that one gained nothing tells nothing.)
  *
  * Fields are reported on the template's grid, from exact values; distance and objective as the
  * search
@@ -66,6 +68,12 @@ struct call {
     double *q1, *q2;         /* [3][n] of the template and of the moving surface as given */
     void *workspace;
 };
+
+enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
+                                                enum srnf_register_stop b)
+{
+    return a > b ? a : b;
+}
 
 static int call_create(struct call *c, const struct srnf_sht *sht, const double *template_surface,
                        const double *template_q, const double *moving)
@@ -174,7 +182,8 @@ struct pair {
     struct srnf_warp best; /* as found */
     size_t direction;      /* best has surface[direction] as its template */
     double objective, distance, gap;
-    enum srnf_register_stop stopped;
+    enum srnf_register_stop stopped; /* of the one that is kept */
+    enum srnf_register_stop worst;   /* of both ways */
     struct search_result info;
 };
 
@@ -228,6 +237,8 @@ static int search_pair(const struct call *c, struct pair *pair)
         join_ambiguities(&results[1 - best], &pair->info);
         pair->info.warp = (struct warp){0};
         pair->info.iterations = results[0].iterations + results[1].iterations;
+        pair->worst =
+            registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
         keep(pair, best, &results[best]);
     }
     search_result_clear(&results[0]);
@@ -254,6 +265,10 @@ static int swap_once(const struct call *c, struct pair *pair)
     }
     if (status == SRNF_OK) {
         pair->info.iterations += result.iterations;
+        if (result.warp.objective < pair->objective ||
+            result.warp.stopped == SRNF_REGISTER_MAX_ITERATIONS) {
+            pair->worst = registration_worse_stop(pair->worst, result.warp.stopped);
+        }
         if (result.warp.objective < pair->objective) {
             keep(pair, other, &result);
         }
@@ -310,7 +325,8 @@ static int symmetric_search(const struct call *c, const double *template_surface
         /* Measured once, for both directions. */
         result->warp.objective = pair.objective;
         result->distance = pair.distance;
-        result->warp.stopped = pair.stopped;
+        result->warp.stopped =
+            pair.stopped == SRNF_REGISTER_TOLERANCE ? pair.stopped : pair.worst;
         search_clear(&search);
     }
     srnf_warp_clear(&pair.best);

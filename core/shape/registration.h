@@ -251,6 +251,9 @@ SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_
 SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
 void search_result_clear(struct search_result *result);
+/* The reason that leaves more to be doubted, of two searches that are told of together. */
+enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
+                                                enum srnf_register_stop b);
 /* What register.h allows as degree and penalties. */
 SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
                                     struct srnf_error *error);

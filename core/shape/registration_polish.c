@@ -2,7 +2,8 @@
  * registration_polish.c - alternating right and left steps (theory: registration_exact.c).
  *
  * Each stage takes right steps, then left steps of one degree while a step at least halves what is
- * left or so; the next stage has finer fields. Steps are accepted as everywhere: the energy must
+ * left or so; the next stage has finer fields. Why it ends is told of the last stage, by the side
+ * that has more left to gain. Steps are accepted as everywhere: the energy must
  * fall, and the Jacobian of the step itself must be at least one half on the nodes.
  */
 #include "registration_exact.h"
@@ -349,7 +350,8 @@ static int advance(struct polish *p, const struct side *side, double *lambda, do
 }
 
 static int run_side(struct polish *p, const struct side *side, size_t degree,
-                    const struct srnf_context *context, size_t *iterations)
+                    const struct srnf_context *context, size_t *iterations,
+                    enum srnf_register_stop *stopped)
 {
     double lambda = LAMBDA_START;
     double gain = 1.0;
@@ -368,10 +370,9 @@ static int run_side(struct polish *p, const struct side *side, size_t degree,
         status = advance(p, side, &lambda, &gain);
         (*iterations)++;
     }
-    p->warp->stopped = p->warp->energy <= ENERGY_ZERO ? SRNF_REGISTER_TOLERANCE
-                       : gain > PROGRESS              ? SRNF_REGISTER_MAX_ITERATIONS
-                       : gain > 0.0                   ? SRNF_REGISTER_STATIONARY
-                                                      : SRNF_REGISTER_REFUSED;
+    *stopped = gain > PROGRESS ? SRNF_REGISTER_MAX_ITERATIONS
+               : gain > 0.0    ? SRNF_REGISTER_STATIONARY
+                               : SRNF_REGISTER_REFUSED;
     clear(p);
     return status;
 }
@@ -392,10 +393,14 @@ int registration_polish(const struct problem *problem, const struct srnf_sht *sh
     registration_objective(problem, warp, &p.samples, ignored);
     for (size_t k = 0; k < STAGES && status == SRNF_OK; k++) {
         size_t degree = stages[k] < most ? stages[k] : most;
+        enum srnf_register_stop stopped[2] = {SRNF_REGISTER_DIRECT, SRNF_REGISTER_DIRECT};
 
         for (size_t s = 0; s < 2 && status == SRNF_OK && warp->energy > ENERGY_ZERO; s++) {
-            status = run_side(&p, &sides[s], degree, context, iterations);
+            status = run_side(&p, &sides[s], degree, context, iterations, &stopped[s]);
         }
+        warp->stopped = warp->energy <= ENERGY_ZERO
+                            ? SRNF_REGISTER_TOLERANCE
+                            : registration_worse_stop(stopped[0], stopped[1]);
     }
     samples_clear(&p.samples);
     return status;

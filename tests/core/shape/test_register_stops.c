@@ -95,7 +95,56 @@ static void where_there_is_no_way_down_it_stops_at_once(void **state)
     srnf_free(larger);
 }
 
-/* The reason is that of the way that is kept. */
+static enum srnf_register_stop stop_of(const struct shapes_surface *a, const double *moving,
+                                       const struct srnf_register_options *options)
+{
+    struct srnf_registration r;
+    enum srnf_register_stop stopped;
+
+    registrations_run(a, NULL, moving, options, &r);
+    stopped = r.stopped;
+    srnf_registration_clear(&r);
+    return stopped;
+}
+
+/* Where one of the ways ran out of steps, both together did not converge, whichever is kept. */
+static void the_worse_of_both_ways_counts(void **state)
+{
+    struct pair *pair = *state;
+    struct srnf_register_options options = from_identity();
+    size_t differing = 0;
+
+    for (options.max_steps = 2; options.max_steps <= 12; options.max_steps++) {
+        bool there, back;
+
+        options.symmetric = false;
+        there = stop_of(&pair->a, pair->b.f, &options) == SRNF_REGISTER_MAX_ITERATIONS;
+        back = stop_of(&pair->b, pair->a.f, &options) == SRNF_REGISTER_MAX_ITERATIONS;
+        options.symmetric = true;
+        differing += there != back;
+        if (there || back) {
+            assert_int_equal(stop_of(&pair->a, pair->b.f, &options), SRNF_REGISTER_MAX_ITERATIONS);
+            assert_int_equal(stop_of(&pair->b, pair->a.f, &options), SRNF_REGISTER_MAX_ITERATIONS);
+        }
+    }
+    assert_true(differing > 0);
+}
+
+static void the_worse_reason_is_the_later_one(void **state)
+{
+    (void)state;
+    for (int a = 0; a < 5; a++) {
+        for (int b = 0; b < 5; b++) {
+            assert_int_equal(registration_worse_stop((enum srnf_register_stop)a,
+                                                     (enum srnf_register_stop)b),
+                             a > b ? a : b);
+        }
+    }
+    assert_true(SRNF_REGISTER_MAX_ITERATIONS > SRNF_REGISTER_REFUSED &&
+                SRNF_REGISTER_REFUSED > SRNF_REGISTER_STATIONARY &&
+                SRNF_REGISTER_STATIONARY > SRNF_REGISTER_TOLERANCE);
+}
+
 static void both_ways_have_a_reason(void **state)
 {
     struct pair *pair = *state;
@@ -196,10 +245,12 @@ int main(void)
         cmocka_unit_test_setup_teardown(each_reason_appears, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(where_there_is_no_way_down_it_stops_at_once, open_pair,
                                         close_pair),
+        cmocka_unit_test_setup_teardown(the_worse_of_both_ways_counts, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(both_ways_have_a_reason, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(fields_keep_to_their_degree, open_pair, close_pair),
         cmocka_unit_test_setup_teardown(ambiguity_is_known_where_rotations_were_searched, open_pair,
                                         close_pair),
+        cmocka_unit_test(the_worse_reason_is_the_later_one),
         cmocka_unit_test(names),
         cmocka_unit_test_setup_teardown(progress_of_both_ways_rises, open_pair, close_pair),
     };
