@@ -237,8 +237,7 @@ static int search_pair(const struct call *c, struct pair *pair)
         join_ambiguities(&results[1 - best], &pair->info);
         pair->info.warp = (struct warp){0};
         pair->info.iterations = results[0].iterations + results[1].iterations;
-        pair->worst =
-            registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
+        pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
         keep(pair, best, &results[best]);
     }
     search_result_clear(&results[0]);
@@ -325,8 +324,7 @@ static int symmetric_search(const struct call *c, const double *template_surface
         /* Measured once, for both directions. */
         result->warp.objective = pair.objective;
         result->distance = pair.distance;
-        result->warp.stopped =
-            pair.stopped == SRNF_REGISTER_TOLERANCE ? pair.stopped : pair.worst;
+        result->warp.stopped = pair.stopped == SRNF_REGISTER_TOLERANCE ? pair.stopped : pair.worst;
         search_clear(&search);
     }
     srnf_warp_clear(&pair.best);

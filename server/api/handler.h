@@ -36,6 +36,8 @@ struct api_work {
     size_t surfaces, meshes; /* meshes are to be encoded */
     int64_t faces;           /* of these meshes together */
     long degree;             /* the highest of the surfaces and models */
+    size_t bridges;          /* surfaces whose meshes are encoded again if they are registered */
+    int64_t bridged_faces;   /* of these meshes together */
 };
 
 struct api_call {

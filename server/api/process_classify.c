@@ -14,6 +14,7 @@
 #include "api/handedness.h"
 #include "api/permutation_test.h"
 #include "api/process_group.h"
+#include "api/process_routes.h"
 #include "api/registration_options.h"
 #include "api/typicality.h"
 #include "api/warnings.h"
@@ -369,7 +370,7 @@ static json_t *method_json(const struct srnf_classification *r,
 
 static json_t *results_json(struct jobs_run *run, const json_t *inputs,
                             const struct compute_classify_inputs *typed,
-                            const struct classes *classes,
+                            const struct classes *classes, const char *const *ids,
                             const struct srnf_classification *results,
                             const struct srnf_folds_typicality *typicality)
 {
@@ -395,6 +396,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     (void)json_object_set_new(document, "majorityRate", json_real(results[0].majority));
     permutation_set_test(document, &results[0].test);
     permutation_warn(warnings_of(document), &results[0].test);
+    routes_set_bridged(document, typed->group->n, ids, typed->group->bridged);
     group_warn_duplicates(run, document, cohort, cohort,
                           (const char(*)[STORE_ID_MAX])typed->group->contents);
     (void)json_object_set_new(document, "classes", order);
@@ -470,6 +472,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     struct classes classes = {0};
     const char **ids = NULL;
     const struct compute_mirrored mirrored = group_mirrored(inputs);
+    struct compute_origin *origins = NULL;
     double *found = NULL;
     bool with_size, ready;
     size_t n, missing;
@@ -481,11 +484,12 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     typed_inputs(inputs, methods, &typed);
     with_size = is_choice(inputs, "scale", "shape-and-size");
     ids = group_ids(cohort, &n);
-    if (!ids || !classes_find(cohort, &classes, &missing)) {
+    origins = ids ? routes_bridges(run, inputs, n, ids) : NULL;
+    if (!origins || !classes_find(cohort, &classes, &missing)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    if (compute_group_load(run, n, ids, &mirrored,
+    if (compute_group_load(run, n, ids, &mirrored, origins,
                            (size_t)json_integer_value(json_object_get(inputs, "lmax")), SHARE,
                            &group, result)) {
         goto out;
@@ -501,7 +505,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     if (!ready) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the sizes");
     } else if (compute_classify(run, &typed, results, typicality, result) == 0) {
-        process_finish(run, results_json(run, inputs, &typed, &classes, results, typicality),
+        process_finish(run, results_json(run, inputs, &typed, &classes, ids, results, typicality),
                        inputs, result);
     }
 out:
@@ -511,6 +515,7 @@ out:
     }
     compute_group_clear(&group);
     classes_clear(&classes);
+    srnf_free(origins);
     srnf_free(found);
     srnf_free(ids);
     json_decref(inputs);

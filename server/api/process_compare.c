@@ -377,7 +377,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     typed.options.permutations =
         (size_t)json_integer_value(json_object_get(inputs, "permutations"));
     typed.options.seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
-    if (!mean_inputs(inputs, n, ids, &typed.mean, &registration, result)) {
+    if (!mean_inputs(run, inputs, n, ids, &typed.mean, &registration, result)) {
         goto out;
     }
     if (!read_design(cohort, &typed, &design)) {
@@ -406,6 +406,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         process_finish(run, document, inputs, result);
     }
 out:
+    srnf_free(typed.mean.origins);
     srnf_free(design.subjects);
     store_maps_clear(&maps);
     srnf_comparison_clear(&comparison);

@@ -74,16 +74,18 @@ static bool read_handedness(struct jobs_run *run, const json_t *inputs, struct g
                             json_object_get(inputs, "cohort"), sides);
 }
 
-static json_t *result_document(struct jobs_run *run, const json_t *inputs, size_t n,
-                               const double *matrix, size_t degree,
+static json_t *result_document(struct jobs_run *run, const json_t *inputs, const char *const *ids,
+                               const struct compute_distances_outputs *outputs,
                                const struct compute_handedness *handedness)
 {
+    size_t n = outputs->group.n;
     const size_t shape[2] = {n, n};
     json_t *document = json_object(), *labels = group_labels(run, inputs);
 
     (void)json_object_set_new(document, "labels", labels);
-    (void)json_object_set_new(document, "matrix", json_nested(matrix, 2, shape));
-    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)degree));
+    (void)json_object_set_new(document, "matrix", json_nested(outputs->matrix, 2, shape));
+    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)outputs->group.degree));
+    routes_set_bridged(document, n, ids, outputs->group.bridged);
     warnings_put(document, handedness_of_trials(labels, handedness));
     return document;
 }
@@ -94,43 +96,39 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     struct compute_handedness handedness;
     struct group_sides sides;
     struct srnf_register_options options = registration_pair_defaults(false);
-    const struct srnf_register_options *registration;
-    enum srnf_metric metric;
-    const char **ids = NULL;
+    struct compute_distances_inputs typed = {.metric = SRNF_METRIC_SRNF};
+    struct compute_distances_outputs outputs = {.matrix = NULL};
     struct compute_origin *origins = NULL;
-    double *matrix = NULL;
-    size_t n, degree = 0;
+    const char **ids = NULL;
 
     (void)api;
     if (!inputs) {
         return;
     }
-    registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
-    metric = metric_of(inputs);
-    ids = group_ids(inputs, &n);
-    if (!read_handedness(run, inputs, &sides, &handedness) || !ids) {
+    ids = group_ids(inputs, &typed.n);
+    if (!read_handedness(run, inputs, &sides, &handedness) || !ids ||
+        !(origins = routes_bridges(run, inputs, typed.n, ids))) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
-    origins = routes_origins(run, n, ids);
-    if (!origins) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+    typed.registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
+    typed.metric = metric_of(inputs);
+    typed.ids = ids;
+    typed.origins = origins;
+    if (compute_distances(run, &typed, &handedness, &outputs, result) ||
+        !process_finite(typed.n * typed.n, outputs.matrix, "the distances", result)) {
         goto out;
     }
-    if (compute_distances(run, metric, n, ids, origins, registration, &handedness, &matrix, &degree,
-                          result) ||
-        !process_finite(n * n, matrix, "the distances", result)) {
-        goto out;
-    }
-    document = result_document(run, inputs, n, matrix, degree, &handedness);
+    document = result_document(run, inputs, ids, &outputs, &handedness);
     /* harmonic and icp turn surfaces, and warp nothing */
-    (void)json_object_set_new(document, "registration",
-                              registration_json(metric <= SRNF_METRIC_SRM ? registration : NULL));
+    (void)json_object_set_new(
+        document, "registration",
+        registration_json(typed.metric <= SRNF_METRIC_SRM ? typed.registration : NULL));
     group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"), NULL);
     process_finish(run, document, inputs, result);
 out:
     group_sides_clear(&sides);
-    srnf_free(matrix);
+    compute_distances_clear(&outputs);
     srnf_free(ids);
     srnf_free(origins);
     json_decref(inputs);

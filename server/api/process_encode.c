@@ -150,6 +150,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_in
         .star = process_star_json(&encoded->star),
         .origin = encoded->origin,
         .mirrored = typed->mirror,
+        .smoothing = &typed->options.smoothing,
         .warnings = process_doubts(run),
     };
     json_t *record;

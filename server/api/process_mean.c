@@ -123,7 +123,7 @@ static bool subjects_repeat(const json_t *inputs)
     return repeat;
 }
 
-bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
+bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result)
 {
@@ -144,21 +144,22 @@ bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
     }
-    if (!ids) {
+    typed->origins = ids ? routes_bridges(run, inputs, n, ids) : NULL;
+    if (!typed->origins) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
-    return ids != NULL;
+    return typed->origins != NULL;
 }
 
 /* The same with the ids of the group, to be freed with srnf_free. */
-static bool typed_inputs(const json_t *inputs, struct compute_mean_inputs *typed,
-                         struct srnf_register_options *options, const char ***ids,
-                         struct jobs_result *result)
+static bool typed_inputs(struct jobs_run *run, const json_t *inputs,
+                         struct compute_mean_inputs *typed, struct srnf_register_options *options,
+                         const char ***ids, struct jobs_result *result)
 {
     size_t n = 0;
 
     *ids = group_ids(inputs, &n);
-    return mean_inputs(inputs, n, *ids, typed, options, result);
+    return mean_inputs(run, inputs, n, *ids, typed, options, result);
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */
@@ -174,7 +175,7 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
         .coefficients = outputs->mean.coefficients,
         .measures = &outputs->measures,
         .parameterization = "inherited",
-        .route = routes_common(run, typed->n, typed->ids, NULL),
+        .route = routes_of_group(run, typed->n, typed->ids, outputs->group.bridged),
         .source = process_source(run, process, NULL, NULL),
         .maps = maps,
     };
@@ -213,6 +214,7 @@ void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
     (void)json_object_set_new(document, "relativeEnergy", json_finite(mean->relative_energy));
     (void)json_object_set_new(document, "seconds", json_finite(outputs->seconds));
     (void)json_object_set_new(document, "registration", registration_json(typed->registration));
+    routes_set_bridged(document, typed->n, typed->ids, outputs->group.bridged);
 }
 
 /* What the results of mean and pca tell beside. */
@@ -259,7 +261,7 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
     if (!inputs) {
         return;
     }
-    if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
+    if (!typed_inputs(run, inputs, &typed, &options, &ids, result) ||
         compute_mean(run, &typed, &outputs, result)) {
         goto out;
     }
@@ -273,6 +275,7 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
     }
 out:
     compute_mean_clear(&outputs);
+    srnf_free(typed.origins);
     srnf_free(ids);
     json_decref(inputs);
 }
@@ -406,7 +409,7 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
     if (!inputs) {
         return;
     }
-    if (!typed_inputs(inputs, &typed, &options, &ids, result) ||
+    if (!typed_inputs(run, inputs, &typed, &options, &ids, result) ||
         compute_pca(run, &typed, &outputs, result) || !model_sound(&outputs, result)) {
         goto out;
     }
@@ -423,6 +426,7 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
     }
 out:
     compute_mean_clear(&outputs);
+    srnf_free(typed.origins);
     srnf_free(ids);
     json_decref(inputs);
 }

@@ -14,9 +14,10 @@ void inputs_mean_options(struct process_inputs *inputs);
    of each surface. n 0: the group had a problem. */
 void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, size_t copies);
 
-/* Fills typed from canonical inputs, and options, which it borrows like ids. False with the problem
-   set where ids is NULL, for want of memory. */
-bool mean_inputs(const json_t *inputs, size_t n, const char *const *ids,
+/* Fills typed from canonical inputs, and options, which it borrows like ids; origins are the
+   caller's to free in any case. False with the problem set for want of memory, also where ids is
+   NULL. */
+bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result);
 
@@ -26,7 +27,8 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
                           const struct compute_mean_outputs *outputs, const struct store_maps *maps,
                           struct jobs_result *result);
 
-/* iterations, converged, history, relativeEnergy, seconds and registration of the result. */
+/* iterations, converged, history, relativeEnergy, seconds, registration, bridged and
+   bridgedSurfaces of the result. */
 void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
                       const struct compute_mean_outputs *outputs);
 

@@ -191,7 +191,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
                               struct srnf_quality_options *options, struct jobs_result *result)
 {
     const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
-    struct compute_mean_inputs typed;
+    struct compute_mean_inputs typed = {0};
     struct compute_mean_outputs mean = {0};
     struct srnf_register_options registration;
     struct srnf_quality quality = {0};
@@ -199,7 +199,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
     size_t n = 0, *numbers = NULL;
     const char **ids = group_ids(inputs, &n);
 
-    if (mean_inputs(inputs, n, ids, &typed, &registration, result) &&
+    if (mean_inputs(run, inputs, n, ids, &typed, &registration, result) &&
         set_subjects(subjects, n, options, &numbers, result) &&
         compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
         document = quality_json(&quality);
@@ -212,6 +212,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);
+    srnf_free(typed.origins);
     srnf_free(numbers);
     srnf_free(ids);
     return document;

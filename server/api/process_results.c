@@ -35,18 +35,21 @@ json_t *process_doubts(struct jobs_run *run)
 
     for (size_t i = 0; i < count; i++) {
         const struct srnf_judgement *j = &doubts[i].judgement;
+        const char *surface = doubts[i].surface;
 
         warning_add(
             warnings, "encoding-poor",
-            json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "mesh", doubts[i].mesh, "lmax",
-                      (json_int_t)doubts[i].degree, "fit", json_finite(j->fit), "volume",
-                      json_finite(j->volume), "area", json_finite(j->area), "energy",
-                      json_finite(j->energy)),
-            "The surface of %s at degree %zu is %.3g %% of the diagonal from it (root mean "
+            json_pack("{s:s, s:s*, s:I, s:o, s:o, s:o, s:o}", "mesh", doubts[i].mesh, "standsFor",
+                      surface[0] ? surface : NULL, "lmax", (json_int_t)doubts[i].degree, "fit",
+                      json_finite(j->fit), "volume", json_finite(j->volume), "area",
+                      json_finite(j->area), "energy", json_finite(j->energy)),
+            "%s%sThe surface of %s at degree %zu%s is %.3g %% of the diagonal from it (root mean "
             "square), "
             "with %.3g times its volume and %.3g times its area, and the map to the sphere has an "
             "energy of %.3g (4 is least). A higher lmax or another parameterization may do better.",
-            doubts[i].mesh, doubts[i].degree, 100.0 * j->fit, j->volume, j->area, j->energy);
+            surface, surface[0] ? " is compared through its mesh by area. " : "", doubts[i].mesh,
+            doubts[i].degree, surface[0] ? " by area" : "", 100.0 * j->fit, j->volume, j->area,
+            j->energy);
     }
     return warnings;
 }

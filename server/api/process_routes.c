@@ -18,10 +18,12 @@
 static const char *const names[] = {"star", "area", "given"};
 #define KNOWN (sizeof names / sizeof names[0])
 #define UNKNOWN KNOWN
+enum { STAR, AREA };
 
 struct tally {
     size_t n[KNOWN + 1];
     const char *first[KNOWN + 1][NAMED_MAX]; /* borrowed from the inputs */
+    const json_t *bridged;                   /* ids of members that go by area; or NULL */
 };
 
 /* ---- Of one surface -------------------------------------------------------------------------- */
@@ -119,6 +121,16 @@ static void count_one(struct tally *tally, const char *route, const char *id)
     tally->n[i]++;
 }
 
+static bool is_among(const json_t *ids, const char *id)
+{
+    for (size_t i = 0; i < json_array_size(ids); i++) {
+        if (strcmp(json_string_value(json_array_get(ids, i)), id) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void count_all(struct tally *tally, struct store *store, const char *owner,
                       const json_t *ids, const char *of_mesh)
 {
@@ -126,7 +138,10 @@ static void count_all(struct tally *tally, struct store *store, const char *owne
         const char *id = json_string_value(json_array_get(ids, i));
 
         if (id) {
-            count_one(tally, find_route(store, owner, id, of_mesh), id);
+            count_one(tally,
+                      is_among(tally->bridged, id) ? names[AREA]
+                                                   : find_route(store, owner, id, of_mesh),
+                      id);
         }
     }
 }
@@ -169,13 +184,17 @@ static void describe(const struct tally *tally, char *text, size_t size)
     }
 }
 
-const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids,
-                          const char *of_mesh)
+/* bridged may be NULL. */
+static const char *find_common(struct jobs_run *run, size_t n, const char *const *ids,
+                               const char *of_mesh, const bool *bridged)
 {
     const char *common = NULL;
 
     for (size_t i = 0; i < n; i++) {
-        const char *route = find_route(jobs_run_store(run), jobs_run_owner(run), ids[i], of_mesh);
+        const char *route =
+            bridged && bridged[i]
+                ? names[AREA]
+                : find_route(jobs_run_store(run), jobs_run_owner(run), ids[i], of_mesh);
 
         if (!route || (i > 0 && route != common)) {
             return NULL;
@@ -185,16 +204,172 @@ const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids
     return common;
 }
 
+const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids,
+                          const char *of_mesh)
+{
+    return find_common(run, n, ids, of_mesh, NULL);
+}
+
+const char *routes_of_group(struct jobs_run *run, size_t n, const char *const *ids,
+                            const bool *bridged)
+{
+    return find_common(run, n, ids, NULL, bridged);
+}
+
+/* ---- Origins --------------------------------------------------------------------------------- */
+
+/* The smoothing that encode was asked for: in the record, or, where that is of an older time, in
+   the inputs of the job. False where neither tells. */
+static bool read_smoothing(struct store *store, const json_t *record, double *smoothing)
+{
+    const char *id = json_string_value(json_object_get(json_object_get(record, "source"), "job"));
+    const json_t *value = json_object_get(record, "smoothing");
+    struct store_job job = {.inputs = NULL};
+    json_t *inputs = NULL;
+    bool known;
+
+    if (!value && id && process_read(store_job_get(store, id, &job))) {
+        inputs = json_loads(job.inputs ? job.inputs : "{}", 0, NULL);
+        value = json_object_get(inputs, "smoothing");
+    }
+    known = json_is_number(value);
+    *smoothing = known ? json_number_value(value) : 0.0;
+    json_decref(inputs);
+    store_job_clear(&job);
+    return known;
+}
+
+/* What encode wrote down of a surface. */
+static void read_origin(struct store *store, const char *id, const json_t *record,
+                        struct compute_origin *origin)
+{
+    const json_t *source = json_object_get(record, "source");
+    const char *process = json_string_value(json_object_get(source, "process"));
+    const char *mesh = json_string_value(json_object_get(source, "mesh"));
+    const char *route = json_string_value(json_object_get(record, "parameterization"));
+    const json_t *center = json_object_get(json_object_get(record, "starShaped"), "center");
+    bool star = route && strcmp(route, names[STAR]) == 0;
+
+    if (!process || strcmp(process, "encode") != 0 || !mesh || strlen(mesh) >= STORE_ID_MAX ||
+        (star ? json_array_size(center) != 3 : !route || strcmp(route, names[AREA]) != 0) ||
+        !read_smoothing(store, record, &origin->smoothing)) {
+        return;
+    }
+    origin->route = star ? SRNF_PARAMETERIZATION_STAR : SRNF_PARAMETERIZATION_AREA;
+    for (size_t k = 0; star && k < 3; k++) {
+        origin->center[k] = json_number_value(json_array_get(center, k));
+    }
+    origin->mirrored = json_is_true(json_object_get(record, "mirrored"));
+    /* The unit of the mesh is scale 1: the root of an area is that by the rarest of chances. */
+    origin->unit_area = json_number_value(json_object_get(record, "scale")) != 1.0;
+    (void)snprintf(origin->surface, sizeof origin->surface, "%s", id);
+    memcpy(origin->mesh, mesh, strlen(mesh) + 1);
+}
+
+static void find_origin(struct store *store, const char *owner, const char *id,
+                        struct compute_origin *origin)
+{
+    struct srnf_encode_options options = srnf_encode_options_defaults();
+    struct store_surface surface = {0};
+    json_t *record = NULL;
+
+    *origin = (struct compute_origin){.mesh = "", .unit_area = true};
+    if (compute_is_mesh(id)) {
+        (void)snprintf(origin->mesh, sizeof origin->mesh, "%s", id);
+        origin->route = srnf_encode_route(&options);
+        return;
+    }
+    if (process_read(store_surface_get_as(store, owner, id, false, &surface))) {
+        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        read_origin(store, id, record, origin);
+    }
+    json_decref(record);
+    store_surface_clear(&surface);
+}
+
+void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin)
+{
+    find_origin(jobs_run_store(run), jobs_run_owner(run), id, origin);
+}
+
+/* ---- Bridges --------------------------------------------------------------------------------- */
+
+/* Star leads to area, where there is somebody. */
+static bool is_bridged(const struct tally *tally)
+{
+    return tally->n[STAR] > 0 && tally->n[AREA] > 0;
+}
+
+static bool find_bridge(struct store *store, const char *owner, const char *id,
+                        struct compute_origin *origin)
+{
+    find_origin(store, owner, id, origin);
+    if (origin->mesh[0] && origin->surface[0] && origin->route == SRNF_PARAMETERIZATION_STAR) {
+        return true;
+    }
+    *origin = (struct compute_origin){.mesh = ""};
+    return false;
+}
+
+/* Encodings that bridge the routes are work of the job. */
+static void note_bridges(struct process_inputs *inputs, const struct tally *tally,
+                         const json_t *surfaces)
+{
+    struct store *store = inputs->call->api->config.store;
+    struct api_work *work = &inputs->call->work;
+    struct compute_origin origin;
+
+    for (size_t i = 0; is_bridged(tally) && i < json_array_size(surfaces); i++) {
+        const char *id = json_string_value(json_array_get(surfaces, i));
+        struct store_mesh mesh = {0};
+
+        if (find_bridge(store, call_view(inputs->call).owner, id ? id : "", &origin)) {
+            work->bridges++;
+            if (store_mesh_get(store, origin.mesh, &mesh) == STORE_OK) {
+                work->bridged_faces += mesh.faces;
+            }
+            store_mesh_clear(&mesh);
+        }
+    }
+}
+
+struct compute_origin *routes_bridges(struct jobs_run *run, const json_t *inputs, size_t n,
+                                      const char *const *ids)
+{
+    struct compute_origin *origins = srnf_alloc(n ? n : 1, sizeof *origins);
+    struct store *store = jobs_run_store(run);
+    struct tally tally = {.bridged = NULL};
+
+    if (!origins || !json_is_true(json_object_get(inputs, "mixedRoutes")) ||
+        json_is_false(json_object_get(inputs, "register"))) {
+        return origins;
+    }
+    for (size_t i = 0; i < n; i++) {
+        count_one(&tally, find_route(store, jobs_run_owner(run), ids[i], NULL), ids[i]);
+    }
+    for (size_t i = 0; is_bridged(&tally) && i < n; i++) {
+        (void)find_bridge(store, jobs_run_owner(run), ids[i], &origins[i]);
+    }
+    return origins;
+}
+
+/* ---- In inputs ------------------------------------------------------------------------------- */
+
 bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces)
 {
     struct store_view view = call_view(inputs->call);
-    struct tally tally = {{0}, {{NULL}}};
+    struct tally tally = {.bridged = NULL};
+    bool mixed = inputs_boolean(inputs, "mixedRoutes", false);
     char members[320];
 
-    if (inputs_boolean(inputs, "mixedRoutes", false) || inputs->list->errors || inputs->answered) {
+    if (inputs->list->errors || inputs->answered) {
         return !inputs->answered;
     }
     count_all(&tally, inputs->call->api->config.store, view.owner, surfaces, NULL);
+    if (mixed) {
+        note_bridges(inputs, &tally, surfaces);
+        return true;
+    }
     if (kinds(&tally, KNOWN) < 2) {
         return true;
     }
@@ -207,62 +382,20 @@ bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces)
     return false;
 }
 
-/* ---- Origins --------------------------------------------------------------------------------- */
-
-/* What encode wrote down of a surface; mirrored ones are those of another mesh. */
-static void read_origin(const json_t *record, struct compute_origin *origin)
-{
-    const json_t *source = json_object_get(record, "source");
-    const char *process = json_string_value(json_object_get(source, "process"));
-    const char *mesh = json_string_value(json_object_get(source, "mesh"));
-    const char *route = json_string_value(json_object_get(record, "parameterization"));
-    const json_t *center = json_object_get(json_object_get(record, "starShaped"), "center");
-    bool star = route && strcmp(route, "star") == 0;
-
-    if (!process || strcmp(process, "encode") != 0 || !mesh || strlen(mesh) >= STORE_ID_MAX ||
-        json_is_true(json_object_get(record, "mirrored")) ||
-        (star ? json_array_size(center) != 3 : !route || strcmp(route, "area") != 0)) {
-        return;
-    }
-    origin->route = star ? SRNF_PARAMETERIZATION_STAR : SRNF_PARAMETERIZATION_AREA;
-    for (size_t k = 0; star && k < 3; k++) {
-        origin->center[k] = json_number_value(json_array_get(center, k));
-    }
-    memcpy(origin->mesh, mesh, strlen(mesh) + 1);
-}
-
-void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin)
-{
-    struct srnf_encode_options options = srnf_encode_options_defaults();
-    struct store_surface surface = {0};
-    json_t *record = NULL;
-
-    *origin = (struct compute_origin){.mesh = ""};
-    if (compute_is_mesh(id)) {
-        (void)snprintf(origin->mesh, sizeof origin->mesh, "%s", id);
-        origin->route = srnf_encode_route(&options);
-        return;
-    }
-    if (process_read(
-            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
-        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
-        read_origin(record, origin);
-    }
-    json_decref(record);
-    store_surface_clear(&surface);
-}
-
-struct compute_origin *routes_origins(struct jobs_run *run, size_t n, const char *const *ids)
-{
-    struct compute_origin *origins = srnf_alloc(n ? n : 1, sizeof *origins);
-
-    for (size_t i = 0; origins && i < n; i++) {
-        routes_origin(run, ids[i], &origins[i]);
-    }
-    return origins;
-}
-
 /* ---- In results ------------------------------------------------------------------------------ */
+
+void routes_set_bridged(json_t *document, size_t n, const char *const *ids, const bool *bridged)
+{
+    json_t *surfaces = json_array();
+
+    for (size_t i = 0; i < n; i++) {
+        if (bridged[i]) {
+            (void)json_array_append_new(surfaces, json_string(ids[i]));
+        }
+    }
+    (void)json_object_set_new(document, "bridged", json_boolean(json_array_size(surfaces) > 0));
+    (void)json_object_set_new(document, "bridgedSurfaces", surfaces);
+}
 
 static void count_inputs(struct tally *tally, struct jobs_run *run, const json_t *inputs)
 {
@@ -293,11 +426,12 @@ static void count_inputs(struct tally *tally, struct jobs_run *run, const json_t
 
 void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
 {
-    struct tally tally = {{0}, {{NULL}}};
+    struct tally tally = {.bridged = NULL};
     char members[320];
     json_t *figures;
 
-    if (json_is_true(json_object_get(document, "bridged"))) {
+    tally.bridged = json_object_get(document, "bridgedSurfaces");
+    if (!tally.bridged && json_is_true(json_object_get(document, "bridged"))) {
         return;
     }
     count_inputs(&tally, run, inputs);
@@ -310,6 +444,8 @@ void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
         (void)json_object_set_new(figures, i < KNOWN ? names[i] : "unknown",
                                   json_integer((json_int_t)tally.n[i]));
     }
+    (void)json_object_set_new(figures, "bridged",
+                              json_integer((json_int_t)json_array_size(tally.bridged)));
     warning_add(json_object_get(document, "warnings"), "mixed-routes", figures,
                 "What is compared came to its sphere by different routes: %s. The distances hold "
                 "the difference of the routes too: encode all meshes with one parameterization.",

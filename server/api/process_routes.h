@@ -8,9 +8,10 @@
  * what a process makes has the route that all it was made of share. Of coefficients that were sent
  * in, and of what was made of two routes, nothing is known.
  *
- * A group whose members are known to differ is refused unless the input mixedRoutes allows it;
- * then, where nothing is known of some members, and where a pair differs, the result has the
- * warning mixed-routes.
+ * A group whose members are known to differ is refused unless the input mixedRoutes allows it.
+ * Then, where the group is registered, members by star beside others by area are bridged: compared
+ * by the encodings of their meshes by area (jobs/compute_bridge.h). What differs all the same, or
+ * is not known, in a group or a pair, has the warning mixed-routes.
  */
 #ifndef SRNFD_API_PROCESS_ROUTES_H
 #define SRNFD_API_PROCESS_ROUTES_H
@@ -34,11 +35,20 @@ bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces);
 /* Where the surface or mesh comes from: known of meshes, which go by the default route, and of what
    encode made by star or area. */
 void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin);
-/* Of several: [n], srnf_free; NULL without memory. */
-struct compute_origin *routes_origins(struct jobs_run *run, size_t n, const char *const *ids);
+/* The members of a group that are to be bridged, for compute_group_load: [n], srnf_free; NULL
+   without memory. inputs: the canonical ones, which say whether routes may mix, and whether the
+   group is registered. */
+struct compute_origin *routes_bridges(struct jobs_run *run, const json_t *inputs, size_t n,
+                                      const char *const *ids);
+/* The route that all members have as they were computed with; otherwise as routes_common. */
+const char *routes_of_group(struct jobs_run *run, size_t n, const char *const *ids,
+                            const bool *bridged);
+/* Tells which members of a group were bridged: bridged and bridgedSurfaces. */
+void routes_set_bridged(json_t *document, size_t n, const char *const *ids, const bool *bridged);
 
-/* Adds the warning to the document's warnings where what the inputs name differs, unless its member
-   bridged is true: registration then went through the meshes (jobs/compute_bridge.h). */
+/* Adds the warning to the document's warnings where what the inputs name differs. What stands in
+   bridgedSurfaces of the document is by area; a pair with bridged true was registered through its
+   meshes. */
 void routes_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
 
 #endif

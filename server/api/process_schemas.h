@@ -31,6 +31,15 @@
     "routes from meshes that are known and were registered through the encodings of those by "    \
     "area.\"},"
 
+/* The same of a group. */
+#define BRIDGED_GROUP                                                                             \
+    "\"bridged\":{\"type\":\"boolean\",\"description\":\"Whether registered members by star, "    \
+    "beside others by area, were compared by the encodings of their meshes by area.\"},"          \
+    "\"bridgedSurfaces\":{\"type\":\"array\",\"items\":{\"type\":\"string\"},\"description\":"    \
+    "\"Their ids: surfaces that encode made by star, of meshes that are known. Each was encoded " \
+    "again by area, at its degree and with its other options, and the numbers are those of a "    \
+    "group by area.\"},"
+
 /* The last members of every result, after its inputs. */
 #define LAST_OUTPUTS                                                                            \
     "\"warnings\":{\"type\":\"array\",\"items\":{\"type\":\"object\",\"required\":["            \
@@ -51,8 +60,10 @@
 /* Of every process on a group. */
 #define MIXED_ROUTES_INPUT                                                                        \
     "\"mixedRoutes\":{\"type\":\"boolean\",\"default\":false,\"description\":\"Compare surfaces " \
-    "that came to their sphere by different routes (star, area, given), with a warning; "         \
-    "otherwise they are refused with mixed-routes.\"}"
+    "that came to their sphere by different routes (star, area, given); otherwise they are "      \
+    "refused with mixed-routes. Registered, those that encode made by star beside others by "     \
+    "area are encoded again by area (bridgedSurfaces); of what differs all the same the result "  \
+    "has the warning mixed-routes.\"}"
 
 /* How the mean of a group is computed, but for the method. */
 #define MEAN_INPUTS                                                                               \

@@ -76,6 +76,7 @@ const char classify_outputs_schema[] = OUTPUTS_OPENING
     "all of them were taken, each once, since there were no more than asked for; null: no "
     "test.\"},\"classes\":{\"type\":\"array\",\"items\":{"
     "\"type\":\"string\"},\"description\":\"The labels, in the order in which they first "
-    "appear.\"},\"lmax\":{\"type\":\"integer\"},\"registration\":{\"type\":\"object\","
+    "appear.\"},\"lmax\":{\"type\":\"integer\"}," BRIDGED_GROUP
+    "\"registration\":{\"type\":\"object\","
     "\"description\":\"Of the methods that register: degree, penalty and all other "
     "options.\"}," MADE_BY;

@@ -52,7 +52,8 @@
     "\"description\":\"Of each surface from the mean SRNF.\"},"                                \
     "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost "       \
     "of the mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\","       \
-    "\"null\"],\"description\":\"Of the iterations, over all attempts.\"}," REGISTRATION MADE_BY
+    "\"null\"],\"description\":\"Of the iterations, over all attempts.\"}," BRIDGED_GROUP      \
+        REGISTRATION MADE_BY
 
 /* ---- Schemas --------------------------------------------------------------------------------- */
 
@@ -137,7 +138,8 @@ const char register_outputs_schema[] = OUTPUTS_OPENING
     "maxIterations: the steps ran out (warning "
     "registration-not-converged).\"},\"stopped\":{\"enum\":[\"direct\",\"tolerance\","
     "\"stationary\",\"stepRefused\",\"maxIterations\"],\"description\":\"Why "
-    "the search ended, at its highest degree. direct: there was none, nothing was warped "
+    "the search ended, at its highest degree; of both ways, where symmetric, the worse reason. "
+    "direct: there was none, nothing was warped "
     "or rotated; tolerance: registered to rounding; stationary: the last steps gained too "
     "little; stepRefused: no step, however short, gains anything; maxIterations: the steps "
     "of that degree ran out.\"},\"symmetric\":{\"type\":\"boolean\",\"description\":\"Both "
@@ -170,7 +172,8 @@ const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS
     "from the job's results. Of metric srnf, entries are the distance that geodesic tells of the "
     "pair, with the same register, where lmax is the larger degree of the two.\"},"
     "\"lmax\":{\"type\":\"integer\",\"description\":\"Degree at which all are compared, the "
-    "largest among them; the others are filled up with zeros.\"}," REGISTRATION MADE_BY;
+    "largest among them; the others are filled up with zeros.\"}," BRIDGED_GROUP REGISTRATION
+        MADE_BY;
 
 const char mean_inputs_schema[] =
     INPUTS_OPENING "\"required\":[],\"properties\":{" GROUP_INPUT MEAN_INPUTS MEAN_METHOD "}}";

@@ -20,7 +20,7 @@
     "\"type\":\"boolean\"},\"history\":{\"type\":\"array\",\"description\":\"As in mean.\"},"   \
     "\"relativeEnergy\":{\"type\":[\"number\",\"null\"],\"description\":\"What is lost of the " \
     "mean SRNF by being that of a surface.\"},\"seconds\":{\"type\":[\"number\",\"null\"],"     \
-    "\"description\":\"Of the mean.\"}," REGISTRATION
+    "\"description\":\"Of the mean.\"}," BRIDGED_GROUP REGISTRATION
 
 const char evaluate_inputs_schema[] = INPUTS_OPENING
     "\"required\":[],\"properties\":{\"model\":{"

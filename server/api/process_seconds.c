@@ -42,6 +42,15 @@ static double first(const struct api_work *work)
     return seconds_of_encodings((double)work->degree, (double)work->meshes, (double)work->faces);
 }
 
+/* The same for a group, with the encodings that bridge its routes. */
+static double first_of_group(const struct api_work *work, bool registered)
+{
+    return first(work) + (registered
+                              ? seconds_of_encodings((double)work->degree, (double)work->bridges,
+                                                     (double)work->bridged_faces)
+                              : 0.0);
+}
+
 static double of_members(const struct api_work *work)
 {
     return (double)(work->surfaces + work->meshes);
@@ -93,7 +102,7 @@ double distances_seconds(const struct api_work *work, const json_t *inputs)
     double n = of_members(work), pairs = 0.5 * n * (n - 1.0), degree = degree_of(work, inputs);
     bool registered = json_is_true(json_object_get(inputs, "register"));
 
-    return first(work) +
+    return first_of_group(work, registered) +
            pairs * (registered ? 2.0 * seconds_of_registration(degree) : 1e-6 * degree * degree);
 }
 
@@ -103,7 +112,8 @@ double mean_seconds(const struct api_work *work, const json_t *inputs)
     bool registered = json_is_true(json_object_get(inputs, "register"));
     bool pullback = is(inputs, "method", "pullback");
 
-    return first(work) + seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
+    return first_of_group(work, registered) +
+           seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
            n * (registered ? seconds_of_registration(degree) * (pullback ? 2.0 : 1.0)
                            : 1e-4 * degree * degree);
 }
@@ -162,7 +172,7 @@ double classify_seconds(const struct api_work *work, const json_t *inputs)
 {
     double n = of_members(work), degree = degree_of(work, inputs);
     const json_t *name, *names = json_object_get(inputs, "method");
-    double seconds = first(work);
+    double seconds = first_of_group(work, true);
     size_t i;
 
     json_array_foreach(names, i, name)

@@ -29,6 +29,7 @@ struct surface_description {
     const char *route; /* "star", "area" or "given"; NULL: not known (process_routes.h) */
     json_t *source, *fit, *star;
     json_t *warnings;              /* an array, taken over; NULL: the record has none */
+    const double *smoothing;       /* of surfaces that encode made; NULL: the record has none */
     const double *origin;          /* of the stored surface in the frame of the mesh */
     bool mirrored;                 /* the mirror image of what the mesh shows */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */

@@ -38,8 +38,8 @@ static json_t *links_json(const char *id)
 json_t *surface_record(const struct store_surface *surface)
 {
     static const char *const kept[] = {
-        "area",   "volume", "centroid",   "scale",  "parameterization", "route",
-        "source", "fit",    "starShaped", "origin", "mirrored",         "warnings"};
+        "area", "volume",     "centroid", "scale",    "parameterization", "route",   "source",
+        "fit",  "starShaped", "origin",   "mirrored", "smoothing",        "warnings"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
     if (!json_is_object(stored)) {
@@ -131,6 +131,9 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "origin",
                               d->origin ? json_vector(d->origin, 3) : json_null());
     (void)json_object_set_new(record, "mirrored", json_boolean(d->mirrored));
+    if (d->smoothing) {
+        (void)json_object_set_new(record, "smoothing", json_finite(*d->smoothing));
+    }
     if (d->maps) {
         (void)json_object_set_new(record, "maps", map_names(d->maps));
     }

@@ -1,7 +1,13 @@
 /*
- * compute_bridge.c - with f the surface of one end by its own route and a that by area, f = a o c
- * where c goes from the sphere of the one to that of the other, through the mesh. From a_0 = O a_1
- * o h, which the registration of the two area encodings finds, f_0 = O f_1 o (c_1^-1 o h o c_0).
+ * compute_bridge.c - what stands between two routes is the mesh, which both encode.
+ *
+ * Members of a group by star are replaced by the encodings of their meshes by area: one encoding
+ * for each, after which the group has one route, and is compared as any other.
+ *
+ * A pair keeps its surfaces. With f the surface of one end by its own route and a that by area, f =
+ * a o c where c goes from the sphere of the one to that of the other, through the mesh. From a_0 =
+ * O a_1 o h, which the registration of the two area encodings finds, f_0 = O f_1 o (c_1^-1 o h o
+ * c_0).
  *
  * Asked for both ways, both are measured and the lower distance counts, so that it is the same
  * whichever surface is the template. Where the warp that is put together folds, or its series
@@ -19,9 +25,10 @@
 
 struct end {
     const struct compute_origin *origin;
-    const double *area;       /* by area, at the degree of the pair */
-    double *encoded;          /* owned; NULL where the surface itself is by area */
-    struct srnf_warp out, in; /* c: own sphere to that of area, and back; empty for area */
+    const double *area;         /* by area, at the degree of the pair */
+    double *encoded;            /* owned; NULL where the surface itself is by area */
+    struct srnf_warp out, in;   /* c: own sphere to that of area, and back; empty for area */
+    struct compute_doubt doubt; /* of encoded */
 };
 
 struct bridge {
@@ -35,8 +42,83 @@ struct bridge {
 
 bool compute_bridgeable(const struct compute_origin *a, const struct compute_origin *b)
 {
-    return a->mesh[0] && b->mesh[0] && a->route != b->route;
+    return a->mesh[0] && b->mesh[0] && a->route != b->route && !a->mirrored && !b->mirrored;
 }
+
+/* ---- Encoding again -------------------------------------------------------------------------- */
+
+/* The mesh of the origin by area. A doubt goes aside, with the name of what the encoding is for. */
+static int encode_again(struct jobs_run *run, const struct srnf_context *context,
+                        const struct compute_origin *origin, size_t degree,
+                        struct srnf_encoded *encoded, struct compute_doubt *aside,
+                        struct jobs_result *result)
+{
+    struct compute_encode_inputs inputs = {
+        .options = srnf_encode_options_defaults(), .mirror = origin->mirrored, .aside = aside};
+    int status;
+
+    memcpy(inputs.mesh, origin->mesh, sizeof inputs.mesh);
+    inputs.options.degree = degree;
+    inputs.options.parameterization = SRNF_PARAMETERIZATION_AREA;
+    inputs.options.smoothing = origin->smoothing;
+    inputs.options.unit_area = origin->unit_area;
+    aside->any = false;
+    status = compute_encode(run, context, &inputs, encoded, result);
+    memcpy(aside->doubt.surface, origin->surface, sizeof aside->doubt.surface);
+    return status;
+}
+
+/* Whether a failure says that the mesh leads nowhere, and not that the job cannot go on. */
+static bool leads_nowhere(int status)
+{
+    return status != SRNF_OK && status != SRNF_ECANCELED && status != SRNF_ENOMEM &&
+           status != STORE_NOMEM;
+}
+
+static int note(struct jobs_run *run, const struct compute_doubt *aside, struct jobs_result *result)
+{
+    return !aside->any || jobs_run_doubt(run, &aside->doubt)
+               ? SRNF_OK
+               : compute_fail(result, SRNF_ENOMEM, NULL, "noting a doubt");
+}
+
+int compute_bridge_load(struct jobs_run *run, const struct srnf_context *context,
+                        const struct compute_origin *origin, bool mirror,
+                        struct compute_surface *surface, bool *bridged, struct jobs_result *result)
+{
+    struct srnf_encoded encoded = {.coefficients = NULL};
+    struct compute_doubt aside;
+    int status =
+        compute_surface_load_within(run, context, origin->surface, mirror, surface, result);
+
+    *bridged = false;
+    if (status) {
+        return status;
+    }
+    status = encode_again(run, context, origin, surface->degree, &encoded, &aside, result);
+    if (leads_nowhere(status)) {
+        *result = (struct jobs_result){.results = NULL};
+        return SRNF_OK;
+    }
+    if (status == SRNF_OK) {
+        status = note(run, &aside, result);
+    }
+    if (status == SRNF_OK) {
+        if (mirror) {
+            srnf_surface_mirror(encoded.degree, encoded.coefficients);
+        }
+        srnf_free(surface->coefficients);
+        surface->coefficients = encoded.coefficients;
+        surface->scale = encoded.scale;
+        *bridged = true;
+    } else {
+        srnf_free(encoded.coefficients);
+        compute_surface_clear(surface);
+    }
+    return status;
+}
+
+/* ---- Pairs ----------------------------------------------------------------------------------- */
 
 static void end_clear(struct end *end)
 {
@@ -77,9 +159,9 @@ static int join_routes(const struct srnf_mesh *mesh, const struct srnf_mesh_repo
 
 static int end_open(struct bridge *b, const struct compute_origin *origin, size_t i)
 {
-    struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults()};
     const struct srnf_context *context = jobs_run_context(b->run);
     struct end *end = &b->ends[i];
+    size_t degree = srnf_sht_degree(b->sht);
     struct srnf_mesh mesh = {0};
     struct srnf_mesh_report report;
     struct srnf_encoded encoded = {0};
@@ -89,16 +171,13 @@ static int end_open(struct bridge *b, const struct compute_origin *origin, size_
     if (origin->route == SRNF_PARAMETERIZATION_AREA) {
         return SRNF_OK;
     }
-    memcpy(inputs.mesh, origin->mesh, sizeof inputs.mesh);
-    inputs.options.degree = srnf_sht_degree(b->sht);
-    inputs.options.parameterization = SRNF_PARAMETERIZATION_AREA;
-    status = compute_encode(b->run, context, &inputs, &encoded, b->result);
+    status = encode_again(b->run, context, origin, degree, &encoded, &end->doubt, b->result);
     if (status == SRNF_OK) {
         end->area = end->encoded = encoded.coefficients;
         status = compute_mesh_load(b->run, origin->mesh, false, &mesh, &report, b->result);
     }
     if (status == SRNF_OK) {
-        status = join_routes(&mesh, &report, context, inputs.options.degree, end);
+        status = join_routes(&mesh, &report, context, degree, end);
         srnf_mesh_clear(&mesh);
     }
     return status;
@@ -166,6 +245,9 @@ static int cross(struct bridge *b, const struct compute_origin *origins,
             registration->distance = back.distance;
         }
         status = folds ? SRNF_ENUMERIC : SRNF_OK;
+    }
+    for (size_t i = 0; i < 2 && status == SRNF_OK; i++) {
+        status = note(b->run, &b->ends[i].doubt, b->result);
     }
     srnf_registration_clear(&back);
     end_clear(&b->ends[0]);

@@ -6,7 +6,7 @@
  * here means other limits or damage, and is reported like any other. What is repaired in a mesh is
  * repaired in its sphere too, so that the two still correspond. Every encoding is judged, whoever
  * wants it (core/shape/judge.c): one that has become another shape fails the job, a poor one
- * becomes a doubt of the run, which its results tell (process_finish).
+ * becomes a doubt of the run, which its results tell (process_finish), or of the caller.
  */
 #include "jobs/compute_encode.h"
 
@@ -94,6 +94,10 @@ static int judge(struct jobs_run *run, const struct compute_encode_inputs *input
     case SRNF_FAITHFUL:
         return 0;
     case SRNF_POOR:
+        if (inputs->aside) {
+            *inputs->aside = (struct compute_doubt){.any = true, .doubt = doubt};
+            return 0;
+        }
         return jobs_run_doubt(run, &doubt)
                    ? 0
                    : compute_fail(result, SRNF_ENOMEM, NULL, "noting a doubt");

@@ -6,11 +6,18 @@
 
 #include "jobs/jobs.h"
 
+struct compute_doubt {
+    bool any;
+    struct jobs_doubt doubt;
+};
+
 struct compute_encode_inputs {
     char mesh[STORE_ID_MAX];
     char sphere[STORE_ID_MAX];          /* for the parameterization given; otherwise "" */
     struct srnf_encode_options options; /* without its sphere, which is loaded here */
     bool mirror; /* encode the mirror images of mesh and sphere, x to -x, before all else */
+    struct compute_doubt *aside; /* where a doubt goes instead of into the run, for those who may
+                                    not use the encoding after all; NULL: into the run */
 };
 
 /* A stored mesh, read, mirrored if asked for, and prepared as at its upload; srnf_mesh_clear when

@@ -15,17 +15,24 @@ struct slot {
     struct compute_surface surface;
     struct jobs_result result;
     int status;
+    bool bridged;
 };
 
 struct loading {
     struct jobs_run *run;
     const char *const *ids;
     const struct compute_mirrored *mirrored; /* NULL: none */
+    const struct compute_origin *origins;    /* of those to be bridged; NULL: none */
     struct slot *slots;
     struct srnf_context context; /* the run's, without its progress: that is the group's */
     size_t n;
     atomic_size_t done;
 };
+
+static bool is_bridged(const struct compute_origin *origins, size_t index)
+{
+    return origins && origins[index].surface[0];
+}
 
 static void load_one(void *argument, size_t index)
 {
@@ -39,8 +46,15 @@ static void load_one(void *argument, size_t index)
         slot->status = SRNF_ECANCELED;
         return;
     }
-    slot->status = compute_surface_load_within(loading->run, &loading->context, loading->ids[index],
-                                               mirror, &slot->surface, &slot->result);
+    if (is_bridged(loading->origins, index)) {
+        slot->status =
+            compute_bridge_load(loading->run, &loading->context, &loading->origins[index], mirror,
+                                &slot->surface, &slot->bridged, &slot->result);
+    } else {
+        slot->status =
+            compute_surface_load_within(loading->run, &loading->context, loading->ids[index],
+                                        mirror, &slot->surface, &slot->result);
+    }
     done = atomic_fetch_add(&loading->done, 1) + 1;
     context->progress(context->user, (double)done / (double)loading->n, "loading the surfaces");
 }
@@ -51,6 +65,7 @@ void compute_group_clear(struct compute_group *group)
     srnf_free(group->surfaces);
     srnf_free(group->scales);
     srnf_free(group->contents);
+    srnf_free(group->bridged);
     *group = (struct compute_group){0};
 }
 
@@ -70,7 +85,9 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
     group->surfaces = srnf_alloc(n, sizeof *group->surfaces);
     group->scales = srnf_alloc(n, sizeof(double));
     group->contents = srnf_alloc(n, sizeof *group->contents);
-    if (!group->coefficients || !group->surfaces || !group->scales || !group->contents) {
+    group->bridged = srnf_alloc(n, sizeof *group->bridged);
+    if (!group->coefficients || !group->surfaces || !group->scales || !group->contents ||
+        !group->bridged) {
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < n; i++) {
@@ -78,36 +95,40 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
                               group->coefficients + i * count);
         group->surfaces[i] = group->coefficients + i * count;
         group->scales[i] = slots[i].surface.scale;
+        group->bridged[i] = slots[i].bridged;
         memcpy(group->contents[i], slots[i].surface.content, STORE_ID_MAX);
     }
     return 0;
 }
 
-static size_t count_meshes(size_t n, const char *const *ids)
+/* How many are encoded. */
+static size_t count_meshes(size_t n, const char *const *ids, const struct compute_origin *origins)
 {
     size_t count = 0;
 
     for (size_t i = 0; i < n; i++) {
-        count += compute_is_mesh(ids[i]);
+        count += compute_is_mesh(ids[i]) || is_bridged(origins, i);
     }
     return count;
 }
 
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids,
-                       const struct compute_mirrored *mirrored, size_t degree, double share,
+                       const struct compute_mirrored *mirrored,
+                       const struct compute_origin *origins, size_t degree, double share,
                        struct compute_group *group, struct jobs_result *result)
 {
     const struct srnf_context *context = jobs_run_context(run);
     struct loading loading = {.run = run,
                               .ids = ids,
                               .mirrored = mirrored,
+                              .origins = origins,
                               .slots = srnf_alloc(n, sizeof(struct slot)),
                               .context = *context,
                               .n = n};
     int status = 0;
 
     loading.context.progress = NULL;
-    jobs_run_phase(run, share * (double)count_meshes(n, ids) / (double)n);
+    jobs_run_phase(run, share * (double)count_meshes(n, ids, origins) / (double)n);
     *group = (struct compute_group){0};
     if (!loading.slots) {
         return compute_fail(result, SRNF_ENOMEM, NULL, "loading the surfaces");

@@ -253,9 +253,9 @@ static int compute(struct jobs_run *run, const struct compute_mean_inputs *input
     int status;
 
     *outputs = (struct compute_mean_outputs){0};
-    status = compute_group_load(run, inputs->n, inputs->ids, &inputs->mirrored, inputs->degree,
-                                inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN,
-                                &outputs->group, result);
+    status = compute_group_load(
+        run, inputs->n, inputs->ids, &inputs->mirrored, inputs->origins, inputs->degree,
+        inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN, &outputs->group, result);
     if (status == 0) {
         jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : share_of_mean(inputs));
         status = analyse(run, inputs, components, outputs, result);
@@ -278,83 +278,49 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
     return compute(run, inputs, true, outputs, result);
 }
 
-/* Pairs by different routes once more, through their meshes; a mirrored member is not what its mesh
-   shows. */
-static int bridge_pairs(struct jobs_run *run, const struct srnf_sht *sht,
-                        const struct compute_group *group, const struct compute_origin *origins,
-                        const struct compute_mirrored *mirrored,
-                        const struct srnf_register_options *options, double *matrix,
-                        struct jobs_result *result)
+void compute_distances_clear(struct compute_distances_outputs *outputs)
 {
-    for (size_t i = 0; i < group->n; i++) {
-        for (size_t j = i + 1; j < group->n; j++) {
-            const struct compute_origin pair[2] = {origins[i], origins[j]};
-            struct srnf_registration r;
-            bool bridged;
-            int status;
-
-            if (mirrored->member[i] || mirrored->member[j] ||
-                !compute_bridgeable(&pair[0], &pair[1])) {
-                continue;
-            }
-            status = compute_register_pair(run, sht, group->surfaces[i], group->surfaces[j], pair,
-                                           options, &r, &bridged, result);
-            if (status) {
-                return status;
-            }
-            matrix[i * group->n + j] = matrix[j * group->n + i] = r.distance;
-            srnf_registration_clear(&r);
-        }
-    }
-    return 0;
+    srnf_free(outputs->matrix);
+    compute_group_clear(&outputs->group);
+    outputs->matrix = NULL;
 }
 
-int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
-                      const char *const *ids, const struct compute_origin *origins,
-                      const struct srnf_register_options *registration,
-                      struct compute_handedness *handedness, double **matrix, size_t *degree,
-                      struct jobs_result *result)
+int compute_distances(struct jobs_run *run, const struct compute_distances_inputs *inputs,
+                      struct compute_handedness *handedness,
+                      struct compute_distances_outputs *outputs, struct jobs_result *result)
 {
     struct jobs *jobs = jobs_run_jobs(run);
-    struct compute_group group;
+    struct compute_group *group = &outputs->group;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    int status = compute_group_load(run, n, ids, &handedness->mirrored, 0,
-                                    registration ? SHARE_REGISTERED : SHARE_PLAIN, &group, result);
-    bool told = false;
+    int status;
 
-    *matrix = NULL;
+    *outputs = (struct compute_distances_outputs){.matrix = NULL};
+    status =
+        compute_group_load(run, inputs->n, inputs->ids, &handedness->mirrored, inputs->origins, 0,
+                           inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN, group, result);
     if (status) {
         return status;
     }
     jobs_run_phase(run, 100.0);
-    *degree = group.degree;
-    *matrix = srnf_alloc(n, n * sizeof(double));
-    status = *matrix
-                 ? jobs_transform_acquire(jobs, group.degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
+    outputs->matrix = srnf_alloc(inputs->n, inputs->n * sizeof(double));
+    status = outputs->matrix
+                 ? jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
                  : SRNF_ENOMEM;
     if (status == 0) {
         jobs_run_keep_numbers(run);
-        status = srnf_metric_distances(sht, metric, n, group.surfaces, registration,
-                                       jobs_run_context(run), *matrix, &error);
-        if (status >= 0 && origins && registration && metric == SRNF_METRIC_SRNF) {
-            status = bridge_pairs(run, sht, &group, origins, &handedness->mirrored, registration,
-                                  *matrix, result);
-            told = status != 0;
-        }
+        status = srnf_metric_distances(sht, inputs->metric, inputs->n, group->surfaces,
+                                       inputs->registration, jobs_run_context(run), outputs->matrix,
+                                       &error);
         if (status >= 0) {
-            status = compute_mirror_group(run, sht, metric, &group, registration, *matrix,
-                                          handedness, &error);
+            status = compute_mirror_group(run, sht, inputs->metric, group, inputs->registration,
+                                          outputs->matrix, handedness, &error);
         }
         jobs_transform_release(jobs, sht);
     }
     if (status < 0) {
-        if (!told) {
-            (void)compute_fail(result, status, &error, "computing the distances");
-        }
-        srnf_free(*matrix);
-        *matrix = NULL;
+        (void)compute_fail(result, status, &error, "computing the distances");
+        compute_distances_clear(outputs);
     }
-    compute_group_clear(&group);
     return status < 0 ? status : 0;
 }

@@ -4,14 +4,14 @@
 #ifndef SRNFD_COMPUTE_MEAN_H
 #define SRNFD_COMPUTE_MEAN_H
 
-#include "jobs/compute_bridge.h"
 #include "jobs/compute_mirror.h"
 
 struct compute_mean_inputs {
     size_t n;
     const char *const *ids; /* [n] surfaces or meshes */
     struct compute_mirrored mirrored;
-    size_t degree; /* of the mean; 0: the largest of the members */
+    struct compute_origin *origins; /* as for compute_group_load; the caller's (srnf_free) */
+    size_t degree;                  /* of the mean; 0: the largest of the members */
     const struct srnf_register_options *registration; /* NULL: as they are parameterised */
     double tolerance;
     size_t max_iterations;
@@ -51,14 +51,30 @@ int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                 struct compute_mean_outputs *outputs, struct jobs_result *result);
 void compute_mean_clear(struct compute_mean_outputs *outputs);
 
-/* Matrix of distances, double[n][n], at the largest degree of the members. matrix is owned by the
-   caller (srnf_free). registration NULL: as parameterised. handedness says which members are
-   mirrored, and which pairs are to be tried with one of them mirrored. origins: [n], for pairs by
-   different routes, or NULL. */
-int compute_distances(struct jobs_run *run, enum srnf_metric metric, size_t n,
-                      const char *const *ids, const struct compute_origin *origins,
-                      const struct srnf_register_options *registration,
-                      struct compute_handedness *handedness, double **matrix, size_t *degree,
-                      struct jobs_result *result);
+struct compute_distances_inputs {
+    enum srnf_metric metric;
+    size_t n;
+    const char *const *ids;                           /* [n] surfaces or meshes */
+    const struct compute_origin *origins;             /* as for compute_group_load */
+    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
+};
+
+struct compute_distances_outputs {
+    struct compute_group group;
+    double *matrix; /* [n][n], owned */
+};
+
+/*
+ * The matrix of distances, at the largest degree of the members. Registered pairs are kept for a
+ * later attempt.
+ *   handedness  [in/out] which members are mirrored, and which pairs are to be tried with one of
+ *               them mirrored
+ * Returns 0, or a negative status with the problem in result; outputs are cleared with
+ * compute_distances_clear.
+ */
+int compute_distances(struct jobs_run *run, const struct compute_distances_inputs *inputs,
+                      struct compute_handedness *handedness,
+                      struct compute_distances_outputs *outputs, struct jobs_result *result);
+void compute_distances_clear(struct compute_distances_outputs *outputs);
 
 #endif

@@ -49,7 +49,8 @@ static int stage_open(struct jobs_run *run, size_t n, const char *const *ids,
                       const struct compute_velocity *velocity, struct compute_stage *stage,
                       struct jobs_result *result)
 {
-    int status = compute_group_load(run, n, ids, NULL, 0, SHARE_MESHES, &stage->group, result);
+    int status =
+        compute_group_load(run, n, ids, NULL, NULL, 0, SHARE_MESHES, &stage->group, result);
 
     if (status) {
         return status;

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* By mesh, then by degree: the same mesh may be wanted at several. */
+/* By mesh, then by degree: the same mesh may be wanted at several; then by what it stood in for. */
 static int compare(const void *a, const void *b)
 {
     const struct jobs_doubt *x = a, *y = b;
@@ -21,7 +21,7 @@ static int compare(const void *a, const void *b)
     if (order == 0 && x->degree != y->degree) {
         order = x->degree < y->degree ? -1 : 1;
     }
-    return order;
+    return order ? order : strcmp(x->surface, y->surface);
 }
 
 bool jobs_run_doubt(struct jobs_run *run, const struct jobs_doubt *doubt)

@@ -161,11 +161,12 @@ void jobs_run_keep_numbers(struct jobs_run *run);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge). */
 struct jobs_doubt {
     char mesh[STORE_ID_MAX];
+    char surface[STORE_ID_MAX]; /* that the encoding stood in for (compute_bridge.h), or "" */
     size_t degree;
     struct srnf_judgement judgement;
 };
-/* Notes it for the results, once for a mesh and degree; from any thread of the run. False without
-   memory. */
+/* Notes it for the results, once for a mesh, surface and degree; from any thread of the run. False
+   without memory. */
 bool jobs_run_doubt(struct jobs_run *run, const struct jobs_doubt *doubt);
 /* What was noted so far, sorted by mesh: to be read when nothing of the run computes any more, and
    until the run ends. Returns how many. */

@@ -84,4 +84,11 @@ is "$STATUS" 200 'a process that encodes by itself goes on'
 is "$(json '[.warnings[] | select(.code == "encoding-poor") | .figures.mesh] | join(" ")')" "$TETRAHEDRON" \
     'and says which mesh is not what it should be'
 
+# And where the encoding stands for a surface by another route, it is said for which.
+execute encode "{\"mesh\":\"$TETRAHEDRON\",\"lmax\":4,\"parameterization\":\"star\"}"
+STAR=$(json .surface.id)
+execute distances "{\"surfaces\":[\"$STAR\",\"$GOOD\"],\"mixedRoutes\":true,\"metric\":\"harmonic\"}"
+is "$(json '[.bridged, (.warnings[] | select(.code == "encoding-poor") | .figures.mesh, .figures.standsFor)] | tojson')" \
+    "[true,\"$TETRAHEDRON\",\"$STAR\"]" 'the doubt of an encoding that bridges routes names what it stands for'
+
 done_testing

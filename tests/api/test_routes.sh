@@ -54,14 +54,14 @@ is_problem 422 invalid-input 'mixedRoutes is true or false'
 
 execute distances "{$PAIR,\"register\":false,\"mixedRoutes\":true}"
 is "$STATUS $(warned)" '200 mixed-routes' 'those who ask for it get an answer, and a warning'
-is "$(json '.warnings[] | select(.code == "mixed-routes") | .figures | tojson')" '{"star":1,"area":2,"given":0,"unknown":0}' 'with the counts'
+is "$(json '.warnings[] | select(.code == "mixed-routes") | .figures | tojson')" '{"star":1,"area":2,"given":0,"unknown":0,"bridged":0}' 'with the counts'
 like "$(json '.warnings[] | select(.code == "mixed-routes") | .detail')" "1 by star .$STAR" 'and the odd ones'
 for process in mean pca evaluate-model; do
     execute "$process" "{$PAIR,\"register\":false,\"mixedRoutes\":true}"
     is "$STATUS $(warned)" '200 mixed-routes' "so has $process"
 done
 execute classify '{"cohort":"mixed","mixedRoutes":true,"method":"harmonic-nn"}'
-is "$STATUS $(warned)" '200 mixed-routes' 'so has classify'
+is "$STATUS $(json .bridged) $(warned)" '200 true ' 'but not classify, which registers, and so bridges them'
 execute compare-groups '{"cohort":"mixed","mixedRoutes":true,"register":false,"permutations":2}'
 is "$STATUS $(warned)" '200 mixed-routes' 'so has compare-groups'
 

@@ -135,9 +135,9 @@ static void the_worse_reason_is_the_later_one(void **state)
     (void)state;
     for (int a = 0; a < 5; a++) {
         for (int b = 0; b < 5; b++) {
-            assert_int_equal(registration_worse_stop((enum srnf_register_stop)a,
-                                                     (enum srnf_register_stop)b),
-                             a > b ? a : b);
+            assert_int_equal(
+                registration_worse_stop((enum srnf_register_stop)a, (enum srnf_register_stop)b),
+                a > b ? a : b);
         }
     }
     assert_true(SRNF_REGISTER_MAX_ITERATIONS > SRNF_REGISTER_REFUSED &&

@@ -177,6 +177,7 @@ struct outcome {
     json_t *errors;    /* of the list, or NULL */
     int status;        /* of a problem that was answered, or 0 */
     char code[64];     /* of that problem */
+    double seconds;    /* that a job of the canonical inputs is expected to take */
 };
 
 static void outcome_clear(struct outcome *outcome)
@@ -197,6 +198,9 @@ static struct outcome canonicalise_as(struct fixture *fixture, const struct api_
 
     outcome.canonical = process_canonicalise(process, &call, inputs, &list);
     outcome.errors = list.errors;
+    if (outcome.canonical && !list.errors) {
+        outcome.seconds = api_process_find(process)->seconds(&call.work, outcome.canonical);
+    }
     outcome.status = response.status;
     if (response.body) {
         body = json_loadb((const char *)response.body, response.body_size, 0, NULL);

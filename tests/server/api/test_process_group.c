@@ -5,6 +5,8 @@
  */
 #include "server/api/process_fixture.h"
 
+#include <math.h>
+
 #define TWO "{\"surfaces\":[\"@\",\"" GOOD_MESH "\"]"
 
 static void test_register(void **state)
@@ -76,6 +78,60 @@ static void test_mixed_routes(void **state)
     }
     refused(*state, "evaluate-model", "{\"model\":\"%\",\"mixedRoutes\":true}",
             "/inputs/mixedRoutes");
+}
+
+static void put_star(const struct fixture *fixture, char id[STORE_ID_MAX])
+{
+    struct store_surface surface = {.lmax = SURFACE_DEGREE, .created_ms = 1};
+    bool created;
+
+    surface.coefficient_count = 3 * srnf_coefficient_count(SURFACE_DEGREE);
+    surface.coefficients = calloc(surface.coefficient_count, sizeof(double));
+    assert_non_null(surface.coefficients);
+    surface.coefficients[5] = 1.0;
+    store_surface_id(surface.id, surface.lmax, surface.coefficients, 1.0);
+    surface.name = strdup("");
+    surface.record = strdup("{\"route\":\"star\",\"parameterization\":\"star\",\"scale\":12.5,"
+                            "\"smoothing\":0,\"starShaped\":{\"center\":[0,0,0]},"
+                            "\"source\":{\"process\":\"encode\",\"mesh\":\"" GOOD_MESH "\"}}");
+    assert_int_equal(store_surface_put(fixture->store, &surface, &created), 0);
+    memcpy(id, surface.id, STORE_ID_MAX);
+    store_surface_clear(&surface);
+}
+
+static double seconds_of(struct fixture *fixture, const char *process, const char *first,
+                         const char *more)
+{
+    struct outcome outcome;
+    char text[300];
+    double seconds;
+
+    (void)snprintf(text, sizeof text,
+                   "{\"surfaces\":[\"%s\",\"" GOOD_MESH "\"],\"mixedRoutes\":true%s}", first, more);
+    outcome = canonicalise_text(fixture, process, text);
+    assert_non_null(outcome.canonical);
+    seconds = outcome.seconds;
+    outcome_clear(&outcome);
+    return seconds;
+}
+
+/* Encoding a member by another route again is work that a job is expected to do, where it does. */
+static void test_bridges_take_time(void **state)
+{
+    static const char *const processes[] = {"distances", "mean", "pca"};
+    struct fixture *fixture = *state;
+    char star[STORE_ID_MAX];
+
+    put_star(fixture, star);
+    for (size_t i = 0; i < sizeof processes / sizeof processes[0]; i++) {
+        double with = seconds_of(fixture, processes[i], star, "");
+        double without = seconds_of(fixture, processes[i], "@", "");
+
+        assert_true(with > without + 0.02 && with < without + 1.0);
+        with = seconds_of(fixture, processes[i], star, ",\"register\":false");
+        without = seconds_of(fixture, processes[i], "@", ",\"register\":false");
+        assert_true(fabs(with - without) < 1e-12);
+    }
 }
 
 /* lmax defaults to the largest degree of the members; a mesh has the default one. */
@@ -195,11 +251,17 @@ static void test_classify_freedom(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_register), cmocka_unit_test(test_cohort),
-        cmocka_unit_test(test_surfaces), cmocka_unit_test(test_mixed_routes),
-        cmocka_unit_test(test_degree),   cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_pullback), cmocka_unit_test(test_model),
-        cmocka_unit_test(test_classify), cmocka_unit_test(test_classify_freedom),
+        cmocka_unit_test(test_register),
+        cmocka_unit_test(test_cohort),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_mixed_routes),
+        cmocka_unit_test(test_bridges_take_time),
+        cmocka_unit_test(test_degree),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_pullback),
+        cmocka_unit_test(test_model),
+        cmocka_unit_test(test_classify),
+        cmocka_unit_test(test_classify_freedom),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
