@@ -152,6 +152,10 @@ static const struct family {
     [METRIC_WORKERS] = {KIND_GAUGE, "srnfd_workers", "Worker threads.", {NULL}, NULL},
     [METRIC_WORKERS_BUSY] =
         {KIND_GAUGE, "srnfd_workers_busy", "Worker threads with a job of their own.", {NULL}, NULL},
+    [METRIC_EXPRESS] =
+        {KIND_GAUGE, "srnfd_express_workers", "Threads for short jobs alone.", {NULL}, NULL},
+    [METRIC_EXPRESS_BUSY] =
+        {KIND_GAUGE, "srnfd_express_workers_busy", "Those of them with a job.", {NULL}, NULL},
     [METRIC_STORE_BYTES] = {KIND_GAUGE,
                             "srnfd_store_bytes",
                             "Size of what the data directory holds, by part.",

@@ -41,6 +41,8 @@ enum metric {
     METRIC_QUEUE_AGE,             /* seconds that the oldest accepted job has waited */
     METRIC_WORKERS,               /* worker threads */
     METRIC_WORKERS_BUSY,          /* those with a job of their own */
+    METRIC_EXPRESS,               /* threads for short jobs, beside them */
+    METRIC_EXPRESS_BUSY,          /* those with a job */
     METRIC_STORE_BYTES,           /* part: database, wal, blobs */
     METRIC_STORE_FREE,            /* bytes free on the file system */
     METRIC_LOG_DROPPED,           /* lines */

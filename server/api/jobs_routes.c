@@ -283,10 +283,29 @@ static bool known_process(const char *name)
     return api_process_find(name) != NULL;
 }
 
-/* The places of those jobs of the page that wait: not looked up while the page is read, which holds
-   the only reader that this thread may have. */
+/* The items of a page that wait for their place, by id; borrowed. */
+struct waiting {
+    json_t *items;
+    size_t left;
+};
+
+static bool place_job(void *user, const char *id, size_t position)
+{
+    struct waiting *waiting = user;
+    json_t *item = json_object_get(waiting->items, id);
+
+    if (item) {
+        (void)json_object_set_new(item, "queuePosition", json_integer((json_int_t)position));
+        waiting->left--;
+    }
+    return waiting->left > 0;
+}
+
+/* The places of those jobs of the page that wait, in one look at the queue: not while the page is
+   read, which holds the only reader that this thread may have. */
 static int place_jobs(struct api_call *call, json_t *items)
 {
+    struct waiting waiting = {.items = json_object()};
     int status = 0;
     json_t *item;
     size_t i;
@@ -294,18 +313,17 @@ static int place_jobs(struct api_call *call, json_t *items)
     json_array_foreach(items, i, item)
     {
         const char *name = json_string_value(json_object_get(item, "status"));
-        struct store_job job = {.status = STORE_JOB_ACCEPTED};
 
-        if (!name || strcmp(name, store_job_status_name(STORE_JOB_ACCEPTED)) != 0) {
-            continue;
-        }
-        (void)snprintf(job.id, sizeof job.id, "%s", json_string_value(json_object_get(item, "id")));
-        status = status ? status : jobs_place(call->api->config.jobs, &job);
-        if (job.queue_position > 0) {
-            (void)json_object_set_new(item, "queuePosition",
-                                      json_integer((json_int_t)job.queue_position));
+        if (name && strcmp(name, store_job_status_name(STORE_JOB_ACCEPTED)) == 0) {
+            (void)json_object_set(waiting.items, json_string_value(json_object_get(item, "id")),
+                                  item);
+            waiting.left++;
         }
     }
+    if (waiting.left > 0) {
+        status = jobs_places(call->api->config.jobs, place_job, &waiting);
+    }
+    json_decref(waiting.items);
     return status;
 }
 

@@ -111,8 +111,9 @@ static bool check_workers(struct api *api, char why[WHY_MAX])
     struct jobs_health health;
 
     jobs_health(api->config.jobs, &health);
-    (void)snprintf(why, WHY_MAX, "%zu of %zu workers run", health.alive, health.workers);
-    return health.alive == health.workers;
+    (void)snprintf(why, WHY_MAX, "%zu of %zu workers run, %zu of %zu threads for short jobs",
+                   health.alive, health.workers, health.express_alive, health.express);
+    return health.alive == health.workers && health.express_alive == health.express;
 }
 
 static const struct {
@@ -176,6 +177,8 @@ static void measure_jobs(struct api *api, struct metrics *now)
     metrics_set(now, METRIC_QUEUE_LENGTH, NULL, (double)health.queued);
     metrics_set(now, METRIC_WORKERS, NULL, (double)health.alive);
     metrics_set(now, METRIC_WORKERS_BUSY, NULL, (double)health.busy);
+    metrics_set(now, METRIC_EXPRESS, NULL, (double)health.express_alive);
+    metrics_set(now, METRIC_EXPRESS_BUSY, NULL, (double)health.express_busy);
     metrics_set(now, METRIC_JOB_MEMORY_LIMIT, NULL, (double)jobs_memory_limit(api->config.jobs));
     if (store_job_load(api->config.store, take_load, &load) != STORE_OK) {
         return;

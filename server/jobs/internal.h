@@ -168,12 +168,14 @@ struct jobs {
     size_t running;               /* workers between taking a ticket and the end of its run */
     uint64_t
         cancellations; /* counts requests, so that a claim can tell whether one fell beside it */
-    /* Reasons to look for express jobs, and how many of them the express worker has followed up. */
+    /* Reasons to look for express jobs, and how many of them an express thread has followed up. */
     uint64_t express_issued, express_seen;
     bool express_held;           /* some wait whose owners have as many running as they may */
     pthread_cond_t express_wake; /* express_issued has grown, or closing */
-    pthread_t express;
-    bool express_started;
+    size_t lane;                 /* the slot whose thread has the express lane, or JOBS_NO_LANE */
+    double lane_since;           /* by the monotonic clock: when it took its job */
+    pthread_t express[JOBS_EXPRESS_THREADS];
+    size_t express_started, express_alive;
     struct jobs_loop *loops; /* published loops */
     atomic_bool closing;     /* no new claims */
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
@@ -182,6 +184,8 @@ struct jobs {
     struct jobs_keeper keeper;
 };
 
+#define JOBS_NO_LANE SIZE_MAX
+
 /* Who a worker is: allocated for its thread, which frees it. */
 struct jobs_worker {
     struct jobs *jobs;
@@ -189,7 +193,7 @@ struct jobs_worker {
     unsigned failures; /* claims in a row that the store has failed */
 };
 void *jobs_worker_main(void *argument);
-/* argument: struct jobs. Its slot is the last. */
+/* argument: struct jobs_worker as well; its number is beyond those of the workers. */
 void *jobs_express_main(void *argument);
 /* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
    time, up to a second. False when a signal woke it up. */

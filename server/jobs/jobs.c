@@ -53,13 +53,15 @@ size_t jobs_memory_limit(const struct jobs *jobs)
 void jobs_health(struct jobs *jobs, struct jobs_health *health)
 {
     *health = (struct jobs_health){.workers = jobs->n_workers,
+                                   .express = JOBS_EXPRESS_THREADS,
                                    .queue_limit = jobs->config.max_queued,
                                    .closing = atomic_load(&jobs->closing)};
     pthread_mutex_lock(&jobs->mutex);
     health->alive = jobs->alive;
+    health->express_alive = jobs->express_alive;
     health->queued = jobs->accepted;
-    for (size_t i = 0; i < jobs->n_workers; i++) {
-        health->busy += jobs->slots[i] != NULL;
+    for (size_t i = 0; i < jobs->n_slots; i++) {
+        *(i < jobs->n_workers ? &health->busy : &health->express_busy) += jobs->slots[i] != NULL;
     }
     pthread_mutex_unlock(&jobs->mutex);
 }
@@ -98,26 +100,41 @@ static int recover(struct jobs *jobs)
     return status;
 }
 
+/* One thread more of those that `started` and `alive` count. */
+static int start_thread(struct jobs *jobs, pthread_t *thread, void *(*entry)(void *), size_t number,
+                        size_t *started, size_t *alive)
+{
+    struct jobs_worker *worker = malloc(sizeof *worker);
+
+    if (!worker) {
+        return STORE_NOMEM;
+    }
+    *worker = (struct jobs_worker){.jobs = jobs, .number = number};
+    if (pthread_create(thread, NULL, entry, worker) != 0) {
+        free(worker);
+        return STORE_NOMEM;
+    }
+    (*started)++;
+    pthread_mutex_lock(&jobs->mutex);
+    (*alive)++;
+    pthread_mutex_unlock(&jobs->mutex);
+    return STORE_OK;
+}
+
 static int start_workers(struct jobs *jobs)
 {
-    while (jobs->n_started < jobs->n_workers) {
-        struct jobs_worker *worker = malloc(sizeof *worker);
+    int status = STORE_OK;
 
-        if (!worker) {
-            return STORE_NOMEM;
-        }
-        *worker = (struct jobs_worker){.jobs = jobs, .number = jobs->n_started};
-        if (pthread_create(&jobs->threads[jobs->n_started], NULL, jobs_worker_main, worker) != 0) {
-            free(worker);
-            return STORE_NOMEM;
-        }
-        jobs->n_started++;
-        pthread_mutex_lock(&jobs->mutex);
-        jobs->alive++;
-        pthread_mutex_unlock(&jobs->mutex);
+    while (status == STORE_OK && jobs->n_started < jobs->n_workers) {
+        status = start_thread(jobs, &jobs->threads[jobs->n_started], jobs_worker_main,
+                              jobs->n_started, &jobs->n_started, &jobs->alive);
     }
-    jobs->express_started = pthread_create(&jobs->express, NULL, jobs_express_main, jobs) == 0;
-    return jobs->express_started ? STORE_OK : STORE_NOMEM;
+    while (status == STORE_OK && jobs->express_started < JOBS_EXPRESS_THREADS) {
+        status = start_thread(jobs, &jobs->express[jobs->express_started], jobs_express_main,
+                              jobs->n_workers + jobs->express_started, &jobs->express_started,
+                              &jobs->express_alive);
+    }
+    return status;
 }
 
 static size_t count_workers(size_t asked)
@@ -139,7 +156,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config = *config;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->n_workers = count_workers(config->workers);
-    jobs->n_slots = jobs->n_workers + 1;
+    jobs->n_slots = jobs->n_workers + JOBS_EXPRESS_THREADS;
+    jobs->lane = JOBS_NO_LANE;
     jobs->config.job_memory =
         config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_slots);
     pthread_mutex_init(&jobs->mutex, NULL);
@@ -194,15 +212,15 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     pthread_mutex_lock(&jobs->mutex);
     atomic_store(&jobs->closing, true);
     pthread_cond_broadcast(&jobs->wake);
-    pthread_cond_signal(&jobs->express_wake);
+    pthread_cond_broadcast(&jobs->express_wake);
     pthread_mutex_unlock(&jobs->mutex);
     wait_for_runs(jobs, grace_seconds > 0.0 ? grace_seconds : 0.0);
     atomic_store(&jobs->abandoned, true);
     for (size_t i = 0; i < jobs->n_started; i++) {
         pthread_join(jobs->threads[i], NULL);
     }
-    if (jobs->express_started) {
-        pthread_join(jobs->express, NULL);
+    for (size_t i = 0; i < jobs->express_started; i++) {
+        pthread_join(jobs->express[i], NULL);
     }
     jobs_transforms_destroy(&jobs->transforms);
     pthread_mutex_destroy(&jobs->ids.mutex);

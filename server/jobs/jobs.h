@@ -7,9 +7,9 @@
  *
  * Threads: `workers` threads named srnfd-work-N claim accepted jobs, the owners in turn and of each
  * owner the one whose creation plus expected time is earliest. A worker without a job of its own
- * helps the parallel loops of running jobs. One thread more, srnfd-express, claims only jobs that
- * are expected to take at most JOBS_EXPRESS_SECONDS: these start at once however many long ones
- * run. OpenBLAS runs one thread per caller.
+ * helps the parallel loops of running jobs. JOBS_EXPRESS_THREADS more, named srnfd-express, claim
+ * only jobs that are expected to take at most JOBS_EXPRESS_SECONDS, one of these threads at a time:
+ * such jobs start at once however many long ones run. OpenBLAS runs one thread per caller.
  */
 #ifndef SRNFD_JOBS_H
 #define SRNFD_JOBS_H
@@ -40,6 +40,9 @@ struct jobs_process {
 };
 
 #define JOBS_EXPRESS_SECONDS 1.0
+/* Seconds after which an express job was misjudged: another thread takes the lane. */
+#define JOBS_EXPRESS_PATIENCE (2.0 * JOBS_EXPRESS_SECONDS)
+#define JOBS_EXPRESS_THREADS 2
 #define JOBS_EXPECTED_MAX 3600.0 /* what takes longer is not overtaken for longer */
 
 struct jobs_config {
@@ -107,11 +110,14 @@ int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 /* As store_job_get, with the live progress, message and time of the last change of a running job,
    the seconds that it is expected to take from then on, and the place of an accepted one. */
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job);
-/* As store_job_list, with the same of running jobs; places are left to jobs_place. */
+/* As store_job_list, with the same of running jobs; places are left to jobs_places. */
 int jobs_page(struct jobs *jobs, const struct store_page *page,
               bool (*visit)(void *user, const struct store_job *job), void *user);
 /* Sets the place of an accepted job among those that wait. Not inside a visit. */
 int jobs_place(struct jobs *jobs, struct store_job *job);
+/* As store_job_places: the places of many. Not inside a visit. */
+int jobs_places(struct jobs *jobs, bool (*visit)(void *user, const char *id, size_t position),
+                void *user);
 
 size_t jobs_worker_count(const struct jobs *jobs);
 /* Bytes that a job may have in use. */
@@ -119,11 +125,12 @@ size_t jobs_memory_limit(const struct jobs *jobs);
 
 /* What the engine does at this moment. */
 struct jobs_health {
-    size_t workers;     /* as many as there should be */
-    size_t alive;       /* threads that run */
-    size_t busy;        /* with a job of their own */
-    size_t queued;      /* accepted jobs */
-    size_t queue_limit; /* of accepted jobs */
+    size_t workers;                              /* as many as there should be */
+    size_t alive;                                /* threads that run */
+    size_t busy;                                 /* with a job of their own */
+    size_t express, express_alive, express_busy; /* of the threads of short jobs, beside those */
+    size_t queued;                               /* accepted jobs */
+    size_t queue_limit;                          /* of accepted jobs */
     bool closing;
 };
 void jobs_health(struct jobs *jobs, struct jobs_health *health);

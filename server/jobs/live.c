@@ -71,6 +71,12 @@ int jobs_place(struct jobs *jobs, struct store_job *job)
                : STORE_OK;
 }
 
+int jobs_places(struct jobs *jobs, bool (*visit)(void *user, const char *id, size_t position),
+                void *user)
+{
+    return store_job_places(jobs->config.store, visit, user);
+}
+
 int jobs_get(struct jobs *jobs, const char *id, struct store_job *job)
 {
     struct live *live = calloc(jobs->n_slots, sizeof *live);

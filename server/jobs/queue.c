@@ -122,7 +122,7 @@ static void issue_ticket(struct jobs *jobs, bool express)
     pthread_cond_signal(&jobs->wake);
     if (express) {
         jobs->express_issued++;
-        pthread_cond_signal(&jobs->express_wake);
+        pthread_cond_broadcast(&jobs->express_wake);
     }
     pthread_mutex_unlock(&jobs->mutex);
 }

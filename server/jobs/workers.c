@@ -12,13 +12,20 @@
  * jobs that wait belong to owners who have as many running as they may, the ticket is held until a
  * run ends.
  *
- * One more thread takes express jobs only, those that are expected to take a second at most
- * (queue.c). It looks when such a job has come, and then until it finds none; a worker may have
- * taken it before. A ticket that it finds it takes along, as a worker does, and puts back where it
- * gets no job: so no ticket stays behind for a job that it ran, and none is missing for one that it
- * did not. It helps no loops, so a short job waits for nothing but other short ones, however many
- * long jobs run. There is one such thread for any number of workers: it costs the long jobs at most
- * one part in n + 1 of the processors, while short jobs come without end.
+ * Express threads take express jobs only, those that are expected to take a second at most
+ * (queue.c), one thread at a time: the one that has the lane. It looks when such a job has come, and
+ * then until it finds none; a worker may have taken it before. A ticket that it finds it takes
+ * along, as a worker does, and puts back where it gets no job: so no ticket stays behind for a job
+ * that it ran, and none is missing for one that it did not. It helps no loops, so a short job waits
+ * for nothing but other short ones, however many long jobs run.
+ *
+ * A job that is there for longer than JOBS_EXPRESS_PATIENCE was misjudged. Its thread has lost the
+ * lane as soon as the other one finds that short jobs wait: that one takes the lane, and the job
+ * goes on beside it as on a worker. Its thread may have the lane again when the job has ended. So
+ * one misjudged job delays short ones by that time, once; where as many run as there are threads,
+ * short ones wait for the first of them or for a worker. There are so many threads for any number of
+ * workers: they cost the long jobs at most one part in n + 1 of the processors, while short jobs
+ * come without end, and another while a misjudged job runs.
  *
  * Threads: srnfd-work-N and srnfd-express (priority.h). Lock: jobs->mutex
  * (rank 20), never held across the store or a run.
@@ -27,6 +34,7 @@
 
 #include "priority.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -82,9 +90,17 @@ static void leave_slot(struct jobs *jobs, size_t number)
     if (jobs->express_held) {
         jobs->express_held = false;
         jobs->express_issued++;
-        pthread_cond_signal(&jobs->express_wake);
+        pthread_cond_broadcast(&jobs->express_wake);
     }
     pthread_mutex_unlock(&jobs->mutex);
+}
+
+static double monotonic_seconds(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* Returns the status of the claim, and runs the job where there is one. */
@@ -205,20 +221,48 @@ void *jobs_worker_main(void *argument)
     return NULL;
 }
 
+/* Seconds until the lane may be taken; 0: now. jobs->mutex is held. */
+static double lane_wait(const struct jobs *jobs)
+{
+    double wait = jobs->lane == JOBS_NO_LANE
+                      ? 0.0
+                      : jobs->lane_since + JOBS_EXPRESS_PATIENCE - monotonic_seconds();
+
+    return wait > 0.0 ? wait : 0.0;
+}
+
+/* Until there is something to look for, or for so long. jobs->mutex is held. */
+static void await_express(struct jobs *jobs, double seconds)
+{
+    double until = monotonic_seconds() + seconds;
+    struct timespec at = {.tv_sec = (time_t)until, .tv_nsec = (long)(1e9 * (until - floor(until)))};
+
+    (void)pthread_cond_clockwait(&jobs->express_wake, &jobs->mutex, CLOCK_MONOTONIC, &at);
+}
+
 void *jobs_express_main(void *argument)
 {
-    struct jobs *jobs = argument;
-    struct jobs_worker worker = {.jobs = jobs, .number = jobs->n_workers};
+    struct jobs_worker worker = *(struct jobs_worker *)argument;
+    struct jobs *jobs = worker.jobs;
 
+    free(argument);
     settle_in("srnfd-express");
     pthread_mutex_lock(&jobs->mutex);
     while (!atomic_load(&jobs->closing)) {
-        if (jobs->express_seen != jobs->express_issued) {
-            take_express(&worker);
-        } else {
+        double wait = lane_wait(jobs);
+
+        if (jobs->express_seen == jobs->express_issued) {
             pthread_cond_wait(&jobs->express_wake, &jobs->mutex);
+        } else if (wait > 0.0) {
+            await_express(jobs, wait);
+        } else {
+            jobs->lane = worker.number;
+            jobs->lane_since = monotonic_seconds();
+            take_express(&worker);
+            jobs->lane = jobs->lane == worker.number ? JOBS_NO_LANE : jobs->lane;
         }
     }
+    jobs->express_alive--;
     pthread_mutex_unlock(&jobs->mutex);
     return NULL;
 }

@@ -175,6 +175,36 @@ int store_job_position(struct store *store, const char *id, size_t *position)
     return status == STORE_NOT_FOUND ? STORE_OK : status;
 }
 
+/* In the r-th round each owner has its r-th job, the owners in the order of their turns. */
+int store_job_places(struct store *store,
+                     bool (*visit)(void *user, const char *id, size_t position), void *user)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+    bool more = true;
+
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(
+        reader->db, &row,
+        "WITH ranked AS (SELECT job.id AS id, turn, name, row_number() OVER (PARTITION BY "
+        "job.owner ORDER BY created_ms + expected_ms, job.id) AS rank FROM job "
+        "JOIN owner ON name = job.owner WHERE status = 'accepted') "
+        "SELECT id FROM ranked ORDER BY rank, turn, name",
+        "");
+    for (size_t position = 1; status == STORE_OK && more; position++) {
+        status = store_step(reader->db, row);
+        if (status == STORE_OK) {
+            more = visit(user, (const char *)sqlite3_column_text(row, 0), position);
+        }
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
 /* ---- Transition ------------------------------------------------------------------------------ */
 
 /* The transition table: to each state, the states that lead there. Only a claim leads to running.

@@ -326,6 +326,10 @@ int store_job_claim_express(struct store *store, struct store_job *job);
    does not wait, or is not there. Owners' limits on running jobs and express claims are left out.
    O(jobs that wait), each a step along an index. */
 int store_job_position(struct store *store, const char *id, size_t *position);
+/* The same of all that wait, in their order, until visit returns false: one look at the queue. No
+   call into the store from inside visit. */
+int store_job_places(struct store *store,
+                     bool (*visit)(void *user, const char *id, size_t position), void *user);
 /* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
    a problem only with FAILED. Going back to ACCEPTED gives the attempt back. STORE_QUOTA: the owner

@@ -1,7 +1,8 @@
 /*
  * Short jobs beside long ones: with every worker held by a long job, a job that is expected to be
  * short runs at once, one of which nothing is known waits; short jobs keep to the limits of their
- * owner and are found again after a restart; nothing is run twice or left behind where the express
+ * owner and are found again after a restart; a job that is not short after all gives up the lane,
+ * so that others go on, as often as there is a thread for it, and the threads are counted; nothing is run twice or left behind where the express
  * worker and the others are after the same jobs; and the accounts of memory are kept apart.
  */
 #include <setjmp.h>
@@ -192,6 +193,43 @@ static void a_short_job_can_be_cancelled(void **state)
     await(world, id, STORE_JOB_DISMISSED);
 }
 
+/* Two jobs that were misjudged: the first lets others by after a while, and takes its thread with it
+   for as long as it runs. */
+static void a_long_job_gives_up_the_lane(void **state)
+{
+    struct world *world = *state;
+    char misjudged[STORE_ID_MAX], quick[STORE_ID_MAX], other[STORE_ID_MAX];
+    struct jobs_health health;
+
+    open_engine(world, 1);
+    hold_all(world, "ada", 1, 0);
+    assert_int_equal(submit(world, "ada", "hold", "first", 0.1, 0, misjudged), JOBS_OK);
+    engine_await(&world->held, 2);
+    assert_int_equal(submit(world, "ada", "quick", "0", 0.1, 0, quick), JOBS_OK);
+    await(world, quick, STORE_JOB_SUCCESSFUL);
+    assert_int_equal(submit(world, "ben", "quick", "1", 0.1, 0, quick), JOBS_OK);
+    await(world, quick, STORE_JOB_SUCCESSFUL);
+    jobs_health(world->engine.jobs, &health);
+    assert_int_equal(health.workers, 1);
+    assert_int_equal(health.busy, 1);
+    assert_int_equal(health.express, JOBS_EXPRESS_THREADS);
+    assert_int_equal(health.express_alive, JOBS_EXPRESS_THREADS);
+    assert_int_equal(health.express_busy, 1);
+
+    /* No more of them than there are threads. */
+    assert_int_equal(submit(world, "ben", "hold", "second", 0.1, 0, other), JOBS_OK);
+    engine_await(&world->held, 3);
+    assert_int_equal(submit(world, "ada", "quick", "2", 0.1, 0, quick), JOBS_OK);
+    engine_pause_ms((long)(1500.0 * JOBS_EXPRESS_PATIENCE));
+    jobs_health(world->engine.jobs, &health);
+    assert_int_equal(health.express_busy, JOBS_EXPRESS_THREADS);
+    assert_int_equal(fixture_status(world->engine.fixture->store, quick), STORE_JOB_ACCEPTED);
+    atomic_store(&world->engine.gate, true);
+    await(world, quick, STORE_JOB_SUCCESSFUL);
+    await(world, misjudged, STORE_JOB_SUCCESSFUL);
+    await(world, other, STORE_JOB_SUCCESSFUL);
+}
+
 struct client {
     struct world *world;
     int number, errors;
@@ -242,6 +280,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(short_jobs_are_found_after_a_restart, setup,
                                         engine_teardown),
         cmocka_unit_test_setup_teardown(a_short_job_can_be_cancelled, setup, engine_teardown),
+        cmocka_unit_test_setup_teardown(a_long_job_gives_up_the_lane, setup, engine_teardown),
         cmocka_unit_test_setup_teardown(each_job_runs_once, setup, engine_teardown),
     };
 

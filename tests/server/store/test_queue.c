@@ -121,12 +121,28 @@ static void express_claims_keep_to_limits(void **state)
     store_job_clear(&job);
 }
 
+struct places {
+    char (*at)[STORE_ID_MAX];
+    size_t count, until;
+};
+
+static bool compare_place(void *user, const char *id, size_t position)
+{
+    struct places *places = user;
+
+    assert_int_equal(position, ++places->count);
+    assert_true(position < JOBS);
+    assert_string_equal(id, places->at[position]);
+    return position < places->until;
+}
+
 static void places_are_the_order_of_claims(void **state)
 {
     static const char *const owners[] = {"ada", "ada", "ben", "cleo", "ada", "ben"};
     struct fixture *fixture = *state;
     struct store *store = fixture->store;
     char at[JOBS + 1][STORE_ID_MAX] = {""};
+    struct places all;
     struct store_job job;
     size_t position;
 
@@ -144,6 +160,12 @@ static void places_are_the_order_of_claims(void **state)
         assert_string_equal(at[position], "");    /* nobody else is there */
         memcpy(at[position], id, sizeof id);
     }
+    all = (struct places){.at = at, .until = JOBS};
+    assert_int_equal(store_job_places(store, compare_place, &all), STORE_OK);
+    assert_int_equal(all.count, JOBS - 1);
+    all = (struct places){.at = at, .until = 3};
+    assert_int_equal(store_job_places(store, compare_place, &all), STORE_OK);
+    assert_int_equal(all.count, 3);
     for (size_t next = 1; next < JOBS; next++) {
         assert_int_equal(store_job_claim(store, &job), STORE_OK);
         assert_string_equal(job.id, at[next]);
@@ -151,6 +173,9 @@ static void places_are_the_order_of_claims(void **state)
     }
     assert_int_equal(store_job_position(store, "job-00000001", &position), STORE_OK);
     assert_int_equal(position, 0);
+    all = (struct places){.at = at, .until = JOBS};
+    assert_int_equal(store_job_places(store, compare_place, &all), STORE_OK);
+    assert_int_equal(all.count, 0);
     assert_int_equal(store_job_position(store, "job-of-nobody", &position), STORE_OK);
     assert_int_equal(position, 0);
 }
