@@ -10,14 +10,14 @@
 #define MODEL_NAME_MAX 64 /* bytes of a surface's name */
 
 /* The input that names the model, in a process's table: its member of the typed inputs. */
-#define MODEL_INPUT(typed)                                                              \
-    {                                                                                   \
+#define MODEL_INPUT(typed)                                                                  \
+    {                                                                                       \
         "model", INPUT_MODEL, offsetof(struct typed, model), "The model.", .required = true \
     }
 /* The surfaces of a result, as model_keep_surfaces gives them. */
-#define MODEL_SURFACES                                                        \
-    {                                                                         \
-        "surfaces", OUTPUT_OBJECTS,                                           \
+#define MODEL_SURFACES                                                            \
+    {                                                                             \
+        "surfaces", OUTPUT_OBJECTS,                                               \
             "Records; the deformation from the mean rides along in their meshes." \
     }
 

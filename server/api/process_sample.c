@@ -30,8 +30,7 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     MODEL_SURFACES,
-    {"scores", OUTPUT_ARRAY,
-     "[count][components of the model]; 0 in those that are not varied."},
+    {"scores", OUTPUT_ARRAY, "[count][components of the model]; 0 in those that are not varied."},
     {"relativeEnergy", OUTPUT_NUMBERS_OR_NULLS, "Of each, as in modes."},
     {NULL, NULL, NULL},
 };
@@ -77,11 +76,10 @@ static json_t *document_of(struct jobs_run *run, const struct sample *sample,
         (void)snprintf(names[i], sizeof names[i], "sample %zu, seed %ld", i + 1, sample->seed);
     }
     surfaces = model_keep_surfaces(run, "sample", model, points, names, result);
-    return surfaces
-               ? json_pack("{s:o, s:o, s:o}", "surfaces", surfaces, "scores",
-                           json_nested(scores, 2, shape), "relativeEnergy",
-                           json_vector(points->relative_energy, n))
-               : NULL;
+    return surfaces ? json_pack("{s:o, s:o, s:o}", "surfaces", surfaces, "scores",
+                                json_nested(scores, 2, shape), "relativeEnergy",
+                                json_vector(points->relative_energy, n))
+                    : NULL;
 }
 
 static json_t *run_sample(struct jobs_run *run, const void *typed, struct jobs_result *result)

@@ -43,16 +43,23 @@ static void read_input(struct process_inputs *inputs, const struct process_input
     case INPUT_REAL:
         (void)inputs_real(inputs, input->name, input->lowest, input->highest, input->fallback);
         break;
-    case INPUT_BOOLEAN: (void)inputs_boolean(inputs, input->name, input->fallback != 0.0); break;
-    case INPUT_CHOICE: (void)inputs_choice(inputs, input->name, input->choices); break;
+    case INPUT_BOOLEAN:
+        (void)inputs_boolean(inputs, input->name, input->fallback != 0.0);
+        break;
+    case INPUT_CHOICE:
+        (void)inputs_choice(inputs, input->name, input->choices);
+        break;
     case INPUT_NUMBERS:
         inputs_numbers(inputs, input->name, input->most, input->highest, numbers->n,
                        numbers->values);
         break;
-    case INPUT_OWN: input->own->read(inputs, input); break;
+    case INPUT_OWN:
+        input->own->read(inputs, input);
+        break;
     case INPUT_MESH:
     case INPUT_SURFACE:
-    case INPUT_MODEL: break;
+    case INPUT_MODEL:
+        break;
     }
 }
 
@@ -155,9 +162,8 @@ static json_t *number_schema(const struct process_input *input)
     const char *type = whole ? "integer" : "number";
     json_t *schema = json_object();
 
-    (void)json_object_set_new(schema, "type",
-                              input->nullable ? json_pack("[s,s]", type, "null")
-                                              : json_string(type));
+    (void)json_object_set_new(
+        schema, "type", input->nullable ? json_pack("[s,s]", type, "null") : json_string(type));
     if (input->open) {
         (void)json_object_set_new(schema, "exclusiveMinimum", limit(input->lowest - 1.0, whole));
     } else {
@@ -174,9 +180,9 @@ static json_t *number_schema(const struct process_input *input)
 
 static json_t *numbers_schema(const struct process_input *input)
 {
-    json_t *item = json_pack("{s:s, s:o, s:o}", "type", "number", "minimum",
-                             limit(-input->highest, false), "maximum",
-                             limit(input->highest, false));
+    json_t *item =
+        json_pack("{s:s, s:o, s:o}", "type", "number", "minimum", limit(-input->highest, false),
+                  "maximum", limit(input->highest, false));
 
     return json_pack("{s:s, s:i, s:I, s:o, s:o}", "type", "array", "minItems", 1, "maxItems",
                      (json_int_t)input->most, "items", item, "default",
@@ -197,15 +203,20 @@ static json_t *input_schema(const struct process_input *input)
 {
     switch (input->kind) {
     case INPUT_INTEGER:
-    case INPUT_REAL: return number_schema(input);
+    case INPUT_REAL:
+        return number_schema(input);
     case INPUT_BOOLEAN:
         return json_pack("{s:s, s:b}", "type", "boolean", "default", input->fallback != 0.0);
-    case INPUT_CHOICE: return choice_schema(input);
-    case INPUT_NUMBERS: return numbers_schema(input);
-    case INPUT_OWN: return fragment(input->own->schema);
+    case INPUT_CHOICE:
+        return choice_schema(input);
+    case INPUT_NUMBERS:
+        return numbers_schema(input);
+    case INPUT_OWN:
+        return fragment(input->own->schema);
     case INPUT_MESH:
     case INPUT_SURFACE:
-    case INPUT_MODEL: break;
+    case INPUT_MODEL:
+        break;
     }
     return id_schema(input);
 }
@@ -297,15 +308,25 @@ static bool type_numbers(const json_t *value, struct input_numbers *numbers)
 static bool type_input(const struct process_input *input, const json_t *value, void *member)
 {
     switch (input->kind) {
-    case INPUT_INTEGER: *(long *)member = (long)json_integer_value(value); break;
-    case INPUT_REAL: *(double *)member = json_number_value(value); break;
-    case INPUT_BOOLEAN: *(bool *)member = json_is_true(value); break;
-    case INPUT_CHOICE: return type_choice(value, input->choices, member);
-    case INPUT_NUMBERS: return type_numbers(value, member);
+    case INPUT_INTEGER:
+        *(long *)member = (long)json_integer_value(value);
+        break;
+    case INPUT_REAL:
+        *(double *)member = json_number_value(value);
+        break;
+    case INPUT_BOOLEAN:
+        *(bool *)member = json_is_true(value);
+        break;
+    case INPUT_CHOICE:
+        return type_choice(value, input->choices, member);
+    case INPUT_NUMBERS:
+        return type_numbers(value, member);
     case INPUT_MESH:
     case INPUT_SURFACE:
-    case INPUT_MODEL: return type_id(value, member);
-    case INPUT_OWN: return input->own->type(value, member);
+    case INPUT_MODEL:
+        return type_id(value, member);
+    case INPUT_OWN:
+        return input->own->type(value, member);
     }
     return true;
 }

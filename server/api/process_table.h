@@ -83,8 +83,8 @@ struct process_table {
     const struct process_input *inputs; /* ended by name NULL */
     const struct process_output *outputs;
     size_t size; /* of the typed inputs */
-    /* Checks what holds between inputs, and sets derived ones in inputs->canonical. Called when each
-       input is right by itself. May be NULL. */
+    /* Checks what holds between inputs, and sets derived ones in inputs->canonical. Called when
+       each input is right by itself. May be NULL. */
     void (*complete)(struct process_inputs *inputs);
     /* Returns the result document (process_finish adds the rest), or NULL with the problem set. */
     json_t *(*run)(struct jobs_run *run, const void *typed, struct jobs_result *result);

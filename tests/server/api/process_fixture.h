@@ -199,7 +199,7 @@ static struct outcome canonicalise_as(struct fixture *fixture, const struct api_
     outcome.canonical = process_canonicalise(process, &call, inputs, &list);
     outcome.errors = list.errors;
     if (outcome.canonical && !list.errors) {
-        outcome.seconds = api_process_find(process)->seconds(&call.work, outcome.canonical);
+        outcome.seconds = process->seconds(&call.work, outcome.canonical);
     }
     outcome.status = response.status;
     if (response.body) {

@@ -60,7 +60,8 @@ static const struct process_input inputs[] = {
     {"surface", INPUT_SURFACE, AT(surface), "A surface.", .required = true},
     {"mesh", INPUT_MESH, AT(mesh), "A mesh, or none.", .nullable = true},
     {"model", INPUT_MODEL, AT(model), "A model.", .required = true},
-    {"cups", INPUT_INTEGER, AT(cups), "Cups.", .lowest = 1, .highest = 10, .open = true, .derived = true},
+    {"cups", INPUT_INTEGER, AT(cups), "Cups.", .lowest = 1, .highest = 10, .open = true,
+     .derived = true},
     {"spoons", INPUT_INTEGER, AT(spoons), "Spoons.", .lowest = 1, .highest = 9, .fallback = 2},
     {"cubes", INPUT_INTEGER, AT(cubes), "Cubes.", .lowest = 1, .highest = 4, .nullable = true},
     {"warmth", INPUT_REAL, AT(warmth), "In kelvin.", .lowest = 273.5, .highest = 373,
@@ -77,7 +78,13 @@ static const struct process_output outputs[] = {
 };
 static const struct process_table table = {
     .inputs = inputs, .outputs = outputs, .size = sizeof(struct tea), .complete = complete};
-static const struct api_process process = {.id = "tea", .table = &table};
+static double minutes(const struct api_work *work, const json_t *canonical)
+{
+    (void)work;
+    return 60.0 * (double)json_integer_value(json_object_get(canonical, "cups"));
+}
+
+static const struct api_process process = {.id = "tea", .table = &table, .seconds = minutes};
 
 static struct outcome brew(void **state, const char *text)
 {
@@ -98,13 +105,14 @@ static struct outcome brew(void **state, const char *text)
 static void test_defaults_are_filled(void **state)
 {
     struct outcome outcome = brew(state, "{" LEAST "}");
-    json_t *wanted = json_pack(
-        "{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s}", "surface",
-        ((struct fixture *)*state)->surface, "mesh", "model", ((struct fixture *)*state)->model,
-        "cups", 4, "spoons", 2, "cubes", "warmth", 350.0, "milk", 1, "kind", "black", "times", 0.5,
-        1.0, "guest", "Ada");
+    json_t *wanted =
+        json_pack("{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s}", "surface",
+                  ((struct fixture *)*state)->surface, "mesh", "model",
+                  ((struct fixture *)*state)->model, "cups", 4, "spoons", 2, "cubes", "warmth",
+                  350.0, "milk", 1, "kind", "black", "times", 0.5, 1.0, "guest", "Ada");
 
     assert_true(json_equal(outcome.canonical, wanted));
+    assert_true(outcome.seconds == 240.0);
     json_decref(wanted);
     outcome_clear(&outcome);
 }
@@ -112,9 +120,9 @@ static void test_defaults_are_filled(void **state)
 static void test_typed(void **state)
 {
     struct fixture *fixture = *state;
-    struct outcome outcome = brew(
-        state, "{" LEAST ",\"mesh\":\"" GOOD_MESH "\",\"cups\":9,\"spoons\":7.0,\"cubes\":4,"
-               "\"warmth\":300,\"milk\":false,\"kind\":\"green\",\"times\":[3,-0.0,12]}");
+    struct outcome outcome =
+        brew(state, "{" LEAST ",\"mesh\":\"" GOOD_MESH "\",\"cups\":9,\"spoons\":7.0,\"cubes\":4,"
+                    "\"warmth\":300,\"milk\":false,\"kind\":\"green\",\"times\":[3,-0.0,12]}");
     struct tea tea;
 
     assert_true(table_type(&table, outcome.canonical, &tea));
@@ -200,8 +208,7 @@ static void test_references_come_last(void **state)
     assert_true(has_error(&outcome, "/inputs/model") && has_error(&outcome, "/inputs/guest") &&
                 has_error(&outcome, "/inputs/milk"));
     outcome_clear(&outcome);
-    outcome = brew(state,
-                   "{\"surface\":\"" ABSENT_SURFACE "\",\"model\":\"%\",\"guest\":\"Ada\"}");
+    outcome = brew(state, "{\"surface\":\"" ABSENT_SURFACE "\",\"model\":\"%\",\"guest\":\"Ada\"}");
     assert_int_equal(outcome.status, 404);
     assert_string_equal(outcome.code, "no-such-surface");
     outcome_clear(&outcome);
