@@ -13,8 +13,8 @@
  * run ends.
  *
  * Express threads take express jobs only, those that are expected to take a second at most
- * (queue.c), one thread at a time: the one that has the lane. It looks when such a job has come, and
- * then until it finds none; a worker may have taken it before. A ticket that it finds it takes
+ * (queue.c), one thread at a time: the one that has the lane. It looks when such a job has come,
+ * and then until it finds none; a worker may have taken it before. A ticket that it finds it takes
  * along, as a worker does, and puts back where it gets no job: so no ticket stays behind for a job
  * that it ran, and none is missing for one that it did not. It helps no loops, so a short job waits
  * for nothing but other short ones, however many long jobs run.
@@ -23,9 +23,9 @@
  * lane as soon as the other one finds that short jobs wait: that one takes the lane, and the job
  * goes on beside it as on a worker. Its thread may have the lane again when the job has ended. So
  * one misjudged job delays short ones by that time, once; where as many run as there are threads,
- * short ones wait for the first of them or for a worker. There are so many threads for any number of
- * workers: they cost the long jobs at most one part in n + 1 of the processors, while short jobs
- * come without end, and another while a misjudged job runs.
+ * short ones wait for the first of them or for a worker. The lane costs the long jobs at most one
+ * part in n + 1 of the processors, while short jobs come without end, and another one while a
+ * misjudged job runs.
  *
  * Threads: srnfd-work-N and srnfd-express (priority.h). Lock: jobs->mutex
  * (rank 20), never held across the store or a run.

@@ -2,8 +2,9 @@
  * Short jobs beside long ones: with every worker held by a long job, a job that is expected to be
  * short runs at once, one of which nothing is known waits; short jobs keep to the limits of their
  * owner and are found again after a restart; a job that is not short after all gives up the lane,
- * so that others go on, as often as there is a thread for it, and the threads are counted; nothing is run twice or left behind where the express
- * worker and the others are after the same jobs; and the accounts of memory are kept apart.
+ * so that others go on, as often as there is a thread for it, and the threads are counted; nothing
+ * is run twice or left behind where the express worker and the others are after the same jobs; and
+ * the accounts of memory are kept apart.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -193,8 +194,8 @@ static void a_short_job_can_be_cancelled(void **state)
     await(world, id, STORE_JOB_DISMISSED);
 }
 
-/* Two jobs that were misjudged: the first lets others by after a while, and takes its thread with it
-   for as long as it runs. */
+/* Two jobs that were misjudged: the first lets others by after a while, and takes its thread with
+   it for as long as it runs. */
 static void a_long_job_gives_up_the_lane(void **state)
 {
     struct world *world = *state;
