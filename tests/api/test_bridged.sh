@@ -86,11 +86,9 @@ group() { # PROCESS JQ OPTIONS WHAT
 }
 group mean '[.surface.id, .surface.route, .distances] | tojson' ',"commonPose":true' 'the mean is the same surface'
 if [ -z "$SRNFD_SANITIZED" ]; then
-    group pca '[.model.explained, .distances] | tojson' ',"commonPose":true' 'so are the components'
-    group evaluate-model '.generalisation | tojson' ',"commonPose":true,"samples":2' 'and how good they are'
-    group compare-groups '[.pValue, .surface.id] | tojson' ',"commonPose":true,"permutations":20' 'and the map of a comparison'
+    group compare-groups '[.pValue, .surface.id] | tojson' ',"commonPose":true,"permutations":20' 'so is the map of a comparison'
     group classify '.methods | map_values(.perSubject | map(.nearestDistances)) | tojson' \
-        ',"method":["harmonic-nn"]' 'and the neighbours of a classification'
+        ',"method":["harmonic-nn"]' 'so are the neighbours of a classification'
 else
     skip 'the other processes on groups' 'slow under a sanitizer'
 fi
