@@ -195,7 +195,8 @@ if [ "$ALL" = all ]; then
         way together cohort "$members" a 0
     done
     while read -r process inputs; do
-        for how in job keyed 'together job' 'removed job'; do
+        for how in job keyed 'together job' 'together keyed' 'removed job'; do
+            case "$how $process" in removed*invert | removed*mean) continue ;; esac # too small to fill it
             # shellcheck disable=SC2086 # two words
             way $how "$process" "$inputs"
         done
