@@ -140,8 +140,8 @@ like "$(cat "$SCRATCH"/status-2?)" '503' 'those that were not parsed are told to
 
 # ---- One account of memory ---------------------------------------------------------------------------------
 
-# A sphere of a mesh's bytes: what takes more memory than there is for all uploads cannot be read here.
 start_server "$DATA" --workers 1 --upload-memory $((64 << 20)) || exit 1
+bomb 800000 1600000 >"$SCRATCH/bomb.gii"
 UPLOADS=()
 upload "$MALLORY" 31
 wait "${UPLOADS[@]}"
