@@ -267,9 +267,9 @@ int store_owner_check(sqlite3 *db, const char *name, int64_t more);
 /* The same for the owner of a job; STORE_OK for a job that is not there. */
 int store_owner_check_job(sqlite3 *db, const char *job, int64_t more);
 /* What a row of owned counts for beside its content, name and record, with that of the mesh,
-   surface or model. What jobs (2048 and their inputs), keys (1024) and cohorts (1024, 512 for a member, and
-   the text) count for stands in migrations/0008_quotas.sql. Measured as the growth of the
-   database by 20,000 of each, packed: 650 bytes for a mesh, 1190 for a failed job, 725 for the
+   surface or model. What jobs (2048 and their inputs), keys (1024) and cohorts (1024, 512 for a
+   member, and the text) count for stands in migrations/0008_quotas.sql. Measured as the growth of
+   the database by 20,000 of each, packed: 650 bytes for a mesh, 1190 for a failed job, 725 for the
    longest key, 710 for a cohort and 360 for a member. */
 #define STORE_ROW_BYTES 1024
 
