@@ -32,8 +32,21 @@
  * more often than the other its averages vary less, and equal means with unequal variance are not
  * the hypothesis that is tested.
  *
- * Where there are few subjects all relabellings are taken, each once (exchange.c). Without
- * covariates only the groups matter; with them every order of the residuals differs.
+ * Where there are few subjects all relabellings are taken, each once (exchange.c). A permutation
+ * enters by the rows of the design that the residuals meet, (group, covariates) of each: subjects
+ * with the same row are one kind, and n! / prod c_k! relabellings of the rows are different. Some of
+ * these still give the observed value whatever the data are: |b|^2 where c = +-g~ (by Cauchy and
+ * Schwarz no other c is as far as g~ for data along g~), and T^2 where, moreover, P' leaves the span
+ * of U as it is. Names of groups of one size exchanged are such a relabelling; where a covariate has
+ * the same values in both groups, so is its exchange within them for |b|^2. They are counted as they
+ * come, and are what the smallest possible p is made of.
+ *
+ * The level. Without covariates the labels can be exchanged under the null hypothesis, and P(p <= a)
+ * is at most a, whether all relabellings are taken or some at random. With covariates it is not so:
+ * the residuals R y of exchangeable errors are themselves not exchangeable, since R commutes with
+ * all permutations only if U is the constant alone. The level of Freedman and Lane is then
+ * asymptotic (M. Anderson, J. Robinson, "Permutation tests for linear models", 2001), also where
+ * all relabellings are taken: that only leaves nothing to chance in p.
  *
  * "As large" leaves room for rounding: permutations that exchange subjects within a group only give
  * the observed value again. Counts are whole numbers, so that the sum over blocks does not depend
@@ -52,6 +65,7 @@
 #define N_MAX ((size_t)10000)
 #define BLOCK ((size_t)32) /* permutations of one task */
 #define TIE 1e-9           /* relative: what counts as the same statistic */
+#define SPAN 1e-12         /* of the square of a unit vector: what may lie outside of its span */
 /* A covariance whose pivot falls below this part of its trace is singular: nothing moves there, or
    only in a plane, and the point is given no statistic. */
 #define SINGULAR 1e-12
@@ -76,6 +90,8 @@ struct compare_run {
     double observed;    /* global statistic */
     double *largest;    /* [permutations + 1] of T^2 over the map; the first is the observed */
     atomic_uint global; /* permutations as far apart */
+    atomic_uint tied,
+        tied_local;     /* those that are as far, or all over the map, whatever the data */
     atomic_uint *count; /* [P] permutations with as large a T^2 */
     struct srnf_comparison *out;
 };
@@ -163,6 +179,40 @@ static double global_statistic(const struct compare_run *run, const double *c)
     return fmax(sum, 0.0) / (run->design.squared * run->design.squared);
 }
 
+/* Whether a contrast is the observed one, or its negative. */
+static bool is_contrast(const struct compare_design *design, const double *c)
+{
+    double room = TIE * sqrt(design->squared);
+    double apart = 0.0;
+    double against = 0.0;
+
+    for (size_t i = 0; i < design->n; i++) {
+        apart = fmax(apart, fabs(c[i] - design->contrast[i]));
+        against = fmax(against, fabs(c[i] + design->contrast[i]));
+    }
+    return apart <= room || against <= room;
+}
+
+/* Whether the columns P'u, [nuisance - 1][n], lie in the span of U. */
+static bool is_nuisance(const struct compare_design *design, const double *columns)
+{
+    size_t n = design->n;
+
+    for (size_t r = 1; r < design->nuisance; r++) {
+        double inside = 0.0;
+
+        for (size_t u = 0; u < design->nuisance; u++) {
+            double along = cblas_ddot((int)n, design->basis + u * n, 1, columns + (r - 1) * n, 1);
+
+            inside += along * along;
+        }
+        if (inside < 1.0 - SPAN) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* ---- Permutations ---------------------------------------------------------------------------- */
 
 struct block {
@@ -227,6 +277,20 @@ static bool as_large(double value, double observed)
     return value >= observed * (1.0 - TIE);
 }
 
+/* A permutation by its contrast, which the permuted columns of U but the constant follow. */
+static void count_global(struct compare_run *run, const double *contrast)
+{
+    if (as_large(global_statistic(run, contrast), run->observed)) {
+        atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
+    }
+    if (run->exchange.test.exact && is_contrast(&run->design, contrast)) {
+        atomic_fetch_add_explicit(&run->tied, 1, memory_order_relaxed);
+        if (is_nuisance(&run->design, contrast + run->n)) {
+            atomic_fetch_add_explicit(&run->tied_local, 1, memory_order_relaxed);
+        }
+    }
+}
+
 static int run_block(void *argument, size_t index, const struct srnf_context *context,
                      struct srnf_error *error)
 {
@@ -252,9 +316,7 @@ static int run_block(void *argument, size_t index, const struct srnf_context *co
             }
         }
         run->largest[first + k] = largest;
-        if (as_large(global_statistic(run, block.contrasts + k * each * run->n), run->observed)) {
-            atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
-        }
+        count_global(run, block.contrasts + k * each * run->n);
     }
     close_block(&block);
     return status;
@@ -392,6 +454,8 @@ static int conclude(struct compare_run *run)
     size_t m = run->permutations;
 
     out->p_value = (1.0 + (double)atomic_load(&run->global)) / all;
+    out->test.least = (1.0 + (double)atomic_load(&run->tied)) / all;
+    out->least_local = (1.0 + (double)atomic_load(&run->tied_local)) / all;
     qsort(run->largest + 1, m, sizeof(double), compare_doubles);
     out->max_p_value = (1.0 + (double)count_as_large(m, run->largest + 1, run->largest[0])) / all;
     for (size_t p = 0; p < run->points; p++) {
@@ -526,26 +590,21 @@ static int compute(struct compare_run *run, const double *mean, const double *re
     return status ? status : conclude(run);
 }
 
-/* All labels differ where covariates are regressed out; otherwise groups of one size have two names
-   for every division. */
-static int open_exchange(struct compare_run *run, const int *group, size_t n_covariates,
-                         size_t asked)
+static int open_exchange(struct compare_run *run, const struct compare_averages *given,
+                         size_t n_covariates, size_t asked)
 {
     size_t *kind = srnf_alloc(run->n, sizeof *kind);
-    size_t ones = 0;
     int status = SRNF_ENOMEM;
 
-    for (size_t i = 0; kind && i < run->n; i++) {
-        kind[i] = (size_t)group[i];
-        ones += kind[i];
-    }
     if (kind) {
-        status = exchange_open(&run->exchange, run->n, n_covariates ? NULL : kind, 2, asked,
-                               n_covariates == 0 && 2 * ones == run->n ? 2.0 : 1.0);
+        size_t kinds = compare_kinds(given, n_covariates, kind);
+
+        status = exchange_open(&run->exchange, run->n, kind, kinds, asked, 1.0);
     }
     srnf_free(kind);
     run->permutations = run->exchange.test.permutations;
     run->out->test = run->exchange.test;
+    run->out->asymptotic = n_covariates > 0;
     return status;
 }
 
@@ -567,6 +626,8 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
     options = options ? options : &defaults;
     run.seed = options->seed;
     atomic_init(&run.global, 0);
+    atomic_init(&run.tied, 0);
+    atomic_init(&run.tied_local, 0);
     status = check(n, options, &first);
     status = status ? status : subjects_open(&subjects, n, options->subjects, &first);
     if (status == SRNF_OK && subjects.count < n) {
@@ -578,8 +639,7 @@ int srnf_compare_groups(const struct srnf_sht *sht, size_t n, const double *mean
         status = compare_design_create(&run.design, run.n, given.group, n_covariates,
                                        given.covariates, &first);
     }
-    status =
-        status ? status : open_exchange(&run, given.group, n_covariates, options->permutations);
+    status = status ? status : open_exchange(&run, &given, n_covariates, options->permutations);
     status = status ? status : compute(&run, mean, given.q, context, &first);
     close_run(&run);
     subjects_clear(&subjects);

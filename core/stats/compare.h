@@ -42,6 +42,9 @@ struct compare_averages {
 SRNF_CHECKED int compare_average(const struct subjects *subjects, size_t size, size_t n_covariates,
                                  struct compare_averages *averages, struct srnf_error *error);
 void compare_averages_clear(struct compare_averages *averages);
+/* The kind of each, [n]: of one kind are those of one group with the same covariates, which must be
+   numbers. Returns how many kinds there are. Compares n^2 / 2 pairs at most. */
+size_t compare_kinds(const struct compare_averages *averages, size_t n_covariates, size_t *kind);
 
 /* A permutation of 0 .. n-1 from a seed and its number; number 0 is the identity. */
 void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *order);

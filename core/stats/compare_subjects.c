@@ -1,6 +1,6 @@
 /*
  * compare_subjects.c - a comparison of members made one of subjects: SRNFs and covariates averaged
- * over the members of each (why: compare.c).
+ * over the members of each (why: compare.c); and which subjects can be exchanged to no effect.
  */
 #include "compare.h"
 
@@ -39,8 +39,14 @@ int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
             for (size_t p = 0; p < size; p++) {
                 a->memory[k * size + p] += a->q[i * size + p] / members;
             }
+            /* From the first on, so that the average of equal values is that value. */
             for (size_t c = 0; c < n_covariates; c++) {
-                covariates[k * n_covariates + c] += a->covariates[i * n_covariates + c] / members;
+                double first = a->covariates[s->members[s->start[k]] * n_covariates + c];
+
+                covariates[k * n_covariates + c] +=
+                    i == s->members[s->start[k]]
+                        ? first
+                        : (a->covariates[i * n_covariates + c] - first) / members;
             }
         }
     }
@@ -48,4 +54,31 @@ int compare_average(const struct subjects *s, size_t size, size_t n_covariates,
     a->covariates = covariates;
     a->group = a->groups;
     return SRNF_OK;
+}
+
+static bool same_row(const struct compare_averages *a, size_t n_covariates, size_t i, size_t j)
+{
+    const double *x = a->covariates + i * n_covariates;
+    const double *y = a->covariates + j * n_covariates;
+    bool same = a->group[i] == a->group[j];
+
+    for (size_t c = 0; c < n_covariates && same; c++) {
+        same = !(x[c] < y[c] || x[c] > y[c]);
+    }
+    return same;
+}
+
+size_t compare_kinds(const struct compare_averages *a, size_t n_covariates, size_t *kind)
+{
+    size_t kinds = 0;
+
+    for (size_t i = 0; i < a->n; i++) {
+        size_t j = 0;
+
+        while (j < i && !same_row(a, n_covariates, i, j)) {
+            j++;
+        }
+        kind[i] = j < i ? kind[j] : kinds++;
+    }
+    return kinds;
 }

@@ -95,8 +95,11 @@ struct srnf_compare_options {
 struct srnf_compare_options srnf_compare_options_defaults(void);
 
 struct srnf_comparison {
-    size_t n, subjects; /* members, and whose they are */
-    struct srnf_permutation_test test;
+    size_t n, subjects;                /* members, and whose they are */
+    struct srnf_permutation_test test; /* least is that of p_value */
+    double least_local; /* the smallest p that the map's statistics can have, also the largest of
+                           them; at most test.least */
+    bool asymptotic;    /* covariates: p has its level in large samples only */
     double distance; /* of the groups' means, in the L2 norm of SRNFs, covariates regressed out */
     double p_value;  /* of that */
     double max_p_value; /* of the largest local statistic: the least of significance */
@@ -119,9 +122,12 @@ void srnf_comparison_clear(struct srnf_comparison *comparison);
  *   n_covariates  [in]  columns of covariates, may be 0
  *   covariates    [in]  double[n][n_covariates], real numbers of any unit; or NULL
  *   comparison    [out] freed with srnf_comparison_clear; untouched on error
- * Equal seeds give equal results, on any number of threads. Cost: n inversions, permutations
- * (1 + n_covariates) n 3 P multiply-adds (one dgemm). Memory: 48 bytes a node and subject, some
- * megabytes a thread.
+ * Equal seeds give equal results, on any number of threads. Relabellings are different where they
+ * give a subject another group or other covariates. Without covariates the test has its level with
+ * any number of subjects; with them (asymptotic) only in the limit of many, since their part is
+ * estimated from the same data. That holds also where all relabellings were taken.
+ * Cost: n inversions, permutations (1 + n_covariates) n 3 P multiply-adds (one dgemm). Memory: 48
+ * bytes a node and subject, some megabytes a thread.
  * Errors: SRNF_EINVAL (as above; a subject in both groups; too few subjects for a covariance of the
  * residuals; covariates that depend on one another or determine the group), and as
  * srnf_model_quality.

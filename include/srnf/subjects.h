@@ -13,7 +13,9 @@
  *     p = (1 + b) / (1 + m)
  *
  * (B. Phipson, G. K. Smyth, "Permutation p-values should never be zero", SAGMB 9, 2010). Where
- * there are no more than m + 1 different relabellings, all are taken, each once: p is then exact.
+ * there are no more than m + 1 different relabellings, all are taken, each once: nothing is left to
+ * chance in p then. Where labels can be exchanged, P(p <= a) is at most a either way; where
+ * covariates are regressed out (srnf_compare_groups) that holds only asymptotically.
  */
 #ifndef SRNF_PUBLIC_SUBJECTS_H
 #define SRNF_PUBLIC_SUBJECTS_H
@@ -28,7 +30,7 @@ extern "C" {
 struct srnf_permutation_test {
     size_t permutations; /* m: relabellings beside the observed one; 0: none was asked for */
     double relabellings; /* different ones there are, the observed among them; may be INFINITY */
-    bool exact;          /* all of them were taken */
+    bool exact;          /* all of them were taken: p is that of all relabellings, not estimated */
     double least;        /* the smallest p that this test can give */
 };
 

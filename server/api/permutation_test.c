@@ -2,10 +2,11 @@
  * permutation_test.c - p-values by permutation in result documents.
  *
  * A p at the floor says only that it is not above: the interval beside it, and more permutations,
- * say more. Where all relabellings were taken p is exact, and its interval is the point.
+ * say more. Where all relabellings were taken nothing is left open, and the interval is the point.
  */
 #include "api/permutation_test.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "api/process.h"
@@ -41,7 +42,8 @@ void permutation_set_test(json_t *object, const struct srnf_permutation_test *te
     (void)json_object_set_new(object, "exact", taken ? json_boolean(test->exact) : json_null());
 }
 
-void permutation_warn(json_t *warnings, const struct srnf_permutation_test *test)
+void permutation_warn(json_t *warnings, const struct srnf_permutation_test *test,
+                      const char *opening)
 {
     json_t *figures;
 
@@ -53,15 +55,15 @@ void permutation_warn(json_t *warnings, const struct srnf_permutation_test *test
                   (json_int_t)test->permutations, "relabellings", json_finite(test->relabellings));
     if (test->exact) {
         warning_add(warnings, "p-floor", figures,
-                    "No p-value of this result can be below %.3g: the subjects have only %.0f "
-                    "different relabellings. A difference cannot be significant at %.2f, whatever "
+                    "%s below %.3g: of the %.0f different relabellings of the subjects %.0f always "
+                    "give what was observed. A difference cannot be significant at %.2f, whatever "
                     "its size; take more subjects.",
-                    test->least, test->relabellings, PERMUTATION_LEVEL);
+                    opening, test->least, test->relabellings,
+                    round(test->least * test->relabellings), PERMUTATION_LEVEL);
     } else {
         warning_add(warnings, "p-floor", figures,
-                    "No p-value of this result can be below %.3g, since %zu permutations were "
-                    "asked for. A difference cannot be significant at %.2f, whatever its size; ask "
-                    "for more permutations.",
-                    test->least, test->permutations, PERMUTATION_LEVEL);
+                    "%s below %.3g, since %zu permutations were asked for. A difference cannot be "
+                    "significant at %.2f, whatever its size; ask for more permutations.",
+                    opening, test->least, test->permutations, PERMUTATION_LEVEL);
     }
 }

@@ -395,7 +395,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     (void)json_object_set_new(document, "chance", json_real(1.0 / (double)classes->count));
     (void)json_object_set_new(document, "majorityRate", json_real(results[0].majority));
     permutation_set_test(document, &results[0].test);
-    permutation_warn(warnings_of(document), &results[0].test);
+    permutation_warn(warnings_of(document), &results[0].test, "No p-value of this result can be");
     routes_set_bridged(document, typed->group->n, ids, typed->group->bridged);
     group_warn_duplicates(run, document, cohort, cohort,
                           (const char(*)[STORE_ID_MAX])typed->group->contents);

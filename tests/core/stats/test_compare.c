@@ -517,6 +517,132 @@ static void few_subjects_are_relabelled_in_all_ways(void **state)
     close_groups(&a);
 }
 
+/* The order of six with this number, below 720. */
+static void order_of_six(size_t number, size_t order[6])
+{
+    for (size_t i = 0; i < 6; i++) {
+        order[i] = number % (i + 1);
+        number /= i + 1;
+        for (size_t j = 0; j < i; j++) {
+            order[j] += order[j] >= order[i];
+        }
+    }
+}
+
+/* p of the distance of the means over all 720 orders of the residuals of six subjects. */
+static double p_of_all_orders(const struct groups *a, const int *group, const double *covariate)
+{
+    size_t size = 3 * a->g.points;
+    double *y = shapes_doubles(6 * size);
+    double gram[36];
+    struct compare_design design;
+    double observed = 0.0;
+    size_t as_large = 0;
+
+    assert_int_equal(compare_design_create(&design, 6, group, 1, covariate, NULL), SRNF_OK);
+    stats_weight(a->g.grid, 6, a->registered_q, NULL, y);
+    compare_design_residuals(&design, size, y);
+    assert_int_equal(stats_gram(6, size, y, gram, NULL), SRNF_OK);
+    for (size_t number = 720; number-- > 0;) { /* the last number is the identity */
+        double sum = 0.0;
+        size_t order[6];
+
+        order_of_six(number, order);
+        for (size_t k = 0; k < 36; k++) {
+            sum += gram[k] * design.contrast[order[k / 6]] * design.contrast[order[k % 6]];
+        }
+        observed = number == 719 ? sum : observed;
+        as_large += sum >= observed * (1.0 - 1e-9);
+    }
+    compare_design_clear(&design);
+    srnf_free(y);
+    return (double)as_large / 720.0;
+}
+
+/* With covariates, relabellings are different where groups or covariates are: subjects that share
+   both are exchanged to no effect. What always gives the observed value again is counted too. */
+static void equal_rows_of_the_design_are_one_kind(void **state)
+{
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    const int group[6] = {0, 1, 0, 1, 0, 1};
+    const struct {
+        double covariate[6];
+        double relabellings, least, least_local;
+    } cases[] = {
+        /* Two of group 0 and one of group 1 have a: 6! / (2 2). Exchanging names of groups along
+           with those of a and b is one relabelling that changes nothing. */
+        {{7.0, 7.0, 7.0, -2.0, -2.0, -2.0}, 180.0, 2.0 / 180.0, 2.0 / 180.0},
+        /* The same ages in both groups: the ages have no part in the distance of the means, and any
+           exchange within a group leaves it. On the map only names of groups and the direction of
+           age leave all as it is. */
+        {{31.0, 31.0, 32.0, 32.0, 33.0, 33.0}, 720.0, 72.0 / 720.0, 4.0 / 720.0},
+        /* Nothing in common. */
+        {{1.0, 2.0, 4.5, 9.0, 17.0, 30.0}, 720.0, 1.0 / 720.0, 1.0 / 720.0},
+    };
+    struct groups a;
+
+    (void)state;
+    open_groups(&a, 0.3, 12);
+    options.permutations = 800;
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        struct srnf_comparison out;
+
+        assert_int_equal(srnf_compare_groups(a.g.sht, 6, a.mean, a.registered_q, group, 1,
+                                             cases[k].covariate, &options, NULL, &out, NULL),
+                         SRNF_OK);
+        assert_true(out.test.exact);
+        assert_true(out.test.relabellings == cases[k].relabellings);
+        assert_true((double)out.test.permutations == cases[k].relabellings - 1.0);
+        figure_below("least p", fabs(out.test.least - cases[k].least), 1e-15);
+        figure_below("least p of the map", fabs(out.least_local - cases[k].least_local), 1e-15);
+        figure_below("p without repeats against p of all orders",
+                     fabs(out.p_value - p_of_all_orders(&a, group, cases[k].covariate)), 1e-14);
+        assert_true(out.p_value >= out.test.least * (1.0 - 1e-12));
+        assert_true(out.max_p_value >= out.least_local * (1.0 - 1e-12));
+        srnf_comparison_clear(&out);
+    }
+    options.permutations = 100; /* drawn at random: each may be as far */
+    {
+        struct srnf_comparison out;
+
+        assert_int_equal(srnf_compare_groups(a.g.sht, 6, a.mean, a.registered_q, group, 1,
+                                             cases[0].covariate, &options, NULL, &out, NULL),
+                         SRNF_OK);
+        assert_true(!out.test.exact && out.test.relabellings == 180.0);
+        assert_true(out.test.least == 1.0 / 101.0 && out.least_local == 1.0 / 101.0);
+        srnf_comparison_clear(&out);
+    }
+    close_groups(&a);
+}
+
+/* Three members of a subject with one age have that age, to the last bit: its subject and others of
+   that age are of one kind. */
+static void averages_of_equal_covariates_are_equal(void **state)
+{
+    enum { MEMBERS = 10 };
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    const size_t subjects[MEMBERS] = {0, 1, 2, 3, 4, 5, 0, 0, 3, 3};
+    struct srnf_comparison out;
+    struct groups a;
+    double covariate[MEMBERS];
+    int group[MEMBERS];
+
+    (void)state;
+    open_groups(&a, 0.3, 12);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        group[i] = (int)(subjects[i] % 2);
+        covariate[i] = subjects[i] < 3 ? 0.1 : 0.7;
+    }
+    options.permutations = 800;
+    options.subjects = subjects;
+    assert_int_equal(srnf_compare_groups(a.g.sht, MEMBERS, a.mean, a.registered_q, group, 1,
+                                         covariate, &options, NULL, &out, NULL),
+                     SRNF_OK);
+    assert_true(out.test.exact && out.test.relabellings == 180.0);
+    srnf_comparison_clear(&out);
+    close_groups(&a);
+}
+
 static void wrong_input_is_refused(void **state)
 {
     struct groups a;
@@ -580,6 +706,8 @@ int main(void)
         cmocka_unit_test(stops_when_asked),
         cmocka_unit_test(repeated_subjects_count_once),
         cmocka_unit_test(few_subjects_are_relabelled_in_all_ways),
+        cmocka_unit_test(equal_rows_of_the_design_are_one_kind),
+        cmocka_unit_test(averages_of_equal_covariates_are_equal),
         cmocka_unit_test(wrong_input_is_refused),
     };
 
