@@ -34,17 +34,17 @@
  *
  * Where there are few subjects all relabellings are taken, each once (exchange.c). A permutation
  * enters by the rows of the design that the residuals meet, (group, covariates) of each: subjects
- * with the same row are one kind, and n! / prod c_k! relabellings of the rows are different. Some of
- * these still give the observed value whatever the data are: |b|^2 where c = +-g~ (by Cauchy and
- * Schwarz no other c is as far as g~ for data along g~), and T^2 where, moreover, P' leaves the span
- * of U as it is. Names of groups of one size exchanged are such a relabelling; where a covariate has
- * the same values in both groups, so is its exchange within them for |b|^2. They are counted as they
- * come, and are what the smallest possible p is made of.
+ * with the same row are one kind, and n! / prod c_k! relabellings of the rows are different. Some
+ * of these still give the observed value whatever the data are: |b|^2 where c = +-g~ (by Cauchy and
+ * Schwarz no other c is as far as g~ for data along g~), and T^2 where, moreover, P' leaves the
+ * span of U as it is. Names of groups of one size exchanged are such a relabelling; where a
+ * covariate has the same values in both groups, so is its exchange within them for |b|^2. They are
+ * counted as they come, and are what the smallest possible p is made of.
  *
- * The level. Without covariates the labels can be exchanged under the null hypothesis, and P(p <= a)
- * is at most a, whether all relabellings are taken or some at random. With covariates it is not so:
- * the residuals R y of exchangeable errors are themselves not exchangeable, since R commutes with
- * all permutations only if U is the constant alone. The level of Freedman and Lane is then
+ * The level. Without covariates the labels can be exchanged under the null hypothesis, and P(p <=
+ * a) is at most a, whether all relabellings are taken or some at random. With covariates it is not
+ * so: the residuals R y of exchangeable errors are themselves not exchangeable, since R commutes
+ * with all permutations only if U is the constant alone. The level of Freedman and Lane is then
  * asymptotic (M. Anderson, J. Robinson, "Permutation tests for linear models", 2001), also where
  * all relabellings are taken: that only leaves nothing to chance in p.
  *

@@ -6,14 +6,16 @@
  * is arccos((tr O - 1) / 2). A translation leaves q alone, and a warp of the domain that the two
  * were brought together by before has no part in it.
  *
- * The angle of a subject of a group is taken to the mean of the others. With B_i the moment with
- * the mean of all and A_i = integral q_i q_i', that with the mean of the others is
- * (n B_i - A_i) / (n - 1).
+ * The angle of a member of a group is taken to the mean of those of other subjects. With B_i the
+ * moment with the mean of all n and A_i = integral d q_i', d the sum of the m members of its
+ * subject, that with the mean of the others is (n B_i - A_i) / (n - m).
  */
 #include "stats.h"
+#include "subjects.h"
 #include "shape/registration.h"
 
 #include <math.h>
+#include <string.h>
 
 /* out = integral of a b', row-major. */
 static void cross_moment(const struct srnf_grid *grid, const double *a, const double *b,
@@ -60,30 +62,51 @@ double srnf_pose_angle(const struct srnf_grid *grid, const double *mean_q, const
     return angle_of(moment, rotation ? rotation : own);
 }
 
-int srnf_pose_angles(const struct srnf_grid *grid, size_t n, const double *q, double *angles)
+/* The angles of the members of one subject. mean: of all; sum: scratch. Both [3][P]. */
+static void subject_angles(const struct srnf_grid *grid, const struct subjects *s, size_t subject,
+                           const double *q, const double *mean, double *sum, double *angles)
 {
     size_t size = 3 * stats_points(grid);
-    double *mean;
+    size_t m = s->size[subject];
 
-    if (n < 2) {
-        return SRNF_EINVAL;
+    memset(sum, 0, size * sizeof(double));
+    for (size_t j = s->start[subject]; j < s->start[subject + 1]; j++) {
+        for (size_t k = 0; k < size; k++) {
+            sum[k] += q[s->members[j] * size + k];
+        }
     }
-    mean = srnf_alloc(size, sizeof(double));
-    if (!mean) {
-        return SRNF_ENOMEM;
-    }
-    stats_average(grid, n, q, mean);
-    for (size_t i = 0; i < n; i++) {
+    for (size_t j = s->start[subject]; j < s->start[subject + 1]; j++) {
+        size_t i = s->members[j];
         double own[9];
         double moment[9];
 
-        cross_moment(grid, q + i * size, q + i * size, own);
+        cross_moment(grid, sum, q + i * size, own);
         cross_moment(grid, mean, q + i * size, moment);
         for (size_t k = 0; k < 9; k++) {
-            moment[k] = ((double)n * moment[k] - own[k]) / (double)(n - 1);
+            moment[k] = ((double)s->n * moment[k] - own[k]) / (double)(s->n - m);
         }
         angles[i] = angle_of(moment, own);
     }
-    srnf_free(mean);
-    return SRNF_OK;
+}
+
+int srnf_pose_angles(const struct srnf_grid *grid, size_t n, const double *q,
+                     const size_t *subjects, double *angles)
+{
+    size_t size = 3 * stats_points(grid);
+    double *fields = srnf_alloc(2 * size, sizeof(double));
+    struct subjects s = {0};
+    int status = fields ? subjects_open(&s, n, subjects, NULL) : SRNF_ENOMEM;
+
+    if (status == SRNF_OK && s.count < 2) {
+        status = SRNF_EINVAL;
+    }
+    if (status == SRNF_OK) {
+        stats_average(grid, n, q, fields);
+        for (size_t k = 0; k < s.count; k++) {
+            subject_angles(grid, &s, k, q, fields, fields + size, angles);
+        }
+    }
+    subjects_clear(&s);
+    srnf_free(fields);
+    return status;
 }

@@ -23,7 +23,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MEMBERS_MIN 3
+#define MEMBERS_MIN 3 /* subjects of the references, if they have several members */
 #define FOLD_MEMBERS_MIN 4
 #define VARIANCE_SHARE 0.95
 #define SUBJECTS_PER_COMPONENT 4
@@ -33,6 +33,7 @@
 #define ANGLE_LEAST (SRNF_PI / 180.0)
 #define ROUNDING 1e-7 /* of a norm, that differences of its square leave */
 #define BISECTIONS 60
+#define WEIGHT_ROUNDING 1e-9 /* of a sum of weights */
 
 /* ---- One value ------------------------------------------------------------------------------- */
 
@@ -76,66 +77,102 @@ static double student_quantile(double alpha, double freedom)
     return sqrt(freedom * expm1(z * z / freedom));
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double *x = a;
-    const double *y = b;
+struct weighted {
+    double value, weight;
+};
 
-    return (*x > *y) - (*x < *y);
+static int compare_weighted(const void *a, const void *b)
+{
+    const struct weighted *x = a;
+    const struct weighted *y = b;
+
+    return (x->value > y->value) - (x->value < y->value);
 }
 
-/* Orders the values. */
-static double median(size_t n, double *values)
+/* Where half of the weight, `all` in total, is below and half above; the middle where that is a
+   whole interval. Orders the values. */
+static double median(size_t n, double all, struct weighted *values)
 {
-    qsort(values, n, sizeof *values, compare_doubles);
-    return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
+    double low = 0.0;
+    double sum = 0.0;
+    bool half = false;
+
+    qsort(values, n, sizeof *values, compare_weighted);
+    for (size_t i = 0; i < n; i++) {
+        sum += values[i].weight;
+        if (!half && sum >= all * (0.5 - WEIGHT_ROUNDING)) {
+            half = true;
+            low = values[i].value;
+        }
+        if (sum > all * (0.5 + WEIGHT_ROUNDING)) {
+            return 0.5 * (low + values[i].value);
+        }
+    }
+    return low;
 }
 
-/* The limit; scratch: [n] */
-static double find_limit(enum srnf_trait trait, size_t n, const double *values, double alpha,
-                         double *scratch)
+/* The limit; count: of subjects; scratch: [n] with their weights */
+static double find_limit(enum srnf_trait trait, size_t n, const double *values, double count,
+                         double alpha, struct weighted *scratch)
 {
-    double count = (double)n;
     double t = student_quantile(alpha, fmax(1.0, FREEDOM * (count - 1.0)));
     double middle;
     double deviation;
     double limit;
 
     for (size_t i = 0; i < n; i++) {
-        scratch[i] = transform(trait, values[i]);
+        scratch[i].value = transform(trait, values[i]);
     }
-    middle = median(n, scratch);
+    middle = median(n, count, scratch);
     for (size_t i = 0; i < n; i++) {
-        scratch[i] = fabs(scratch[i] - middle);
+        scratch[i].value = fabs(scratch[i].value - middle);
     }
-    deviation =
-        fmax(NORMAL_MAD * median(n, scratch), DEVIATION_LEAST * (is_log(trait) ? 1.0 : middle));
+    deviation = fmax(NORMAL_MAD * median(n, count, scratch),
+                     DEVIATION_LEAST * (is_log(trait) ? 1.0 : middle));
     limit = transform_back(trait, middle + t * deviation * sqrt(1.0 + 0.5 * SRNF_PI / count));
     return trait == SRNF_TRAIT_ANGLE ? fmax(limit, ANGLE_LEAST) : limit;
 }
 
-int srnf_typicality_of(enum srnf_trait trait, size_t n, const double *values, double value,
-                       double alpha, struct srnf_typicality *result)
+/* Sum of the weights, or NAN where one is none. */
+static double sum_weights(size_t n, const double *weights)
 {
-    double *scratch;
-    size_t below = 0;
+    double sum = 0.0;
 
-    if (n < MEMBERS_MIN || !(alpha > 0.0 && alpha < 0.5) || !(value >= 0.0)) {
+    for (size_t i = 0; i < n; i++) {
+        double weight = weights ? weights[i] : 1.0;
+
+        sum += weight > 0.0 && weight <= 1.0 ? weight : (double)NAN;
+    }
+    return sum;
+}
+
+int srnf_typicality_of(enum srnf_trait trait, size_t n, const double *values, const double *weights,
+                       double value, double alpha, struct srnf_typicality *result)
+{
+    double count = sum_weights(n, weights);
+    struct weighted *scratch;
+    double below = 0.0;
+
+    if (!(count >= MEMBERS_MIN * (1.0 - WEIGHT_ROUNDING)) || !(alpha > 0.0 && alpha < 0.5) ||
+        !(value >= 0.0)) {
         return SRNF_EINVAL;
     }
     for (size_t i = 0; i < n; i++) {
         if (!(values[i] >= 0.0 && isfinite(values[i]))) {
             return SRNF_EINVAL;
         }
-        below += values[i] < value;
     }
-    scratch = srnf_alloc(n, sizeof(double));
+    scratch = srnf_alloc(n, sizeof *scratch);
     if (!scratch) {
         return SRNF_ENOMEM;
     }
+    for (size_t i = 0; i < n; i++) {
+        scratch[i].weight = weights ? weights[i] : 1.0;
+        below += values[i] < value ? scratch[i].weight : 0.0;
+    }
     result->value = value;
-    result->limit = find_limit(trait, n, values, alpha, scratch);
-    result->percentile = 100.0 * (double)below / (double)n;
+    result->limit = find_limit(trait, n, values, count, alpha, scratch);
+    result->percentile = fmin(100.0 * below / count, 100.0);
     result->far = value > result->limit;
     srnf_free(scratch);
     return SRNF_OK;
@@ -245,36 +282,56 @@ static void describe(const struct srnf_folds *c, size_t i, double *variances, do
     values[SRNF_TRAIT_MAHALANOBIS * c->n + i] = srnf_mahalanobis(used, variances, scores);
 }
 
-/* A value of member i among those of the members of other subjects. others: [n] scratch. */
-static int judge_one(const struct srnf_folds *c, enum srnf_trait trait, const double *row, size_t i,
-                     double alpha, double *others, struct srnf_typicality *verdict)
+/* 1 / m for each of the m members of a subject. */
+static void set_weights(const struct srnf_folds *c, size_t *members, double *weights)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        members[c->subjects ? c->subjects[i] : i]++;
+    }
+    for (size_t i = 0; i < c->n; i++) {
+        weights[i] = 1.0 / (double)members[c->subjects ? c->subjects[i] : i];
+    }
+}
+
+/* A value of member i among those of the members of other subjects. others: [2][n] scratch. */
+static int judge_one(const struct srnf_folds *c, enum srnf_trait trait, const double *row,
+                     const double *weights, size_t i, double alpha, double *others,
+                     struct srnf_typicality *verdict)
 {
     size_t count = 0;
+    double subjects = 0.0;
 
     for (size_t j = 0; j < c->n; j++) {
         if (is_training(c, i, j)) {
-            others[count++] = row[j];
+            others[count] = row[j];
+            others[c->n + count++] = weights[j];
+            subjects += weights[j];
         }
     }
-    if (count < MEMBERS_MIN) {
+    if (subjects < MEMBERS_MIN * (1.0 - WEIGHT_ROUNDING)) {
         *verdict = (struct srnf_typicality){.value = row[i], .limit = INFINITY};
         return SRNF_OK;
     }
-    return srnf_typicality_of(trait, count, others, row[i], alpha, verdict);
+    return srnf_typicality_of(trait, count, others, others + c->n, row[i], alpha, verdict);
 }
 
-/* values: [traits][n]; others: [n] scratch */
-static int judge(const struct srnf_folds *c, const double *values, double alpha, double *others,
+/* values: [traits][n]; scratch: [3][n] */
+static int judge(const struct srnf_folds *c, const double *values, double alpha, double *scratch,
                  struct srnf_folds_typicality *out)
 {
-    int status = SRNF_OK;
+    size_t *members = srnf_alloc(c->n, sizeof *members);
+    int status = members ? SRNF_OK : SRNF_ENOMEM;
 
-    for (size_t i = 0; i < c->n; i++) {
+    if (status == SRNF_OK) {
+        set_weights(c, members, scratch);
+    }
+    for (size_t i = 0; i < c->n && status == SRNF_OK; i++) {
         for (size_t t = 0; t < out->traits && status == SRNF_OK; t++) {
-            status = judge_one(c, out->trait[t], values + t * c->n, i, alpha, others,
-                               &out->verdicts[i * out->traits + t]);
+            status = judge_one(c, out->trait[t], values + t * c->n, scratch, i, alpha,
+                               scratch + c->n, &out->verdicts[i * out->traits + t]);
         }
     }
+    srnf_free(members);
     return status;
 }
 
@@ -296,11 +353,11 @@ int srnf_folds_typicality(const struct srnf_folds *c, double alpha,
         }
     }
     found.verdicts = srnf_alloc(n, found.traits * sizeof *found.verdicts);
-    values = srnf_alloc(4 * n + c->components, sizeof(double));
+    values = srnf_alloc(6 * n + c->components, sizeof(double));
     if (found.verdicts && values) {
         for (size_t i = 0; i < n; i++) {
             if (c->scores) {
-                describe(c, i, values + 4 * n, values);
+                describe(c, i, values + 6 * n, values);
             } else {
                 values[i] = nearest_of(c, i);
             }

@@ -30,34 +30,40 @@ enum srnf_trait {
 };
 #define SRNF_CALIBRATION_TRAITS 4 /* that a model is calibrated in: the first four */
 
-/* Leave-one-out values of the subjects of a model. */
+/* Leave-one-out values of the members of a model, each left out with all of its subject. */
 struct srnf_calibration {
-    size_t n;
+    size_t n;       /* members */
     double *values; /* [SRNF_CALIBRATION_TRAITS][n] by enum srnf_trait */
 };
 void srnf_calibration_clear(struct srnf_calibration *calibration);
 
 /*
- * What each subject has in the model of the others: mean, components and their number are fitted
- * without it, its registration is kept (core/README.md says what that costs). Closed forms; nothing
- * is refitted (core/stats/downdate.c).
- *   pca           [in] as srnf_pca_fit makes it of the next two; n >= 3
+ * What each member has in the model of those of other subjects: mean, components and their number
+ * are fitted without its subject, registrations are kept (core/README.md says what that costs).
+ * All from the scores; no field is fitted again (core/stats/calibrate.c).
+ *   pca           [in] as srnf_pca_fit makes it of the next two
  *   mean_q        [in] double[3][n_theta][n_phi], the mean of registered_q
  *   registered_q  [in] double[n][3][n_theta][n_phi]
+ *   subjects      [in] [n] as in srnf/subjects.h, or NULL; three subjects at least
+ *   context       [in] asked after each subject, and for threads; or NULL
  *   calibration   [out] freed with srnf_calibration_clear; untouched on error
  * A model of fewer components than there are keeps as many in each fold; one of all, all. Residuals
  * below 1e-9 of the mean's norm are rounding, and are raised to that.
- * Cost: the products of srnf_pca_fit, one eigenproblem of size n, about ten times n^3 divisions.
- * Errors: SRNF_EINVAL (fewer than 3 subjects, values that are not finite), SRNF_ENUMERIC,
- * SRNF_ENOMEM.
+ * Cost: the products of srnf_pca_fit and an eigenproblem of size n; for a subject of one member
+ * about ten times n^2 divisions, for one of several an eigenproblem of size n. Memory: 3 n^2, and
+ * n^2 for each thread where subjects have several members.
+ * Errors: SRNF_EINVAL (fewer than 3 subjects, a number of one that is not below n, values that are
+ * not finite), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_calibrate(const struct srnf_grid *grid, const struct srnf_pca *pca,
                                 const double *mean_q, const double *registered_q,
+                                const size_t *subjects, const struct srnf_context *context,
                                 struct srnf_calibration *calibration);
 
 /* Components that a Mahalanobis distance counts: the fewest with 95 % of the variance of those
    kept, but no more than a quarter of n - 1, as the variances of the last ones are hardly known.
-   eigenvalues: [components], decreasing; at least 1, or 0 where there are none. */
+   n: subjects, however many members they have. eigenvalues: [components], decreasing; at least 1,
+   or 0 where there are none. */
 size_t srnf_mahalanobis_components(size_t n, size_t components, const double *eigenvalues);
 /* Root of the sum over the first `components` of score^2 / eigenvalue. */
 double srnf_mahalanobis(size_t components, const double *eigenvalues, const double *scores);
@@ -69,14 +75,16 @@ double srnf_mahalanobis(size_t components, const double *eigenvalues, const doub
  */
 double srnf_pose_angle(const struct srnf_grid *grid, const double *mean_q, const double *q,
                        double rotation[9]);
-/* The same for each of n fields against the mean of the others. q: [n][3][n_theta][n_phi], n >= 2.
-   Errors: SRNF_EINVAL (n), SRNF_ENOMEM. */
+/* The same for each of n fields against the mean of those of other subjects.
+   q: [n][3][n_theta][n_phi]; subjects: [n] as in srnf/subjects.h, or NULL; two subjects at least.
+   Errors: SRNF_EINVAL (fewer subjects, a number of one that is not below n), SRNF_ENOMEM. */
 SRNF_CHECKED int srnf_pose_angles(const struct srnf_grid *grid, size_t n, const double *q,
-                                  double *angles);
+                                  const size_t *subjects, double *angles);
 
 struct srnf_typicality {
     double value;
-    double limit;      /* beyond which a member falls with the probability alpha */
+    double limit;      /* beyond which a member falls with the probability alpha; INFINITY where the
+                     references are too few, or too far apart, to set one: then nothing is far */
     double percentile; /* 0 .. 100: share of the reference values that are below */
     bool far;          /* value > limit */
 };
@@ -99,12 +107,19 @@ struct srnf_typicality {
  * what the median deviation is worth (.37 for large n). Deviations below 5 % and angles below a
  * degree are never far. In normal data .40 to .54 % of members are beyond the limit of alpha = .005
  * with 10 to 100 references, and fewer with fewer: .19 % with 6, whose limits are as wide as 11 s.
- *   values  [in] [n], n >= 3, not negative
- *   alpha   [in] 0 < alpha < .5
+ *
+ * Values of the same subject are not independent. With weights, 1 / m for each of the m values of a
+ * subject, medians and percentile are weighted ones, each subject counting once, and n in the limit
+ * is the number of subjects, the sum of the weights: what several values of a subject tell beyond
+ * one is not counted on, which makes limits too wide rather than too narrow.
+ *   values   [in] [n], not negative
+ *   weights  [in] [n], positive, of 3 subjects at least; NULL: 1 each
+ *   alpha    [in] 0 < alpha < .5
  * Errors: SRNF_EINVAL, SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_typicality_of(enum srnf_trait trait, size_t n, const double *values,
-                                    double value, double alpha, struct srnf_typicality *result);
+                                    const double *weights, double value, double alpha,
+                                    struct srnf_typicality *result);
 
 struct srnf_folds;
 
@@ -119,7 +134,9 @@ void srnf_folds_typicality_clear(struct srnf_folds_typicality *typicality);
 /*
  * Where the metric has scores: residual beyond them, distance to the mean of the training members
  * and Mahalanobis distance of each member in the fold that left it out. Otherwise its distance to
- * the nearest training member. Labels enter nowhere: what is far is foreign to all classes.
+ * the nearest training member. Labels enter nowhere: what is far is foreign to all classes. Its
+ * references are the values of the members of other subjects, each subject counting once; where
+ * those are fewer than three subjects the limit is INFINITY.
  *   typicality  [out] freed with srnf_folds_typicality_clear; untouched on error
  * Cost: n^2 (components + log n). Errors: SRNF_EINVAL (fewer than 4 members, alpha), SRNF_ENOMEM.
  */

@@ -277,6 +277,7 @@ static bool read_design(const json_t *cohort, struct compute_comparison_inputs *
     typed->covariates = design->covariates;
     typed->n_covariates = m;
     typed->options.subjects = design->subjects;
+    typed->mean.subjects = design->subjects;
     return true;
 }
 
@@ -419,7 +420,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
                      handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
         group_warn_duplicates(run, document, cohort, cohort,
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
-        typicality_warn_poses(warnings_of(document), &mean, NULL);
+        typicality_warn_poses(warnings_of(document), &mean, design.subjects, NULL);
         process_finish(run, document, inputs, result);
     }
 out:

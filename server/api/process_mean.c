@@ -111,18 +111,6 @@ json_t *pca_canonicalise(struct api_call *call, const json_t *given, struct prob
     return inputs_close(&inputs);
 }
 
-/* Whether a subject has several members; true, too, where memory is too short to tell. */
-static bool subjects_repeat(const json_t *inputs)
-{
-    const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
-    size_t count, largest;
-    size_t *numbers = group_subject_numbers(subjects, json_array_size(subjects), &count, &largest);
-    bool repeat = !numbers || largest > 1;
-
-    srnf_free(numbers);
-    return repeat;
-}
-
 bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result)
@@ -139,7 +127,6 @@ bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const cha
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
         .components = (size_t)json_integer_value(json_object_get(inputs, "components")),
     };
-    typed->repeated = subjects_repeat(inputs);
     typed->pullback = method && strcmp(method, "pullback") == 0;
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
@@ -151,15 +138,30 @@ bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const cha
     return typed->origins != NULL;
 }
 
-/* The same with the ids of the group, to be freed with srnf_free. */
-static bool typed_inputs(struct jobs_run *run, const json_t *inputs,
-                         struct compute_mean_inputs *typed, struct srnf_register_options *options,
-                         const char ***ids, struct jobs_result *result)
-{
-    size_t n = 0;
+/* The same with what it borrows, to be freed with srnf_free. */
+struct borrowed {
+    struct srnf_register_options options;
+    const char **ids;
+    size_t *subjects;
+};
 
-    *ids = group_ids(inputs, &n);
-    return mean_inputs(run, inputs, n, *ids, typed, options, result);
+static bool typed_inputs(struct jobs_run *run, const json_t *inputs,
+                         struct compute_mean_inputs *typed, struct borrowed *borrowed,
+                         struct jobs_result *result)
+{
+    size_t n = 0, count, largest;
+
+    borrowed->ids = group_ids(inputs, &n);
+    if (!mean_inputs(run, inputs, n, borrowed->ids, typed, &borrowed->options, result)) {
+        return false;
+    }
+    borrowed->subjects = group_subject_numbers(
+        json_object_get(json_object_get(inputs, "cohort"), "subjects"), n, &count, &largest);
+    typed->subjects = borrowed->subjects;
+    if (!borrowed->subjects) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+    }
+    return borrowed->subjects != NULL;
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */
@@ -226,7 +228,7 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
     json_t *labels = group_labels(run, inputs);
 
     mean_set_members(document, typed, outputs);
-    typicality_warn_poses(warnings_of(document), outputs, labels);
+    typicality_warn_poses(warnings_of(document), outputs, typed->subjects, labels);
     (void)json_object_set_new(document, "labels", labels);
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
@@ -254,14 +256,13 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
     json_t *inputs = process_parse(text, result), *document, *surface;
     struct compute_mean_inputs typed = {0};
     struct compute_mean_outputs outputs = {0};
-    struct srnf_register_options options;
-    const char **ids = NULL;
+    struct borrowed borrowed = {.ids = NULL};
 
     (void)api;
     if (!inputs) {
         return;
     }
-    if (!typed_inputs(run, inputs, &typed, &options, &ids, result) ||
+    if (!typed_inputs(run, inputs, &typed, &borrowed, result) ||
         compute_mean(run, &typed, &outputs, result)) {
         goto out;
     }
@@ -276,7 +277,8 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
 out:
     compute_mean_clear(&outputs);
     srnf_free(typed.origins);
-    srnf_free(ids);
+    srnf_free(borrowed.ids);
+    srnf_free(borrowed.subjects);
     json_decref(inputs);
 }
 
@@ -293,10 +295,16 @@ static json_t *contents_json(const struct compute_group *group)
     return contents;
 }
 
-/* What the record of the model holds beside its numbers. */
-static char *record_text(struct jobs_run *run, const json_t *inputs,
+static char *dump(const json_t *document)
+{
+    return json_memory_dumps(document, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+}
+
+/* What the record of the model holds beside its numbers, and what of that is part of the model's
+   id: all but the job. Both to be freed; NULL without memory. */
+static void record_texts(struct jobs_run *run, const json_t *inputs,
                          const struct compute_mean_inputs *typed,
-                         const struct compute_mean_outputs *outputs)
+                         const struct compute_mean_outputs *outputs, char **text, char **identity)
 {
     const json_t *cohort = json_object_get(json_object_get(inputs, "cohort"), "name");
     const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
@@ -310,12 +318,11 @@ static char *record_text(struct jobs_run *run, const json_t *inputs,
         contents_json(&outputs->group), "residuals",
         json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));
-    char *text =
-        record ? json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17))
-               : NULL;
 
+    *text = record ? dump(record) : NULL;
+    (void)json_object_del(json_object_get(record, "madeFrom"), "job");
+    *identity = record ? dump(record) : NULL;
     json_decref(record);
-    return text;
 }
 
 /* A copy that the store can own; false without memory. */
@@ -358,14 +365,16 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
         .owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT}};
     const char *mean_id = json_string_value(json_object_get(mean, "id"));
     json_t *record = NULL;
+    char *identity;
     bool created;
     int status = STORE_NOMEM;
 
-    model.record = record_text(run, inputs, typed, outputs);
+    record_texts(run, inputs, typed, outputs, &model.record, &identity);
+    model.identity = identity;
     if (mean_id && strlen(mean_id) < sizeof model.mean) {
         memcpy(model.mean, mean_id, strlen(mean_id) + 1);
     }
-    if (model.record && copy_array(&model, STORE_MODEL_MEAN_Q, outputs->mean.mean_q) &&
+    if (model.record && identity && copy_array(&model, STORE_MODEL_MEAN_Q, outputs->mean.mean_q) &&
         copy_array(&model, STORE_MODEL_MODES, outputs->pca.modes) &&
         copy_array(&model, STORE_MODEL_EIGENVALUES, outputs->pca.eigenvalues) &&
         copy_array(&model, STORE_MODEL_SCORES, outputs->pca.scores) &&
@@ -379,6 +388,7 @@ static json_t *keep_model(struct jobs_run *run, const json_t *inputs,
     } else {
         record = model_record(&model, mean);
     }
+    free(identity);
     store_model_clear(&model);
     return record;
 }
@@ -402,14 +412,13 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
     json_t *inputs = process_parse(text, result), *document, *record;
     struct compute_mean_inputs typed = {0};
     struct compute_mean_outputs outputs = {0};
-    struct srnf_register_options options;
-    const char **ids = NULL;
+    struct borrowed borrowed = {.ids = NULL};
 
     (void)api;
     if (!inputs) {
         return;
     }
-    if (!typed_inputs(run, inputs, &typed, &options, &ids, result) ||
+    if (!typed_inputs(run, inputs, &typed, &borrowed, result) ||
         compute_pca(run, &typed, &outputs, result) || !model_sound(&outputs, result)) {
         goto out;
     }
@@ -427,6 +436,7 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
 out:
     compute_mean_clear(&outputs);
     srnf_free(typed.origins);
-    srnf_free(ids);
+    srnf_free(borrowed.ids);
+    srnf_free(borrowed.subjects);
     json_decref(inputs);
 }

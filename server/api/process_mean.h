@@ -14,9 +14,9 @@ void inputs_mean_options(struct process_inputs *inputs);
    of each surface. n 0: the group had a problem. */
 void inputs_mean_degree(struct process_inputs *inputs, size_t n, long degree, size_t copies);
 
-/* Fills typed from canonical inputs, and options, which it borrows like ids; origins are the
-   caller's to free in any case. False with the problem set for want of memory, also where ids is
-   NULL. */
+/* Fills typed from canonical inputs, and options, which it borrows like ids, but for the subjects,
+   which a caller that has them sets; origins are the caller's to free in any case. False with the
+   problem set for want of memory, also where ids is NULL. */
 bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const char *const *ids,
                  struct compute_mean_inputs *typed, struct srnf_register_options *options,
                  struct jobs_result *result);

@@ -11,6 +11,7 @@
 #include "api/models.h"
 #include "api/registration_options.h"
 #include "api/registration_report.h"
+#include "api/process_group.h"
 #include "api/typicality.h"
 
 struct project {
@@ -41,29 +42,45 @@ static const struct process_output outputs[] = {
      "How the surface compares with the subjects of the model, each left out in turn: subjects, "
      "how many; components, how many mahalanobis counts; residual, distance, mahalanobis and angle "
      "(degrees by which it is turned against the mean; null where the model rotates), each {value, "
-     "limit, percentile}. A member is beyond a limit once in 200; percentile is the share of the "
-     "subjects below. Of a training subject the values are its own when it is left out. Null where "
-     "the model has none."},
+     "limit, percentile}. A member is beyond a limit once in 200; null: the subjects are too few, or "
+     "too unlike each other, to set one. percentile is the share of the subjects below, each "
+     "counting once however many members it has. Of a member of the model the values are its own "
+     "when its subject is left out. Null where the model has none."},
     {"registration", OUTPUT_OBJECT_OR_NULL,
      "How surfaces were registered: degree, penalty and all other options; null where they were "
      "not."},
     {NULL, NULL, NULL},
 };
 
-/* The subjects of a model, from its record; srnf_free releases what subjects points to. */
+/* The members of a model, from its record; srnf_free releases what subjects points to. */
 struct subjects {
     struct compute_subjects view;
+    double *weights;
     const char **contents;
     double *numbers; /* residuals, then distances */
 };
 
 static void subjects_clear(struct subjects *subjects)
 {
+    srnf_free(subjects->weights);
     srnf_free(subjects->contents);
     srnf_free(subjects->numbers);
 }
 
-/* made is borrowed for as long as subjects is used. No subjects where the record does not tell. */
+/* How much each member counts. A record that names no subjects is of members that are their own. */
+static int read_weights(const json_t *made, size_t n, struct subjects *subjects)
+{
+    size_t largest;
+    size_t *numbers = group_subject_numbers(json_object_get(made, "subjects"), n,
+                                            &subjects->view.count, &largest);
+
+    subjects->weights = numbers ? typicality_weights(n, numbers) : NULL;
+    subjects->view.weights = subjects->weights;
+    srnf_free(numbers);
+    return subjects->weights ? 0 : SRNF_ENOMEM;
+}
+
+/* made is borrowed for as long as subjects is used. No contents where the record does not tell. */
 static int read_subjects(const json_t *made, size_t n, struct subjects *subjects)
 {
     const json_t *contents = json_object_get(made, "contents");
@@ -71,6 +88,9 @@ static int read_subjects(const json_t *made, size_t n, struct subjects *subjects
     const json_t *distances = json_object_get(made, "distances");
 
     *subjects = (struct subjects){0};
+    if (read_weights(made, n, subjects)) {
+        return SRNF_ENOMEM;
+    }
     if (json_array_size(contents) != n || json_array_size(residuals) != n ||
         json_array_size(distances) != n) {
         return 0;
@@ -87,10 +107,10 @@ static int read_subjects(const json_t *made, size_t n, struct subjects *subjects
         subjects->numbers[i] = json_number_value(json_array_get(residuals, i));
         subjects->numbers[n + i] = json_number_value(json_array_get(distances, i));
     }
-    subjects->view = (struct compute_subjects){.n = n,
-                                               .contents = subjects->contents,
-                                               .residuals = subjects->numbers,
-                                               .distances = subjects->numbers + n};
+    subjects->view.n = n;
+    subjects->view.contents = subjects->contents;
+    subjects->view.residuals = subjects->numbers;
+    subjects->view.distances = subjects->numbers + n;
     return 0;
 }
 
@@ -105,7 +125,7 @@ static json_t *document_of(const struct compute_model *model,
         json_finite(projection->distance), "distanceBefore",
         json_finite(projection->distance_before), "registration", registration_json(registration));
 
-    typicality_set_projection(document, model, projection);
+    typicality_set_projection(document, projection);
     return document;
 }
 

@@ -200,15 +200,17 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
     const char **ids = group_ids(inputs, &n);
 
     if (mean_inputs(run, inputs, n, ids, &typed, &registration, result) &&
-        set_subjects(subjects, n, options, &numbers, result) &&
-        compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
+        set_subjects(subjects, n, options, &numbers, result)) {
+        typed.subjects = numbers;
+    }
+    if (numbers && compute_quality_group(run, &typed, options, &mean, &quality, result) == 0) {
         document = quality_json(&quality);
         mean_set_members(document, &typed, &mean);
         warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                    json_object_get(inputs, "cohort")));
         group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
-        typicality_warn_poses(warnings_of(document), &mean, NULL);
+        typicality_warn_poses(warnings_of(document), &mean, numbers, NULL);
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);

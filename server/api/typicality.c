@@ -2,8 +2,9 @@
  * typicality.c - members of result documents that say how a surface compares with a group.
  *
  * Every trait is {"value", "limit", "percentile"}: the limit is the value beyond which a member
- * falls once in 200 (of a group whose members are judged by one another, once in 1000), percentile
- * the share of the others below the value. Angles are in degrees here, in radians in the core.
+ * falls once in 200 (of a group whose members are judged by one another, once in 1000), null where
+ * the others are too few to set one; percentile the share of the others below the value. Angles are
+ * in degrees here, in radians in the core.
  */
 #include "api/typicality.h"
 
@@ -49,15 +50,14 @@ static void append_trait(char *text, size_t size, enum srnf_trait trait,
 
 /* ---- Projections ----------------------------------------------------------------------------- */
 
-static json_t *projection_json(const struct compute_model *model,
-                               const struct compute_projection *projection)
+static json_t *projection_json(const struct compute_projection *projection)
 {
     json_t *object;
 
     if (!projection->calibrated) {
         return json_null();
     }
-    object = json_pack("{s:I, s:I}", "subjects", (json_int_t)model->pca.n, "components",
+    object = json_pack("{s:I, s:I}", "subjects", (json_int_t)projection->subjects, "components",
                        (json_int_t)projection->counted);
     for (size_t t = 0; t < SRNF_CALIBRATION_TRAITS; t++) {
         bool angle = t == SRNF_TRAIT_ANGLE;
@@ -71,8 +71,7 @@ static json_t *projection_json(const struct compute_model *model,
     return object;
 }
 
-static void warn_far(json_t *warnings, const struct compute_model *model,
-                     const struct compute_projection *projection)
+static void warn_far(json_t *warnings, const struct compute_projection *projection)
 {
     char traits[256] = "";
     json_t *figures = json_object();
@@ -89,7 +88,7 @@ static void warn_far(json_t *warnings, const struct compute_model *model,
                     "The surface is unlike those that the model was made from: %s. The limits are "
                     "those of the model's %zu subjects, each left out in turn. Its scores do not "
                     "describe it.",
-                    traits, model->pca.n);
+                    traits, projection->subjects);
     } else {
         json_decref(figures);
     }
@@ -119,59 +118,77 @@ static void warn_turned(json_t *warnings, const struct compute_projection *proje
         DEGREES * t->value, DEGREES * t->limit, move);
 }
 
-void typicality_set_projection(json_t *document, const struct compute_model *model,
-                               const struct compute_projection *projection)
+void typicality_set_projection(json_t *document, const struct compute_projection *projection)
 {
     json_t *warnings = warnings_of(document);
 
     (void)json_object_set_new(document, "mahalanobis", json_finite(projection->mahalanobis));
-    (void)json_object_set_new(document, "typicality", projection_json(model, projection));
+    (void)json_object_set_new(document, "typicality", projection_json(projection));
     if (!projection->calibrated) {
         warning_add(warnings, "model-uncalibrated", NULL,
                     "Nothing says whether the surface is like those that the model was made from: "
-                    "the model has no leave-one-out values. It was made by an older version, from "
-                    "fewer than three subjects, or from several members of a subject; make it "
-                    "again, with one member of each.");
+                    "the model has no leave-one-out values. It was made from fewer than three "
+                    "subjects, or by an older version: then make it again.");
         return;
     }
-    warn_far(warnings, model, projection);
+    warn_far(warnings, projection);
     warn_turned(warnings, projection);
-    if (model->pca.n < TYPICALITY_SUBJECTS_FEW) {
+    if (projection->subjects < TYPICALITY_SUBJECTS_FEW) {
         warning_add(warnings, "few-subjects",
-                    json_pack("{s:I}", "subjects", (json_int_t)model->pca.n),
+                    json_pack("{s:I}", "subjects", (json_int_t)projection->subjects),
                     "The limits in typicality rest on %zu subjects only and are wide: a surface "
                     "within them may be foreign all the same.",
-                    model->pca.n);
+                    projection->subjects);
     }
 }
 
 /* ---- Groups ---------------------------------------------------------------------------------- */
 
-/* The angle of member i among the others'. others: [n] scratch. */
-static bool judge_angle(const double *angles, size_t n, size_t i, double *others,
-                        struct srnf_typicality *t)
+double *typicality_weights(size_t n, const size_t *subjects)
 {
-    memcpy(others, angles, i * sizeof(double));
-    memcpy(others + i, angles + i + 1, (n - i - 1) * sizeof(double));
-    return srnf_typicality_of(SRNF_TRAIT_ANGLE, n - 1, others, angles[i], SRNF_TYPICAL_ALPHA_GROUP,
-                              t) == SRNF_OK &&
+    double *weights = srnf_alloc(n ? n : 1, 2 * sizeof(double));
+
+    for (size_t i = 0; weights && i < n; i++) {
+        weights[n + subjects[i]] += 1.0;
+    }
+    for (size_t i = 0; weights && i < n; i++) {
+        weights[i] = 1.0 / weights[n + subjects[i]];
+    }
+    return weights;
+}
+
+/* The angle of member i among those of members of other subjects. others: [2][n] scratch. */
+static bool judge_angle(const double *angles, const size_t *subjects, const double *weights,
+                        size_t n, size_t i, double *others, struct srnf_typicality *t)
+{
+    size_t count = 0;
+
+    for (size_t j = 0; j < n; j++) {
+        if (subjects[j] != subjects[i]) {
+            others[count] = angles[j];
+            others[n + count++] = weights[j];
+        }
+    }
+    return srnf_typicality_of(SRNF_TRAIT_ANGLE, count, others, others + n, angles[i],
+                              SRNF_TYPICAL_ALPHA_GROUP, t) == SRNF_OK &&
            t->far;
 }
 
 void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const json_t *labels)
+                           const size_t *subjects, const json_t *labels)
 {
     size_t n = outputs->angles ? outputs->mean.n : 0;
-    double *others = n >= POSED_MIN ? srnf_alloc(n, sizeof(double)) : NULL;
+    double *others = n >= POSED_MIN ? srnf_alloc(n, 2 * sizeof(double)) : NULL;
+    double *weights = others ? typicality_weights(n, subjects) : NULL;
 
-    if (n >= POSED_MIN && !others) {
+    if (n >= POSED_MIN && !weights) {
         json_memory_fail(); /* a warning may be missing */
     }
-    for (size_t i = 0; i < n && others; i++) {
+    for (size_t i = 0; i < n && weights; i++) {
         struct srnf_typicality t;
         char name[128];
 
-        if (judge_angle(outputs->angles, n, i, others, &t)) {
+        if (judge_angle(outputs->angles, subjects, weights, n, i, others, &t)) {
             name_member(name, i, labels);
             warning_add(warnings, "pose-differs",
                         json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
@@ -183,6 +200,7 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
                         name, DEGREES * t.value, DEGREES * t.limit);
         }
     }
+    srnf_free(weights);
     srnf_free(others);
 }
 

@@ -13,12 +13,15 @@
 #define TYPICALITY_SUBJECTS_FEW 30
 
 /* mahalanobis and typicality of a projection, and its warnings. */
-void typicality_set_projection(json_t *document, const struct compute_model *model,
-                               const struct compute_projection *projection);
+void typicality_set_projection(json_t *document, const struct compute_projection *projection);
 
-/* Appends a warning for each member that is turned far against the others. labels: their names. */
+/* Appends a warning for each member that is turned far against those of other subjects. subjects:
+   [n] numbers of theirs; labels: their names. */
 void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
-                           const json_t *labels);
+                           const size_t *subjects, const json_t *labels);
+/* 1 / m for each of the m members of a subject, by their numbers, each below n (srnf_free); NULL
+   without memory. */
+double *typicality_weights(size_t n, const size_t *subjects);
 
 /* The verdicts on one member of a comparison (new reference). */
 json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member);

@@ -159,7 +159,24 @@ static int measure_residuals(const struct srnf_grid *grid, struct compute_mean_o
     return status;
 }
 
-static int fit_components(const struct srnf_sht *sht, const struct compute_mean_inputs *inputs,
+/* As many as there are subjects. */
+static size_t count_subjects(const struct compute_mean_inputs *inputs)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < inputs->n; i++) {
+        size_t first = 0;
+
+        while (inputs->subjects && inputs->subjects[first] != inputs->subjects[i]) {
+            first++;
+        }
+        count += !inputs->subjects || first == i;
+    }
+    return count;
+}
+
+static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
+                          const struct compute_mean_inputs *inputs,
                           struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     const struct srnf_mean *mean = &outputs->mean;
@@ -173,9 +190,12 @@ static int fit_components(const struct srnf_sht *sht, const struct compute_mean_
     if (status >= 0) {
         status = measure_residuals(srnf_sht_grid(sht), outputs);
     }
-    if (status >= 0 && mean->n >= 3 && !inputs->repeated) {
+    if (status >= 0 && count_subjects(inputs) >= 3) {
+        struct srnf_context quiet = *jobs_run_context(run);
+
+        quiet.progress = NULL;
         status = srnf_calibrate(srnf_sht_grid(sht), &outputs->pca, mean->mean_q, mean->registered_q,
-                                &outputs->calibration);
+                                inputs->subjects, &quiet, &outputs->calibration);
     }
     return status < 0 ? compute_fail(result, status, NULL, "fitting the principal components") : 0;
 }
@@ -187,11 +207,13 @@ static int measure_angles(const struct srnf_grid *grid, const struct compute_mea
     const struct srnf_mean *mean = &outputs->mean;
     int status;
 
-    if (inputs->registration && !inputs->registration->common_pose) {
+    if ((inputs->registration && !inputs->registration->common_pose) ||
+        count_subjects(inputs) < 2) {
         return 0;
     }
     outputs->angles = srnf_alloc(mean->n, sizeof(double));
-    status = outputs->angles ? srnf_pose_angles(grid, mean->n, mean->registered_q, outputs->angles)
+    status = outputs->angles ? srnf_pose_angles(grid, mean->n, mean->registered_q, inputs->subjects,
+                                                outputs->angles)
                              : SRNF_ENOMEM;
     return status < 0 ? compute_fail(result, status, NULL, "comparing poses") : 0;
 }
@@ -223,7 +245,7 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
     }
     status = measure_angles(srnf_sht_grid(sht), inputs, outputs, result);
     if (status == 0 && components) {
-        status = fit_components(sht, inputs, outputs, result);
+        status = fit_components(run, sht, inputs, outputs, result);
     }
     if (status == 0) {
         status = compute_measure(run, outputs->group.degree, 1, mean->coefficients,

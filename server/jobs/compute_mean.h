@@ -15,11 +15,10 @@ struct compute_mean_inputs {
     const struct srnf_register_options *registration; /* NULL: as they are parameterised */
     double tolerance;
     size_t max_iterations;
-    size_t components; /* of principal components; 0: all above rounding */
-    double share;      /* percent of the job that the mean is; 0: all that encoding leaves */
-    bool pullback;     /* the mean in the pulled-back metric instead; of compute_mean only */
-    bool repeated;     /* subjects have several members: leaving one out leaves the others in, so
-                          that there is no calibration */
+    size_t components;      /* of principal components; 0: all above rounding */
+    double share;           /* percent of the job that the mean is; 0: all that encoding leaves */
+    bool pullback;          /* the mean in the pulled-back metric instead; of compute_mean only */
+    const size_t *subjects; /* [n] as in srnf/subjects.h; NULL: each member its own */
 };
 
 struct compute_mean_outputs {
@@ -30,7 +29,9 @@ struct compute_mean_outputs {
     struct srnf_pca pca;                   /* of compute_pca only */
     double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
     struct srnf_calibration calibration; /* of compute_pca of 3 subjects or more; n 0 otherwise */
-    double *angles; /* [n] turns against the mean of the others, owned; NULL where values rotate */
+    double
+        *angles; /* [n] turns against the mean of other subjects, owned; NULL where values rotate,
+                       and of one subject */
     size_t n_theta, n_phi;
     double seconds; /* of the iterations, over all attempts of the job */
 };

@@ -323,8 +323,8 @@ static int compare_pose(const struct compute_model *model, const struct srnf_gri
 }
 
 /* Each value among those of the model's subjects; subject below n: it is that one. */
-static int judge(const struct compute_model *model, size_t subject, struct compute_projection *out,
-                 struct jobs_result *result)
+static int judge(const struct compute_model *model, const double *weights, size_t subject,
+                 struct compute_projection *out, struct jobs_result *result)
 {
     const double *values = model->stored.arrays[STORE_MODEL_CALIBRATION];
     const double own[SRNF_CALIBRATION_TRAITS] = {
@@ -341,7 +341,7 @@ static int judge(const struct compute_model *model, size_t subject, struct compu
         out->angle = values[SRNF_TRAIT_ANGLE * n + subject];
     }
     for (size_t t = 0; t < SRNF_CALIBRATION_TRAITS && out->calibrated && status == 0; t++) {
-        status = srnf_typicality_of((enum srnf_trait)t, n, values + t * n,
+        status = srnf_typicality_of((enum srnf_trait)t, n, values + t * n, weights,
                                     subject < n ? values[t * n + subject] : own[t],
                                     SRNF_TYPICAL_ALPHA, &out->typicality[t]);
     }
@@ -396,7 +396,8 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
     *out = (struct compute_projection){
         .scores = srnf_alloc(model->pca.components, sizeof(double)),
         .poses = !registration || registration->common_pose,
-        .counted = srnf_mahalanobis_components(model->pca.n, model->pca.components,
+        .subjects = subjects->count,
+        .counted = srnf_mahalanobis_components(subjects->count, model->pca.components,
                                                model->pca.eigenvalues)};
     if (!q || !out->scores) {
         (void)compute_fail(result, status, NULL, "projecting");
@@ -419,7 +420,8 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
     }
     if (status == 0) {
         out->mahalanobis = srnf_mahalanobis(out->counted, model->pca.eigenvalues, out->scores);
-        status = judge(model, out->training_subject ? subject : model->pca.n, out, result);
+        status = judge(model, subjects->weights, out->training_subject ? subject : model->pca.n,
+                       out, result);
     }
     jobs_transform_release(jobs_run_jobs(run), sht);
 out:

@@ -38,9 +38,11 @@ int compute_reconstruct(struct jobs_run *run, const struct compute_model *model,
                         struct compute_reconstruction *out, struct jobs_result *result);
 void compute_reconstruction_clear(struct compute_reconstruction *out);
 
-/* The subjects that a model was made from, in the order of its scores. */
+/* The members that a model was made from, in the order of its scores. */
 struct compute_subjects {
-    size_t n;                            /* 0: the model does not tell */
+    size_t count;                        /* subjects whose members they are */
+    const double *weights;               /* one a member: 1 / members of its subject */
+    size_t n;                            /* of the next three; 0: the model does not tell */
     const char *const *contents;         /* [n] ids of their surfaces: content of compute_surface */
     const double *residuals, *distances; /* [n] as in compute_projection */
 };
@@ -48,15 +50,17 @@ struct compute_subjects {
 struct compute_projection {
     double *scores; /* [components], owned: srnf_free */
     double residual, distance, distance_before;
-    bool training_subject; /* the surface is one of the model's subjects */
+    size_t subjects;       /* of the model */
+    bool training_subject; /* the surface is one of the model's members */
     size_t counted;        /* components of the Mahalanobis distance */
     double mahalanobis;
     bool poses;       /* the model keeps poses apart: nothing was rotated */
     double angle;     /* then: the turn against the mean, radians */
     double turn_back; /* then: largest change of a counted score, in standard deviations, if the
                          surface were turned back */
-    /* Each value among the leave-one-out values of the model's subjects, where it has them. A
-       subject's are its own leave-one-out values. The angle is judged where poses are kept. */
+    /* Each value among the leave-one-out values of the model's members, where it has them, each
+       subject counting once. A member's are its own leave-one-out values. The angle is judged
+       where poses are kept. */
     bool calibrated;
     struct srnf_typicality typicality[SRNF_CALIBRATION_TRAITS];
 };

@@ -3,12 +3,13 @@
  * made. Like a surface, a model never changes.
  *
  * Its arrays are blobs of doubles (numbers.c), which the rows of model_array name. The id is made
- * of the sizes, the id of the mean and the bytes of the arrays; the record, which also tells what
- * the model was made from and by which job, is not part of it: a model that is made again keeps the
- * record of the first time.
+ * of the sizes, the id of the mean, the bytes of the arrays, and a text that says what else the
+ * model is made of: whose members and which mirrored, and how they were registered. What reads a
+ * model computes with that as well. The record itself is not part of it, as it tells which job made
+ * the model: one that is made again keeps the record of the first time.
  *
- * Models made before there was a calibration have none. Made again they get one, and with it
- * another id.
+ * Models made before there was a calibration, or that text, lack them. They stay as they are; made
+ * again they get another id.
  */
 #include "store/internal.h"
 
@@ -275,6 +276,10 @@ static int make_bytes(struct store_model *model, struct put *put)
         }
         store_put_doubles(put->bytes[i], model->arrays[i], count);
         crypto_hash_sha256_update(&state, put->bytes[i], count * 8);
+    }
+    if (model->identity) {
+        crypto_hash_sha256_update(&state, (const unsigned char *)model->identity,
+                                  strlen(model->identity));
     }
     crypto_hash_sha256_final(&state, hash);
     sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);

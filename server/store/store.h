@@ -213,6 +213,10 @@ struct store_model {
     /* malloc; NULL where not asked for, and the calibration also where the model has none: those
        made before migration 7 */
     double *arrays[STORE_MODEL_ARRAYS];
+    /* What else the model is made of, as a text that is part of its id: two models of the same
+       arrays are one only if that is the same. Borrowed by put; NULL: nothing, as of those made
+       before there was this text. */
+    const char *identity;
     struct store_owner owner; /* to be set for put; not set by get */
 };
 void store_model_clear(struct store_model *model);
@@ -220,8 +224,8 @@ void store_model_clear(struct store_model *model);
 size_t store_model_count(const struct store_model *model, enum store_model_array array);
 
 /* Stores the model, with all its arrays, unless it is there. Its id is made of the canonical
-   content: the sizes in the order above, the id of the mean and the doubles of the arrays (-0 as
-   0), little-endian. On return id, record and created_ms are what the store holds.
+   content: the sizes in the order above, the id of the mean, the doubles of the arrays (-0 as 0),
+   little-endian, and the identity. On return id, record and created_ms are what the store holds.
    STORE_NOT_FOUND: there is no such mean. */
 int store_model_put(struct store *store, struct store_model *model, bool *created);
 /* arrays: a bit 1 << enum store_model_array for each that is wanted. */

@@ -133,12 +133,32 @@ is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | lengt
 execute mean '{"cohort":"images","register":false}'
 is "$STATUS $(json '[.warnings[] | select(.code == "duplicate-content")] | length')" '200 0' 'in a mean either'
 
-# A model of repeated subjects has no leave-one-out values: the other scan of a subject would stay in.
-execute pca '{"cohort":"copies","register":false}'
-MODEL=$(json .model.id)
-execute project "{\"model\":\"$MODEL\",\"surface\":$(jq '.[3]' <<<"$PALLIDA")}"
-is "$STATUS $(json '[.warnings[] | select(.code == "model-uncalibrated")] | length')" '200 1' \
-    'a model of repeated subjects judges nobody'
+# ---- Models ------------------------------------------------------------------------------------------
+
+# The same surfaces as those of other subjects: leaving out the one grouping is not leaving out the other.
+cohort shifted '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "t\(($i + 1) % 6 / 2 | floor)"},
+    {id: $b[$i], label: "pallidum", subject: "p\(($i + 1) % 6 / 2 | floor)"}]'
+cohort single '[range(6) as $i | {id: $a[$i]}, {id: $b[$i]}]'
+cohort pair '[range(6) as $i | {id: $a[$i], subject: "t"}, {id: $b[$i], subject: "p"}]'
+IDS= LIMITS= MADE=
+for COHORT in repeated shifted single pair; do
+    execute pca "{\"cohort\":\"$COHORT\",\"register\":false}"
+    MODEL=$(json .model.id)
+    IDS+="$MODEL "
+    get "/v1/models/$MODEL"
+    MADE+="$(json '.madeFrom.cohort') "
+    execute project "{\"model\":\"$MODEL\",\"surface\":$(jq '.[3]' <<<"$PALLIDA")}"
+    LIMITS+="$STATUS $(json '[.typicality.subjects, .typicality.residual.limit // 0, .typicality.distance.limit // 0] | tojson') "
+    eval "WARNED_$COHORT=\"$(warned model-uncalibrated) $(warned few-subjects)\""
+done
+is "$MADE" 'repeated shifted single pair ' 'a model tells of the cohort that it was made from'
+is "$(tr ' ' '\n' <<<"$IDS" | grep -c .) $(tr ' ' '\n' <<<"$IDS" | grep . | sort -u | wc -l)" '4 4' \
+    'models of the same surfaces by other subjects are other models'
+is "$(sed 's/,[^]]*//g' <<<"$LIMITS")" '200 [6] 200 [6] 200 [12] 200 [null] ' 'limits rest on subjects'
+is "$(tr ' ' '\n' <<<"$LIMITS" | grep '^\[' | sort -u | wc -l)" 4 'and differ with what is left out'
+is "$WARNED_repeated, $WARNED_single, $WARNED_pair" '0 1, 0 1, 1 0' 'a model of two subjects judges nobody'
+execute pca '{"cohort":"repeated","register":false,"components":11}'
+is "$(json .model.id)" "${IDS%% *}" 'made again, it is the model that there is'
 
 stop_server "$SERVER_PID" || not_ok 'the server ends well'
 done_testing

@@ -98,7 +98,7 @@ static void make_model(struct model *m, struct group *g, size_t n, bool common_p
                srnf_pca_fit(g->grid, n, m->mean.mean_q, m->mean.registered_q, 0, &m->pca) == 0,
            "no model");
     start = timing_cpu();
-    expect(srnf_calibrate(g->grid, &m->pca, m->mean.mean_q, m->mean.registered_q,
+    expect(srnf_calibrate(g->grid, &m->pca, m->mean.mean_q, m->mean.registered_q, NULL, context,
                           &m->calibration) == 0,
            "no calibration");
     m->counted = srnf_mahalanobis_components(n, m->pca.components, m->pca.eigenvalues);
@@ -134,7 +134,7 @@ static struct judged judge(const struct model *m, const double *f)
     for (size_t t = 0; t < SRNF_CALIBRATION_TRAITS; t++) {
         struct srnf_typicality typicality;
 
-        expect(srnf_typicality_of((enum srnf_trait)t, m->n, m->calibration.values + t * m->n,
+        expect(srnf_typicality_of((enum srnf_trait)t, m->n, m->calibration.values + t * m->n, NULL,
                                   judged.value[t], SRNF_TYPICAL_ALPHA, &typicality) == SRNF_OK,
                "no typicality");
         judged.beyond[t] = typicality.far;
@@ -210,8 +210,8 @@ static void print_optimism(const struct model *m, size_t held_out, const struct 
         if (t == SRNF_TRAIT_ANGLE && !m->registration.common_pose) {
             continue;
         }
-        expect(srnf_typicality_of((enum srnf_trait)t, m->n, m->calibration.values + t * m->n, 0.0,
-                                  SRNF_TYPICAL_ALPHA, &typicality) == SRNF_OK,
+        expect(srnf_typicality_of((enum srnf_trait)t, m->n, m->calibration.values + t * m->n, NULL,
+                                  0.0, SRNF_TYPICAL_ALPHA, &typicality) == SRNF_OK,
                "no typicality");
         printf("  %s: limit %.4f\n", names[t], typicality.limit / unit);
         memcpy(values, m->calibration.values + t * m->n, m->n * sizeof(double));
@@ -328,7 +328,8 @@ static void time_large(const struct group *g)
     stats_average(g->grid, LARGE, q, mean);
     expect(srnf_pca_fit(g->grid, LARGE, mean, q, 20, &pca) == SRNF_OK, "no components");
     start = timing_cpu();
-    expect(srnf_calibrate(g->grid, &pca, mean, q, &calibration) == SRNF_OK, "no calibration");
+    expect(srnf_calibrate(g->grid, &pca, mean, q, NULL, NULL, &calibration) == SRNF_OK,
+           "no calibration");
     printf("\n%zu random fields calibrated in %.2f s\n", LARGE, timing_cpu() - start);
     srnf_calibration_clear(&calibration);
     srnf_pca_clear(&pca);

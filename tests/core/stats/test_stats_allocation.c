@@ -14,9 +14,10 @@
 
 /* What the runs work on. */
 static struct group g;
-static double *fields;        /* [N + 1][3][P]: the mean and N fields */
-static double *compared;      /* [COMPARED][3][P]: the N fields again and again */
-static struct srnf_pca model; /* of the N fields */
+static double *fields;                 /* [N + 1][3][P]: the mean and N fields */
+static double *compared;               /* [COMPARED][3][P]: the N fields again and again */
+static struct srnf_pca model;          /* of the N fields */
+static struct srnf_pca repeated_model; /* of all that are compared */
 static struct srnf_register_options registration;
 
 static int run_distances(void)
@@ -139,7 +140,20 @@ static int run_repeated_comparison(void)
 static int run_calibration(void)
 {
     struct srnf_calibration calibration = {0};
-    int status = srnf_calibrate(g.grid, &model, fields, fields + 3 * g.points, &calibration);
+    int status =
+        srnf_calibrate(g.grid, &model, fields, fields + 3 * g.points, NULL, NULL, &calibration);
+
+    assert_true((status < 0) == (calibration.values == NULL));
+    srnf_calibration_clear(&calibration);
+    return status;
+}
+
+static int run_repeated_calibration(void)
+{
+    static const size_t subjects[COMPARED] = {0, 1, 2, 3, 1, 2};
+    struct srnf_calibration calibration = {0};
+    int status =
+        srnf_calibrate(g.grid, &repeated_model, fields, compared, subjects, NULL, &calibration);
 
     assert_true((status < 0) == (calibration.values == NULL));
     srnf_calibration_clear(&calibration);
@@ -150,7 +164,7 @@ static int run_pose(void)
 {
     double angles[N];
 
-    return srnf_pose_angles(g.grid, N, fields + 3 * g.points, angles);
+    return srnf_pose_angles(g.grid, N, fields + 3 * g.points, NULL, angles);
 }
 
 static int run_typicality(void)
@@ -158,7 +172,7 @@ static int run_typicality(void)
     const double values[N] = {1.0, 2.0, 3.0};
     struct srnf_typicality typicality;
 
-    return srnf_typicality_of(SRNF_TRAIT_DISTANCE, N, values, 2.0, 0.01, &typicality);
+    return srnf_typicality_of(SRNF_TRAIT_DISTANCE, N, values, NULL, 2.0, 0.01, &typicality);
 }
 
 static int run_folds_typicality(void)
@@ -198,6 +212,9 @@ static void typicality_survives(void **state)
     (void)state;
     assert_int_equal(srnf_pca_fit(g.grid, N, fields, fields + 3 * g.points, 0, &model), SRNF_OK);
     refusing_sweep("leave-one-out values", run_calibration, EACH, 1);
+    assert_int_equal(srnf_pca_fit(g.grid, COMPARED, fields, compared, 0, &repeated_model), SRNF_OK);
+    refusing_sweep("leave-one-out values of repeated subjects", run_repeated_calibration, EACH, 1);
+    srnf_pca_clear(&repeated_model);
     refusing_sweep("pose angles", run_pose, EACH, 1);
     refusing_sweep("a value among others", run_typicality, EACH, 1);
     refusing_sweep("members among others", run_folds_typicality, EACH, 1);

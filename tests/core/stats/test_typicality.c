@@ -21,7 +21,8 @@
 struct model {
     struct group g;
     size_t size;
-    double *q, *mean_q; /* [N][size], [size] */
+    double *q, *mean_q;     /* [N][size], [size] */
+    const size_t *subjects; /* of the members, or NULL */
     struct srnf_pca pca;
     struct srnf_calibration calibration;
 };
@@ -30,7 +31,9 @@ static void fit(struct model *m, size_t n, size_t components)
 {
     stats_average(m->g.grid, n, m->q, m->mean_q);
     assert_int_equal(srnf_pca_fit(m->g.grid, n, m->mean_q, m->q, components, &m->pca), SRNF_OK);
-    assert_int_equal(srnf_calibrate(m->g.grid, &m->pca, m->mean_q, m->q, &m->calibration), SRNF_OK);
+    assert_int_equal(
+        srnf_calibrate(m->g.grid, &m->pca, m->mean_q, m->q, m->subjects, NULL, &m->calibration),
+        SRNF_OK);
     assert_int_equal(m->calibration.n, n);
 }
 
@@ -42,6 +45,7 @@ static void field_of(const struct group *g, const double *f, double *q)
 /* The first n of stars about one centre, as parameterised. */
 static void open_model(struct model *m, size_t all, size_t n, size_t components)
 {
+    m->subjects = NULL;
     group_open_stars(&m->g, DEGREE, all, SPREAD);
     m->size = 3 * m->g.points;
     m->q = shapes_doubles(n * m->size);
@@ -75,24 +79,28 @@ struct left_out {
     double residual, distance, mahalanobis, angle;
 };
 
-/* Of subject i in a model that is fitted to the others. */
-static struct left_out refit(const struct model *m, size_t i, size_t components)
+/* Of member i in a model that is fitted to those of other subjects. count: how many subjects. */
+static struct left_out refit(const struct model *m, size_t i, size_t components, size_t count)
 {
     size_t n = m->calibration.n;
+    size_t t = 0;
     double *others = shapes_doubles(n * m->size);
     double *mean = shapes_doubles(m->size);
     double scores[GROUP_MAX];
     struct left_out out;
     struct srnf_pca pca;
 
-    memcpy(others, m->q, i * m->size * sizeof(double));
-    memcpy(others + i * m->size, m->q + (i + 1) * m->size, (n - 1 - i) * m->size * sizeof(double));
-    stats_average(m->g.grid, n - 1, others, mean);
-    assert_int_equal(srnf_pca_fit(m->g.grid, n - 1, mean, others, components, &pca), SRNF_OK);
+    for (size_t j = 0; j < n; j++) {
+        if (m->subjects ? m->subjects[j] != m->subjects[i] : j != i) {
+            memcpy(others + t++ * m->size, m->q + j * m->size, m->size * sizeof(double));
+        }
+    }
+    stats_average(m->g.grid, t, others, mean);
+    assert_int_equal(srnf_pca_fit(m->g.grid, t, mean, others, components, &pca), SRNF_OK);
     srnf_pca_project(m->g.grid, &pca, mean, m->q + i * m->size, scores, &out.residual);
     out.distance = sqrt(stats_distance2(m->g.grid, mean, m->q + i * m->size));
     out.mahalanobis =
-        srnf_mahalanobis(srnf_mahalanobis_components(n, m->pca.components, m->pca.eigenvalues),
+        srnf_mahalanobis(srnf_mahalanobis_components(count, m->pca.components, m->pca.eigenvalues),
                          pca.eigenvalues, scores);
     out.angle = srnf_pose_angle(m->g.grid, mean, m->q + i * m->size, NULL);
     srnf_pca_clear(&pca);
@@ -108,10 +116,10 @@ static void expect_close(const char *what, double value, double expected, double
     }
 }
 
-static void expect_refits(const struct model *m, size_t components)
+static void expect_refits(const struct model *m, size_t components, size_t count)
 {
     for (size_t i = 0; i < m->calibration.n; i++) {
-        struct left_out expected = refit(m, i, components);
+        struct left_out expected = refit(m, i, components, count);
 
         expect_close("residual", values_of(m, SRNF_TRAIT_RESIDUAL)[i], expected.residual, 1.0);
         expect_close("distance", values_of(m, SRNF_TRAIT_DISTANCE)[i], expected.distance, 1.0);
@@ -132,8 +140,72 @@ static void leaving_one_out_is_fitting_anew(void **state)
     for (size_t k = 0; k < sizeof components / sizeof components[0]; k++) {
         close_fit(&m);
         fit(&m, N, components[k]);
-        expect_refits(&m, components[k]);
+        expect_refits(&m, components[k], N);
     }
+    close_model(&m);
+}
+
+/* Subjects of one, two, three, and eight members, apart and close together: all of a subject's are
+   left out at a time. At a hundredth their differences are components of 1e-4 of the variance,
+   whose directions a Gram matrix tells to 1e-12. */
+static void leaving_a_subject_out_is_fitting_anew(void **state)
+{
+    static const size_t components[] = {0, 1, 4, N - 2};
+    size_t subjects[N];
+    struct model m;
+
+    (void)state;
+    for (size_t i = 0; i < N; i++) {
+        subjects[i] = i < 8 ? 3 : (7 * i) % 9 + 9; /* ten, of which the first is a third of all */
+    }
+    subjects[20] = 0; /* alone */
+    open_model(&m, N, N, 0);
+    for (size_t i = 0; i + 1 < N; i++) {
+        double near = i % 2 == 0 && subjects[i] == subjects[i + 1] ? 1e-2 : 1.0;
+
+        for (size_t k = 0; k < m.size; k++) {
+            double *other = &m.q[(i + 1) * m.size + k];
+
+            *other = m.q[i * m.size + k] + near * (*other - m.q[i * m.size + k]);
+        }
+    }
+    m.subjects = subjects;
+    for (size_t k = 0; k < sizeof components / sizeof components[0]; k++) {
+        close_fit(&m);
+        fit(&m, N, components[k]);
+        expect_refits(&m, components[k], 11);
+    }
+    close_model(&m);
+}
+
+static bool is_canceled(void *user)
+{
+    size_t *left = user;
+
+    return (*left)-- == 0;
+}
+
+/* Asked to stop at any time it does, with nothing left behind. */
+static void calibration_stops_when_asked(void **state)
+{
+    struct model m;
+    size_t asked = 0;
+    int status = SRNF_ECANCELED;
+
+    (void)state;
+    open_model(&m, N, N, 0);
+    while (status == SRNF_ECANCELED) {
+        size_t left = asked++;
+        const struct srnf_context context = {.user = &left, .canceled = is_canceled};
+        struct srnf_calibration calibration = {0};
+
+        status =
+            srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, m.subjects, &context, &calibration);
+        assert_true((status == SRNF_OK) == (calibration.values != NULL));
+        srnf_calibration_clear(&calibration);
+    }
+    assert_int_equal(status, SRNF_OK);
+    assert_true(asked > N); /* once a subject at least */
     close_model(&m);
 }
 
@@ -148,7 +220,7 @@ static void of_twins_the_others_are_judged_as_ever(void **state)
     close_fit(&m);
     fit(&m, N, 0);
     assert_int_equal(m.pca.components, N - 2);
-    expect_refits(&m, 0);
+    expect_refits(&m, 0, N);
     close_model(&m);
 }
 
@@ -168,7 +240,7 @@ static void fields_of_few_dimensions_are_no_exception(void **state)
     }
     close_fit(&m);
     fit(&m, N, 3);
-    expect_refits(&m, 3);
+    expect_refits(&m, 3, N);
     close_fit(&m);
     fit(&m, N, 0);
     assert_int_equal(m.pca.components, 4);
@@ -203,7 +275,8 @@ static double share_far(enum srnf_trait trait, size_t n, double alpha)
         for (size_t i = n; i < n + 50; i++) {
             struct srnf_typicality t;
 
-            assert_int_equal(srnf_typicality_of(trait, n, values, values[i], alpha, &t), SRNF_OK);
+            assert_int_equal(srnf_typicality_of(trait, n, values, NULL, values[i], alpha, &t),
+                             SRNF_OK);
             assert_true(t.far == (t.value > t.limit));
             far += t.far;
             all++;
@@ -246,7 +319,7 @@ static void few_references_make_wide_limits(void **state)
         struct srnf_typicality t;
 
         assert_int_equal(
-            srnf_typicality_of(SRNF_TRAIT_RESIDUAL, n, values, 2.0, SRNF_TYPICAL_ALPHA, &t),
+            srnf_typicality_of(SRNF_TRAIT_RESIDUAL, n, values, NULL, 2.0, SRNF_TYPICAL_ALPHA, &t),
             SRNF_OK);
         assert_true(t.limit < last);
         assert_true(t.percentile == 100.0);
@@ -262,10 +335,72 @@ static void percentiles_count_what_is_below(void **state)
     struct srnf_typicality t;
 
     (void)state;
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, 2.5, 0.01, &t), SRNF_OK);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, NULL, 2.5, 0.01, &t),
+                     SRNF_OK);
     assert_true(t.value == 2.5 && t.percentile == 50.0 && !t.far);
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, 1.0, 0.01, &t), SRNF_OK);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 4, values, NULL, 1.0, 0.01, &t),
+                     SRNF_OK);
     assert_true(t.percentile == 0.0);
+}
+
+/* Each subject counts once: repeated ones make neither the limit nor the percentile another. */
+static void repeated_references_count_by_subject(void **state)
+{
+    enum { SUBJECTS = 12, COPIES = 5 };
+    struct test_random random = test_random_seed(5);
+    double once[SUBJECTS];
+    double all[SUBJECTS * COPIES];
+    double weights[SUBJECTS * COPIES];
+    size_t n = 0;
+
+    (void)state;
+    for (size_t i = 0; i < SUBJECTS; i++) {
+        size_t copies = i % COPIES + 1;
+
+        once[i] = exp(0.2 * test_random_normal(&random));
+        for (size_t k = 0; k < copies; k++) {
+            all[n] = once[i];
+            weights[n++] = 1.0 / (double)copies;
+        }
+    }
+    for (size_t trait = 0; trait < SRNF_CALIBRATION_TRAITS; trait++) {
+        struct srnf_typicality single;
+        struct srnf_typicality repeated;
+
+        assert_int_equal(
+            srnf_typicality_of((enum srnf_trait)trait, SUBJECTS, once, NULL, 1.1, 0.01, &single),
+            SRNF_OK);
+        assert_int_equal(
+            srnf_typicality_of((enum srnf_trait)trait, n, all, weights, 1.1, 0.01, &repeated),
+            SRNF_OK);
+        assert_true(fabs(repeated.limit / single.limit - 1.0) < 1e-9);
+        assert_true(fabs(repeated.percentile - single.percentile) < 1e-9);
+    }
+}
+
+/* Of three references that differ by orders of magnitude there may be no limit, and of two other
+   subjects there is none: everything is within it. */
+static void a_limit_may_be_infinite(void **state)
+{
+    const double values[] = {1e-4, 1.0, 1e4};
+    double distances[] = {0.0, 1.0, 9.0, 9.0, 1.0, 0.0, 9.0, 9.0,
+                          9.0, 9.0, 0.0, 2.0, 9.0, 9.0, 2.0, 0.0};
+    size_t subjects[] = {0, 0, 1, 2};
+    const struct srnf_folds folds = {.n = 4, .distances = distances, .subjects = subjects};
+    struct srnf_folds_typicality verdicts;
+    struct srnf_typicality t;
+
+    (void)state;
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_RESIDUAL, 3, values, NULL, 1e300,
+                                        SRNF_TYPICAL_ALPHA_GROUP, &t),
+                     SRNF_OK);
+    assert_true(isinf(t.limit) && !t.far && t.percentile == 100.0);
+    assert_int_equal(srnf_folds_typicality(&folds, SRNF_TYPICAL_ALPHA, &verdicts), SRNF_OK);
+    for (size_t i = 0; i < 4; i++) {
+        assert_true(isinf(verdicts.verdicts[i].limit) && !verdicts.verdicts[i].far);
+        assert_true(verdicts.verdicts[i].percentile == 0.0);
+    }
+    srnf_folds_typicality_clear(&verdicts);
 }
 
 /* ---- Surfaces -------------------------------------------------------------------------------- */
@@ -290,7 +425,7 @@ static struct verdict judge(const struct model *m, const double *q)
         struct srnf_typicality typicality;
 
         assert_int_equal(srnf_typicality_of((enum srnf_trait)t, n, values_of(m, (enum srnf_trait)t),
-                                            found[t], SRNF_TYPICAL_ALPHA, &typicality),
+                                            NULL, found[t], SRNF_TYPICAL_ALPHA, &typicality),
                          SRNF_OK);
         if (t == SRNF_TRAIT_ANGLE) {
             verdict.turned = typicality.far;
@@ -572,27 +707,46 @@ static void refuses_what_it_cannot_judge(void **state)
     struct srnf_folds folds = {.n = 3};
     struct srnf_folds_typicality typicality;
     struct model m;
+    double weights[] = {1.0, 1.0, 0.5};
+    size_t two[N] = {1, 1};
+    double angles[3];
     double angle;
 
     (void)state;
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 2, values, 1.0, 0.01, &t),
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, weights, 1.0, 0.01, &t),
                      SRNF_EINVAL);
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, NAN, 0.01, &t),
+    weights[0] = NAN;
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, weights, 1.0, 0.01, &t),
                      SRNF_EINVAL);
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, 1.0, 0.0, &t), SRNF_EINVAL);
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, 1.0, NAN, &t), SRNF_EINVAL);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 2, values, NULL, 1.0, 0.01, &t),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, NULL, NAN, 0.01, &t),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, NULL, 1.0, 0.0, &t),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, NULL, 1.0, NAN, &t),
+                     SRNF_EINVAL);
     values[1] = NAN;
-    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, 1.0, 0.01, &t),
+    assert_int_equal(srnf_typicality_of(SRNF_TRAIT_DISTANCE, 3, values, NULL, 1.0, 0.01, &t),
                      SRNF_EINVAL);
     assert_true(t.limit == 7.0);
     assert_int_equal(srnf_folds_typicality(&folds, 0.01, &typicality), SRNF_EINVAL);
     open_model(&m, N, N, 0);
-    assert_int_equal(srnf_pose_angles(m.g.grid, 1, m.q, &angle), SRNF_EINVAL);
+    assert_int_equal(srnf_pose_angles(m.g.grid, 1, m.q, NULL, &angle), SRNF_EINVAL);
     m.pca.n = 2;
-    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, &calibration), SRNF_EINVAL);
+    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, NULL, NULL, &calibration),
+                     SRNF_EINVAL);
     m.pca.n = N;
+    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, two, NULL, &calibration),
+                     SRNF_EINVAL);
+    two[3] = N;
+    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, two, NULL, &calibration),
+                     SRNF_EINVAL);
+    memset(two, 0, sizeof two);
+    assert_int_equal(srnf_pose_angles(m.g.grid, 3, m.q, two, angles), SRNF_EINVAL);
     m.q[11] = NAN;
-    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, &calibration), SRNF_EINVAL);
+    assert_int_equal(srnf_calibrate(m.g.grid, &m.pca, m.mean_q, m.q, NULL, NULL, &calibration),
+                     SRNF_EINVAL);
     assert_null(calibration.values);
     close_model(&m);
 }
@@ -601,11 +755,15 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaving_one_out_is_fitting_anew),
+        cmocka_unit_test(leaving_a_subject_out_is_fitting_anew),
+        cmocka_unit_test(calibration_stops_when_asked),
         cmocka_unit_test(of_twins_the_others_are_judged_as_ever),
         cmocka_unit_test(fields_of_few_dimensions_are_no_exception),
         cmocka_unit_test(members_are_beyond_their_limits_at_the_rate_that_is_promised),
         cmocka_unit_test(few_references_make_wide_limits),
         cmocka_unit_test(percentiles_count_what_is_below),
+        cmocka_unit_test(repeated_references_count_by_subject),
+        cmocka_unit_test(a_limit_may_be_infinite),
         cmocka_unit_test(held_out_members_are_not_far),
         cmocka_unit_test(foreign_shapes_are_far),
         cmocka_unit_test(the_angle_is_that_of_the_turn),

@@ -18,6 +18,8 @@
 #define COLUMNS 16
 #define SUBJECTS 3
 #define COMPONENTS 2
+/* Of the model of test_model_is_what_it_is_made_of before ids covered more than arrays. */
+#define OLD_ID "model-b77d6bac6b443679e8cb6b1742f47c23"
 
 static void put_surface(struct store *store, double value, char id[STORE_ID_MAX])
 {
@@ -311,6 +313,43 @@ static void test_model_without_calibration(void **state)
     store_model_clear(&old);
 }
 
+/* The same arrays, made of something else, are another model; of the same they are the first one,
+   whatever else the record tells. One of older versions, without such a text, stays what it is. */
+static void test_model_is_what_it_is_made_of(void **state)
+{
+    struct fixture *fixture = *state;
+    const char *const identities[] = {NULL, "[\"a\",\"a\",\"b\"]", "[\"a\",\"b\",\"b\"]"};
+    char mean[STORE_ID_MAX], ids[3][STORE_ID_MAX];
+    struct store_model model, got;
+    bool created;
+
+    put_surface(fixture->store, 1.0, mean);
+    model = make_model(mean, 0.25);
+    for (size_t round = 0; round < 2; round++) {
+        for (size_t k = 0; k < 3; k++) {
+            model.identity = identities[k];
+            free(model.record);
+            model.record = strdup(round == 0 ? (k == 1 ? "{\"made\":1}" : "{\"made\":2}") : "{}");
+            assert_int_equal(store_model_put(fixture->store, &model, &created), STORE_OK);
+            assert_true(created == (round == 0));
+            assert_true(round == 0 || strcmp(ids[k], model.id) == 0);
+            memcpy(ids[k], model.id, STORE_ID_MAX);
+            assert_string_equal(model.record, k == 1 ? "{\"made\":1}" : "{\"made\":2}");
+        }
+    }
+    /* Of the arrays alone, as it has always been: old ids are those of old models. */
+    assert_string_equal(ids[0], OLD_ID);
+    assert_string_not_equal(ids[0], ids[1]);
+    assert_string_not_equal(ids[1], ids[2]);
+    assert_string_not_equal(ids[0], ids[2]);
+    fixture_reopen(fixture);
+    for (size_t k = 0; k < 3; k++) {
+        assert_int_equal(store_model_get(fixture->store, ids[k], ALL_ARRAYS, &got), STORE_OK);
+        store_model_clear(&got);
+    }
+    store_model_clear(&model);
+}
+
 static void test_the_same_model_mends(void **state)
 {
     struct fixture *fixture = *state;
@@ -456,6 +495,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_cohort_list, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model_without_calibration, fixture_setup,
+                                        fixture_teardown),
+        cmocka_unit_test_setup_teardown(test_model_is_what_it_is_made_of, fixture_setup,
                                         fixture_teardown),
         cmocka_unit_test_setup_teardown(test_the_same_model_mends, fixture_setup, fixture_teardown),
         cmocka_unit_test_setup_teardown(test_model_without_mean, fixture_setup, fixture_teardown),
