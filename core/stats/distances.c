@@ -68,12 +68,12 @@ static int measure_pair(void *argument, size_t index, const struct srnf_context 
     int status;
 
     stats_pair(index, &i, &j);
-    if (d->options && stats_recall(context, d->series, index, &distance)) {
+    if (d->options && stats_recall(context, d->series, index, 1, &distance) && distance >= 0.0) {
         status = SRNF_OK;
     } else {
         status = measure(d, i, j, context, &distance, error);
         if (d->options && status >= 0) {
-            stats_keep(context, d->series, index, distance);
+            stats_keep(context, d->series, index, 1, &distance);
         }
     }
     d->matrix[i * d->n + j] = distance;
@@ -106,7 +106,7 @@ int stats_field_distances(const struct srnf_sht *sht, enum srnf_representation r
         symmetric.symmetric = true;
         symmetric.representation = representation;
         d.options = &symmetric;
-        d.series = stats_series(sht, 0, n, surfaces, &symmetric);
+        d.series = stats_series(sht, STATS_KEPT_DISTANCES, n, surfaces, &symmetric);
     } else {
         size_t all;
 

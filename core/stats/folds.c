@@ -17,6 +17,9 @@
  *
  * Other metrics are one matrix of distances for all folds.
  *
+ * Of one round, what a template costs is kept for a later attempt (srnf_context.keep): the field of
+ * each member as it is registered, and the inner products when all are, which take their place.
+ *
  * Folds run in parallel, each with registrations of its own: 80 n P bytes.
  */
 #include "folds.h"
@@ -174,11 +177,41 @@ static int fold_body(void *argument, size_t index, const struct srnf_context *co
     return status;
 }
 
-/* Registers all to one template and describes its folds. done and all: of the progress. */
-static int run_template(struct alignment *a, const struct subjects *subjects, const double *field,
-                        const struct srnf_folds_options *options, const size_t *list, size_t count,
-                        struct stats_progress progress, struct srnf_folds *out,
-                        struct srnf_error *error)
+/* The inner products of all registered to template number t, of a comparison of one round: they are
+   all that its folds need. An earlier attempt may have left them, or some of the fields. */
+static int register_once(struct alignment *a, size_t t, const double *field,
+                         struct stats_progress progress, double *products, struct srnf_error *error)
+{
+    uint64_t aligned;
+    uint64_t series;
+    int status;
+
+    if (!a->context || (!a->context->recall && !a->context->keep)) {
+        status = alignment_register(a, field, NULL, progress, error);
+        return status ? status : products_of(a, products);
+    }
+    series = stats_series(a->sht, STATS_KEPT_PRODUCTS | (uint64_t)t << 8, a->n, a->surfaces,
+                          &a->registration);
+    aligned = stats_series(a->sht, STATS_KEPT_ALIGNED | (uint64_t)t << 8, a->n, a->surfaces,
+                           &a->registration);
+    if (stats_recall(a->context, series, 0, a->n * a->n, products)) {
+        srnf_report_progress(a->context, progress.to, progress.message);
+        return SRNF_OK;
+    }
+    status = alignment_register(a, field, &aligned, progress, error);
+    status = status ? status : products_of(a, products);
+    if (status == SRNF_OK) {
+        stats_keep(a->context, aligned, 0, 0, NULL);
+        stats_keep(a->context, series, 0, a->n * a->n, products);
+    }
+    return status;
+}
+
+/* Registers all to template number t and describes its folds. */
+static int run_template(struct alignment *a, const struct subjects *subjects, size_t t,
+                        const double *field, const struct srnf_folds_options *options,
+                        const size_t *list, size_t count, struct stats_progress progress,
+                        struct srnf_folds *out, struct srnf_error *error)
 {
     bool shared = options->refit == SRNF_REFIT_SHARED || options->rounds == 1;
     double *products = shared ? srnf_alloc(a->n, a->n * sizeof(double)) : NULL;
@@ -188,12 +221,16 @@ static int run_template(struct alignment *a, const struct subjects *subjects, co
     struct stats_progress rest = {middle, progress.to, "refitting the folds"};
     int status = shared && !products ? SRNF_ENOMEM : SRNF_OK;
 
-    status = status ? status : alignment_register(a, field, first, error);
-    for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
-        status = alignment_round(a, subjects, SIZE_MAX, a->context, error);
-    }
-    if (shared && status == SRNF_OK) {
-        status = products_of(a, products);
+    if (options->rounds == 1) {
+        status = status ? status : register_once(a, t, field, first, products, error);
+    } else {
+        status = status ? status : alignment_register(a, field, NULL, first, error);
+        for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
+            status = alignment_round(a, subjects, SIZE_MAX, a->context, error);
+        }
+        if (shared && status == SRNF_OK) {
+            status = products_of(a, products);
+        }
     }
     status = status ? status : stats_run(a->context, count, fold_body, &folds, rest, error);
     srnf_free(products);
@@ -246,7 +283,7 @@ static int run_templates(struct alignment *a, const struct subjects *subjects, c
         if (count > 0) {
             progress =
                 (struct stats_progress){(double)done / all, (double)(done + count) / all, NULL};
-            status = run_template(a, subjects, fields + 3 * t * a->points, options, list, count,
+            status = run_template(a, subjects, t, fields + 3 * t * a->points, options, list, count,
                                   progress, out, error);
             done += count;
         }

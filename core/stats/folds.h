@@ -37,9 +37,11 @@ void alignment_clear(struct alignment *a);
 /* Fills the matrices; fields: [n][3][P] as parameterised. */
 SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
                                     struct srnf_error *error);
-/* Registers all to a field, [3][P], from nothing. */
+/* Registers all to a field, [3][P], from nothing. series NULL: nothing is kept; otherwise the fields
+   of the members are, and only they are filled. */
 SRNF_CHECKED int alignment_register(struct alignment *a, const double *field,
-                                    struct stats_progress progress, struct srnf_error *error);
+                                    const uint64_t *series, struct stats_progress progress,
+                                    struct srnf_error *error);
 /* Registers all to the mean of their fields, those of the subject left_out not counted (SIZE_MAX:
    of all), from where they are. */
 SRNF_CHECKED int alignment_round(struct alignment *a, const struct subjects *subjects,

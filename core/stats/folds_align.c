@@ -157,7 +157,8 @@ out:
 struct round {
     struct alignment *a;
     struct target target;
-    const double *field; /* of the target, [3][P] */
+    const double *field;    /* of the target, [3][P] */
+    const uint64_t *series; /* of the fields that are kept, or NULL */
 };
 
 struct assembly {
@@ -205,13 +206,21 @@ static int register_body(void *argument, size_t i, const struct srnf_context *co
     const struct round *round = argument;
     struct alignment *a = round->a;
     struct srnf_registration found = {0};
-    int status = srnf_register(a->sht, NULL, round->field, a->surfaces[i], &a->registration, NULL,
-                               context, &found, error);
+    double *q = a->q + 3 * i * a->points;
+    int status;
 
+    if (round->series && stats_recall(context, *round->series, i, 3 * a->points, q)) {
+        return SRNF_OK;
+    }
+    status = srnf_register(a->sht, NULL, round->field, a->surfaces[i], &a->registration, NULL,
+                           context, &found, error);
     if (status < 0) {
         return status;
     }
-    memcpy(a->q + 3 * i * a->points, found.q, 3 * a->points * sizeof(double));
+    if (round->series) {
+        stats_keep(context, *round->series, i, 3 * a->points, found.q);
+    }
+    memcpy(q, found.q, 3 * a->points * sizeof(double));
     memcpy(a->gamma + 3 * i * a->points, found.points, 3 * a->points * sizeof(double));
     memcpy(a->jacobian + i * a->points, found.jacobian, a->points * sizeof(double));
     memcpy(a->rotation + 9 * i, found.rotation, sizeof found.rotation);
@@ -219,10 +228,10 @@ static int register_body(void *argument, size_t i, const struct srnf_context *co
     return SRNF_OK;
 }
 
-int alignment_register(struct alignment *a, const double *field, struct stats_progress progress,
-                       struct srnf_error *error)
+int alignment_register(struct alignment *a, const double *field, const uint64_t *series,
+                       struct stats_progress progress, struct srnf_error *error)
 {
-    struct round round = {.a = a, .field = field};
+    struct round round = {.a = a, .field = field, .series = series};
 
     return stats_run(a->context, a->n, register_body, &round, progress, error);
 }

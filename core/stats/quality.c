@@ -276,6 +276,9 @@ struct rows {
     const struct srnf_pca *pca;
     const double *scores; /* [samples][components] */
     double *surface, *elastic;
+    const struct srnf_context *context; /* of the caller */
+    uint64_t series;                    /* of what is kept of the rows; see keep_row */
+    stats_body *body;
 };
 
 static struct quality_distances row(const struct rows *rows, size_t i)
@@ -335,10 +338,58 @@ static int measure_sample(void *argument, size_t s, const struct srnf_context *c
     return status;
 }
 
+/* What the rows of an attempt are of: everything that enters. */
+static uint64_t series_of(const struct rows *rows, size_t count, enum stats_kept what)
+{
+    const struct quality_run *run = rows->run;
+    size_t coefficients = 3 * srnf_coefficient_count(srnf_sht_degree(run->sht));
+    uint64_t hash = stats_hash(STATS_HASH_START, what);
+
+    if (!rows->context || (!rows->context->recall && !rows->context->keep)) {
+        return hash;
+    }
+    hash = stats_hash(hash, count);
+    hash = stats_hash(hash, run->components);
+    hash = stats_hash(hash, run->points);
+    for (size_t i = 0; i < run->n; i++) {
+        hash = stats_hash(hash, run->subjects.of[i]);
+    }
+    hash = stats_hash_doubles(hash, coefficients, run->mean);
+    hash = stats_hash_doubles(hash, 3 * run->points, run->mean_q);
+    hash = stats_hash_doubles(hash, run->n * 3 * run->points, run->q);
+    return what == STATS_KEPT_SAMPLES
+               ? stats_hash_doubles(hash, count * run->components, rows->scores)
+               : hash;
+}
+
+/* A row, that of an earlier attempt if there is one: [2][components] are kept. */
+static int keep_row(void *argument, size_t i, const struct srnf_context *context,
+                    struct srnf_error *error)
+{
+    const struct rows *rows = argument;
+    size_t components = rows->run->components;
+    struct quality_distances out = row(rows, i);
+    double *both = srnf_alloc(2 * components, sizeof(double));
+    int status = both ? SRNF_OK : SRNF_ENOMEM;
+
+    if (status == SRNF_OK && stats_recall(context, rows->series, i, 2 * components, both)) {
+        memcpy(out.surface, both, components * sizeof(double));
+        memcpy(out.elastic, both + components, components * sizeof(double));
+    } else if (status == SRNF_OK) {
+        status = rows->body(argument, i, context, error);
+        memcpy(both, out.surface, components * sizeof(double));
+        memcpy(both + components, out.elastic, components * sizeof(double));
+        if (status >= 0) {
+            stats_keep(context, rows->series, i, 2 * components, both);
+        }
+    }
+    srnf_free(both);
+    return status;
+}
+
 /* Distances of `count` subjects or samples, and the two curves that are their averages. */
 static int measure(struct rows *rows, size_t count, const struct subjects *subjects,
-                   stats_body *body, const struct srnf_context *context,
-                   struct stats_progress progress, struct srnf_curve *surface,
+                   enum stats_kept what, struct stats_progress progress, struct srnf_curve *surface,
                    struct srnf_curve *elastic, struct srnf_error *error)
 {
     size_t components = rows->run->components;
@@ -347,7 +398,9 @@ static int measure(struct rows *rows, size_t count, const struct subjects *subje
     rows->surface = srnf_alloc(count, components * sizeof(double));
     rows->elastic = srnf_alloc(count, components * sizeof(double));
     if (rows->surface && rows->elastic) {
-        status = stats_run(context, count, body, rows, progress, error);
+        rows->series = series_of(rows, count, what);
+        rows->body = what == STATS_KEPT_SAMPLES ? measure_sample : leave_out;
+        status = stats_run(rows->context, count, keep_row, rows, progress, error);
     }
     if (status == SRNF_OK) {
         average(rows->surface, count, components, subjects, surface);
@@ -365,18 +418,18 @@ static int judge(struct quality_run *run, const struct srnf_quality_options *opt
     double work = (double)run->n + (double)options->samples;
     double middle = PROGRESS_EMBED + (1.0 - PROGRESS_EMBED) * (double)run->n / work;
     double *scores = srnf_alloc(options->samples, run->components * sizeof(double));
-    struct rows rows = {.run = run, .pca = pca, .scores = scores};
+    struct rows rows = {.run = run, .pca = pca, .scores = scores, .context = context};
     int status = scores ? open_quality(quality, run->n, run->components) : SRNF_ENOMEM;
 
     if (status == SRNF_OK) {
         fill_compactness(run, pca, &quality->compactness);
         srnf_pca_sample(pca, options->seed, options->samples, run->components, scores);
-        status = measure(&rows, run->n, &run->subjects, leave_out, context,
+        status = measure(&rows, run->n, &run->subjects, STATS_KEPT_FOLDS,
                          (struct stats_progress){PROGRESS_EMBED, middle, "leaving one out"},
                          &quality->generalisation, &quality->generalisation_elastic, error);
     }
     if (status == SRNF_OK) {
-        status = measure(&rows, options->samples, NULL, measure_sample, context,
+        status = measure(&rows, options->samples, NULL, STATS_KEPT_SAMPLES,
                          (struct stats_progress){middle, 1.0, "measuring samples"},
                          &quality->specificity, &quality->specificity_elastic, error);
     }

@@ -101,14 +101,28 @@ SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, 
 
 /* ---- kept.c ---------------------------------------------------------------------------------- */
 
-/* The series of what is measured between surfaces so registered, for the two below. what tells
-   apart what else is measured between them. */
+/* A digest that grows by what is put to it. */
+#define STATS_HASH_START UINT64_C(14695981039346656037)
+uint64_t stats_hash(uint64_t hash, uint64_t x);
+uint64_t stats_hash_doubles(uint64_t hash, size_t count, const double *x);
+/* What a series is of; one of folds has the number of its template in the bits from 8 on. */
+enum stats_kept {
+    STATS_KEPT_DISTANCES = 0,
+    STATS_KEPT_ALIGNED = 1,
+    STATS_KEPT_PRODUCTS = 2,
+    STATS_KEPT_FOLDS = 3,
+    STATS_KEPT_SAMPLES = 4
+};
+/* The series of what is computed of surfaces so registered, for the two below. what tells apart
+   what else is computed of them. */
 uint64_t stats_series(const struct srnf_sht *sht, uint64_t what, size_t n,
                       const double *const *surfaces, const struct srnf_register_options *options);
-/* A distance, 0 or more and finite, that an earlier attempt has left; false: there is none. */
-bool stats_recall(const struct srnf_context *context, uint64_t series, size_t index,
-                  double *distance);
-void stats_keep(const struct srnf_context *context, uint64_t series, size_t index, double distance);
+/* Numbers that an earlier attempt has left, all finite; false: there are none, and values are as
+   they come. */
+bool stats_recall(const struct srnf_context *context, uint64_t series, size_t index, size_t count,
+                  double *values);
+void stats_keep(const struct srnf_context *context, uint64_t series, size_t index, size_t count,
+                const double *values);
 
 /* ---- distances.c, metric.c ------------------------------------------------------------------- */
 

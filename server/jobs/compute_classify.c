@@ -2,6 +2,9 @@
  * compute_classify.c - one comparison after the other, each followed by the classifiers that read
  * it. Only one comparison is in memory at a time.
  *
+ * What the comparisons register is kept for a later attempt. The classifiers are not: they are
+ * computed again from it.
+ *
  * The progress of a job goes through its stages, comparisons and permutations, each with the part
  * of the whole that it is expected to take (compute_seconds.h).
  */
@@ -52,6 +55,21 @@ static void stage_parallel_for(void *user, size_t count, void (*body)(void *, si
     stage->inner->parallel_for(stage->inner->user, count, body, argument);
 }
 
+static bool stage_recall(void *user, uint64_t series, uint64_t index, size_t count, double *values)
+{
+    const struct stage *stage = user;
+
+    return stage->inner->recall(stage->inner->user, series, index, count, values);
+}
+
+static void stage_keep(void *user, uint64_t series, uint64_t index, size_t count,
+                       const double *values)
+{
+    const struct stage *stage = user;
+
+    stage->inner->keep(stage->inner->user, series, index, count, values);
+}
+
 /* The next stage begins, of so many seconds. */
 static struct srnf_context enter(struct stage *stage, double seconds)
 {
@@ -65,8 +83,8 @@ static struct srnf_context enter(struct stage *stage, double seconds)
     context.canceled = stage_canceled;
     context.parallel_for = stage_parallel_for;
     context.seconds = NULL;
-    context.recall = NULL;
-    context.keep = NULL;
+    context.recall = stage->inner->recall ? stage_recall : NULL;
+    context.keep = stage->inner->keep ? stage_keep : NULL;
     return context;
 }
 
@@ -206,6 +224,7 @@ int compute_classify(struct jobs_run *run, const struct compute_classify_inputs 
         srnf_free(log_scale);
         return compute_fail(result, status, NULL, "preparing the classification");
     }
+    jobs_run_keep_parts(run);
     if (inputs->scales) {
         status = measure_sizes(inputs, sht, log_scale, result);
         options.log_scale = log_scale;

@@ -330,7 +330,7 @@ int compute_distances(struct jobs_run *run, const struct compute_distances_input
                  ? jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
                  : SRNF_ENOMEM;
     if (status == 0) {
-        jobs_run_keep_numbers(run);
+        jobs_run_keep_parts(run);
         status = srnf_metric_distances(sht, inputs->metric, inputs->n, group->surfaces,
                                        inputs->registration, jobs_run_context(run), outputs->matrix,
                                        &error);

@@ -70,6 +70,7 @@ int compute_quality_group(struct jobs_run *run, const struct compute_mean_inputs
     if (status) {
         return status;
     }
+    jobs_run_keep_parts(run);
     limited.components = limit_components(options->components, mean->mean.n, options->subjects);
     status = acquire(run, mean->group.degree, mean->n_theta, mean->n_phi, &sht, result);
     if (status == 0) {
@@ -134,6 +135,7 @@ int compute_quality_model(struct jobs_run *run, const char *id, double total_var
     if (status) {
         return status;
     }
+    jobs_run_keep_parts(run);
     limited.components = limit_components(options->components, model.pca.n, options->subjects);
     status = check_complete(&model, total_variance, result);
     if (status == 0) {

@@ -15,7 +15,7 @@
  *
  *   24 keeper.mutex: that the keeper is to end
  *
- *   25 kept.mutex: the numbers that a run keeps for a later attempt
+ *   25 kept.mutex: what a run keeps for a later attempt
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -45,25 +45,35 @@ struct jobs_loop {
     struct jobs_loop *link;     /* list of published loops; jobs->mutex */
 };
 
-/* ---- Numbers for a later attempt (kept.c) ---------------------------------------------------- */
+/* ---- Checkpoints (kept.c) -------------------------------------------------------------------- */
 
-struct jobs_number {
+struct jobs_part {
     uint64_t series, index;
-    double value;
+    size_t count; /* of the values, at least 1 */
+    double one;   /* the value where there is one */
+    double *many; /* [count] otherwise */
+    bool owned;   /* many is a block of its own */
 };
 
 struct jobs_kept {
     pthread_mutex_t mutex;
-    struct jobs_number *numbers; /* [n], those of earlier attempts first; mutex */
-    size_t n, capacity;          /* mutex */
-    struct jobs_number *old;     /* [recalled] of earlier attempts, by series and index; fixed */
+    bool opened;             /* what an earlier attempt has left was read; thread of the run */
+    struct jobs_part *parts; /* [n], those of earlier attempts first; mutex */
+    size_t n, capacity;      /* mutex */
+    size_t bytes;            /* that the parts take in a checkpoint; mutex */
+    unsigned char *state;    /* [state_size] of the process; mutex */
+    size_t state_size;       /* mutex */
+    struct jobs_part *old;   /* [recalled] of earlier attempts, by series and index; fixed */
     size_t recalled;
-    double next;  /* when the next checkpoint is due, by the run's clock; mutex */
-    bool writing; /* somebody writes one; mutex */
+    double *old_values; /* of old, fixed */
+    double next;        /* when the next checkpoint is due, by the run's clock; mutex */
+    bool writing;       /* somebody writes one; mutex */
 };
 
 void jobs_kept_init(struct jobs_kept *kept);
 void jobs_kept_destroy(struct jobs_kept *kept);
+/* As initialised again, but for what says when to write. */
+void jobs_kept_clear(struct jobs_kept *kept);
 /* As bytes (malloc), NULL without memory; and back, false where these are no such bytes. kept is as
    initialised. */
 unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size);
@@ -107,6 +117,10 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
 void jobs_run_destroy(struct jobs_run *run);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
+/* The checkpoint of the job in the store, and what an earlier attempt with the same numeric build has
+   left there (bytes: malloc). Both are told in the log. */
+int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t size);
+int jobs_run_checkpoint_read(struct jobs_run *run, unsigned char **bytes, size_t *size);
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
 void jobs_run_execute(struct jobs_run *run);
 

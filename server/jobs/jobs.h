@@ -161,10 +161,10 @@ void jobs_run_phase(struct jobs_run *run, double share);
    (job-checkpoint, job-resumed). */
 int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size);
 int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size);
-/* From now on the run's context keeps the numbers that the core says are dear (srnf_context.keep)
-   as the run's checkpoint, about every second, and recalls those of earlier attempts. Not together
-   with a checkpoint of another kind. */
-void jobs_run_keep_numbers(struct jobs_run *run);
+/* From now on the run's context keeps the parts that the core says are dear (srnf_context.keep), 64
+   MiB of them at most, in the run's checkpoint beside what was saved, about every second, and
+   recalls those of earlier attempts. */
+void jobs_run_keep_parts(struct jobs_run *run);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge). */
 struct jobs_doubt {
     char mesh[STORE_ID_MAX];

@@ -1,29 +1,33 @@
 /*
- * kept.c - the numbers that a job keeps for a later attempt (srnf_context.recall and keep), as its
- * checkpoint.
+ * kept.c - the checkpoint of a job: the state that its process saves as a whole, and the parts of
+ * its computation that the core keeps for a later attempt (srnf_context.recall and keep).
  *
- * Layout, all numbers little-endian: 8 bytes "srnfkept", u64 version, u64 n, then n times u64
- * series, u64 index and the bits of a double, and u64 FNV-1a of all bytes before it. What is
- * damaged, or not of this form, is as if it were not there; whether a number belongs to what is
- * computed is told by its series.
+ * Layout, all numbers little-endian: 8 bytes "srnfkept", u64 version, u64 n, u64 bytes of the
+ * state, the state, then n times u64 series, u64 index, u64 count and the bits of so many doubles,
+ * and u64 FNV-1a of all bytes before it. What is damaged, or not of this form, is as if it were not
+ * there; whether a part belongs to what is computed is told by its series.
  *
- * Numbers come from all threads that help the job. Whoever brings one when the last checkpoint is
- * INTERVAL old writes the next, unless somebody is about to: at most once in INTERVAL, and in
- * COST times what writing took, so that a large one does not take the time of what it saves.
+ * A state is written when it is saved. Parts come from all threads that help the job: whoever
+ * brings one when the last checkpoint is INTERVAL old writes the next, unless somebody is about to:
+ * at most once in INTERVAL, and in COST times what writing took, so that a large one does not take
+ * the time of what it saves. Parts beyond BYTES_MAX are not kept: only a crash would cost more.
+ * They, and as much again while a checkpoint is written, come on top of the memory of the job.
  *
  * Lock: kept->mutex (rank 25), never held across the store. What was recalled does not change and
  * is read without it.
  */
 #include "jobs/internal.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define VERSION 1
-#define HEAD ((size_t)24)
-#define ENTRY ((size_t)24)
-#define ENTRIES_MAX ((size_t)1 << 20) /* 24 MiB; the pairs of 500 surfaces are an eighth */
-#define INTERVAL 1.0                  /* seconds */
+#define VERSION 2
+#define HEAD ((size_t)32)
+#define ENTRY ((size_t)24)           /* before the values */
+#define BYTES_MAX ((size_t)64 << 20) /* of entries with their values */
+#define PARTS_MAX (BYTES_MAX / (ENTRY + 8))
+#define INTERVAL 1.0 /* seconds */
 #define COST 50.0
 #define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
@@ -59,7 +63,7 @@ static uint64_t sum(const unsigned char *bytes, size_t size)
 
 static int order(const void *a, const void *b)
 {
-    const struct jobs_number *x = a, *y = b;
+    const struct jobs_part *x = a, *y = b;
 
     if (x->series != y->series) {
         return x->series < y->series ? -1 : 1;
@@ -67,57 +71,107 @@ static int order(const void *a, const void *b)
     return (x->index > y->index) - (x->index < y->index);
 }
 
+static const double *values_of(const struct jobs_part *part)
+{
+    return part->count == 1 ? &part->one : part->many;
+}
+
+static size_t bytes_of(size_t count)
+{
+    return ENTRY + 8 * count;
+}
+
 /* ---- Reading --------------------------------------------------------------------------------- */
+
+/* The entries at bytes, which end at `end`; the values of all are put into kept->old_values, which
+   has room for them. False where they do not fill the bytes. */
+static bool read_parts(struct jobs_kept *kept, const unsigned char *bytes, const unsigned char *end)
+{
+    double *values = kept->old_values;
+
+    for (size_t i = 0; i < kept->n; i++) {
+        struct jobs_part *part = &kept->parts[i];
+        uint64_t count;
+
+        if ((size_t)(end - bytes) < ENTRY) {
+            return false;
+        }
+        count = get_u64(bytes + 16);
+        if (count == 0 || count > ((size_t)(end - bytes) - ENTRY) / 8) {
+            return false;
+        }
+        *part = (struct jobs_part){
+            .series = get_u64(bytes), .index = get_u64(bytes + 8), .count = (size_t)count};
+        part->many = values;
+        bytes += ENTRY;
+        for (size_t k = 0; k < part->count; k++, bytes += 8) {
+            uint64_t bits = get_u64(bytes);
+
+            memcpy(values++, &bits, sizeof bits);
+        }
+        part->one = part->many[0];
+        kept->bytes += bytes_of(part->count);
+    }
+    return bytes == end;
+}
 
 bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t size)
 {
-    size_t n = size >= HEAD + 8 ? (size - HEAD - 8) / ENTRY : 0;
+    uint64_t n, state;
+    bool good;
 
     if (size < HEAD + 8 || memcmp(bytes, magic, sizeof magic) != 0 ||
-        get_u64(bytes + 8) != VERSION || n > ENTRIES_MAX || get_u64(bytes + 16) != n ||
-        size != HEAD + n * ENTRY + 8 || get_u64(bytes + size - 8) != sum(bytes, size - 8)) {
+        get_u64(bytes + 8) != VERSION || get_u64(bytes + size - 8) != sum(bytes, size - 8)) {
         return false;
     }
-    kept->numbers = calloc(n ? n : 1, sizeof *kept->numbers);
-    if (!kept->numbers) {
+    n = get_u64(bytes + 16);
+    state = get_u64(bytes + 24);
+    if (state > size - HEAD - 8 || n > (size - HEAD - 8 - (size_t)state) / (ENTRY + 8)) {
         return false;
     }
-    for (size_t i = 0; i < n; i++) {
-        const unsigned char *entry = bytes + HEAD + i * ENTRY;
-        uint64_t bits = get_u64(entry + 16);
-
-        kept->numbers[i].series = get_u64(entry);
-        kept->numbers[i].index = get_u64(entry + 8);
-        memcpy(&kept->numbers[i].value, &bits, sizeof bits);
+    kept->parts = calloc(n ? (size_t)n : 1, sizeof *kept->parts);
+    kept->old = calloc(n ? (size_t)n : 1, sizeof *kept->old);
+    kept->old_values = malloc(size);
+    kept->state = malloc(state ? (size_t)state : 1);
+    kept->n = kept->capacity = (size_t)n;
+    good = kept->parts && kept->old && kept->old_values && kept->state &&
+           read_parts(kept, bytes + HEAD + state, bytes + size - 8);
+    if (!good) {
+        jobs_kept_clear(kept);
+        return false;
     }
-    qsort(kept->numbers, n, sizeof *kept->numbers, order);
-    kept->n = kept->capacity = kept->recalled = n;
+    memcpy(kept->state, bytes + HEAD, (size_t)state);
+    kept->state_size = (size_t)state;
+    qsort(kept->parts, kept->n, sizeof *kept->parts, order);
+    memcpy(kept->old, kept->parts, kept->n * sizeof *kept->old);
+    kept->recalled = kept->n;
     return true;
 }
 
-static bool recall(void *user, uint64_t series, uint64_t index, double *value)
+static bool recall(void *user, uint64_t series, uint64_t index, size_t count, double *values)
 {
     struct jobs_run *run = user;
-    const struct jobs_number wanted = {.series = series, .index = index};
-    const struct jobs_number *found = NULL;
+    const struct jobs_part wanted = {.series = series, .index = index};
+    const struct jobs_part *found = NULL;
 
     if (run->kept.recalled > 0) {
         found = bsearch(&wanted, run->kept.old, run->kept.recalled, sizeof wanted, order);
     }
-    if (found) {
-        *value = found->value;
-        jobs_run_resumed(run);
+    if (!found || found->count != count) {
+        return false;
     }
-    return found != NULL;
+    memcpy(values, values_of(found), count * sizeof(double));
+    jobs_run_resumed(run);
+    return true;
 }
 
 /* ---- Writing --------------------------------------------------------------------------------- */
 
 unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size)
 {
-    unsigned char *bytes;
+    unsigned char *bytes, *at;
 
-    *size = HEAD + kept->n * ENTRY + 8;
+    *size = HEAD + kept->state_size + kept->bytes + 8;
     bytes = malloc(*size);
     if (!bytes) {
         return NULL;
@@ -125,48 +179,118 @@ unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size)
     memcpy(bytes, magic, sizeof magic);
     put_u64(bytes + 8, VERSION);
     put_u64(bytes + 16, kept->n);
-    for (size_t i = 0; i < kept->n; i++) {
-        unsigned char *entry = bytes + HEAD + i * ENTRY;
-        uint64_t bits;
-
-        memcpy(&bits, &kept->numbers[i].value, sizeof bits);
-        put_u64(entry, kept->numbers[i].series);
-        put_u64(entry + 8, kept->numbers[i].index);
-        put_u64(entry + 16, bits);
+    put_u64(bytes + 24, kept->state_size);
+    if (kept->state_size > 0) {
+        memcpy(bytes + HEAD, kept->state, kept->state_size);
     }
-    put_u64(bytes + *size - 8, sum(bytes, *size - 8));
+    at = bytes + HEAD + kept->state_size;
+    for (size_t i = 0; i < kept->n; i++) {
+        const struct jobs_part *part = &kept->parts[i];
+
+        put_u64(at, part->series);
+        put_u64(at + 8, part->index);
+        put_u64(at + 16, part->count);
+        at += ENTRY;
+        for (size_t k = 0; k < part->count; k++, at += 8) {
+            uint64_t bits;
+
+            memcpy(&bits, values_of(part) + k, sizeof bits);
+            put_u64(at, bits);
+        }
+    }
+    put_u64(at, sum(bytes, *size - 8));
     return bytes;
 }
 
-/* Room for one more; kept->mutex is held. */
-static bool grow(struct jobs_kept *kept)
+/* Room for one more of so many values; kept->mutex is held. */
+static bool grow(struct jobs_kept *kept, size_t count)
 {
     size_t capacity = kept->capacity < 256 ? 256 : 2 * kept->capacity;
-    struct jobs_number *numbers;
+    struct jobs_part *parts;
 
+    if (count > BYTES_MAX / 8 || bytes_of(count) > BYTES_MAX - kept->bytes) {
+        return false;
+    }
     if (kept->n < kept->capacity) {
         return true;
     }
-    numbers = kept->n < ENTRIES_MAX ? realloc(kept->numbers, capacity * sizeof *numbers) : NULL;
-    if (numbers) {
-        kept->numbers = numbers;
+    parts = kept->n < PARTS_MAX ? realloc(kept->parts, capacity * sizeof *parts) : NULL;
+    if (parts) {
+        kept->parts = parts;
         kept->capacity = capacity;
     }
-    return numbers != NULL;
+    return parts != NULL;
 }
 
-static void keep(void *user, uint64_t series, uint64_t index, double value)
+/* Takes the values of a part over: many, malloc, where there are several. kept->mutex is held. */
+static void add(struct jobs_kept *kept, const struct jobs_part *part)
+{
+    if (grow(kept, part->count)) {
+        kept->parts[kept->n++] = *part;
+        kept->bytes += bytes_of(part->count);
+    } else if (part->owned) {
+        free(part->many);
+    }
+}
+
+/* Drops the parts of a series; kept->mutex is held. */
+static void forget(struct jobs_kept *kept, uint64_t series)
+{
+    size_t left = 0;
+
+    for (size_t i = 0; i < kept->n; i++) {
+        struct jobs_part part = kept->parts[i];
+
+        if (part.series != series) {
+            kept->parts[left++] = part;
+        } else {
+            kept->bytes -= bytes_of(part.count);
+            if (part.owned) {
+                free(part.many);
+            }
+        }
+    }
+    kept->n = left;
+}
+
+/* Writes the checkpoint that is in bytes, and says when the next is due. */
+static void write_part(struct jobs_run *run, const unsigned char *bytes, size_t size)
+{
+    struct jobs_kept *kept = &run->kept;
+    double before = run->context.seconds(run), now;
+
+    (void)jobs_run_checkpoint_write(run, bytes, size);
+    now = run->context.seconds(run);
+    pthread_mutex_lock(&kept->mutex);
+    kept->next = now + (COST * (now - before) > INTERVAL ? COST * (now - before) : INTERVAL);
+    kept->writing = false;
+    pthread_mutex_unlock(&kept->mutex);
+}
+
+static void keep(void *user, uint64_t series, uint64_t index, size_t count, const double *values)
 {
     struct jobs_run *run = user;
     struct jobs_kept *kept = &run->kept;
+    struct jobs_part part = {.series = series, .index = index, .count = count};
     double now = run->context.seconds(run);
     unsigned char *bytes = NULL;
     size_t size = 0;
 
+    if (count == 1) {
+        part.one = values[0];
+    } else if (count > 1 && count <= BYTES_MAX / 8) {
+        part.many = malloc(count * sizeof(double));
+        part.owned = part.many != NULL;
+        if (!part.owned) {
+            return;
+        }
+        memcpy(part.many, values, count * sizeof(double));
+    }
     pthread_mutex_lock(&kept->mutex);
-    if (grow(kept)) {
-        kept->numbers[kept->n++] =
-            (struct jobs_number){.series = series, .index = index, .value = value};
+    if (count == 0) {
+        forget(kept, series);
+    } else {
+        add(kept, &part);
     }
     if (!kept->writing && now >= kept->next) {
         bytes = jobs_kept_write(kept, &size);
@@ -174,53 +298,108 @@ static void keep(void *user, uint64_t series, uint64_t index, double value)
     }
     pthread_mutex_unlock(&kept->mutex);
     if (bytes) {
-        double took;
-
-        (void)jobs_run_checkpoint_save(run, bytes, size);
+        write_part(run, bytes, size);
         free(bytes);
-        took = run->context.seconds(run) - now;
-        pthread_mutex_lock(&kept->mutex);
-        kept->next = now + took + (COST * took > INTERVAL ? COST * took : INTERVAL);
-        kept->writing = false;
-        pthread_mutex_unlock(&kept->mutex);
     }
 }
 
 /* ---- A run ----------------------------------------------------------------------------------- */
 
-void jobs_run_keep_numbers(struct jobs_run *run)
+/* What an earlier attempt has left, once. On the thread of the run. */
+static void open_kept(struct jobs_run *run)
 {
-    struct jobs_kept *kept = &run->kept;
     unsigned char *bytes = NULL;
     size_t size = 0;
 
+    if (!run->kept.opened) {
+        run->kept.opened = true;
+        if (jobs_run_checkpoint_read(run, &bytes, &size) == STORE_OK) {
+            (void)jobs_kept_read(&run->kept, bytes, size);
+        }
+        free(bytes);
+    }
+}
+
+int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size)
+{
+    struct jobs_kept *kept = &run->kept;
+    unsigned char *state = malloc(size ? size : 1), *all = NULL;
+    size_t all_size = 0;
+    int status = STORE_NOMEM;
+
+    open_kept(run);
+    if (!state) {
+        return status;
+    }
+    memcpy(state, bytes, size);
+    pthread_mutex_lock(&kept->mutex);
+    free(kept->state);
+    kept->state = state;
+    kept->state_size = size;
+    all = jobs_kept_write(kept, &all_size);
+    pthread_mutex_unlock(&kept->mutex);
+    if (all) {
+        status = jobs_run_checkpoint_write(run, all, all_size);
+    }
+    free(all);
+    return status;
+}
+
+int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size)
+{
+    struct jobs_kept *kept = &run->kept;
+
+    *bytes = NULL;
+    *size = 0;
+    open_kept(run);
+    if (kept->state_size == 0) {
+        return STORE_NOT_FOUND;
+    }
+    *bytes = malloc(kept->state_size);
+    if (!*bytes) {
+        return STORE_NOMEM;
+    }
+    memcpy(*bytes, kept->state, kept->state_size);
+    *size = kept->state_size;
+    return STORE_OK;
+}
+
+void jobs_run_keep_parts(struct jobs_run *run)
+{
     if (run->context.keep) {
         return;
     }
-    if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
-        if (jobs_kept_read(kept, bytes, size)) {
-            kept->old = calloc(kept->n ? kept->n : 1, sizeof *kept->old);
-            kept->recalled = kept->old ? kept->n : 0;
-        }
-        if (kept->recalled > 0) {
-            memcpy(kept->old, kept->numbers, kept->n * sizeof *kept->old);
-        }
-    }
-    free(bytes);
-    kept->next = run->context.seconds(run) + INTERVAL;
+    open_kept(run);
+    run->kept.next = run->context.seconds(run) + INTERVAL;
     run->context.recall = recall;
     run->context.keep = keep;
 }
 
 void jobs_kept_init(struct jobs_kept *kept)
 {
-    *kept = (struct jobs_kept){.numbers = NULL};
+    *kept = (struct jobs_kept){.parts = NULL};
     pthread_mutex_init(&kept->mutex, NULL);
+}
+
+void jobs_kept_clear(struct jobs_kept *kept)
+{
+    for (size_t i = 0; kept->parts && i < kept->n; i++) {
+        if (kept->parts[i].owned) {
+            free(kept->parts[i].many);
+        }
+    }
+    free(kept->parts);
+    free(kept->old);
+    free(kept->old_values);
+    free(kept->state);
+    kept->parts = kept->old = NULL;
+    kept->old_values = NULL;
+    kept->state = NULL;
+    kept->n = kept->capacity = kept->recalled = kept->bytes = kept->state_size = 0;
 }
 
 void jobs_kept_destroy(struct jobs_kept *kept)
 {
-    free(kept->numbers);
-    free(kept->old);
+    jobs_kept_clear(kept);
     pthread_mutex_destroy(&kept->mutex);
 }

@@ -178,7 +178,7 @@ struct jobs *jobs_run_jobs(struct jobs_run *run)
     return run->jobs;
 }
 
-int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size)
+int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t size)
 {
     const struct store_job *job = run->job;
     char detail[80];
@@ -194,7 +194,7 @@ int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t siz
     return status;
 }
 
-int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size)
+int jobs_run_checkpoint_read(struct jobs_run *run, unsigned char **bytes, size_t *size)
 {
     const struct store_job *job = run->job;
     const char *build = run->jobs->config.numeric_build ? run->jobs->config.numeric_build : "";

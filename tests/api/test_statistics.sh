@@ -264,9 +264,9 @@ kill_server
 start_server "$SCRATCH/cut" --workers 2 || exit 1
 poll_job "$JOB" 400
 is "$JOB_STATUS $(json .attempt)" 'successful 2' 'distances that were killed half way end well'
-# 24 bytes for each pair, 32 around them
+# 32 bytes for each pair, 40 around them
 resumed=$(jq -Rr 'fromjson? | select(.event == "job-resumed") | .detail' "$SERVER_LOG")
-compare "$(((${resumed%% *} - 32) / 24))" '>=' 3 'they go on from the pairs that they had'
+compare "$(((${resumed%% *} - 40) / 32))" '>=' 3 'they go on from the pairs that they had'
 note "$resumed"
 get "/v1/jobs/$JOB/results"
 jq -S '{matrix}' "$BODY" >"$SCRATCH/cut-distances.json"
