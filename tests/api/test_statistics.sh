@@ -2,8 +2,8 @@
 # srnfd-test: timeout 900
 #
 # test_statistics.sh - registration, distances, mean, principal components, modes, samples and projection end to
-# end, on small surfaces of brain structures; the same numbers with any number of workers; and a mean and
-# distances that go on after kill -9 from where they were.
+# end, on small surfaces of brain structures; the same numbers with any number of workers; and a mean that goes on
+# after kill -9 from where it was (other processes: test_checkpoints.sh).
 # srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
@@ -199,19 +199,6 @@ done
 # ---- kill -9 -----------------------------------------------------------------------------------------
 
 LONG='{"cohort":"nuclei","commonPose":true,"tolerance":1e-8,"maxIterations":8}'
-# Two more that are star-shaped, as those of prepare are: one as it is, and smoothed.
-more_surfaces() {
-    local smoothing
-    post '/v1/meshes?name=L_amygdala' --data-binary @tests/data/aal_subcortex/L_amygdala.ply
-    MORE=$(json .id)
-    for smoothing in 0 0.01; do
-        execute encode "{\"mesh\":\"$MORE\",\"lmax\":$LMAX,\"parameterization\":\"star\",\"smoothing\":$smoothing}"
-        S+=("$(json .surface.id)")
-    done
-}
-pairs_of() { # SURFACE..
-    printf '"%s"\n' "$@" | jq -sc '{surfaces: .}'
-}
 logged() { # EVENT
     jq -Rr --arg event "$1" 'fromjson? | objects | select(.event == $event) | .job' "$SERVER_LOG" | wc -l
 }
@@ -223,10 +210,6 @@ essence >"$SCRATCH/whole.json"
 ITERATIONS=$(json .iterations)
 compare "$ITERATIONS" '>' 3 'takes more than three iterations'
 is "$(logged job-checkpoint)" "$ITERATIONS" 'each of which leaves a checkpoint'
-more_surfaces
-run distances "$(pairs_of "${S[@]}")"
-is "$STATUS" 200 'distances that are left in peace'
-jq -S '{matrix}' "$BODY" >"$SCRATCH/whole-distances.json"
 stop_server || not_ok 'the server ends well'
 
 start_server "$SCRATCH/cut" --workers 2 || exit 1
@@ -249,28 +232,6 @@ get "/v1/jobs/$JOB/results"
 essence >"$SCRATCH/cut.json"
 check 'and gives the same numbers' cmp "$SCRATCH/whole.json" "$SCRATCH/cut.json"
 
-# Distances of fifteen pairs, killed when half of them are there.
-more_surfaces
-execute distances "$(pairs_of "${S[@]}")" --header 'Prefer: respond-async'
-JOB=$(json .id)
-for _ in $(seq 6000); do
-    get "/v1/jobs/$JOB"
-    [ "$(json '.progress >= 50 or .status == "failed"')" = true ] &&
-        grep -q "\"job-checkpoint\".*$JOB" "$SERVER_LOG" && break
-    sleep 0.02
-done
-is "$(json .status)" running 'distances run'
-kill_server
-start_server "$SCRATCH/cut" --workers 2 || exit 1
-poll_job "$JOB" 400
-is "$JOB_STATUS $(json .attempt)" 'successful 2' 'distances that were killed half way end well'
-# 32 bytes for each pair, 40 around them
-resumed=$(jq -Rr 'fromjson? | select(.event == "job-resumed") | .detail' "$SERVER_LOG")
-compare "$(((${resumed%% *} - 40) / 32))" '>=' 3 'they go on from the pairs that they had'
-note "$resumed"
-get "/v1/jobs/$JOB/results"
-jq -S '{matrix}' "$BODY" >"$SCRATCH/cut-distances.json"
-check 'and give the same numbers' cmp "$SCRATCH/whole-distances.json" "$SCRATCH/cut-distances.json"
 if command -v sqlite3 >/dev/null; then
     is "$(sqlite3 "$SCRATCH/cut/srnfd.db" 'SELECT count(*) FROM checkpoint')" 0 'the checkpoint is gone'
 fi
