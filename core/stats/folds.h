@@ -37,8 +37,8 @@ void alignment_clear(struct alignment *a);
 /* Fills the matrices; fields: [n][3][P] as parameterised. */
 SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
                                     struct srnf_error *error);
-/* Registers all to a field, [3][P], from nothing. series NULL: nothing is kept; otherwise the fields
-   of the members are, and only they are filled. */
+/* Registers all to a field, [3][P], from nothing. series NULL: nothing is kept; otherwise the
+   fields of the members are, and only they are filled. */
 SRNF_CHECKED int alignment_register(struct alignment *a, const double *field,
                                     const uint64_t *series, struct stats_progress progress,
                                     struct srnf_error *error);

@@ -117,8 +117,8 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
 void jobs_run_destroy(struct jobs_run *run);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
-/* The checkpoint of the job in the store, and what an earlier attempt with the same numeric build has
-   left there (bytes: malloc). Both are told in the log. */
+/* The checkpoint of the job in the store, and what an earlier attempt with the same numeric build
+   has left there (bytes: malloc). Both are told in the log. */
 int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t size);
 int jobs_run_checkpoint_read(struct jobs_run *run, unsigned char **bytes, size_t *size);
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
