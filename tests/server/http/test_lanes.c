@@ -64,7 +64,7 @@ static void uploads_keep_nobody_waiting(void **state)
     http_stop(http, 5);
 }
 
-/* One owner leaves a thread to others, and each owner's first comes before another's second. */
+/* One owner leaves a thread to others, and what it has queued does not go before theirs. */
 static void owners_take_turns(void **state)
 {
     static const char *const sent[] = {"/upload-a", "/upload-a", "/upload-a", "/upload-a",
@@ -84,8 +84,8 @@ static void owners_take_turns(void **state)
         assert_int_equal(leave_and_hear(uploads[i]), 200);
     }
     assert_int_equal(strlen(fake.order), COUNT);
-    /* With both threads free: c before the rest of those that had a turn. */
-    assert_true(fake.order[2] == 'c' || fake.order[3] == 'c');
+    /* Before c, who came last, each of the others has at most one turn more. */
+    assert_true(strchr(fake.order, 'c') <= fake.order + 4);
     http_stop(http, 5);
 }
 
