@@ -186,7 +186,7 @@ if [ "$ALL" = all ]; then
         done
         way together surface "$degree" none ''
     done
-    for members in 1 3 10 20; do
+    for members in 1 3 10 12; do
         for label in a "$LABEL"; do
             for covariates in 0 8; do
                 way cohort "$members" "$label" "$covariates"
