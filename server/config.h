@@ -20,12 +20,16 @@ struct config {
     double upload_threads; /* that parse bodies */
     double upload_memory;  /* bytes for that; 0: a share of the machine's */
     double max_connections;
-    double max_waiting; /* connections without a request */
-    double max_streams; /* of server-sent events */
+    double kept_connections;   /* of them, for known callers; 0: an eighth */
+    double max_waiting;        /* connections without a request */
+    double max_owner_requests; /* in progress; 0: a quarter of the connections */
+    double max_streams;        /* of server-sent events */
     double header_seconds, transfer_seconds, idle_seconds;
-    double max_body;     /* bytes */
-    double max_buffered; /* bytes */
-    double max_queued;   /* jobs */
+    double max_body;                              /* bytes */
+    double max_buffered;                          /* bytes */
+    double max_owner_buffered, max_peer_buffered; /* of them; 0: a quarter, half */
+    double least_rate;                            /* of a transfer, bytes a second */
+    double max_queued;                            /* jobs */
     double sync_wait_seconds;
     double job_seconds;                  /* that a job may run; 0: any */
     double job_memory;                   /* bytes of a job; 0: its share of the machine */

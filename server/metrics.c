@@ -81,7 +81,7 @@ static const struct family {
                                  NULL},
     [METRIC_HTTP_CUT] = {KIND_COUNTER,
                          "srnfd_http_connections_cut_total",
-                         "Connections ended because the client was late, or had gone.",
+                         "Connections ended because the client was late, had gone, or made room.",
                          {"reason"},
                          NULL},
     [METRIC_HTTP_IN_PROGRESS] = {KIND_GAUGE,

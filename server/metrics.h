@@ -24,7 +24,7 @@ enum metric {
     METRIC_HTTP_REFUSALS,         /* code */
     METRIC_HTTP_ACCEPTED,         /* connections */
     METRIC_HTTP_CONNECTIONS,      /* place: waiting, serving */
-    METRIC_HTTP_CUT,              /* reason: late, abandoned */
+    METRIC_HTTP_CUT,              /* reason: late, abandoned, crowded, displaced */
     METRIC_HTTP_IN_PROGRESS,      /* requests */
     METRIC_HTTP_STREAMS,          /* of server-sent events */
     METRIC_HTTP_BUFFERED,         /* bytes of bodies held at this moment */

@@ -235,6 +235,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     }
     request->route_name = match.route->pattern;
     request->probe = is_probe(match.route);
+    request->bodiless = match.route->body == ROUTE_NO_BODY;
     if (!auth_admit(&call, request, match.route)) {
         return API_REFUSED;
     }

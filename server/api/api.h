@@ -67,6 +67,7 @@ struct api_request {
     void *route;              /* set by api_begin, for api_handle */
     struct api_caller caller; /* the same */
     bool probe;               /* set by api_begin: monitors ask this every few seconds */
+    bool bodiless;            /* the same: the route takes no body, and one need not be awaited */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
     const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
     bool alone;               /* no other upload is handled beside this one */
@@ -135,6 +136,9 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
    belongs on a thread that nothing short waits for. Of a request whose body is there. */
 bool api_is_upload(const struct api_request *request);
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
+/* Whether the value of an Authorization field is a token that holds. Counts for nothing: for
+   whoever must choose which of many requests to look at first. */
+bool api_knows(struct api *api, const char *authorization, size_t length);
 /* Replaces the body of a stream by its next piece: empty where the job is as it was told last,
    unless alive asks for a sign of life. On a request thread. */
 void api_stream_next(struct api *api, struct api_response *response, bool alive);

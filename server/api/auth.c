@@ -262,16 +262,60 @@ static bool is_public(const struct api_route *route)
     return false;
 }
 
-/* The token after "Bearer", or NULL where there is none. */
-static const char *bearer(const struct api_request *request)
+/* The token after "Bearer" in a value that may be NULL, or NULL where there is none. */
+static const char *bearer(const char *value)
 {
-    const char *value = api_request_header(request, "Authorization");
-
     if (!value || strncasecmp(value, "Bearer ", 7) != 0) {
         return NULL;
     }
     value += 7;
     return value + strspn(value, " ");
+}
+
+/* Whether the token holds at this moment. The mutex is held. */
+static bool holds(const struct api_auth *auth, const struct store_token *token)
+{
+    return auth->readable && token &&
+           (token->expires_ms == 0 || token->expires_ms > store_now_ms());
+}
+
+bool api_knows(struct api *api, const char *authorization, size_t length)
+{
+    struct api_auth *auth = api->auth;
+    char value[SECRET_MAX + sizeof "Bearer "];
+    const char *secret;
+    bool known = false;
+
+    if (length >= sizeof value) {
+        return false;
+    }
+    memcpy(value, authorization, length);
+    value[length] = '\0';
+    secret = bearer(value);
+    if (secret) {
+        (void)pthread_mutex_lock(&auth->mutex);
+        refresh(auth);
+        known = holds(auth, store_tokens_find(&auth->tokens, secret));
+        (void)pthread_mutex_unlock(&auth->mutex);
+    }
+    return known;
+}
+
+bool auth_holds(struct api_auth *auth, const struct auth_account *account)
+{
+    bool held = false;
+
+    if (!account) {
+        return true;
+    }
+    (void)pthread_mutex_lock(&auth->mutex);
+    refresh(auth);
+    for (size_t i = 0; i < auth->tokens.n && !held; i++) {
+        held = strcmp(auth->tokens.list[i].id, account->token) == 0 &&
+               holds(auth, &auth->tokens.list[i]);
+    }
+    (void)pthread_mutex_unlock(&auth->mutex);
+    return held;
 }
 
 /* What became of the look at a token. */
@@ -366,7 +410,7 @@ static bool role_allows(struct api_call *call, enum store_role role, const struc
 bool auth_admit(struct api_call *call, struct api_request *request, const struct api_route *route)
 {
     struct api_auth *auth = call->api->auth;
-    const char *secret = bearer(request);
+    const char *secret = bearer(api_request_header(request, "Authorization"));
     enum store_role role = STORE_ROLE_VIEWER;
     enum admission admission = ADMITTED;
     bool required;

@@ -7,6 +7,9 @@
  * nothing is kept for it but the piece that it is about to read. The stream ends with the event of
  * the status in which the job ended.
  *
+ * A stream belongs to the token that asked for it: once that is revoked or has expired nothing more
+ * is told, and the stream ends, at the latest when http/ asks again (STREAM_CHECK).
+ *
  * The id of an event is a digest of the record. A client that comes back with Last-Event-ID has
  * seen that record: it gets the next one that differs, whatever happened in between, also after a
  * restart of the daemon; if the record is that of an ended job the answer is 204, which tells an
@@ -99,10 +102,17 @@ static void tell_job(struct api_response *response, const struct store_job *job,
 
 void api_stream_next(struct api *api, struct api_response *response, bool alive)
 {
+    const struct api_stream_state *state = response->stream.state;
     struct store_job job = {0};
     const char *id = response->stream.job_id;
-    int status = jobs_get(api->config.jobs, id, &job);
+    int status;
 
+    if (!auth_holds(state->auth, state->account)) {
+        /* The token was revoked, or has expired: coming back, the client is told so. */
+        set_piece(response, NULL);
+        return;
+    }
+    status = jobs_get(api->config.jobs, id, &job);
     if (status == STORE_OK) {
         tell_job(response, &job, alive);
         store_job_clear(&job);

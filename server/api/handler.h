@@ -87,6 +87,8 @@ void quota_respond(struct api_call *call, enum store_quota quota, int retry_seco
    Each that was entered is left again; account may be NULL. */
 bool stream_enter(struct api_call *call);
 void stream_leave(struct api_auth *auth, struct auth_account *account);
+/* Whether the account's token still holds; NULL, where no tokens are asked for, always does. */
+bool auth_holds(struct api_auth *auth, const struct auth_account *account);
 /* events.c: the state of a stream of events, which is one of its caller's streams; NULL is fine. */
 void events_free(struct api_stream_state *state);
 

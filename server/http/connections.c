@@ -14,11 +14,19 @@
  * like one that is late. A client that has sent everything and closed its half is not among
  * them: it owes nothing.
  *
+ * A body or a response must keep up a rate: its deadline is transfer_seconds away at first, and each
+ * byte that moves puts it off by what it may take, to no more than transfer_seconds from then. Of a
+ * body the pieces are counted as they come (exchange.c); of a response the timer asks the kernel
+ * how much the client has acknowledged, since what libmicrohttpd has written may lie in the
+ * socket's buffer. With TLS that counts the records' bytes.
+ *
  * The timer also wakes exchanges whose wait for a job is over.
  */
 #include "http/internal.h"
 
+#include <linux/tcp.h> /* not <netinet/tcp.h>, whose tcp_info ends before tcpi_bytes_acked */
 #include <math.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,24 +69,34 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
 {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
+    const union MHD_ConnectionInfo *from =
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     struct connection *connection = calloc(1, sizeof *connection);
+    double now = http_now();
 
-    *context = connection;
-    if (!connection || !info) {
+    (void)pthread_mutex_lock(&http->mutex);
+    http->n_handed -= http->n_handed > 0 ? 1 : 0;
+    if (connection && info && from) {
+        connection->peer = shares_peer(http, from->client_addr);
+    }
+    if (!connection || !connection->peer) { /* its first request is closed without an answer */
+        (void)pthread_mutex_unlock(&http->mutex);
+        free(connection);
         return;
     }
+    *context = connection;
     connection->http = http;
     connection->fd = info->connect_fd;
-    connection->deadline = http_now() + http->config.header_seconds;
+    slots_busy(connection, true, now);
+    connection->deadline = now + http->config.header_seconds;
     connection->reads = true;
-    (void)pthread_mutex_lock(&http->mutex);
     connection->next = http->connections;
     connection->place = &http->connections;
     if (connection->next) {
         connection->next->place = &connection->next;
     }
     http->connections = connection;
-    http->n_connections++;
+    slots_opened(connection);
     (void)pthread_mutex_unlock(&http->mutex);
     metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), 1);
 }
@@ -86,15 +104,15 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
 static void connection_closed(struct http *http, struct connection *connection)
 {
     (void)pthread_mutex_lock(&http->mutex);
-    if (connection->place) {
-        *connection->place = connection->next;
-        if (connection->next) {
-            connection->next->place = connection->place;
-        }
-        http->n_connections--;
-        metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), -1);
+    *connection->place = connection->next;
+    if (connection->next) {
+        connection->next->place = connection->place;
     }
+    slots_closed(connection);
+    shares_drop(http, connection->peer);
+    shares_drop(http, connection->owner);
     (void)pthread_mutex_unlock(&http->mutex);
+    metrics_add(http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("serving"), -1);
     free(connection->target);
     free(connection->spare);
     free(connection);
@@ -104,6 +122,7 @@ void connection_notify(void *cls, struct MHD_Connection *mhd, void **context,
                        enum MHD_ConnectionNotificationCode code)
 {
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+        *context = NULL;
         connection_opened(cls, mhd, context);
     } else if (*context) {
         connection_closed(cls, *context);
@@ -141,12 +160,39 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
 
 void connection_deadline(struct connection *connection, double deadline, bool reads)
 {
+    atomic_store_explicit(&connection->sends, false, memory_order_relaxed);
     atomic_store_explicit(&connection->reads, reads, memory_order_relaxed);
     atomic_store_explicit(&connection->gone, 0, memory_order_relaxed);
     atomic_store_explicit(&connection->deadline, deadline, memory_order_relaxed);
 }
 
+double connection_put_off(const struct http *http, double deadline, double now, double bytes)
+{
+    return fmin(now + http->config.transfer_seconds, deadline + bytes / http->config.least_rate);
+}
+
 /* ---- The timer ------------------------------------------------------------------------------- */
+
+/* Puts off the deadline of a response by what the client has taken of it since the last look. The
+   mutex is held. */
+static void follow_response(struct connection *connection, double now)
+{
+    double deadline = connection->deadline;
+    struct tcp_info tcp;
+    socklen_t size = sizeof tcp;
+
+    memset(&tcp, 0, sizeof tcp);
+    if (getsockopt(connection->fd, IPPROTO_TCP, TCP_INFO, &tcp, &size) != 0 ||
+        tcp.tcpi_bytes_acked <= connection->taken) {
+        return;
+    }
+    /* Where the response has ended meanwhile the deadline is another one, and stays. */
+    (void)atomic_compare_exchange_strong(
+        &connection->deadline, &deadline,
+        connection_put_off(connection->http, deadline, now,
+                           (double)(tcp.tcpi_bytes_acked - connection->taken)));
+    connection->taken = tcp.tcpi_bytes_acked;
+}
 
 /* Whether the peer has finished sending and everything it sent was read. */
 static bool finished_sending(int fd)
@@ -177,8 +223,12 @@ static double look(struct http *http, double now)
 
     for (struct connection *connection = http->connections; connection;
          connection = connection->next) {
-        bool late = connection->deadline <= now;
+        bool late;
 
+        if (connection->sends) {
+            follow_response(connection, now);
+        }
+        late = connection->deadline <= now;
         if (late || is_abandoned(connection, now)) {
             metrics_add(http->config.metrics, METRIC_HTTP_CUT,
                         METRIC_LABELS(late ? "late" : "abandoned"), 1);

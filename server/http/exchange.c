@@ -3,11 +3,11 @@
  * response.
  *
  * libmicrohttpd calls exchange_step after the headers, then for each piece of the body, then once
- * at its end, and again when a suspended connection was resumed. What is refused early is answered
- * in the first call where the client has not sent the body yet (Expect: 100-continue), where it is
- * large, or where its end is in doubt; a moderate body is read and passed over first, because
- * closing a socket with unread bytes resets the connection and may take the answer with it. In
- * mid-body no response can be queued: a body that grows beyond its limit is passed over up to
+ * at its end, and again when a suspended connection was resumed. What is refused early, or takes no
+ * body, is answered in the first call, whatever body was announced, and then the connection ends.
+ * Closing a socket with unread bytes would reset it and might take the answer with it; so the front
+ * gets the socket (dup) and passes over for a moment what still comes (front_linger). In mid-body
+ * no response can be queued: a body that grows beyond its limit is passed over up to
  * HTTP_DRAIN_MAX, and beyond that the connection is closed without an answer.
  */
 #include "http/internal.h"
@@ -17,40 +17,15 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-#define RATE_MIN 16384.0 /* bytes a second that a transfer must keep up beside its allowance */
 #define BODY_FIRST ((size_t)64 << 10)
 #define RESPONSE_FREE ((size_t)64 << 10) /* bytes of a response that are not counted */
 
 /* ---- The response ---------------------------------------------------------------------------- */
 
-/* Bytes that are held for clients: bodies that come, and large ones that go. False when they would
-   be more than max_buffered. */
-static bool hold(struct http *http, size_t bytes)
-{
-    bool granted;
-
-    (void)pthread_mutex_lock(&http->mutex);
-    granted =
-        bytes <= http->config.max_buffered && http->buffered <= http->config.max_buffered - bytes;
-    http->buffered += granted ? bytes : 0;
-    (void)pthread_mutex_unlock(&http->mutex);
-    if (granted && bytes > 0) {
-        metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, (double)bytes);
-    }
-    return granted;
-}
-
-static void release(struct http *http, size_t bytes)
-{
-    if (bytes == 0) {
-        return;
-    }
-    (void)pthread_mutex_lock(&http->mutex);
-    http->buffered -= bytes;
-    (void)pthread_mutex_unlock(&http->mutex);
-    metrics_add(http->config.metrics, METRIC_HTTP_BUFFERED, NULL, -(double)bytes);
-}
+static const char own_share[] = "Bodies and responses of this token, or of this address, that are "
+                                "on their way fill its share; try again when they are through.";
 
 /* A response that is held while a slow client takes it counts as a body does. */
 static void hold_response(struct exchange *exchange)
@@ -61,11 +36,17 @@ static void hold_response(struct exchange *exchange)
         response->stream.job_id[0]) {
         return;
     }
-    if (hold(exchange->http, response->body_size)) {
+    switch (shares_hold(exchange, response->body_size)) {
+    case HOLD_GRANTED:
         exchange->held = response->body_size;
-    } else {
+        break;
+    case HOLD_FULL:
         api_problem(&exchange->request, response, 503, "server-busy",
                     "Too many responses are being sent at once; try again in a moment.");
+        break;
+    case HOLD_SHARE:
+        api_problem(&exchange->request, response, 503, "server-busy", own_share);
+        break;
     }
 }
 
@@ -161,9 +142,8 @@ static enum MHD_Result send_response(struct exchange *exchange)
     if (!mhd) {
         return MHD_NO;
     }
-    connection_deadline(exchange->connection,
-                        now + http->config.transfer_seconds + (double)exchange->sent / RATE_MIN,
-                        false);
+    connection_deadline(exchange->connection, now + http->config.transfer_seconds, false);
+    atomic_store_explicit(&exchange->connection->sends, !exchange->streams, memory_order_relaxed);
     result = MHD_queue_response(exchange->mhd, (unsigned)response->status, mhd);
     MHD_destroy_response(mhd);
     return result;
@@ -173,40 +153,11 @@ static enum MHD_Result send_response(struct exchange *exchange)
 
 static void drop_body(struct exchange *exchange)
 {
-    struct http *http = exchange->http;
-
     free(exchange->body);
     exchange->body = NULL;
     exchange->request.body = NULL;
-    release(http, exchange->body_capacity);
+    shares_release(exchange, exchange->body_capacity);
     exchange->body_capacity = 0;
-}
-
-/* Grows the buffer to hold size bytes: doubling, never beyond max_body, all bodies within
-   max_buffered. Otherwise the code of the problem. */
-static const char *grow_body(struct exchange *exchange, size_t size)
-{
-    struct http *http = exchange->http;
-    size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
-    unsigned char *body;
-
-    while (capacity < size) {
-        capacity *= 2;
-    }
-    if (capacity > exchange->max_body) {
-        capacity = exchange->max_body;
-    }
-    if (!hold(http, capacity - exchange->body_capacity)) {
-        return "server-busy";
-    }
-    body = realloc(exchange->body, capacity);
-    if (!body) {
-        release(http, capacity - exchange->body_capacity);
-        return "out-of-memory";
-    }
-    exchange->body = body;
-    exchange->body_capacity = capacity;
-    return NULL;
 }
 
 /* From now on the body is passed over; the response is the problem. */
@@ -219,23 +170,58 @@ static void refuse_body(struct exchange *exchange, int status, const char *code,
     exchange->close = true;
 }
 
+/* Grows the buffer to hold size bytes: doubling, never beyond max_body and what was announced, all
+   bodies within max_buffered and their holders' shares. False with the problem as the response. */
+static bool grow_body(struct exchange *exchange, size_t size)
+{
+    size_t most = exchange->max_body;
+    size_t capacity = exchange->body_capacity ? exchange->body_capacity : BODY_FIRST;
+    enum hold_result held;
+    unsigned char *body;
+
+    if (exchange->content_length > 0 && (uint64_t)exchange->content_length < most) {
+        most = (size_t)exchange->content_length;
+    }
+    while (capacity < size) {
+        capacity *= 2;
+    }
+    capacity = capacity < most ? capacity : most;
+    held = shares_hold(exchange, capacity - exchange->body_capacity);
+    if (held != HOLD_GRANTED) {
+        refuse_body(exchange, 503, "server-busy",
+                    held == HOLD_SHARE
+                        ? own_share
+                        : "There is no room for the body at present; try again in a moment.");
+        return false;
+    }
+    body = realloc(exchange->body, capacity);
+    if (!body) {
+        shares_release(exchange, capacity - exchange->body_capacity);
+        refuse_body(exchange, 503, "out-of-memory",
+                    "There is not enough memory for the body; try again in a moment.");
+        return false;
+    }
+    exchange->body = body;
+    exchange->body_capacity = capacity;
+    return true;
+}
+
 static enum MHD_Result take_piece(struct exchange *exchange, const char *data, size_t size)
 {
     struct api_request *request = &exchange->request;
-    double received = (double)(request->body_size + exchange->drained + size);
-    const char *code = NULL;
+    struct connection *connection = exchange->connection;
+    size_t received = request->body_size;
 
     connection_deadline(
-        exchange->connection,
-        exchange->started + exchange->http->config.transfer_seconds + received / RATE_MIN, true);
+        connection,
+        connection_put_off(exchange->http, connection->deadline, http_last_tick(), (double)size),
+        true);
     if (exchange->phase == PHASE_BODY && size > exchange->max_body - request->body_size) {
         refuse_body(exchange, 413, "body-too-large", "The body is larger than the limit here.");
-        exchange->drained = (size_t)received - size;
-    } else if (exchange->phase == PHASE_BODY &&
-               request->body_size + size > exchange->body_capacity &&
-               (code = grow_body(exchange, request->body_size + size)) != NULL) {
-        refuse_body(exchange, 503, code,
-                    "There is no room for the body at present; try again in a moment.");
+        exchange->drained = received;
+    } else if (exchange->phase == PHASE_BODY && received + size > exchange->body_capacity &&
+               !grow_body(exchange, received + size)) {
+        exchange->drained = received;
     }
     if (exchange->phase == PHASE_DRAIN) {
         exchange->drained += size;
@@ -269,6 +255,9 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->mhd = mhd;
     exchange->connection = connection;
     exchange->started = http_now();
+    if (connection) {
+        slots_busy(connection, true, exchange->started);
+    }
     exchange->request.method = method;
     exchange->request.path = "";
     exchange->request.query = "";
@@ -276,68 +265,43 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     return exchange;
 }
 
-/* 503 where the service is full or ends. True when it was refused. */
-static bool refuse_load(struct exchange *exchange)
+/* 503 where the service ends. True when it was refused. */
+static bool refuse_ending(struct exchange *exchange)
 {
-    struct http *http = exchange->http;
-    bool full = atomic_load(&http->n_connections) > http->config.max_connections;
-    bool draining = atomic_load(&http->draining);
-
-    if (!full && !draining) {
+    if (!atomic_load(&exchange->http->draining)) {
         return false;
     }
     exchange->close = true;
-    api_problem(&exchange->request, &exchange->response, 503,
-                draining ? "shutting-down" : "server-busy",
-                draining ? "The service is shutting down."
-                         : "Too many connections are open; try again in a moment.");
+    api_problem(&exchange->request, &exchange->response, 503, "shutting-down",
+                "The service is shutting down.");
     return true;
 }
 
-/* A refused request whose body is worth reading, so that its connection stays, or ends in good
-   order. An answer in the first call always ends it. */
-static bool worth_draining(const struct exchange *exchange)
+/* Takes down whose request it is, once the api layer has looked at it. True when it was refused
+   because its holder has too many in progress. */
+static bool refuse_share(struct exchange *exchange)
 {
-    if (exchange->content_length == 0) {
+    struct connection *connection = exchange->connection;
+    const struct api_caller *caller = &exchange->request.caller;
+    bool refused = exchange->verdict == API_REFUSED;
+
+    if (caller->name[0] && !shares_set_owner(connection, caller->name)) {
+        api_problem(&exchange->request, &exchange->response, 503, "out-of-memory",
+                    "There is not enough memory for the request.");
         return true;
     }
-    for (size_t i = 0; i < exchange->request.n_headers; i++) {
-        if (api_header_is(&exchange->headers[i], "Expect")) {
-            return false;
-        }
+    if (caller->name[0] || (!refused && !caller->restricted)) {
+        slots_know(connection, true);
+    } else if (exchange->response.status == 401) {
+        slots_know(connection, false);
     }
-    return exchange->content_length <= (int64_t)HTTP_DRAIN_MAX;
-}
-
-static enum MHD_Result first_step(struct exchange *exchange, const char *version)
-{
-    struct http *http = exchange->http;
-    const char *code;
-    int status;
-    const char *detail = guard_check(exchange, version, &status, &code);
-
-    if (detail) {
-        api_problem(&exchange->request, &exchange->response, status, code, detail);
-        return send_response(exchange);
+    if (refused || shares_enter(exchange)) {
+        return false;
     }
-    connection_deadline(exchange->connection, exchange->started + http->config.transfer_seconds,
-                        true);
-    if (refuse_load(exchange)) {
-        exchange->verdict = API_REFUSED;
-    } else {
-        exchange->verdict =
-            api_begin(http->config.api, &exchange->request, exchange->content_length,
-                      &exchange->max_body, &exchange->response);
-    }
-    if (exchange->verdict != API_REFUSED) {
-        return MHD_YES;
-    }
-    exchange->phase = PHASE_DRAIN;
-    if (worth_draining(exchange)) {
-        return MHD_YES;
-    }
-    exchange->close = true;
-    return send_response(exchange);
+    api_problem(&exchange->request, &exchange->response, 503, "server-busy",
+                "Too many requests of this token, or of this address, are in progress; try again "
+                "when one has ended.");
+    return true;
 }
 
 /* The body is complete: here or on a request thread. */
@@ -358,6 +322,57 @@ static enum MHD_Result handle(struct exchange *exchange)
     api_problem(&exchange->request, &exchange->response, 503, "shutting-down",
                 "The service is shutting down.");
     return send_response(exchange);
+}
+
+/* An answer that does not wait for the body ends the connection, which stays open behind it for a
+   moment. */
+static void leave_body(struct exchange *exchange)
+{
+    exchange->close = true;
+    exchange->connection->lingers = true;
+}
+
+/* Without a body the answer is given in the second call: libmicrohttpd closes the connection after
+   any that is given in the first one. */
+static enum MHD_Result refuse_early(struct exchange *exchange)
+{
+    if (exchange->content_length == 0) {
+        exchange->phase = PHASE_DRAIN;
+        return MHD_YES;
+    }
+    leave_body(exchange);
+    return send_response(exchange);
+}
+
+static enum MHD_Result first_step(struct exchange *exchange, const char *version)
+{
+    struct http *http = exchange->http;
+    const char *code;
+    int status;
+    const char *detail = guard_check(exchange, version, &status, &code);
+
+    if (detail) {
+        exchange->connection->lingers = true;
+        api_problem(&exchange->request, &exchange->response, status, code, detail);
+        return send_response(exchange);
+    }
+    connection_deadline(exchange->connection, exchange->started + http->config.transfer_seconds,
+                        true);
+    exchange->verdict = API_REFUSED;
+    if (!refuse_ending(exchange)) {
+        exchange->verdict =
+            api_begin(http->config.api, &exchange->request, exchange->content_length,
+                      &exchange->max_body, &exchange->response);
+        exchange->verdict = refuse_share(exchange) ? API_REFUSED : exchange->verdict;
+    }
+    if (exchange->verdict == API_REFUSED) {
+        return refuse_early(exchange);
+    }
+    if (exchange->request.bodiless && exchange->content_length != 0) {
+        leave_body(exchange);
+        return handle(exchange);
+    }
+    return MHD_YES;
 }
 
 enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char *url,
@@ -401,6 +416,7 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code)
 {
     struct exchange *exchange = *state;
+    struct connection *connection = exchange ? exchange->connection : NULL;
     struct http *http = cls;
 
     (void)mhd;
@@ -411,18 +427,24 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
     account_log(exchange, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
     account_count(exchange);
     stream_closed(exchange);
-    if (exchange->connection) {
-        connection_deadline(exchange->connection, http_last_tick() + http->config.idle_seconds,
-                            true);
-    }
     drop_body(exchange);
-    release(http, exchange->held);
+    shares_release(exchange, exchange->held);
+    shares_leave(exchange);
+    if (connection) {
+        double now = http_last_tick();
+
+        connection_deadline(connection, now + http->config.idle_seconds, true);
+        slots_busy(connection, false, now);
+        if (connection->lingers) {
+            front_linger(http, dup(connection->fd));
+        }
+    }
     api_response_clear(&exchange->response);
     if (exchange->path != exchange->short_path) {
         free(exchange->path);
     }
-    if (exchange->connection && !exchange->connection->spare) {
-        exchange->connection->spare = exchange;
+    if (connection && !connection->spare) {
+        connection->spare = exchange;
     } else {
         free(exchange);
     }

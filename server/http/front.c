@@ -7,17 +7,20 @@
  * struct waiting, and neither memory nor a slot of libmicrohttpd; and what libmicrohttpd would
  * answer by itself, with pages of its own, is answered here with problem documents. The later
  * requests of a connection do not come by here: guard.c judges them, as far as libmicrohttpd lets
- * them through. With TLS that holds for every request: a connection is handed over at its first
- * byte.
+ * them through. With TLS that holds for every request: a connection is handed over when its first
+ * record is there.
  *
  * When more than max_waiting connections wait, the one that has waited longest goes: whoever sends
  * a request when it connects is never kept out by those who do not. A head must come in
- * header_seconds and in PIECES_MAX pieces. With all max_connections in use a request is answered
- * 503 here. An answer closes its connection in good order: what the client still sends is passed
- * over for a moment, since closing a socket with unread bytes would take the answer back.
+ * header_seconds and in PIECES_MAX pieces. With all max_connections in use another one gives way
+ * (slots.c); where none does, a request is answered 503 here. An answer closes its connection in
+ * good order: what the client still sends is passed over for a moment, since closing a socket with
+ * unread bytes would take the answer back. Connections that libmicrohttpd's threads close so, they
+ * give to the front (front_linger).
  *
- * All of this belongs to the one thread, which takes no lock. It never blocks on a client: an
- * answer is one send into an empty buffer.
+ * All of this belongs to the one thread. The one lock that it takes is http->mutex, for slots.c and
+ * for the list of those that are given to it. It never blocks on a client: an answer is one send
+ * into an empty buffer.
  */
 #include "http/internal.h"
 
@@ -34,9 +37,12 @@
 #include <time.h>
 #include <unistd.h>
 
-#define PIECES_MAX 256     /* looks at one head: each looks at all of it again */
-#define LINGER_SECONDS 1.0 /* for the rest of what a refused client sends */
-#define LINGER_BYTES_MAX ((size_t)1 << 20)
+#define PIECES_MAX 256 /* looks at one head: each looks at all of it again */
+/* For the rest of what a refused client sends: while bytes come, up to an end. */
+#define LINGER_SECONDS 1.0
+#define LINGER_SECONDS_MAX 10.0
+#define LINGER_BYTES_MAX HTTP_DRAIN_MAX
+#define AGAIN_MS 2 /* before those are handed over for which there was no place */
 #define ANSWER_MAX 8192
 #define EVENTS 64
 #define NO_DESCRIPTORS_MS 100 /* before accepting again when descriptors ran out */
@@ -48,6 +54,7 @@ struct waiting {
     unsigned pieces;
     size_t passed_over;
     double deadline;
+    double end; /* of the passing over */
     socklen_t peer_length;
     struct sockaddr_storage peer;
 };
@@ -60,9 +67,12 @@ struct waiting_list {
 struct front {
     struct http *http;
     pthread_t thread;
-    int epoll, stop;
+    int epoll, stop, gifts;
     struct waiting_list heads;    /* whose head has not come */
+    struct waiting_list ready;    /* whose head has, and that wait for a place */
+    struct waiting_list known;    /* the same, of callers with a token that holds */
     struct waiting_list answered; /* refused, to be closed */
+    struct waiting *given;        /* [m] the list of front_linger, not in the set yet */
     char bytes[HEAD_BYTES_MAX];
     bool listening;
 };
@@ -113,7 +123,7 @@ static void hang_up(struct front *front, struct waiting *w)
 
 /* The answer as it goes over the wire; its length, 0 where it cannot be. */
 static size_t write_answer(char text[ANSWER_MAX], const struct api_request *request,
-                           const struct api_response *response)
+                           const struct api_response *response, double ms)
 {
     time_t now = time(NULL);
     struct tm parts;
@@ -122,12 +132,13 @@ static size_t write_answer(char text[ANSWER_MAX], const struct api_request *requ
 
     (void)gmtime_r(&now, &parts);
     (void)strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", &parts);
-    used = (size_t)snprintf(text, ANSWER_MAX,
-                            "HTTP/1.1 %d %s\r\nDate: %s\r\nX-Request-Id: %s\r\n"
-                            "X-Content-Type-Options: nosniff\r\nConnection: close\r\n"
-                            "Content-Length: %zu\r\n",
-                            response->status, MHD_get_reason_phrase_for((unsigned)response->status),
-                            date, request->id, response->body_size);
+    used = (size_t)snprintf(
+        text, ANSWER_MAX,
+        "HTTP/1.1 %d %s\r\nDate: %s\r\nX-Request-Id: %s\r\n"
+        "Server-Timing: total;dur=%.3f\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n"
+        "Content-Length: %zu\r\n",
+        response->status, MHD_get_reason_phrase_for((unsigned)response->status), date, request->id,
+        ms, response->body_size);
     for (size_t i = 0; i < response->n_headers && used < ANSWER_MAX; i++) {
         used += (size_t)snprintf(text + used, ANSWER_MAX - used, "%s: %s\r\n",
                                  response->headers[i].name, response->headers[i].value);
@@ -161,6 +172,7 @@ static void note_refusal(struct front *front, const struct api_request *request,
 /* Passes over what a refused client still sends; closes at its end. */
 static void drain(struct front *front, struct waiting *w)
 {
+    size_t before = w->passed_over;
     ssize_t n;
 
     while ((n = recv(w->fd, front->bytes, sizeof front->bytes, MSG_DONTWAIT)) > 0) {
@@ -171,7 +183,22 @@ static void drain(struct front *front, struct waiting *w)
     }
     if (n > 0 || n == 0 || (errno != EAGAIN && errno != EINTR)) {
         hang_up(front, w);
+    } else if (w->passed_over > before) {
+        double now = http_now();
+
+        if (now < w->end) {
+            list_remove(w);
+            list_add(&front->answered, w);
+            w->deadline = now + LINGER_SECONDS;
+        }
     }
+}
+
+static void linger(struct front *front, struct waiting *w)
+{
+    list_add(&front->answered, w);
+    w->deadline = http_now() + LINGER_SECONDS;
+    w->end = w->deadline + LINGER_SECONDS_MAX;
 }
 
 /* Answers and begins to close: it may be gone afterwards. Who speaks TLS gets no answer: there is
@@ -181,6 +208,7 @@ static void refuse(struct front *front, struct waiting *w, const struct head_ref
     struct api_request request = {.method = "GET", .path = "", .query = ""};
     struct api_response response = {0};
     char text[ANSWER_MAX], start[5] = "";
+    double began = http_now();
     size_t length;
 
     if (front->http->tls) {
@@ -193,7 +221,7 @@ static void refuse(struct front *front, struct waiting *w, const struct head_ref
     }
     http_make_id(front->http, request.id);
     api_problem(&request, &response, refusal->status, refusal->code, refusal->detail);
-    length = write_answer(text, &request, &response);
+    length = write_answer(text, &request, &response, 1e3 * (http_now() - began));
     note_refusal(front, &request, &response);
     api_response_clear(&response);
     if (send(w->fd, text, length, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)length ||
@@ -202,35 +230,69 @@ static void refuse(struct front *front, struct waiting *w, const struct head_ref
         return;
     }
     list_remove(w);
-    list_add(&front->answered, w);
-    w->deadline = http_now() + LINGER_SECONDS;
+    linger(front, w);
     /* The epoll set tells of new bytes only: those that are there are passed over now. */
     drain(front, w);
 }
 
 /* ---- Looking at heads ------------------------------------------------------------------------ */
 
-static bool is_full(struct http *http)
-{
-    return atomic_load(&http->n_connections) >= http->config.max_connections;
-}
+static const struct head_refusal busy = {503, "server-busy",
+                                         "Too many connections are open; try again in a moment."};
 
-static void hand_over(struct front *front, struct waiting *w)
+/* To libmicrohttpd, into one of the lists of those that wait for that, or refused. */
+static void hand_over(struct front *front, struct waiting *w, bool known)
 {
-    static const struct head_refusal busy = {503, "server-busy",
-                                             "Too many connections are open; try again in a "
-                                             "moment."};
+    struct waiting_list *list = known ? &front->known : &front->ready;
     struct sockaddr_storage peer = w->peer;
     socklen_t length = w->peer_length;
     int fd = w->fd;
 
-    if (is_full(front->http)) {
+    switch (slots_take(front->http, (const struct sockaddr *)&peer, known)) {
+    case SLOT_NONE:
         refuse(front, w, &busy);
         return;
+    case SLOT_LATER:
+        if (w->list != list) {
+            list_remove(w);
+            list_add(list, w);
+        }
+        return;
+    case SLOT_FREE:
+        break;
     }
     let_go(front, w);
-    /* Closes the descriptor where it fails. */
+    /* Closes the descriptor where it fails; slots.c forgets it then. */
     (void)MHD_add_connection(front->http->daemon, fd, (const struct sockaddr *)&peer, length);
+}
+
+/* Those that wait for a place, in the order in which they came. */
+static void hand_over_again(struct front *front)
+{
+    for (size_t i = 0; i < 2; i++) {
+        struct waiting_list *list = i == 0 ? &front->known : &front->ready;
+        struct waiting *w, *last = NULL;
+
+        while ((w = list->first) != NULL && w != last) {
+            last = w;
+            hand_over(front, w, i == 0);
+        }
+    }
+}
+
+/* The head is complete, in front->bytes. Who must wait, and has a token that holds, waits before
+   the others. */
+static void admit(struct front *front, struct waiting *w, size_t size)
+{
+    const char *value;
+    size_t length;
+
+    hand_over(front, w, false);
+    if (front->ready.last == w && !front->http->tls &&
+        (value = head_field(front->bytes, size, "Authorization", &length)) != NULL &&
+        api_knows(front->http->config.api, value, length)) {
+        hand_over(front, w, true);
+    }
 }
 
 static void look(struct front *front, struct waiting *w)
@@ -247,17 +309,14 @@ static void look(struct front *front, struct waiting *w)
         }
         return;
     }
-    if (front->http->tls) { /* not to be read here: guard.c judges what is inside */
-        hand_over(front, w);
-        return;
-    }
-    verdict = head_check(front->bytes, (size_t)n, &refusal);
+    verdict = front->http->tls ? head_check_tls(front->bytes, (size_t)n, &refusal)
+                               : head_check(front->bytes, (size_t)n, &refusal);
     if (verdict == HEAD_INCOMPLETE && ++w->pieces > PIECES_MAX) {
         verdict = HEAD_REFUSED;
         refusal = dribble;
     }
     if (verdict == HEAD_COMPLETE) {
-        hand_over(front, w);
+        admit(front, w, (size_t)n);
     } else if (verdict == HEAD_REFUSED) {
         refuse(front, w, &refusal);
     }
@@ -269,13 +328,17 @@ static void make_room(struct front *front)
 {
     static const struct head_refusal crowded = {503, "server-busy",
                                                 "Too many connections wait without a request."};
-    struct waiting *oldest = front->heads.first;
+    struct waiting *oldest = front->heads.first ? front->heads.first : front->ready.first;
 
-    if (front->heads.count > front->http->config.max_waiting) {
+    if (front->heads.count + front->ready.count > front->http->config.max_waiting) {
         metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("crowded"), 1);
         refuse(front, oldest, &crowded);
     }
-    if (front->answered.count > front->http->config.max_waiting) {
+}
+
+static void make_room_to_linger(struct front *front)
+{
+    while (front->answered.count > front->http->config.max_waiting) {
         hang_up(front, front->answered.first);
     }
 }
@@ -302,7 +365,59 @@ static bool take_in(struct front *front, int fd, const struct sockaddr_storage *
     count_waiting(front, 1);
     metrics_add(front->http->config.metrics, METRIC_HTTP_ACCEPTED, NULL, 1);
     make_room(front);
+    make_room_to_linger(front);
     return true;
+}
+
+/* Takes in what front_linger was given. */
+static void take_gifts(struct front *front)
+{
+    struct http *http = front->http;
+    struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP | EPOLLET};
+    struct waiting *given, *w;
+    uint64_t count;
+
+    (void)!read(front->gifts, &count, sizeof count);
+    (void)pthread_mutex_lock(&http->mutex);
+    given = front->given;
+    front->given = NULL;
+    (void)pthread_mutex_unlock(&http->mutex);
+    while ((w = given) != NULL) {
+        given = w->next;
+        count_waiting(front, 1);
+        linger(front, w);
+        event.data.ptr = w;
+        if (epoll_ctl(front->epoll, EPOLL_CTL_ADD, w->fd, &event) != 0) {
+            hang_up(front, w);
+        }
+    }
+    make_room_to_linger(front);
+}
+
+void front_linger(struct http *http, int fd)
+{
+    struct waiting *w = fd >= 0 ? calloc(1, sizeof *w) : NULL;
+    const uint64_t one = 1;
+
+    if (!w) {
+        if (fd >= 0) {
+            (void)close(fd);
+        }
+        return;
+    }
+    w->fd = fd;
+    (void)pthread_mutex_lock(&http->mutex);
+    if (http->front) {
+        w->next = http->front->given;
+        http->front->given = w;
+        (void)!write(http->front->gifts, &one, sizeof one);
+        w = NULL;
+    }
+    (void)pthread_mutex_unlock(&http->mutex);
+    if (w) { /* the service ends */
+        (void)close(fd);
+        free(w);
+    }
 }
 
 /* Takes what is there. False when the descriptors ran out. */
@@ -349,22 +464,28 @@ static int expire(struct front *front)
             hang_up(front, w);
         }
     }
+    while (front->ready.first && front->ready.first->deadline <= now) {
+        refuse(front, front->ready.first, &busy);
+    }
+    while (front->known.first && front->known.first->deadline <= now) {
+        refuse(front, front->known.first, &busy);
+    }
     while (front->answered.first && front->answered.first->deadline <= now) {
         hang_up(front, front->answered.first);
     }
-    next = front->heads.first && front->heads.first->deadline < next ? front->heads.first->deadline
-                                                                     : next;
-    next = front->answered.first && front->answered.first->deadline < next
-               ? front->answered.first->deadline
-               : next;
-    return (int)(1000 * (next - now)) + 1;
+    for (size_t i = 0; i < 2; i++) {
+        const struct waiting *first = i == 0 ? front->heads.first : front->answered.first;
+
+        next = first && first->deadline < next ? first->deadline : next;
+    }
+    return front->ready.first || front->known.first ? AGAIN_MS : (int)(1000 * (next - now)) + 1;
 }
 
 /* What one round may free is not looked at again in it: each descriptor is in the set once, and
    only its own event, or expire and make_room, end it. */
 static bool handle(struct front *front, const struct epoll_event *events, int n)
 {
-    bool arrivals = false;
+    bool arrivals = false, gifts = false;
 
     for (int i = 0; i < n; i++) {
         struct waiting *w = events[i].data.ptr;
@@ -374,11 +495,16 @@ static bool handle(struct front *front, const struct epoll_event *events, int n)
         }
         if (events[i].data.ptr == front) {
             arrivals = true;
+        } else if (events[i].data.ptr == &front->gifts) {
+            gifts = true;
         } else if (w->list == &front->heads) {
             look(front, w);
-        } else {
+        } else if (w->list == &front->answered) {
             drain(front, w);
         }
+    }
+    if (gifts) {
+        take_gifts(front);
     }
     if (arrivals && !accept_all(front)) {
         LOG_WARN("no-descriptors", log_number("waiting", (double)front->heads.count));
@@ -404,6 +530,9 @@ static void *stand(void *argument)
             listen_again(front, true);
         }
         going = n <= 0 || handle(front, events, n);
+        if (going) {
+            hand_over_again(front);
+        }
     }
     return NULL;
 }
@@ -412,11 +541,19 @@ static void *stand(void *argument)
 
 static void front_free(struct front *front)
 {
-    while (front->heads.first) {
-        hang_up(front, front->heads.first);
+    struct waiting_list *lists[] = {&front->heads, &front->ready, &front->known, &front->answered};
+
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
+        while (lists[i]->first) {
+            hang_up(front, lists[i]->first);
+        }
     }
-    while (front->answered.first) {
-        hang_up(front, front->answered.first);
+    while (front->given) {
+        struct waiting *w = front->given;
+
+        front->given = w->next;
+        (void)close(w->fd);
+        free(w);
     }
     if (front->epoll >= 0) {
         (void)close(front->epoll);
@@ -424,13 +561,16 @@ static void front_free(struct front *front)
     if (front->stop >= 0) {
         (void)close(front->stop);
     }
+    if (front->gifts >= 0) {
+        (void)close(front->gifts);
+    }
     free(front);
 }
 
 int front_start(struct http *http)
 {
     struct front *front = calloc(1, sizeof *front);
-    struct epoll_event arrivals = {.events = EPOLLIN}, stop = {.events = EPOLLIN};
+    struct epoll_event arrivals = {.events = EPOLLIN}, stop = arrivals, gifts = arrivals;
 
     if (!front) {
         return -1;
@@ -440,8 +580,11 @@ int front_start(struct http *http)
     front->epoll = epoll_create1(EPOLL_CLOEXEC);
     front->stop = eventfd(0, EFD_CLOEXEC);
     arrivals.data.ptr = front;
+    front->gifts = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     stop.data.ptr = &front->stop;
-    if (front->epoll < 0 || front->stop < 0 ||
+    gifts.data.ptr = &front->gifts;
+    if (front->epoll < 0 || front->stop < 0 || front->gifts < 0 ||
+        epoll_ctl(front->epoll, EPOLL_CTL_ADD, front->gifts, &gifts) != 0 ||
         epoll_ctl(front->epoll, EPOLL_CTL_ADD, http->listen_fd, &arrivals) != 0 ||
         epoll_ctl(front->epoll, EPOLL_CTL_ADD, front->stop, &stop) != 0 ||
         pthread_create(&front->thread, NULL, stand, front) != 0) {
@@ -463,7 +606,9 @@ void front_stop(struct http *http)
     }
     if (write(front->stop, &one, sizeof one) == (ssize_t)sizeof one) {
         (void)pthread_join(front->thread, NULL);
+        (void)pthread_mutex_lock(&http->mutex);
+        http->front = NULL;
+        (void)pthread_mutex_unlock(&http->mutex);
         front_free(front);
     }
-    http->front = NULL;
 }

@@ -16,6 +16,11 @@
 #include <string.h>
 #include <strings.h>
 
+/* A record of TLS: its type, that of a handshake, its version, its length in two bytes. */
+#define TLS_HANDSHAKE 22
+#define TLS_MAJOR 3
+#define TLS_HEADER ((size_t)5)
+#define TLS_RECORD_MAX ((size_t)1 << 14)
 #define LENGTH_DIGITS_MAX 18 /* of a Content-Length that fits an int64_t */
 
 struct head {
@@ -124,6 +129,17 @@ static enum head_verdict check_framing(struct head *head, const char *name, size
     return HEAD_COMPLETE;
 }
 
+static void trim(const char **value, size_t *length)
+{
+    while (*length > 0 && (**value == ' ' || **value == '\t')) {
+        (*value)++;
+        (*length)--;
+    }
+    while (*length > 0 && ((*value)[*length - 1] == ' ' || (*value)[*length - 1] == '\t')) {
+        (*length)--;
+    }
+}
+
 static enum head_verdict check_field(struct head *head, const char *line, size_t length)
 {
     const char *colon = memchr(line, ':', length), *value;
@@ -143,13 +159,7 @@ static enum head_verdict check_field(struct head *head, const char *line, size_t
     }
     value = colon + 1;
     length -= name + 1;
-    while (length > 0 && (*value == ' ' || *value == '\t')) {
-        value++;
-        length--;
-    }
-    while (length > 0 && (value[length - 1] == ' ' || value[length - 1] == '\t')) {
-        length--;
-    }
+    trim(&value, &length);
     return check_framing(head, line, name, value, length);
 }
 
@@ -219,4 +229,44 @@ enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal
         at += length + 2;
     }
     return verdict;
+}
+
+const char *head_field(const char *bytes, size_t size, const char *name, size_t *length)
+{
+    size_t name_length = strlen(name);
+    const char *end = bytes + size, *line = memmem(bytes, size, "\r\n", 2), *next;
+
+    while (line && (next = memmem(line + 2, (size_t)(end - line) - 2, "\r\n", 2)) != NULL) {
+        line += 2;
+        if ((size_t)(next - line) > name_length && line[name_length] == ':' &&
+            strncasecmp(line, name, name_length) == 0) {
+            const char *value = line + name_length + 1;
+
+            *length = (size_t)(next - value);
+            trim(&value, length);
+            return value;
+        }
+        line = next == line ? NULL : next; /* what follows the empty line is the body */
+    }
+    return NULL;
+}
+
+enum head_verdict head_check_tls(const char *bytes, size_t size, struct head_refusal *refusal)
+{
+    static const unsigned char start[] = {TLS_HANDSHAKE, TLS_MAJOR};
+    struct head head = {.refusal = refusal};
+    const unsigned char *record = (const unsigned char *)bytes;
+    size_t length;
+
+    if (memcmp(record, start, size < sizeof start ? size : sizeof start) != 0) {
+        return malformed(&head, "This port speaks TLS.");
+    }
+    if (size < TLS_HEADER) {
+        return HEAD_INCOMPLETE;
+    }
+    length = (size_t)record[3] << 8 | record[4];
+    if (length == 0 || length > TLS_RECORD_MAX) {
+        return malformed(&head, "The first record of TLS has no valid length.");
+    }
+    return size < TLS_HEADER + length ? HEAD_INCOMPLETE : HEAD_COMPLETE;
 }

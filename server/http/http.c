@@ -14,6 +14,7 @@
 #include "digits.h"
 #include "log.h"
 
+#include <limits.h>
 #include <sodium.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -24,11 +25,10 @@
 
 #define CONNECTION_MEMORY \
     ((size_t)32 << 10) /* for a head within head.h's limits and ours; cleared for each request */
-#define THREADS_MAX 4  /* that are started without being asked for */
+#define OWNER_REQUESTS_LEAST 16 /* of the default, where connections are few */
+#define THREADS_MAX 4           /* that are started without being asked for */
 /* Part of the grace after which uploads are told to stop, which they do in a second or two. */
 #define UPLOAD_GRACE 0.75
-#define CONNECTIONS_SPARE \
-    128 /* beyond max_connections, to be answered 503 instead of left waiting */
 
 /* Requests that these threads answer take microseconds: one thread for two processors keeps up with
    clients on the others. On two processors a second one cost more in changing places than it won:
@@ -38,6 +38,29 @@ static size_t default_threads(void)
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
 
     return processors < 4 ? 1 : processors > 2 * THREADS_MAX ? THREADS_MAX : (size_t)processors / 2;
+}
+
+/* What no one caller may have all of. */
+static void set_shares(struct http_config *config)
+{
+    size_t requests = config->max_connections / 4;
+
+    if (config->kept_connections == 0) {
+        config->kept_connections = config->max_connections / 8;
+    }
+    if (config->kept_connections >= config->max_connections) {
+        config->kept_connections = config->max_connections - 1;
+    }
+    if (config->max_owner_requests == 0) {
+        config->max_owner_requests =
+            requests > OWNER_REQUESTS_LEAST ? requests : OWNER_REQUESTS_LEAST;
+    }
+    if (config->max_owner_buffered == 0) {
+        config->max_owner_buffered = config->max_buffered / 4;
+    }
+    if (config->max_peer_buffered == 0) {
+        config->max_peer_buffered = config->max_buffered / 2;
+    }
 }
 
 static void set_defaults(struct http_config *config)
@@ -50,6 +73,7 @@ static void set_defaults(struct http_config *config)
                                          .max_streams = 128,
                                          .heartbeat_seconds = 15,
                                          .max_buffered = (size_t)1 << 30,
+                                         .least_rate = 16384,
                                          .header_seconds = 15,
                                          .transfer_seconds = 30,
                                          .idle_seconds = 60};
@@ -71,6 +95,8 @@ static void set_defaults(struct http_config *config)
     config->transfer_seconds =
         config->transfer_seconds > 0 ? config->transfer_seconds : defaults.transfer_seconds;
     config->idle_seconds = config->idle_seconds > 0 ? config->idle_seconds : defaults.idle_seconds;
+    config->least_rate = config->least_rate > 0 ? config->least_rate : defaults.least_rate;
+    set_shares(config);
 }
 
 __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const char *format,
@@ -85,11 +111,13 @@ __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const c
 }
 
 /* Not MHD_OPTION_STRICT_FOR_CLIENT: all that it adds is a refusal without Host, and the library
-   sends the head of such a page twice. guard.c refuses that, and more. */
+   sends the head of such a page twice. guard.c refuses that, and more.
+
+   The limit of connections is slots.c's alone. At its own limit libmicrohttpd 0.9.75 closes the
+   newcomer without giving back the lock that it holds (new_connection_process_), and its thread
+   waits for itself for ever. */
 static int start_daemon(struct http *http)
 {
-    unsigned connections =
-        (unsigned)((http->config.max_connections + CONNECTIONS_SPARE) * http->config.threads);
     unsigned threads = (unsigned)(http->config.threads > 1 ? http->config.threads : 0);
     unsigned tls_flag = http->tls ? MHD_USE_TLS : 0;
     struct MHD_OptionItem tls[TLS_OPTIONS];
@@ -99,7 +127,7 @@ static int start_daemon(struct http *http)
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG |
             MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC | tls_flag,
         0, NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
-        MHD_OPTION_THREAD_POOL_SIZE, threads, MHD_OPTION_CONNECTION_LIMIT, connections,
+        MHD_OPTION_THREAD_POOL_SIZE, threads, MHD_OPTION_CONNECTION_LIMIT, (unsigned)INT_MAX,
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION,
         connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
         MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_ARRAY, tls,
@@ -167,6 +195,7 @@ int http_start(struct http **out, const struct http_config *config, char *messag
     http->config = *config;
     set_defaults(&http->config);
     choose_id_start(http);
+    randombytes_buf(&http->holders_seed, sizeof http->holders_seed);
     if (config->tls_certificate) {
         http->tls = tls_open(config->tls_certificate, config->tls_key, message, size);
         if (!http->tls) {

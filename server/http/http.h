@@ -16,14 +16,19 @@ struct http;
 
 struct http_config {
     struct api *api;
-    const char *listen;     /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
-    size_t threads;         /* of libmicrohttpd; 0: half the processors, 1 to 4 */
-    size_t request_threads; /* for slow routes; 0: 4 */
-    size_t upload_threads;  /* that parse bodies; 0: 2 */
-    size_t max_connections; /* beyond them requests are answered 503; 0: 1024 */
-    size_t max_waiting;     /* connections without a request; the oldest goes; 0: 4096 */
-    size_t max_streams;     /* of server-sent events; 0: 128 */
-    size_t max_buffered;    /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
+    const char *listen;        /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
+    size_t threads;            /* of libmicrohttpd; 0: half the processors, 1 to 4 */
+    size_t request_threads;    /* for slow routes; 0: 4 */
+    size_t upload_threads;     /* that parse bodies; 0: 2 */
+    size_t max_connections;    /* beyond them idle ones give way (slots.c); 0: 1024 */
+    size_t kept_connections;   /* of them, for those whose requests are admitted; 0: an eighth */
+    size_t max_owner_requests; /* in progress, of a token's name or, without, an address that is not
+                                  of this machine; 0: a quarter of max_connections, 16 at least */
+    size_t max_waiting;        /* connections without a request; the oldest goes; 0: 4096 */
+    size_t max_streams;        /* of server-sent events; 0: 128 */
+    size_t max_buffered;       /* bytes of all bodies that arrive, are handled or go; 0: 1 GiB */
+    size_t max_owner_buffered; /* of them, of a token's name; 0: a quarter */
+    size_t max_peer_buffered;  /* of them, of an address that is not of this machine; 0: half */
     bool local_only; /* answer only those who call it by a loopback name, or by allowed_hosts */
     bool open;       /* tokens may be missing: keep out pages of other sites on any address */
     const char *allowed_hosts; /* "host" or "host:port", separated by commas; may be NULL */
@@ -31,7 +36,8 @@ struct http_config {
                                  may be NULL */
     const char *tls_certificate, *tls_key; /* PEM files, read anew when replaced; NULL: plain */
     double header_seconds;                 /* from connecting to the end of the headers; 0: 15 */
-    double transfer_seconds;  /* for a body or a response, beside a second for each 16 KiB; 0: 30 */
+    double transfer_seconds;               /* that a body or a response may stand still; 0: 30 */
+    double least_rate;        /* bytes a second that it must keep up over that time; 0: 16384 */
     double idle_seconds;      /* between requests of one connection; 0: 60 */
     double heartbeat_seconds; /* between signs of life in a stream; 0: 15 */
     bool log_refusals_only;   /* no line in the log for a request that was answered well */

@@ -31,14 +31,36 @@
 #define HTTP_SHORT_PATH 128               /* bytes of a path that needs no memory of its own */
 #define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
 #define HTTP_REQUEST_THREADS_MAX 32
+#define HTTP_HOLDERS 1024 /* chains of the table of shares.c */
+#define HOLDER_KEY_MAX (STORE_OWNER_MAX + 1)
+
+/* An address, or a token's name, and what it holds (shares.c). */
+struct holder {
+    struct holder *next;    /* [m] */
+    size_t references;      /* [m] */
+    size_t connections;     /* [m] of an address */
+    size_t buffered;        /* [m] bytes */
+    atomic_size_t requests; /* in progress */
+    bool local;             /* an address of this machine: has no share */
+    char key[HOLDER_KEY_MAX];
+};
 
 /* One TCP connection, from NOTIFY_CONNECTION started to closed. */
 struct connection {
     struct http *http;
     struct connection *next, **place; /* [m] */
     int fd;
+    struct holder *peer;     /* never NULL */
+    struct holder *owner;    /* of its last request's token, or NULL; the same thread's */
+    atomic_bool known;       /* its last request was admitted; written under the mutex */
+    atomic_bool busy;        /* has a request in progress */
+    _Atomic double since;    /* when that began */
+    bool leaving;            /* [m] its socket was shut to make room */
+    bool lingers;            /* its client may still send: the front closes it; the same thread's */
     _Atomic double deadline; /* monotonic seconds; HUGE_VAL while it is ours to wait */
     atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
+    atomic_bool sends;       /* gives a response, whose deadline moves as it is taken */
+    uint64_t taken;          /* bytes that the client has acknowledged; the timer's */
     _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
     char *target;        /* raw request target of the current request; owned by its MHD thread */
     size_t target_size;  /* bytes that target has room for */
@@ -90,6 +112,8 @@ struct exchange {
     bool woken;                  /* [m] the job changed while this was queued or running */
     bool waits;                  /* [m] in the list of waits */
     size_t held;                 /* bytes of the response that are counted in buffered */
+    size_t charged;              /* bytes of body and response that are counted */
+    struct holder *holder;       /* whose request it is; NULL before it is admitted */
     bool streams;                /* the response is a stream (stream.c) */
     size_t piece_sent;           /* of a stream's piece */
     double alive_at;             /* when a stream is to give a sign of life */
@@ -126,7 +150,13 @@ struct http {
     struct connection *connections; /* [m] */
     size_t buffered;                /* [m] */
     size_t n_streams;               /* [m] */
-    atomic_size_t n_connections, n_exchanges;
+    size_t n_connections;                       /* [m] with those that are leaving */
+    size_t n_leaving, n_unknown;                /* [m] of them; unknown ones that are not leaving */
+    size_t n_handed;                            /* [m] given to libmicrohttpd, not opened yet */
+    double handed_at;                           /* [m] the last of them */
+    struct holder *holders[HTTP_HOLDERS];       /* [m] */
+    uint64_t holders_seed;
+    atomic_size_t n_exchanges;
     struct front *front;
     char id_start[13]; /* of the ids of requests */
     atomic_ullong ids;
@@ -161,6 +191,42 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
 /* The daemon of libmicrohttpd is there, and goes after the front has stopped. */
 int front_start(struct http *http);
 void front_stop(struct http *http);
+/* Takes over a connection whose answer was sent before its request was read to the end: passes over
+   what still comes for a moment and closes it. fd is the caller's no more. From any thread. */
+void front_linger(struct http *http, int fd);
+
+/* ---- slots.c --------------------------------------------------------------------------------- */
+
+enum slot { SLOT_FREE, SLOT_LATER, SLOT_NONE };
+/* A place for a connection from that address: it is to be handed over now, later, or refused.
+   known: its first request has a token that holds. */
+enum slot slots_take(struct http *http, const struct sockaddr *address, bool known);
+/* Of a connection with its peer, as it enters and leaves the list; the mutex is held. */
+void slots_opened(struct connection *connection);
+void slots_closed(struct connection *connection);
+/* By the connection's own thread. */
+void slots_know(struct connection *connection, bool known);
+void slots_busy(struct connection *connection, bool busy, double now);
+
+/* ---- shares.c -------------------------------------------------------------------------------- */
+
+/* The holder of an address, with one reference more; NULL without memory. The mutex is held. */
+struct holder *shares_peer(struct http *http, const struct sockaddr *address);
+/* Gives a reference back; NULL is allowed. The mutex is held. */
+void shares_drop(struct http *http, struct holder *holder);
+/* How many connections the address has. The mutex is held. */
+size_t shares_connections(struct http *http, const struct sockaddr *address);
+/* Makes the name's holder connection->owner. False without memory. By the connection's thread. */
+bool shares_set_owner(struct connection *connection, const char *name);
+/* Counts a request that was admitted. False when its holder has too many in progress: it is counted
+   all the same. */
+bool shares_enter(struct exchange *exchange);
+void shares_leave(struct exchange *exchange);
+/* Bytes that are held for clients: bodies that come, and large ones that go. Charged to all, to the
+   address and to the token's name, or to none. */
+enum hold_result { HOLD_GRANTED, HOLD_FULL, HOLD_SHARE };
+enum hold_result shares_hold(struct exchange *exchange, size_t bytes);
+void shares_release(struct exchange *exchange, size_t bytes);
 
 /* ---- trace.c --------------------------------------------------------------------------------- */
 
@@ -248,6 +314,8 @@ struct MHD_Response *stream_open(struct exchange *exchange);
 void stream_closed(struct exchange *exchange);
 /* On a request thread: makes the next piece, if there is one. */
 void stream_run(struct exchange *exchange);
+/* When a stream that waits is to be looked at again, whatever happens. */
+double stream_look_at(const struct exchange *exchange);
 bool stream_has_piece(const struct exchange *exchange);
 
 /* ---- connections.c --------------------------------------------------------------------------- */
@@ -259,6 +327,10 @@ struct connection *connection_of(struct MHD_Connection *mhd);
 /* Sets the time by which the connection must have moved on; HUGE_VAL for none. reads: whether it
    waits for bytes of a request. */
 void connection_deadline(struct connection *connection, double deadline, bool reads);
+/* The deadline of a transfer that has moved on by so many bytes: it is put off by the time that
+   they may take at least_rate, but never to more than transfer_seconds from now. So over each such
+   time the rate is kept up, and no credit is saved. */
+double connection_put_off(const struct http *http, double deadline, double now, double bytes);
 int timer_start(struct http *http);
 void timer_stop(struct http *http);
 

@@ -7,13 +7,18 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define BACKLOG 1024
+/* A burst that comes while the front does not run waits here, instead of a second at the client. */
+#define BACKLOG 4096
+/* Of a response in the socket's buffer, beside what is on its way; for each connection. Without it
+   one that is not read would fill megabytes, and its copying would keep others waiting. */
+#define UNSENT_MAX (128 << 10)
 
 union address {
     struct sockaddr any;
@@ -93,7 +98,7 @@ int listen_open(const char *text, char *address, size_t address_size, char *mess
 {
     union address wanted;
     socklen_t length;
-    int fd, on = 1;
+    int fd, on = 1, unsent = UNSENT_MAX;
 
     if (!parse(text, &wanted, &length)) {
         (void)snprintf(message, size, HTTP_NO_ADDRESS, text);
@@ -101,6 +106,7 @@ int listen_open(const char *text, char *address, size_t address_size, char *mess
     }
     fd = socket(wanted.any.sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
+        setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent) != 0 ||
         bind(fd, &wanted.any, length) != 0 || listen(fd, BACKLOG) != 0 ||
         getsockname(fd, &wanted.any, &length) != 0) {
         (void)snprintf(message, size, "cannot listen on %s: %s", text, strerror(errno));

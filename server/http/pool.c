@@ -98,7 +98,7 @@ void pool_await_stream(struct exchange *exchange)
 {
     struct http *http = exchange->http;
 
-    add_wait(http, exchange, exchange->response.stream.job_id, exchange->alive_at);
+    add_wait(http, exchange, exchange->response.stream.job_id, stream_look_at(exchange));
     exchange->phase = PHASE_WAITING;
     pool_wake(exchange);
 }
@@ -157,7 +157,7 @@ static bool settle_stream(struct http *http, struct exchange *exchange)
         return true;
     }
     exchange->phase = PHASE_WAITING;
-    exchange->deadline = exchange->alive_at;
+    exchange->deadline = stream_look_at(exchange);
     if (exchange->woken || http->draining) {
         pool_wake(exchange);
     }

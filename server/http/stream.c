@@ -8,7 +8,8 @@
  * pause, since pieces follow each other no faster than one in STREAM_PAUSE. So a client that does
  * not read holds its piece, the socket's small send buffer, and nothing else; it is cut off like
  * any that does not take its response in time. One that has gone is noticed when something is sent
- * to it, at the latest after two signs of life.
+ * to it, at the latest after two signs of life. Every STREAM_CHECK the api layer is asked even if
+ * nothing has changed: it ends the stream of a token that holds no more.
  *
  * The publisher (http_job_changed, http_job_progressed) takes the mutex under which a connection is
  * suspended and entered into the list of waits, and so finds it before or after, never between.
@@ -22,6 +23,7 @@
 #define STREAM_BLOCK 4096 /* of libmicrohttpd's buffer */
 #define STREAM_SEND 16384 /* of the socket's, which would grow to megabytes */
 #define STREAM_PAUSE 0.1  /* seconds between two pieces */
+#define STREAM_CHECK 2.0  /* between two looks whether the stream may go on */
 
 /* Suspends the connection until there is another piece. False when the daemon drains. */
 static bool suspend(struct exchange *exchange)
@@ -112,6 +114,11 @@ void stream_run(struct exchange *exchange)
     }
     api_stream_next(exchange->http->config.api, response, now >= exchange->alive_at);
     exchange->pause_until = now + STREAM_PAUSE;
+}
+
+double stream_look_at(const struct exchange *exchange)
+{
+    return fmin(exchange->alive_at, http_now() + STREAM_CHECK);
 }
 
 bool stream_has_piece(const struct exchange *exchange)

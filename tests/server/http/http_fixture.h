@@ -24,6 +24,7 @@
 #define BODY_LIMIT ((size_t)100000)
 #define ANSWER_MAX ((size_t)256 << 10)
 #define PATIENCE_MS 20000
+#define LARGE ((size_t)8 << 20) /* bytes of the answer at /large */
 
 /* ---- The api layer of this test -------------------------------------------------------------- */
 
@@ -40,6 +41,7 @@ static struct {
     atomic_int crowded;               /* of these, those beside which another was handled */
     atomic_int begun;                 /* uploads */
     char order[64];                   /* of uploads begun: the letters of their owners */
+    atomic_bool asks_for_tokens; /* of all paths but /quick */
 } fake;
 
 const char *api_request_header(const struct api_request *request, const char *name)
@@ -102,8 +104,20 @@ void api_problem(const struct api_request *request, struct api_response *respons
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
+    const char *token = api_request_header(request, "Authorization");
+
     (void)api;
     *max_body = BODY_LIMIT;
+    memset(&request->caller, 0, sizeof request->caller);
+    request->bodiless =
+        strcmp(request->path, "/quick") == 0 || strncmp(request->path, "/wait", 5) == 0;
+    request->caller.restricted = atomic_load(&fake.asks_for_tokens);
+    if (token && strncmp(token, "Bearer k", 8) == 0) {
+        (void)snprintf(request->caller.name, sizeof request->caller.name, "%s", token + 7);
+    } else if (request->caller.restricted && strcmp(request->path, "/quick") != 0) {
+        api_problem(request, response, 401, "token-required", "none came");
+        return API_REFUSED;
+    }
     if (content_length > (int64_t)BODY_LIMIT) {
         api_problem(request, response, 413, "body-too-large", "by its Content-Length");
         return API_REFUSED;
@@ -121,6 +135,13 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
 bool api_is_upload(const struct api_request *request)
 {
     return strncmp(request->path, "/upload", 7) == 0;
+}
+
+/* "Bearer NAME" with a name that begins with k is known. */
+bool api_knows(struct api *api, const char *authorization, size_t length)
+{
+    (void)api;
+    return length > 7 && strncmp(authorization, "Bearer k", 8) == 0;
 }
 
 static void nap(long ms)
@@ -192,6 +213,12 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
         }
         (void)snprintf(response->wait.job_id, sizeof response->wait.job_id, "job-1");
         response->wait.seconds = strcmp(request->path, "/wait-short") == 0 ? 0.2 : 600;
+        return;
+    }
+    if (strcmp(request->path, "/large") == 0) {
+        response->status = 200;
+        response->body = calloc(1, LARGE);
+        response->body_size = response->body ? LARGE : 0;
         return;
     }
     (void)snprintf(text, sizeof text, "path=%s query=%s size=%zu sum=%zu", request->path,
@@ -346,6 +373,7 @@ static struct http *serve(struct http_config config)
     atomic_store(&fake.crowded, 0);
     atomic_store(&fake.begun, 0);
     memset(fake.order, 0, sizeof fake.order);
+    atomic_store(&fake.asks_for_tokens, false);
     config.listen = "127.0.0.1:0";
     assert_int_equal(http_start(&http, &config, message, sizeof message), 0);
     return http;
