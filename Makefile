@@ -204,6 +204,10 @@ build/libsrnf.a:
 	@$(MAKE) --no-print-directory CONFIG=release $@
 endif
 
+# libmicrohttpd reads through server/http/tap.c.
+TAP := -Wl,--defsym=recv=tap_recv,--defsym=gnutls_record_recv=tap_record_recv
+$(B)/srnfd $(B)/tests/server/http/%: LDFLAGS += $(TAP)
+
 $(B)/srnfd: $(O)/server/main.o $(SERVER_LIB) $(DAEMON_CORE)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS)

@@ -87,6 +87,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     *context = connection;
     connection->http = http;
     connection->fd = info->connect_fd;
+    tap_open(connection);
     slots_busy(connection, true, now);
     connection->deadline = now + http->config.header_seconds;
     connection->reads = true;
@@ -103,6 +104,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
 
 static void connection_closed(struct http *http, struct connection *connection)
 {
+    tap_close(connection);
     (void)pthread_mutex_lock(&http->mutex);
     *connection->place = connection->next;
     if (connection->next) {
@@ -152,7 +154,6 @@ void *connection_target(void *cls, const char *uri, struct MHD_Connection *mhd)
 
     if (connection) {
         keep_target(connection, uri);
-        connection->target_end = uri + strlen(uri) + 1;
         connection_deadline(connection, http_last_tick() + http->config.header_seconds, true);
     }
     return NULL;

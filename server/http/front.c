@@ -28,13 +28,11 @@
 #include "log.h"
 
 #include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #define PIECES_MAX 256 /* looks at one head: each looks at all of it again */
@@ -43,7 +41,6 @@
 #define LINGER_SECONDS_MAX 10.0
 #define LINGER_BYTES_MAX HTTP_DRAIN_MAX
 #define AGAIN_MS 2 /* before those are handed over for which there was no place */
-#define ANSWER_MAX 8192
 #define EVENTS 64
 #define NO_DESCRIPTORS_MS 100 /* before accepting again when descriptors ran out */
 
@@ -121,54 +118,6 @@ static void hang_up(struct front *front, struct waiting *w)
 
 /* ---- Refusing -------------------------------------------------------------------------------- */
 
-/* The answer as it goes over the wire; its length, 0 where it cannot be. */
-static size_t write_answer(char text[ANSWER_MAX], const struct api_request *request,
-                           const struct api_response *response, double ms)
-{
-    time_t now = time(NULL);
-    struct tm parts;
-    char date[64];
-    size_t used;
-
-    (void)gmtime_r(&now, &parts);
-    (void)strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", &parts);
-    used = (size_t)snprintf(
-        text, ANSWER_MAX,
-        "HTTP/1.1 %d %s\r\nDate: %s\r\nX-Request-Id: %s\r\n"
-        "Server-Timing: total;dur=%.3f\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n"
-        "Content-Length: %zu\r\n",
-        response->status, MHD_get_reason_phrase_for((unsigned)response->status), date, request->id,
-        ms, response->body_size);
-    for (size_t i = 0; i < response->n_headers && used < ANSWER_MAX; i++) {
-        used += (size_t)snprintf(text + used, ANSWER_MAX - used, "%s: %s\r\n",
-                                 response->headers[i].name, response->headers[i].value);
-    }
-    if (used + 2 + response->body_size > ANSWER_MAX) {
-        return 0;
-    }
-    memcpy(text + used, "\r\n", 2);
-    if (strcmp(request->method, "HEAD") == 0) {
-        return used + 2;
-    }
-    memcpy(text + used + 2, response->body, response->body_size);
-    return used + 2 + response->body_size;
-}
-
-static void note_refusal(struct front *front, const struct api_request *request,
-                         const struct api_response *response)
-{
-    struct metrics *metrics = front->http->config.metrics;
-    const char *code = response->problem ? response->problem : "other";
-    char status[16];
-
-    (void)snprintf(status, sizeof status, "%d", response->status);
-    metrics_add(metrics, METRIC_HTTP_REQUESTS, METRIC_LABELS("none", "other", status), 1);
-    metrics_add(metrics, METRIC_HTTP_REFUSALS, METRIC_LABELS(code), 1);
-    LOG_WARN("request", log_text("id", request->id), log_text("method", "-"), log_text("path", "-"),
-             log_number("status", response->status), log_text("code", code),
-             log_text("by", "front"));
-}
-
 /* Passes over what a refused client still sends; closes at its end. */
 static void drain(struct front *front, struct waiting *w)
 {
@@ -205,25 +154,15 @@ static void linger(struct front *front, struct waiting *w)
    no session yet to send one in. */
 static void refuse(struct front *front, struct waiting *w, const struct head_refusal *refusal)
 {
-    struct api_request request = {.method = "GET", .path = "", .query = ""};
-    struct api_response response = {0};
-    char text[ANSWER_MAX], start[5] = "";
-    double began = http_now();
+    char text[REFUSAL_MAX], start[5] = "";
     size_t length;
 
     if (front->http->tls) {
         hang_up(front, w);
         return;
     }
-    if (recv(w->fd, start, sizeof start, MSG_PEEK | MSG_DONTWAIT) == sizeof start &&
-        memcmp(start, "HEAD ", sizeof start) == 0) {
-        request.method = "HEAD";
-    }
-    http_make_id(front->http, request.id);
-    api_problem(&request, &response, refusal->status, refusal->code, refusal->detail);
-    length = write_answer(text, &request, &response, 1e3 * (http_now() - began));
-    note_refusal(front, &request, &response);
-    api_response_clear(&response);
+    (void)!recv(w->fd, start, sizeof start, MSG_PEEK | MSG_DONTWAIT);
+    length = refusal_write(front->http, refusal, start, text);
     if (send(w->fd, text, length, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)length ||
         shutdown(w->fd, SHUT_WR) != 0) {
         hang_up(front, w);

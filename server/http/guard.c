@@ -1,44 +1,16 @@
 /*
- * guard.c - the first look at a request, before any byte of its body is read.
+ * guard.c - the first look at a request, before any byte of its body is read: what head.c, which has
+ * judged its form (tap.c), leaves open. One Host, and that a permitted one; a target that is a path.
  *
- * libmicrohttpd accepts shapes on which two servers in a row may disagree about where a request
- * ends (request smuggling): Transfer-Encoding together with Content-Length, several
- * Content-Lengths, codings other than chunked. They are refused here and the connection is closed.
- * It also cuts a path at %00; so the target is taken raw, from the log callback, and decoded here:
- * a zero byte, an encoded slash and a broken escape are refused. Raw zero bytes it takes for the
- * end of the target: then the version, which it cuts off the line's end, does not stand right
- * behind.
- *
- * The first request of a connection has been judged by its bytes before (front.c), the later ones
- * have not. Of these libmicrohttpd answers some by itself before anything here is called, with 400,
- * 413 or 431 and a page of its own, and closes: a Content-Length that is no number, a head beyond
- * its memory for a connection. It joins folded lines, as RFC 9112 (5.2) allows; and it takes a
- * line feed alone for the end of a line, and zero bytes for the end of a value. Of that the
- * strings that it hands out still tell, since they are cut in place from the lines: line_is_whole
- * looks at what lies between two of them. The last line of a head, with nothing behind it, is not
- * judged so.
+ * libmicrohttpd cuts a path at %00; so the target is taken raw, from the log callback, and decoded
+ * here: a zero byte, an encoded slash and a broken escape are refused.
  */
 #include "http/internal.h"
 
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-
-#define LINE_GAP_MAX 4096 /* between two lines that lie in the same buffer */
-
-static bool is_field_value(const char *text, size_t length)
-{
-    for (size_t i = 0; i < length; i++) {
-        unsigned char c = (unsigned char)text[i];
-
-        if ((c < 0x20 && c != '\t') || c == 0x7f) {
-            return false;
-        }
-    }
-    return true;
-}
 
 static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const char *name,
                                    size_t name_length, const char *value, size_t value_length)
@@ -47,54 +19,15 @@ static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const cha
     struct api_request *request = &exchange->request;
 
     (void)kind;
-    exchange->header_bytes += name_length + value_length + 4;
-    if (request->n_headers == HTTP_HEADERS_MAX || exchange->header_bytes > HEAD_FIELD_BYTES_MAX) {
-        exchange->header_overflow = true;
-        return MHD_NO;
+    (void)name_length;
+    (void)value_length;
+    if (request->n_headers == HTTP_HEADERS_MAX) {
+        return MHD_NO; /* head.c lets no more of them pass */
     }
     exchange->headers[request->n_headers].name = name;
     exchange->headers[request->n_headers].value = value ? value : "";
     request->n_headers++;
-    if (!head_is_token(name, name_length) || (value && !is_field_value(value, value_length))) {
-        exchange->content_length = -2;
-        return MHD_NO;
-    }
     return MHD_YES;
-}
-
-/* Whether a line's text, which ends at end with its zero, is followed by the next line as after
-   CR LF, of which both bytes have become zero. Strings that do not lie one behind the other, since
-   one was moved, prove nothing. */
-static bool line_is_whole(const char *end, const char *next)
-{
-    uintptr_t from = (uintptr_t)end, to = (uintptr_t)next;
-
-    if (to <= from || to - from > LINE_GAP_MAX) {
-        return true;
-    }
-    if (to - from == 1) {
-        return false;
-    }
-    for (const char *at = end + 1; at + 1 < next; at++) {
-        if (*at != '\0' && *at != ' ' && *at != '\t') {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* The same for the request line and all fields but the last. */
-static bool lines_are_whole(const struct exchange *exchange, const char *version)
-{
-    const char *end = version + strlen(version);
-
-    for (size_t i = 0; i < exchange->request.n_headers; i++) {
-        if (!line_is_whole(end, exchange->headers[i].name)) {
-            return false;
-        }
-        end = exchange->headers[i].value + strlen(exchange->headers[i].value);
-    }
-    return true;
 }
 
 static size_t count_headers(const struct exchange *exchange, const char *name, const char **value)
@@ -110,35 +43,17 @@ static size_t count_headers(const struct exchange *exchange, const char *name, c
     return count;
 }
 
-/* How the end of the body is told; NULL when there is one way only. */
-static const char *check_framing(struct exchange *exchange)
+/* How long the body is: head.c has seen to it that there is one answer. */
+static void measure_body(struct exchange *exchange)
 {
     const char *length = NULL, *coding = NULL;
-    size_t lengths = count_headers(exchange, "Content-Length", &length);
-    size_t codings = count_headers(exchange, "Transfer-Encoding", &coding);
 
     exchange->content_length = 0;
-    if (lengths > 0 && codings > 0) {
-        return "Content-Length and Transfer-Encoding exclude each other.";
-    }
-    if (lengths > 1) {
-        return "Content-Length is given more than once.";
-    }
-    if (codings > 1 || (codings == 1 && strcasecmp(coding, "chunked") != 0)) {
-        return "The one Transfer-Encoding that is understood is chunked, given once.";
-    }
-    if (codings == 1) {
+    if (count_headers(exchange, "Transfer-Encoding", &coding) > 0) {
         exchange->content_length = -1;
-    }
-    if (lengths == 1) {
-        size_t digits = strspn(length, "0123456789");
-
-        if (digits == 0 || digits > 18 || length[digits]) {
-            return "Content-Length is not a number of bytes.";
-        }
+    } else if (count_headers(exchange, "Content-Length", &length) > 0) {
         exchange->content_length = strtoll(length, NULL, 10);
     }
-    return NULL;
 }
 
 static int hex_value(char c)
@@ -243,29 +158,12 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     exchange->request.headers = exchange->headers;
     choose_id(exchange);
     choose_trace(exchange);
-    if (version != exchange->connection->target_end) {
-        return "The request line has a zero byte, or is not a method, a target and a version.";
+    if (!tap_saw(exchange->connection)) {
+        *status = 500;
+        *code = "internal-error";
+        return "The HTTP library reads requests that were not looked at before.";
     }
-    if (!lines_are_whole(exchange, version)) {
-        return "The head has a zero byte, or a line that does not end in CR LF.";
-    }
-    if (exchange->header_overflow) {
-        *status = 431;
-        *code = "headers-too-large";
-        return "The header fields exceed 16 KiB or 64 fields.";
-    }
-    if (exchange->content_length == -2) {
-        return "A header field has characters that it must not have.";
-    }
-    if (strlen(exchange->connection->target) > HEAD_TARGET_MAX) {
-        *status = 414;
-        *code = "uri-too-long";
-        return "The request target exceeds 8 KiB.";
-    }
-    detail = check_framing(exchange);
-    if (detail) {
-        return detail;
-    }
+    measure_body(exchange);
     hosts = count_headers(exchange, "Host", &host);
     if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
         return "A request has exactly one Host field.";

@@ -27,6 +27,10 @@ struct head {
     struct head_refusal *refusal;
     size_t fields, field_bytes;
     size_t lengths, codings;
+    uint64_t length;
+    bool old;                  /* HTTP/1.0, which knows no chunks */
+    const char *value;         /* of the field that tells the body's end */
+    size_t value_size, blanks; /* its bytes, and blanks behind it */
 };
 
 static enum head_verdict refuse(struct head *head, int status, const char *code, const char *detail)
@@ -71,6 +75,7 @@ static enum head_verdict check_version(struct head *head, const char *text, size
         return refuse(head, 505, "http-version-not-supported",
                       "The service speaks HTTP/1.1 and HTTP/1.0.");
     }
+    head->old = text[7] == '0';
     return HEAD_COMPLETE;
 }
 
@@ -110,7 +115,9 @@ static enum head_verdict check_framing(struct head *head, const char *name, size
     } else if (is_called(name, name_length, "Content-Length")) {
         size_t digits = 0;
 
+        head->length = 0;
         while (digits < length && value[digits] >= '0' && value[digits] <= '9') {
+            head->length = 10 * head->length + (uint64_t)(value[digits] - '0');
             digits++;
         }
         if (head->lengths++ > 0) {
@@ -126,24 +133,34 @@ static enum head_verdict check_framing(struct head *head, const char *name, size
     if (head->lengths > 0 && head->codings > 0) {
         return malformed(head, "Content-Length and Transfer-Encoding exclude each other.");
     }
+    if (head->codings > 0 && head->old) {
+        return malformed(head, "HTTP/1.0 has no Transfer-Encoding.");
+    }
     return HEAD_COMPLETE;
 }
 
-static void trim(const char **value, size_t *length)
+/* Leaves out the blanks around the value; returns how many are behind it. */
+static size_t trim(const char **value, size_t *length)
 {
+    size_t whole;
+
     while (*length > 0 && (**value == ' ' || **value == '\t')) {
         (*value)++;
         (*length)--;
     }
+    whole = *length;
     while (*length > 0 && ((*value)[*length - 1] == ' ' || (*value)[*length - 1] == '\t')) {
         (*length)--;
     }
+    return whole - *length;
 }
 
 static enum head_verdict check_field(struct head *head, const char *line, size_t length)
 {
     const char *colon = memchr(line, ':', length), *value;
-    size_t name = colon ? (size_t)(colon - line) : 0;
+    size_t name = colon ? (size_t)(colon - line) : 0, framing = head->lengths + head->codings;
+    enum head_verdict verdict;
+    size_t blanks;
 
     if (line[0] == ' ' || line[0] == '\t') {
         return malformed(head, "A header field goes on in the next line.");
@@ -159,8 +176,14 @@ static enum head_verdict check_field(struct head *head, const char *line, size_t
     }
     value = colon + 1;
     length -= name + 1;
-    trim(&value, &length);
-    return check_framing(head, line, name, value, length);
+    blanks = trim(&value, &length);
+    verdict = check_framing(head, line, name, value, length);
+    if (head->lengths + head->codings > framing) {
+        head->value = value;
+        head->value_size = length;
+        head->blanks = blanks;
+    }
+    return verdict;
 }
 
 /* ---- Lines ----------------------------------------------------------------------------------- */
@@ -199,6 +222,14 @@ static enum head_verdict unfinished(struct head *head, bool in_request_line, siz
 
 enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal *refusal)
 {
+    struct head_end end;
+
+    return head_read(bytes, size, refusal, &end);
+}
+
+enum head_verdict head_read(const char *bytes, size_t size, struct head_refusal *refusal,
+                            struct head_end *end)
+{
     struct head head = {.refusal = refusal};
     enum head_verdict verdict = HEAD_COMPLETE;
     bool request_line = true, whole;
@@ -221,6 +252,12 @@ enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal
             return unfinished(&head, request_line, size - at);
         }
         if (length == 0 && !request_line) {
+            *end = (struct head_end){.size = at + 2,
+                                     .chunked = head.codings > 0,
+                                     .length = head.length,
+                                     .value = head.value ? (size_t)(head.value - bytes) : 0,
+                                     .value_size = head.value_size,
+                                     .blanks = head.blanks};
             return HEAD_COMPLETE;
         }
         verdict = request_line ? check_request_line(&head, bytes + at, length)
@@ -243,7 +280,7 @@ const char *head_field(const char *bytes, size_t size, const char *name, size_t 
             const char *value = line + name_length + 1;
 
             *length = (size_t)(next - value);
-            trim(&value, length);
+            (void)trim(&value, length);
             return value;
         }
         line = next == line ? NULL : next; /* what follows the empty line is the body */

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #define HEAD_FIELDS_MAX 64
 #define HEAD_FIELD_BYTES_MAX ((size_t)16 << 10)
@@ -34,6 +35,19 @@ bool head_is_token(const char *text, size_t length);
  * the empty line is not looked at. refusal [out] is set with HEAD_REFUSED only. Pure.
  */
 enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal *refusal);
+
+/* What a complete head says of what follows it. */
+struct head_end {
+    size_t size;     /* bytes of the head */
+    bool chunked;    /* the body's end is told by its chunks */
+    uint64_t length; /* bytes of the body otherwise */
+    /* Of the field that says so: where its value begins, its bytes, and those of blanks behind. */
+    size_t value, value_size, blanks;
+};
+/* The same; end [out] is set with HEAD_COMPLETE only. */
+enum head_verdict head_read(const char *bytes, size_t size, struct head_refusal *refusal,
+                            struct head_end *end);
+
 /* The value of a field in a head that is complete, without blanks around it, and its length; NULL
    where there is none of that name. */
 const char *head_field(const char *bytes, size_t size, const char *name, size_t *length);

@@ -160,6 +160,7 @@ static void http_free(struct http *http)
         (void)pthread_cond_destroy(&http->lanes[i].work);
     }
     (void)pthread_mutex_destroy(&http->mutex);
+    free(http->taps);
     free(http);
 }
 
@@ -209,8 +210,8 @@ int http_start(struct http **out, const struct http_config *config, char *messag
         http_free(http);
         return -1;
     }
-    if (pool_start(http) != 0 || timer_start(http) != 0 || start_daemon(http) != 0 ||
-        front_start(http) != 0) {
+    if (tap_start(http) != 0 || pool_start(http) != 0 || timer_start(http) != 0 ||
+        start_daemon(http) != 0 || front_start(http) != 0) {
         (void)snprintf(message, size, "cannot start the threads that listen on %s", config->listen);
         (void)close(http->listen_fd);
         if (http->daemon) {

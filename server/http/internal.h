@@ -20,7 +20,7 @@
 #ifndef SRNFD_HTTP_INTERNAL_H
 #define SRNFD_HTTP_INTERNAL_H
 
-#include "http/head.h"
+#include "http/frame.h"
 #include "http/http.h"
 
 #include <microhttpd.h>
@@ -64,8 +64,8 @@ struct connection {
     _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
     char *target;        /* raw request target of the current request; owned by its MHD thread */
     size_t target_size;  /* bytes that target has room for */
+    struct frame frame;  /* of all that came on it (tap.c); the same thread's */
     struct exchange *spare; /* of the request before, to be used again; the same thread's */
-    const char *target_end; /* behind its zero, where the version must stand: never read through */
     /* What its last request was counted as, and where: most clients ask the same again. */
     struct {
         const char *route, *method; /* static */
@@ -99,8 +99,6 @@ struct exchange {
     struct MHD_Connection *mhd;
     struct connection *connection;
     struct api_request request;
-    size_t header_bytes;
-    bool header_overflow;
     char *path; /* decoded: short_path, or malloc's */
     enum api_verdict verdict;
     enum phase phase;
@@ -156,6 +154,8 @@ struct http {
     double handed_at;                           /* [m] the last of them */
     struct holder *holders[HTTP_HOLDERS];       /* [m] */
     uint64_t holders_seed;
+    _Atomic(struct connection *) *taps; /* by descriptor (tap.c) */
+    size_t n_taps;
     atomic_size_t n_exchanges;
     struct front *front;
     char id_start[13]; /* of the ids of requests */
@@ -194,6 +194,23 @@ void front_stop(struct http *http);
 /* Takes over a connection whose answer was sent before its request was read to the end: passes over
    what still comes for a moment and closes it. fd is the caller's no more. From any thread. */
 void front_linger(struct http *http, int fd);
+
+/* ---- refusal.c ------------------------------------------------------------------------------- */
+
+#define REFUSAL_MAX 8192
+/* Writes an answer that ends the connection, and logs and counts it. start: the first bytes of the
+   request, by which one to HEAD is told. Returns its length. */
+size_t refusal_write(struct http *http, const struct head_refusal *refusal, const char start[5],
+                     char text[REFUSAL_MAX]);
+
+/* ---- tap.c ----------------------------------------------------------------------------------- */
+
+int tap_start(struct http *http);
+/* As the connection is opened and closed, by its thread. */
+void tap_open(struct connection *connection);
+void tap_close(struct connection *connection);
+/* Whether a head of this connection was judged. */
+bool tap_saw(struct connection *connection);
 
 /* ---- slots.c --------------------------------------------------------------------------------- */
 

@@ -82,8 +82,8 @@ static void test_tokens_have_places_of_their_own(void **state)
         fds[i] = settle_as(http, "");
     }
     assert_true(is_open(known));
-    assert_int_equal(
-        ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"), 200);
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"),
+                     200);
     /* 16 places: two are kept for known ones, of which one has a place. */
     for (size_t i = 0; i < MANY - 14; i++) {
         assert_true(closes(fds[i]));
@@ -225,18 +225,18 @@ static void test_requests_of_a_name_are_limited(void **state)
         say(fds[i], "GET /wait HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n");
     }
     nap(200);
-    assert_int_equal(
-        ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"), 503);
-    assert_int_equal(
-        ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kay\r\n\r\n"), 200);
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"),
+                     503);
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kay\r\n\r\n"),
+                     200);
     atomic_store(&fake.job_ended, true);
     http_job_changed(http, "job-1");
     for (size_t i = 0; i < 2; i++) {
         assert_int_equal(hear(fds[i], text, false, NULL), 200);
         (void)close(fds[i]);
     }
-    assert_int_equal(
-        ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"), 200);
+    assert_int_equal(ask(http, "GET /x HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer kim\r\n\r\n"),
+                     200);
     http_stop(http, 5);
 }
 
@@ -300,8 +300,7 @@ static void test_bytes_of_a_name_are_limited(void **state)
    goes on at the rate is not. */
 static void test_bodies_keep_up_a_rate(void **state)
 {
-    struct http *http =
-        serve((struct http_config){.transfer_seconds = 1, .least_rate = 2000});
+    struct http *http = serve((struct http_config){.transfer_seconds = 1, .least_rate = 2000});
     int fast = dial(http), steady = dial(http);
     char piece[1001];
     double start;
@@ -333,8 +332,7 @@ static void test_bodies_keep_up_a_rate(void **state)
 static void test_responses_keep_up_a_rate(void **state)
 {
     static char piece[65536];
-    struct http *http =
-        serve((struct http_config){.transfer_seconds = 1, .least_rate = 100000});
+    struct http *http = serve((struct http_config){.transfer_seconds = 1, .least_rate = 100000});
     int unread = dial(http), steady = dial(http), small = 20000;
     size_t got = 0;
     double start = now();

@@ -585,27 +585,85 @@ static void test_stopping_ends_streams(void **state)
     (void)close(fd);
 }
 
-/* Zero bytes in the target of a second request, which no front has seen. */
-static void test_later_requests_are_guarded(void **state)
+/* Shapes in a second request, which no front has seen, or in a body: one problem, of ours. */
+static void test_later_bytes_are_judged(void **state)
 {
-    static const char *const lines[] = {"GET /quick\0x HTTP/1.1", "GET /quick\0HTTP/1.1 HTTP/1.1",
-                                        "GET /quick\0 HTTP/1.1"};
-    static const size_t lengths[] = {21, 28, 20};
+    static const struct {
+        const char *bytes;
+        size_t size;
+    } shapes[] = {
+#define SHAPE(text) {text, sizeof(text) - 1}
+#define POST "POST /x HTTP/1.1\r\nHost: x\r\n"
+        SHAPE("GET /quick\0x HTTP/1.1\r\nHost: x\r\n\r\n"),
+        SHAPE("GET /quick\0HTTP/1.1 HTTP/1.1\r\nHost: x\r\n\r\n"),
+        SHAPE("GET /quick\0 HTTP/1.1\r\nHost: x\r\n\r\n"),
+        SHAPE("GET /quick HTTP/1.1\nHost: x\n\n"),
+        SHAPE("GET /quick HTTP/1.1\r\nHost: x\r\n\n"),
+        SHAPE("GET /quick HTTP/1.1\r\nHost: x\r\nX: a\r\n b\r\n\r\n"),
+        SHAPE(POST "Content-Length: 2\0\r\n\r\nab"),
+        SHAPE(POST "Content-Length: two\r\n\r\nab"),
+        SHAPE(POST "Transfer-Encoding: chunked\r\n\r\n2\nab\r\n0\r\n\r\n"),
+        SHAPE(POST "Transfer-Encoding: chunked\r\n\r\n2\r\nab\n0\r\n\r\n"),
+        SHAPE("POST /x HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
+    };
     struct http *http = serve((struct http_config){0});
 
     (void)state;
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
         int fd = dial(http), status;
 
         say(fd, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n");
         assert_int_equal(hear(fd, text, false, NULL), 200);
-        assert_int_equal(send(fd, lines[i], lengths[i], MSG_NOSIGNAL), lengths[i]);
-        say(fd, "\r\nHost: x\r\n\r\n");
+        assert_int_equal(send(fd, shapes[i].bytes, shapes[i].size, MSG_NOSIGNAL), shapes[i].size);
         status = hear(fd, text, false, NULL);
+        if (status != 400) {
+            print_message("shape %zu answered %d\n", i, status);
+        }
         assert_int_equal(status, 400);
+        assert_null(strstr(text, "\nHTTP/1."));
+        assert_non_null(strstr(text, "malformed-request: "));
+        assert_non_null(strstr(text, "Server-Timing: total;dur="));
         assert_true(closes(fd));
         (void)close(fd);
     }
+    http_stop(http, 5);
+}
+
+/* Blanks behind a length are no part of it, in any request. */
+static void test_blanks_behind_a_length_are_passed_over(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    int fd = dial(http);
+
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        say(fd, "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 2 \r\n\r\nab");
+        assert_int_equal(hear(fd, text, false, NULL), 200);
+        assert_non_null(strstr(text, "size=2"));
+    }
+    (void)close(fd);
+    http_stop(http, 5);
+}
+
+/* An extension of 40 KB does not end in the library's page. */
+static void test_long_chunk_lines_are_refused(void **state)
+{
+    struct http *http = serve((struct http_config){0});
+    char *line = malloc(40001);
+    int fd = dial(http);
+
+    (void)state;
+    assert_non_null(line);
+    memset(line, 'a', 40000);
+    line[40000] = '\0';
+    memcpy(line, "5;", 2);
+    say(fd, "POST /x HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
+    say(fd, line);
+    assert_int_equal(hear(fd, text, false, NULL), 400);
+    assert_non_null(strstr(text, "malformed-request: "));
+    assert_true(closes(fd));
+    (void)close(fd);
+    free(line);
     http_stop(http, 5);
 }
 
@@ -644,6 +702,7 @@ static void test_too_many_connections_are_told(void **state)
     atomic_store(&fake.job_ended, true);
     http_job_changed(http, "job-1");
     assert_int_equal(hear(first, text, false, NULL), 200);
+    nap(100); /* it is idle now */
     assert_int_equal(ask(http, "GET /quick HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
     (void)close(second);
     http_stop(http, 5);
@@ -689,7 +748,9 @@ int main(void)
         cmocka_unit_test(test_streams_are_limited),
         cmocka_unit_test(test_streams_do_not_wait_for_readers),
         cmocka_unit_test(test_stopping_ends_streams),
-        cmocka_unit_test(test_later_requests_are_guarded),
+        cmocka_unit_test(test_later_bytes_are_judged),
+        cmocka_unit_test(test_blanks_behind_a_length_are_passed_over),
+        cmocka_unit_test(test_long_chunk_lines_are_refused),
         cmocka_unit_test(test_idle_connections_keep_nobody_out),
         cmocka_unit_test(test_too_many_connections_are_told),
         cmocka_unit_test(test_loopback_is_told_from_the_rest),
