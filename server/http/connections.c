@@ -14,10 +14,10 @@
  * like one that is late. A client that has sent everything and closed its half is not among
  * them: it owes nothing.
  *
- * A body or a response must keep up a rate: its deadline is transfer_seconds away at first, and each
- * byte that moves puts it off by what it may take, to no more than transfer_seconds from then. Of a
- * body the pieces are counted as they come (exchange.c); of a response the timer asks the kernel
- * how much the client has acknowledged, since what libmicrohttpd has written may lie in the
+ * A body or a response must keep up a rate: its deadline is transfer_seconds away at first, and
+ * each byte that moves puts it off by what it may take, to no more than transfer_seconds from then.
+ * Of a body the pieces are counted as they come (exchange.c); of a response the timer asks the
+ * kernel how much the client has acknowledged, since what libmicrohttpd has written may lie in the
  * socket's buffer. With TLS that counts the records' bytes.
  *
  * The timer also wakes exchanges whose wait for a job is over.

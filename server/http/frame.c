@@ -18,8 +18,7 @@
 
 #define SIZE_DIGITS_MAX 15 /* of a chunk's size: fits, and no sum of it overflows */
 
-static enum head_verdict refuse(struct head_refusal *refusal,
-                                const char *detail)
+static enum head_verdict refuse(struct head_refusal *refusal, const char *detail)
 {
     *refusal = (struct head_refusal){400, "malformed-request", detail};
     return HEAD_REFUSED;

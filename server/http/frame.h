@@ -28,11 +28,11 @@ enum frame_state {
 /* Zero it to begin with. */
 struct frame {
     enum frame_state state;
-    uint64_t left;     /* bytes of the body or the chunk that are to come */
-    size_t line;       /* bytes of the chunk's line, or of the trailers */
-    char *head;        /* the beginning of a head that came in pieces; malloc's, or NULL */
-    size_t head_size;  /* its bytes */
-    size_t heads;      /* that were complete */
+    uint64_t left;    /* bytes of the body or the chunk that are to come */
+    size_t line;      /* bytes of the chunk's line, or of the trailers */
+    char *head;       /* the beginning of a head that came in pieces; malloc's, or NULL */
+    size_t head_size; /* its bytes */
+    size_t heads;     /* that were complete */
 };
 
 /* Takes the next bytes. HEAD_REFUSED with refusal [out] set where they go wrong: then none of them

@@ -1,6 +1,6 @@
 /*
- * guard.c - the first look at a request, before any byte of its body is read: what head.c, which has
- * judged its form (tap.c), leaves open. One Host, and that a permitted one; a target that is a path.
+ * guard.c - the first look at a request, before any byte of its body is read: what head.c, which
+ * has judged its form (tap.c), leaves open. One Host, and a permitted one; a target that is a path.
  *
  * libmicrohttpd cuts a path at %00; so the target is taken raw, from the log callback, and decoded
  * here: a zero byte, an encoded slash and a broken escape are refused.

@@ -51,8 +51,8 @@ enum head_verdict head_read(const char *bytes, size_t size, struct head_refusal 
 /* The value of a field in a head that is complete, without blanks around it, and its length; NULL
    where there is none of that name. */
 const char *head_field(const char *bytes, size_t size, const char *name, size_t *length);
-/* Like head_check for the first record of a client that is to speak TLS (RFC 8446, 5.1), of which only the
-   form is judged: complete once all of it is there. */
+/* Like head_check for the first record of a client that is to speak TLS (RFC 8446, 5.1), of which
+   only the form is judged: complete once all of it is there. */
 enum head_verdict head_check_tls(const char *bytes, size_t size, struct head_refusal *refusal);
 
 #endif

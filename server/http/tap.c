@@ -5,9 +5,9 @@
  * and answers other faults with pages of its own, some with two heads. It offers no place between
  * the socket and its parser. So this program has functions of the names by which it reads, recv
  * and gnutls_record_recv (--defsym in the Makefile): the dynamic linker gives libmicrohttpd these,
- * and they pass on what was read when frame.c finds it well formed. Otherwise they send the problem themselves and tell
- * libmicrohttpd that the client has gone. That is in good order: while it reads a request it has
- * nothing to send.
+ * and they pass on what was read when frame.c finds it well formed. Otherwise they send the problem
+ * themselves and tell libmicrohttpd that the client has gone. That is in good order: while it reads
+ * a request it has nothing to send.
  *
  * Whatever else calls recv, in this program or in a library, is not affected: a thread that never
  * opened a connection knows no service, and a descriptor that is not one of a connection's is not
@@ -72,8 +72,7 @@ bool tap_saw(struct connection *connection)
 }
 
 /* Whether the bytes may go on; otherwise the answer was sent. session: NULL without TLS. */
-static bool judge(struct connection *connection, gnutls_session_t session, char *bytes,
-                  size_t size)
+static bool judge(struct connection *connection, gnutls_session_t session, char *bytes, size_t size)
 {
     struct head_refusal refusal;
     char text[REFUSAL_MAX], start[5] = "";

@@ -272,9 +272,24 @@ is "$STATUS $(json .quota)" '429 streams' 'answers that wait for jobs are counte
 wait "$waiting"
 as "$ONE" execute invert "${LONG/100000/50000}" --header 'Prefer: wait=0.2'
 is "$STATUS" 201 'until they are given'
-for job in $JOBS; do
-    as "$ONE" post "/v1/jobs/$job/cancel"
+
+# A stream of events ends with its token, while the job goes on.
+curl --silent --no-buffer --max-time 60 --header "Authorization: Bearer $ONE" "$URL/v1/jobs/$LONG_JOB/events" \
+    >"$SCRATCH/events" &
+follower=$!
+for _ in $(seq 200); do
+    grep -q '^data' "$SCRATCH/events" && break
+    sleep 0.05
 done
+started=$(date +%s)
+"$SRNFD" token revoke one --data "$DATA" 2>/dev/null
+wait "$follower"
+is "$?" 0 'the stream of a token that is revoked ends'
+compare "$(($(date +%s) - started))" '<=' 10 'within seconds'
+for job in $JOBS; do
+    as "$ROOT" post "/v1/jobs/$job/cancel"
+done
+is "$STATUS" 200 'and the jobs go on until somebody ends them'
 
 # ---- Other origins -----------------------------------------------------------------------------------------
 

@@ -59,8 +59,7 @@ static void test_good_streams_end_where_they_should(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof streams / sizeof streams[0]; i++) {
         for (size_t piece = 1; piece <= streams[i].size; piece++) {
-            assert_int_equal(take(&frame, streams[i].bytes, streams[i].size, piece),
-                             HEAD_COMPLETE);
+            assert_int_equal(take(&frame, streams[i].bytes, streams[i].size, piece), HEAD_COMPLETE);
             assert_int_equal(frame.state, FRAME_HEAD);
             assert_int_equal(frame.heads, streams[i].heads);
             assert_null(frame.head);
