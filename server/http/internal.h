@@ -144,15 +144,15 @@ struct http {
     pthread_cond_t timer; /* a wait was added, or stopping */
     pthread_cond_t idle;  /* while draining: an exchange ended */
     struct lane lanes[LANES];
-    struct exchange *waits;         /* [m] */
-    struct connection *connections; /* [m] */
-    size_t buffered;                /* [m] */
-    size_t n_streams;               /* [m] */
-    size_t n_connections;                       /* [m] with those that are leaving */
-    size_t n_leaving, n_unknown;                /* [m] of them; unknown ones that are not leaving */
-    size_t n_handed;                            /* [m] given to libmicrohttpd, not opened yet */
-    double handed_at;                           /* [m] the last of them */
-    struct holder *holders[HTTP_HOLDERS];       /* [m] */
+    struct exchange *waits;               /* [m] */
+    struct connection *connections;       /* [m] */
+    size_t buffered;                      /* [m] */
+    size_t n_streams;                     /* [m] */
+    size_t n_connections;                 /* [m] with those that are leaving */
+    size_t n_leaving, n_unknown;          /* [m] of them; unknown ones that are not leaving */
+    size_t n_handed;                      /* [m] given to libmicrohttpd, not opened yet */
+    double handed_at;                     /* [m] the last of them */
+    struct holder *holders[HTTP_HOLDERS]; /* [m] */
     uint64_t holders_seed;
     _Atomic(struct connection *) *taps; /* by descriptor (tap.c) */
     size_t n_taps;

@@ -41,7 +41,7 @@ static struct {
     atomic_int crowded;               /* of these, those beside which another was handled */
     atomic_int begun;                 /* uploads */
     char order[64];                   /* of uploads begun: the letters of their owners */
-    atomic_bool asks_for_tokens; /* of all paths but /quick */
+    atomic_bool asks_for_tokens;      /* of all paths but /quick */
 } fake;
 
 const char *api_request_header(const struct api_request *request, const char *name)
