@@ -142,4 +142,55 @@ rm "$SCRATCH/credentials/tls-key"
 CREDENTIALS_DIRECTORY=$SCRATCH/credentials "$SRNFD" serve --listen 127.0.0.1:0 --data "$SCRATCH/none" >/dev/null \
     2>"$SCRATCH/refused"
 is $? 2 'a certificate without its key: refused'
+
+# Inside TLS as outside: what is malformed gets one problem, also behind a good request; and clients that send the
+# first byte, or the first record, of a handshake and no more keep nobody out.
+start_server "$SCRATCH/crowded" --tls-certificate "$CERTIFICATE" --tls-key "$KEY" --max-connections 8 --max-waiting 32 ||
+    exit 1
+cat >"$SCRATCH/crowd.py" <<'END'
+import socket, ssl, sys, time
+
+address = ("127.0.0.1", int(sys.argv[1]))
+context = ssl._create_unverified_context()
+
+def dial():
+    return context.wrap_socket(socket.create_connection(address, 20))
+
+def hear(s):
+    text = b""
+    while b"\r\n\r\n" not in text or text.count(b"}") == 0:
+        piece = s.recv(65536)
+        if not piece:
+            break
+        text += piece
+    return text
+
+good = b"GET /healthz HTTP/1.1\r\nHost: localhost:%d\r\n\r\n" % address[1]
+shapes = [b"GET /healthz HTTP/1.1\nHost: x\n\n",
+          b"POST /v1/meshes HTTP/1.1\r\nHost: localhost:%d\r\nTransfer-Encoding: chunked\r\n\r\n5\nhello\n" % address[1],
+          b"POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Length: 2\0\r\n\r\nab"]
+for shape in shapes:
+    s = dial()
+    s.sendall(good)
+    first = hear(s)[9:12].decode()
+    s.sendall(shape)
+    answer = hear(s)
+    print(first, answer[9:12].decode(), answer.count(b"HTTP/1.1 "), b"malformed-request" in answer)
+idle = []
+for i in range(40):
+    s = socket.create_connection(address, 20)
+    s.sendall(b"\x16")
+    idle.append(s)
+    s = socket.create_connection(address, 20)
+    s.sendall(b"\x16\x03\x01\x00\x05\x01\x00\x00\x40\x00")
+    idle.append(s)
+time.sleep(1)
+for i in range(3):
+    s = dial()
+    s.sendall(good)
+    print(hear(s)[9:12].decode())
+END
+is "$(python3 "$SCRATCH/crowd.py" "${URL##*:}" 2>"$SCRATCH/error" | paste -sd' ')" \
+    '200 400 1 True 200 400 1 True 200 400 1 True 200 200 200' 'TLS hides nothing, and its handshakes keep nobody out'
+stop_server || not_ok 'the server ends well'
 done_testing
