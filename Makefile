@@ -24,6 +24,7 @@
 #   make paper      the paper's figures and tables with the data at hand, build/paper.html
 #
 #   make format     clang-format over all sources
+#   make pictures   draw the pictures of README anew
 #   make openapi    write the processes' schemas into api/openapi.yaml
 #   make library    libsrnf.so and libsrnf.a for others, in build/lib
 #   make clean      remove build/
@@ -60,7 +61,7 @@ OPT         := $(OPT_$(CONFIG))
 # Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
 # (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
-CPPFLAGS = -Iinclude -Icore -Iserver -Itests -MMD -MP
+CPPFLAGS = -Iinclude -Icore -Iserver -Itests -I. -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
@@ -219,6 +220,15 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(O)/tests/support/scratch.o $(
 	    $(CORE_LIBS) -lcmocka
 
 $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
+
+# The pictures that README shows, drawn anew.
+.PHONY: pictures
+pictures: $(B)/pictures
+	$(B)/pictures docs/pictures
+$(B)/pictures: $(O)/docs/pictures.o $(call obj,$(filter-out tests/paper/paper.c,$(PAPER_SRC)) \
+    $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
 
