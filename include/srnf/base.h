@@ -76,8 +76,8 @@ struct srnf_context {
     /* Parts of a computation that are dear and that an earlier attempt at the same has left:
        `count` doubles, by the series that they belong to and their place in it. recall: whether
        there is such a part of that many; then into values. keep: here is one, or, with count 0 and
-       values NULL, the parts of the series are wanted no more. Both from any thread; NULL: nothing is
-       kept. Kept are the distances of registered pairs (srnf_distances, srnf_metric_distances for
+       values NULL, the parts of the series are wanted no more. Both from any thread; NULL: nothing
+       is kept. Kept are the distances of registered pairs (srnf_distances, srnf_metric_distances for
        srnf and srm), the registrations of srnf_folds_compare of one round, and the reconstructions
        and samples of srnf_model_quality. What is recalled has the bits that were kept, so that the
        result has those that it would have without. */

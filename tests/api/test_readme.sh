@@ -39,7 +39,7 @@ while read -r file; do
 done < <(find "$SCRATCH/clone" -maxdepth 1 -name '*.json')
 is "$(grep -c '"type":"process"' "$SCRATCH/clone"/*.json | grep -vc ':0$')" 0 'and none of them a job instead of its results'
 is "$(grep -E "^\++ [A-Z]+=('?null'?|'')?\$" "$SCRATCH/trace" | sort -u)" '+ MEMBERS=' 'no variable is null, or empty but that which grows'
-is "$(grep -E '^ *("[a-zA-Z]+": )?null,?$' "$SCRATCH/out" | grep -vE '"(default|queuePosition|estimatedSecondsLeft)"')" '' \
+is "$(grep -E '^ *("[a-zA-Z]+": )?null,?$' "$SCRATCH/out" | grep -vE '"(default|queuePosition|estimatedSecondsLeft|limit)"')" '' \
     'and nothing that is shown is null, but for what may be'
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply
 

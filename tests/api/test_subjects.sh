@@ -140,7 +140,7 @@ cohort shifted '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "t\((
     {id: $b[$i], label: "pallidum", subject: "p\(($i + 1) % 6 / 2 | floor)"}]'
 cohort single '[range(6) as $i | {id: $a[$i]}, {id: $b[$i]}]'
 cohort pair '[range(6) as $i | {id: $a[$i], subject: "t"}, {id: $b[$i], subject: "p"}]'
-IDS= LIMITS= MADE=
+IDS='' LIMITS='' MADE=''
 for COHORT in repeated shifted single pair; do
     execute pca "{\"cohort\":\"$COHORT\",\"register\":false}"
     MODEL=$(json .model.id)
