@@ -19,7 +19,7 @@
  * inside, and by its edges otherwise; slivers by their edges only. Boxes farther than the best so
  * far are skipped.
  *
- * Cost: O(log n) boxes on the meshes one meets; no more than all of them on any.
+ * Cost: O(log n) boxes, slivers or not (index.c); no more than all of them on any mesh.
  */
 #include "index.h"
 
@@ -27,6 +27,9 @@
 
 /* Rounding of the shear, in units of the largest coordinate difference, with room to spare. */
 #define RAY_PADDING (32.0 * DBL_EPSILON)
+
+/* Paddings that a box along axes of its own has: its coordinates are sums of three products. */
+#define OWN_AXES 4.0
 
 /* Height of a face, relative to its longest edge, below which its plane means nothing. */
 #define SLIVER_HEIGHT 1e-12
@@ -71,7 +74,8 @@ static bool ray_prepare(const struct srnf_index *index, const double origin[3],
 }
 
 /* Largest t >= 0 at which the ray is in the enlarged box; negative when it misses. */
-static double ray_leaves_box(const struct ray *ray, const struct index_node *node)
+static double ray_leaves_box(const struct srnf_index *index, const struct ray *ray,
+                             const struct index_node *node)
 {
     double enter = 0.0, leave = INFINITY;
 
@@ -88,6 +92,10 @@ static double ray_leaves_box(const struct ray *ray, const struct index_node *nod
         }
         enter = larger(enter, (d > 0.0 ? low : high) / d);
         leave = smaller(leave, (d > 0.0 ? high : low) / d);
+    }
+    if (node->box > 0 && enter <= leave) {
+        index_box_clip(&index->boxes[node->box - 1], ray->origin, ray->direction,
+                       OWN_AXES * ray->padding, &enter, &leave);
     }
     return enter <= leave ? leave : -1.0;
 }
@@ -151,7 +159,7 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
     if (!ray_prepare(index, origin, direction, &ray)) {
         return false;
     }
-    stack[depth++] = (struct waiting){0, ray_leaves_box(&ray, &index->nodes[0])};
+    stack[depth++] = (struct waiting){0, ray_leaves_box(index, &ray, &index->nodes[0])};
     while (depth > 0) {
         struct waiting top = stack[--depth];
         const struct index_node *node = &index->nodes[top.node];
@@ -170,8 +178,9 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
             }
         }
         if (node->count == 0) {
-            struct waiting a = {top.node + 1, ray_leaves_box(&ray, node + 1)};
-            struct waiting b = {node->second, ray_leaves_box(&ray, &index->nodes[node->second])};
+            struct waiting a = {top.node + 1, ray_leaves_box(index, &ray, node + 1)};
+            struct waiting b = {node->second,
+                                ray_leaves_box(index, &ray, &index->nodes[node->second])};
             bool b_last = b.leave > a.leave; /* the farther one is looked at first */
 
             stack[depth++] = b_last ? a : b;
@@ -190,7 +199,8 @@ bool srnf_index_ray(const struct srnf_index *index, const double origin[3],
 
 /* ---- Nearest point --------------------------------------------------------------------------- */
 
-static double box_distance2(const struct index_node *node, const double point[3])
+static double box_distance2(const struct srnf_index *index, const struct index_node *node,
+                            const double point[3])
 {
     double sum = 0.0;
 
@@ -198,6 +208,9 @@ static double box_distance2(const struct index_node *node, const double point[3]
         double outside = larger(larger(node->low[k] - point[k], point[k] - node->high[k]), 0.0);
 
         sum += outside * outside;
+    }
+    if (node->box > 0) {
+        sum = larger(sum, index_box_distance2(&index->boxes[node->box - 1], point));
     }
     return sum;
 }
@@ -304,8 +317,9 @@ double srnf_index_distance2(const struct srnf_index *index, const double point[3
             best_face = best < before ? index->order[node->start + i] : best_face;
         }
         if (node->count == 0) {
-            struct waiting a = {top.node + 1, box_distance2(node + 1, point)};
-            struct waiting b = {node->second, box_distance2(&index->nodes[node->second], point)};
+            struct waiting a = {top.node + 1, box_distance2(index, node + 1, point)};
+            struct waiting b = {node->second,
+                                box_distance2(index, &index->nodes[node->second], point)};
             bool b_last = b.distance2 < a.distance2; /* the nearer one is looked at first */
 
             stack[depth++] = b_last ? a : b;
