@@ -30,17 +30,38 @@ static inline double srnf_seconds(const struct srnf_context *context)
     return context && context->seconds ? context->seconds(context->user) : 0.0;
 }
 
-/* Runs body(argument, i) for i in [0, count): by the caller's threads, or here in order. */
-static inline void srnf_parallel_for(const struct srnf_context *context, size_t count,
-                                     void (*body)(void *argument, size_t index), void *argument)
+/* A parallel loop whose indexes are passed over once its context is canceled. */
+struct srnf_loop {
+    const struct srnf_context *context;
+    void (*body)(void *argument, size_t index);
+    void *argument;
+};
+
+static inline void srnf_loop_body(void *argument, size_t index)
 {
+    const struct srnf_loop *loop = (const struct srnf_loop *)argument;
+
+    if (!srnf_is_canceled(loop->context)) {
+        loop->body(loop->argument, index);
+    }
+}
+
+/* Runs body(argument, i) for i in [0, count): by the caller's threads, or here in order. Asks for
+   cancellation before each; SRNF_ECANCELED: some were passed over. */
+SRNF_CHECKED static inline int srnf_parallel_for(const struct srnf_context *context, size_t count,
+                                                 void (*body)(void *argument, size_t index),
+                                                 void *argument)
+{
+    struct srnf_loop loop = {context, body, argument};
+
     if (context && context->parallel_for) {
-        context->parallel_for(context->user, count, body, argument);
-        return;
+        context->parallel_for(context->user, count, srnf_loop_body, &loop);
+    } else {
+        for (size_t i = 0; i < count; i++) {
+            srnf_loop_body(&loop, i);
+        }
     }
-    for (size_t i = 0; i < count; i++) {
-        body(argument, i);
-    }
+    return srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 }
 
 #endif

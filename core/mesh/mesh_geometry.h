@@ -124,6 +124,10 @@ SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh
                                         size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);
 
+/* srnf_star_kernel that can be canceled (star.c). */
+SRNF_CHECKED int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                             struct srnf_star *star);
+
 /* report.c: the report of a mesh after its repairs, which turns it if it looks inwards and drops
    vertices without faces. Problems name faces and vertices by their origin. report: [in] repairs so
    far, [out] all. Errors: SRNF_ENOMEM. */

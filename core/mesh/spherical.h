@@ -106,6 +106,7 @@ bool spherical_verify(const struct srnf_mesh *mesh, const double *points, size_t
    as of srnf_spherical_map. Errors: SRNF_ENUMERIC (the map leaves a node uncovered),
    SRNF_ENOMEM. */
 SRNF_CHECKED int spherical_sample(const struct srnf_mesh *mesh, const double *points,
-                                  const struct srnf_grid *grid, double *values);
+                                  const struct srnf_grid *grid, const struct srnf_context *context,
+                                  double *values);
 
 #endif

@@ -7,16 +7,22 @@
  */
 #include "spherical.h"
 
-#define GAIN 1e-5 /* looser leaves slivers far from the minimum */
+#define STEPS_ASKED 256 /* vertices between two looks at cancellation */
+#define GAIN 1e-5       /* looser leaves slivers far from the minimum */
 
 static int sweep(struct spherical *s, bool *active, size_t *woken)
 {
+    size_t steps = 0;
+
     *woken = 0;
     for (uint32_t v = 0; v < s->n; v++) {
         const struct ring *ring = &s->rings[v];
 
         if (!active[v]) {
             continue;
+        }
+        if (++steps % STEPS_ASKED == 0 && srnf_is_canceled(s->context)) {
+            return SRNF_ECANCELED;
         }
         active[v] = false;
         if (spherical_star_load(s, v)) {

@@ -15,6 +15,16 @@
 /* A node whose best triangle misses it by more than this share is not covered by the map. */
 #define GAP 1e-9
 
+/* Of an l, whose rounding is some units of 2^-53, and of an angle. */
+#define CLIP_ROUNDING 1e-14
+#define ANGLE_ROUNDING 1e-7
+
+/* From so many nodes of a row on it is worth computing which of them a triangle covers. */
+#define NODES_CLIPPED ((size_t)12)
+
+/* Faces between two looks at cancellation. */
+#define FACES_ASKED ((size_t)64)
+
 struct raster {
     const struct srnf_mesh *mesh;
     const struct srnf_grid *grid;
@@ -55,23 +65,70 @@ static void test_node(struct raster *r, const struct triangle *t, size_t row, si
     }
 }
 
-/* Nodes of one row within half_width of the longitude; all of them when that is pi or more. */
+/* Longitudes [low, high]; empty where low > high. */
+struct arc {
+    double low, high;
+};
+
+/*
+ * Cuts the arc down to where the triangle is: along a row each l is A cos(phi - phi_0) + B, which
+ * is not negative within acos(-B / A) of phi_0. What is cut off has an l below -GAP times the sum
+ * of the three, and so is not covered by this triangle. Where the nonnegative part of an l meets
+ * the arc in two pieces, nothing is cut.
+ */
+static struct arc clip_arc(const struct triangle *t, double sine, double cosine, struct arc arc)
+{
+    double sum = 0.0;
+
+    for (size_t k = 0; k < 3; k++) {
+        sum += vector_norm(t->faces[k]);
+    }
+    for (size_t k = 0; k < 3; k++) {
+        const double *n = t->faces[k];
+        double amplitude = sine * sqrt(n[0] * n[0] + n[1] * n[1]);
+        double offset = cosine * n[2] + 2.0 * GAP * sum + CLIP_ROUNDING;
+        double center, half, turns, low, high;
+
+        if (offset >= amplitude) {
+            continue;
+        }
+        if (offset <= -amplitude) {
+            return (struct arc){0.0, -1.0};
+        }
+        half = acos(-offset / amplitude) + ANGLE_ROUNDING;
+        center = atan2(n[1], n[0]);
+        /* The turn of it whose centre is nearest to that of the arc. */
+        turns = round((0.5 * (arc.low + arc.high) - center) / (2.0 * SRNF_PI));
+        low = center + 2.0 * SRNF_PI * turns - half;
+        high = center + 2.0 * SRNF_PI * turns + half;
+        if (high - 2.0 * SRNF_PI < arc.low && low + 2.0 * SRNF_PI > arc.high) {
+            arc.low = larger(arc.low, low);
+            arc.high = smaller(arc.high, high);
+        }
+    }
+    return arc;
+}
+
+/* Nodes of one row within half_width of the longitude; all of them when that is pi or more. Long
+   rows are cut down to what the triangle covers: of a sliver that is next to nothing. */
 static void test_row(struct raster *r, const struct triangle *t, size_t row, double longitude,
                      double half_width)
 {
     size_t n = r->grid->n_phi;
     double step = 2.0 * SRNF_PI / (double)n;
+    struct arc arc = {longitude - half_width, longitude + half_width};
     double first;
     size_t count;
 
     if (half_width >= SRNF_PI) {
-        first = 0.0;
-        count = n;
-    } else {
-        first = ceil((longitude - half_width) / step);
-        count = (size_t)larger(0.0, floor((longitude + half_width) / step) - first + 1.0);
-        count = count < n ? count : n;
+        arc = (struct arc){0.0, 2.0 * SRNF_PI - 0.5 * step};
     }
+    if (arc.high - arc.low > (double)NODES_CLIPPED * step) {
+        arc = clip_arc(t, r->grid->sin_theta[row], r->grid->cos_theta[row], arc);
+    }
+    first = ceil(arc.low / step);
+    count = (size_t)larger(0.0, floor(arc.high / step) - first + 1.0);
+    count = count < n ? count : n;
     for (size_t k = 0; k < count; k++) {
         double wrapped = fmod(first + (double)k, (double)n);
 
@@ -136,7 +193,8 @@ static void raster_face(struct raster *r, size_t face)
 }
 
 int spherical_sample(const struct srnf_mesh *mesh, const double *points,
-                     const struct srnf_grid *grid, double *values)
+                     const struct srnf_grid *grid, const struct srnf_context *context,
+                     double *values)
 {
     size_t nodes = grid->n_theta * grid->n_phi;
     struct raster raster = {mesh, grid, points, values, srnf_alloc(nodes, sizeof(double))};
@@ -148,8 +206,11 @@ int spherical_sample(const struct srnf_mesh *mesh, const double *points,
     for (size_t i = 0; i < nodes; i++) {
         raster.score[i] = -INFINITY;
     }
-    for (size_t face = 0; face < mesh->n_faces; face++) {
+    for (size_t face = 0; face < mesh->n_faces && status == SRNF_OK; face++) {
         raster_face(&raster, face);
+        if (face % FACES_ASKED == 0 && srnf_is_canceled(context)) {
+            status = SRNF_ECANCELED;
+        }
     }
     for (size_t i = 0; i < nodes && status == SRNF_OK; i++) {
         status = raster.score[i] > -GAP ? SRNF_OK : SRNF_ENUMERIC;

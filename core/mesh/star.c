@@ -262,7 +262,7 @@ static bool solve_program(glp_prob *program)
 }
 
 /* The rounds; center in the planes' units. */
-static int find_center(struct planes *planes, double center[3])
+static int find_center(struct planes *planes, const struct srnf_context *context, double center[3])
 {
     double point[3] = {0.0, 0.0, 0.0}, bound = INFINITY, best = -INFINITY;
     size_t worst[BINS];
@@ -273,6 +273,10 @@ static int find_center(struct planes *planes, double center[3])
         double margin = find_margin(planes, point, worst);
         size_t added = 0;
 
+        if (srnf_is_canceled(context)) {
+            status = SRNF_ECANCELED;
+            break;
+        }
         if (margin > best) {
             best = margin;
             for (size_t k = 0; k < 3; k++) {
@@ -296,7 +300,7 @@ static int find_center(struct planes *planes, double center[3])
         }
         bound = glp_get_row_dual(program, 4);
     }
-    if (!(bound - best <= GAP_USABLE)) {
+    if (status == SRNF_OK && !(bound - best <= GAP_USABLE)) {
         status = SRNF_ENUMERIC;
     }
     glp_delete_prob(program);
@@ -317,7 +321,8 @@ static int swallow_output(void *info, const char *text)
 }
 
 /* Runs find_center inside an environment of GLPK that can neither print nor end the process. */
-static int find_center_guarded(struct planes *planes, double center[3])
+static int find_center_guarded(struct planes *planes, const struct srnf_context *context,
+                               double center[3])
 {
     jmp_buf trap;
     int status;
@@ -332,14 +337,15 @@ static int find_center_guarded(struct planes *planes, double center[3])
     glp_error_hook(jump_out, &trap);
     glp_term_hook(swallow_output, NULL);
     glp_term_out(GLP_OFF);
-    status = find_center(planes, center);
+    status = find_center(planes, context, center);
     glp_free_env();
     return status;
 }
 
 /* ---- Public functions ------------------------------------------------------------------------ */
 
-int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star)
+int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                struct srnf_star *star)
 {
     struct planes planes;
     double center[3] = {0.0, 0.0, 0.0};
@@ -348,7 +354,7 @@ int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star)
     if (status != SRNF_OK) {
         return status;
     }
-    status = find_center_guarded(&planes, center);
+    status = find_center_guarded(&planes, context, center);
     if (status == SRNF_OK) {
         *star = (struct srnf_star){0};
         measure_center(&planes, center, star);
@@ -358,6 +364,11 @@ int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star)
     }
     planes_clear(&planes);
     return status;
+}
+
+int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star)
+{
+    return star_kernel(mesh, NULL, star);
 }
 
 int srnf_star_at(const struct srnf_mesh *mesh, const double center[3], struct srnf_star *star)

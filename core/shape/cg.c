@@ -12,8 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-#define CANCEL_EVERY 16
-
 int shape_conjugate_gradients(const struct shape_linear *problem, double *r, double *x,
                               double *work, struct shape_linear_figures *figures)
 {
@@ -33,7 +31,7 @@ int shape_conjugate_gradients(const struct shape_linear *problem, double *r, dou
         double curvature;
         double next;
 
-        if (k % CANCEL_EVERY == 0 && srnf_is_canceled(problem->context)) {
+        if (srnf_is_canceled(problem->context)) {
             return SRNF_ECANCELED;
         }
         problem->product(problem->argument, p, product);

@@ -9,6 +9,7 @@
  */
 #include "encode.h"
 #include "fit.h"
+#include "mesh/index.h"
 #include "shape.h"
 
 #include <math.h>
@@ -58,7 +59,8 @@ static int measure_fit(const struct encode_task *task, const double *coefficient
     int status;
 
     frequency = frequency < FIT_FREQUENCY_MAX ? frequency : FIT_FREQUENCY_MAX;
-    status = srnf_surface_triangulate(degree, coefficients, frequency, &triangulation, NULL);
+    status =
+        surface_triangulate(task->context, degree, coefficients, frequency, &triangulation, NULL);
     if (status) {
         return status;
     }
@@ -128,7 +130,7 @@ static int check(const struct srnf_mesh_report *report, const struct srnf_encode
 static int measure_star(const struct encode_task *task, struct srnf_star *star)
 {
     int status = task->options->center_given ? srnf_star_at(task->mesh, task->options->center, star)
-                                             : srnf_star_kernel(task->mesh, star);
+                                             : star_kernel(task->mesh, task->context, star);
 
     if (status == SRNF_ENUMERIC && task->options->parameterization != SRNF_PARAMETERIZATION_STAR) {
         status = srnf_star_at(task->mesh, task->report->centroid, star);
@@ -183,7 +185,7 @@ static int encode(struct encode_task *task, struct srnf_index **index, struct sr
     int status = measure_star(task, &encoded->star);
 
     if (status == SRNF_OK) {
-        status = srnf_index_create(index, task->mesh);
+        status = index_create(index, task->mesh, task->context);
     }
     if (status == SRNF_OK) {
         status = srnf_sht_create(sht, encoded->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0);
@@ -230,6 +232,10 @@ int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *rep
     status = check(report, task.options, &first);
     if (status == SRNF_OK) {
         status = encode(&task, &index, &sht, encoded);
+    }
+    if (srnf_is_canceled(context)) {
+        first = (struct srnf_error){0};
+        status = SRNF_ECANCELED;
     }
     if (status) {
         (void)srnf_fail(error, status, first.status ? first.element : -1, "%s",

@@ -68,7 +68,7 @@ int encode_through_map(const struct encode_task *task, const double *points,
     if (!values || !workspace) {
         goto out;
     }
-    status = spherical_sample(&centred, points, grid, values);
+    status = spherical_sample(&centred, points, grid, task->context, values);
     if (status) {
         if (status == SRNF_ENUMERIC) {
             (void)srnf_fail(task->error, status, -1,

@@ -62,8 +62,7 @@ static int analyse_radius(const struct encode_task *task, double *radius)
     if (!rays.r || !workspace) {
         goto out;
     }
-    srnf_parallel_for(task->context, rays.grid->n_theta, cast_row, &rays);
-    status = SRNF_OK;
+    status = srnf_parallel_for(task->context, rays.grid->n_theta, cast_row, &rays);
     for (size_t i = 0; i < points && status == SRNF_OK; i++) {
         if (!(rays.r[i] > 0.0)) {
             status = srnf_fail(task->error, SRNF_ENOT_STAR, -1,

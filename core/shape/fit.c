@@ -14,10 +14,10 @@
  */
 #include "shape/fit.h"
 
-#include "mesh/mesh_geometry.h"
+#include "mesh/index.h"
 
 #define QUANTILE 0.95
-#define BLOCK ((size_t)512)
+#define BLOCK ((size_t)128)
 
 /* A quantile is reached up to the rounding of a sum of weights. */
 #define WEIGHT_ROUNDING 1e-12
@@ -110,12 +110,12 @@ static void measure_block(void *argument, size_t block)
 }
 
 /* Distances of the vertices of a mesh to what the index is over. */
-static void measure_side(const struct srnf_context *context, const struct srnf_index *index,
-                         const struct srnf_mesh *mesh, double *distances)
+static int measure_side(const struct srnf_context *context, const struct srnf_index *index,
+                        const struct srnf_mesh *mesh, double *distances)
 {
     struct side side = {index, mesh, distances};
 
-    srnf_parallel_for(context, (mesh->n_vertices + BLOCK - 1) / BLOCK, measure_block, &side);
+    return srnf_parallel_for(context, (mesh->n_vertices + BLOCK - 1) / BLOCK, measure_block, &side);
 }
 
 int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *index,
@@ -146,12 +146,17 @@ int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *inde
         !weigh_vertices(surface, 0.5, weights + mesh->n_vertices)) {
         goto out;
     }
-    status = srnf_index_create(&surface_index, surface);
+    status = index_create(&surface_index, surface, context);
     if (status != SRNF_OK) {
         goto out;
     }
-    measure_side(context, surface_index, mesh, distances);
-    measure_side(context, index, surface, distances + mesh->n_vertices);
+    status = measure_side(context, surface_index, mesh, distances);
+    if (status == SRNF_OK) {
+        status = measure_side(context, index, surface, distances + mesh->n_vertices);
+    }
+    if (status != SRNF_OK) {
+        goto out;
+    }
     srnf_mesh_measure(mesh, &measures);
     summarise(distances, weights, n, order, scratch, fit);
     fit->diagonal = measures.diagonal;

@@ -97,7 +97,8 @@ size_t shape_gmres(const struct shape_linear *problem, const double *b, double *
     shape_copy(s.n, b, s.basis);
     shape_scale(s.n, more ? 1.0 / norm : 0.0, s.basis);
     s.rhs[0] = norm;
-    while (more && k < s.cap && fabs(s.rhs[k]) > problem->tolerance * norm) {
+    while (more && k < s.cap && !srnf_is_canceled(problem->context) &&
+           fabs(s.rhs[k]) > problem->tolerance * norm) {
         problem->product(problem->argument, s.basis + k * s.n, s.basis + (k + 1) * s.n);
         more = extend(&s, k);
         k++;

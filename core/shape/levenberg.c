@@ -113,6 +113,7 @@ int shape_levenberg(struct shape_run *run, const struct shape_lm_options *option
         release(&work);
         return SRNF_ENOMEM;
     }
+    work.conjugate.context = run->context;
     run->stopped = SRNF_STOP_MAX_ITERATIONS;
     while (more && shape_run_relative(run) > run->tolerance) {
         more = steps < options->max_steps && run->iterations < run->max_iterations &&

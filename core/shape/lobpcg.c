@@ -140,10 +140,10 @@ static int iterate(struct lobpcg *s, double *x, double *mu, double *residual)
     problem->product(problem->argument, x, s->ax);
     *mu = shape_dot(problem->n, x, s->ax);
     for (size_t step = 0; step < problem->cap; step++) {
+        if (srnf_is_canceled(problem->context)) {
+            return SRNF_ECANCELED;
+        }
         if (step % CHANGE_STEPS == 0) {
-            if (srnf_is_canceled(problem->context)) {
-                return SRNF_ECANCELED;
-            }
             if (before - *mu < problem->change * fabs(*mu)) {
                 break;
             }

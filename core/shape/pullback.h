@@ -35,6 +35,7 @@ struct pullback_slot {
 struct pullback_graph {
     const struct srnf_sht *sht;
     const struct srnf_context *context;
+    bool canceled;                /* nodes were left out because of that */
     size_t degree, points, count; /* count = 3 (L+1)^2 */
     size_t nodes, free;
     double edge_weight;
@@ -108,7 +109,8 @@ struct pullback_tangent {
     struct shape_conjugate conjugate;
     double *memory, *pulled;
 };
-SRNF_CHECKED int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *sht);
+SRNF_CHECKED int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *sht,
+                                         const struct srnf_context *context);
 void pullback_tangent_destroy(struct pullback_tangent *t);
 void pullback_tangent_at(struct pullback_tangent *t, const double *f);
 /* field = J vector */

@@ -28,6 +28,7 @@
 #define INNER_CAP ((size_t)80)
 
 struct shooter {
+    const struct srnf_context *context;
     struct shape_system *system; /* state: f_k; trial: the candidate for f_k+1; q: 2 q_k - q_k-1 */
     size_t count, field;
     double *memory;
@@ -115,7 +116,8 @@ static double newton_step(struct shooter *s, double *f, double norm)
         .product = product,
         .argument = s,
         .tolerance = fmax(INNER_TOLERANCE_MIN, fmin(INNER_TOLERANCE_MAX, relative)),
-        .cap = INNER_CAP};
+        .cap = INNER_CAP,
+        .context = s->context};
     double length = -1.0;
 
     (void)shape_gmres(&problem, s->residual, s->step, s->inner);
@@ -141,7 +143,9 @@ static void solve_surface(struct shooter *s, double *f)
 {
     double norm = residual_at(s, f);
 
-    for (size_t k = 0; k < NEWTON_STEPS && norm > NEWTON_TOLERANCE * s->reference; k++) {
+    for (size_t k = 0; k < NEWTON_STEPS && norm > NEWTON_TOLERANCE * s->reference &&
+                       !srnf_is_canceled(s->context);
+         k++) {
         double next = newton_step(s, f, norm);
 
         s->iterations++;
@@ -265,7 +269,9 @@ int srnf_pullback_exp(const struct srnf_sht *sht, const double *from, const doub
     status = status ? status : pullback_check_surface(sht, velocity, "the velocity", error);
     status = status ? status : start(result, srnf_sht_degree(sht), segments, from, velocity);
     status = status ? status : create(&s, sht);
+    s.context = context;
     status = status ? status : walk(&s, context, result);
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status == SRNF_OK) {
         result->residual = s.worst;
         result->iterations = s.iterations;

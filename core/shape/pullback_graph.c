@@ -43,18 +43,19 @@ static void run_slot(void *argument, size_t index)
     struct pullback_graph *graph = loop->graph;
     size_t count = loop->all ? graph->nodes : graph->free;
 
-    for (size_t k = index; k < count; k += graph->slots) {
+    for (size_t k = index; k < count && !srnf_is_canceled(graph->context); k += graph->slots) {
         size_t i = loop->all ? k : graph->free_node[k];
 
         loop->body(graph, &graph->slot[index], &graph->node[i], i);
     }
 }
 
+/* Leaves nodes out once the context is canceled, which the graph then says. */
 static void for_nodes(struct pullback_graph *graph, bool all, node_body *body)
 {
     struct loop loop = {graph, body, all};
 
-    srnf_parallel_for(graph->context, graph->slots, run_slot, &loop);
+    graph->canceled |= srnf_parallel_for(graph->context, graph->slots, run_slot, &loop) != SRNF_OK;
 }
 
 /* ---- Energy ---------------------------------------------------------------------------------- */

@@ -181,7 +181,7 @@ static int measure_velocity(const struct pullback_group *group, const struct pul
     const double *centre = graph->node[group->n * m].q;
     double *memory = srnf_alloc(2 * size + group->count, sizeof(double));
     struct pullback_tangent t = {0};
-    int status = memory ? pullback_tangent_create(&t, group->sht) : SRNF_ENOMEM;
+    int status = memory ? pullback_tangent_create(&t, group->sht, group->context) : SRNF_ENOMEM;
 
     if (status == SRNF_OK) {
         for (size_t i = 0; i < group->n; i++) {

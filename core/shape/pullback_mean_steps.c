@@ -31,7 +31,7 @@ static int create(struct steps *s, const struct pullback_group *group)
     }
     s->velocity = s->memory;
     s->field = s->memory + group->count;
-    return pullback_tangent_create(&s->tangent, group->sht);
+    return pullback_tangent_create(&s->tangent, group->sht, group->context);
 }
 
 static void destroy(struct steps *s)

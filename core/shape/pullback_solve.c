@@ -237,13 +237,14 @@ int pullback_minimise(struct pullback_graph *graph, double *f, struct pullback_s
     solve->energy = pullback_graph_start(graph, f);
     if (!isfinite(solve->energy)) {
         srnf_free(m.memory);
-        return SRNF_ENUMERIC;
+        return graph->canceled ? SRNF_ECANCELED : SRNF_ENUMERIC;
     }
     m.zero = ZERO * graph->edge_weight * (double)graph->nodes *
              shape_norm2(graph->points, graph->weight, graph->node[0].q);
     pullback_graph_linearise(graph, m.x);
     graph->lambda = LAMBDA;
     status = iterate(&m);
+    status = graph->canceled ? SRNF_ECANCELED : status;
     scatter(graph, m.x, f);
     srnf_free(m.memory);
     return status;

@@ -17,7 +17,8 @@
 #define SOLVE_TOLERANCE 1e-10 /* well below the error of the transport itself */
 #define SOLVE_CAP ((size_t)2000)
 
-int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *sht)
+int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *sht,
+                            const struct srnf_context *context)
 {
     size_t field = 3 * srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
     size_t n = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
@@ -29,7 +30,9 @@ int pullback_tangent_create(struct pullback_tangent *t, const struct srnf_sht *s
     }
     t->pulled = t->memory + field;
     status = shape_system_create(&t->system, sht, t->memory);
-    return status ? status : shape_conjugate_create(&t->conjugate, t->system);
+    status = status ? status : shape_conjugate_create(&t->conjugate, t->system);
+    t->conjugate.context = context;
+    return status;
 }
 
 void pullback_tangent_destroy(struct pullback_tangent *t)
@@ -94,6 +97,9 @@ static int walk(struct pullback_tangent *t, size_t segments, const double *path,
         shape_copy(field, image, w);
         srnf_report_progress(context, (double)(k + 2) / (double)segments, "transporting");
     }
+    if (srnf_is_canceled(context)) {
+        return SRNF_ECANCELED;
+    }
     result->norm = pullback_tangent_norm(t, w);
     result->transforms = t->system->transforms;
     for (size_t c = 0; c < 3; c++) {
@@ -123,7 +129,7 @@ int srnf_pullback_transport(const struct srnf_sht *sht, size_t segments, const d
     }
     w = srnf_alloc(2 * field, sizeof(double));
     result->vector = srnf_alloc(n, sizeof(double));
-    status = w && result->vector ? pullback_tangent_create(&t, sht) : SRNF_ENOMEM;
+    status = w && result->vector ? pullback_tangent_create(&t, sht, context) : SRNF_ENOMEM;
     status = status ? status : walk(&t, segments, path, vector, context, w, result);
     pullback_tangent_destroy(&t);
     srnf_free(w);

@@ -343,7 +343,7 @@ static int report_points(const struct call *c, const struct search_result *found
         return SRNF_ENOMEM;
     }
     registration_nodes(srnf_sht_grid(c->sht), r->points, r->jacobian);
-    return srnf_warp_apply(&found->warp.chain, c->n, r->points, r->points, r->jacobian);
+    return warp_apply(&found->warp.chain, c->context, c->n, r->points, r->points, r->jacobian);
 }
 
 /* q on the template's grid, distance, rotation. */
@@ -352,7 +352,7 @@ static int report_field(const struct call *c, const double *moving, struct searc
 {
     struct moving m = {0};
     struct samples samples = {0};
-    int status = moving_create(&m, c->degree, moving, c->degree);
+    int status = moving_create(&m, c->degree, moving, c->degree, c->context);
 
     m.representation = c->options->representation;
     if (status == SRNF_OK) {
@@ -384,7 +384,8 @@ static int report_field(const struct call *c, const double *moving, struct searc
 
 int srnf_registration_apply(const struct srnf_sht *sht,
                             const struct srnf_registration *registration,
-                            const double *coefficients, double *out)
+                            const double *coefficients, const struct srnf_context *context,
+                            double *out)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t n = grid->n_theta * grid->n_phi;
@@ -393,8 +394,8 @@ int srnf_registration_apply(const struct srnf_sht *sht,
     int status = SRNF_ENOMEM;
 
     if (values && workspace) {
-        status = srnf_harmonics_at_points(srnf_sht_degree(sht), 3, coefficients, n,
-                                          registration->points, values, NULL);
+        status = sphere_harmonics_at_points(context, srnf_sht_degree(sht), 3, coefficients, n,
+                                            registration->points, values, NULL);
     }
     if (status == SRNF_OK) {
         double *turned = values + 3 * n;
@@ -423,7 +424,7 @@ static int report_surface(const struct call *c, const double *moving, struct srn
 
     r->coefficients = srnf_alloc(c->count, sizeof(double));
     if (q && r->coefficients) {
-        status = srnf_registration_apply(c->sht, r, moving, r->coefficients);
+        status = srnf_registration_apply(c->sht, r, moving, c->context, r->coefficients);
     }
     if (status == SRNF_OK) {
         shape_represent(c->sht, c->options->representation, r->coefficients, q, c->workspace);
@@ -454,7 +455,7 @@ static int report_jacobian(const struct call *c, struct srnf_registration *r)
         return SRNF_ENOMEM;
     }
     registration_nodes(srnf_sht_grid(fine), points, points + 3 * n);
-    status = srnf_warp_apply(&r->warp, n, points, points, points + 3 * n);
+    status = warp_apply(&r->warp, c->context, n, points, points, points + 3 * n);
     r->min_jacobian = INFINITY;
     r->max_jacobian = 0.0;
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
@@ -575,6 +576,7 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status) {
         (void)srnf_fail(error, status, -1, "%s",
                         status == SRNF_EINVAL ? "a field is zero or not finite"
@@ -632,6 +634,7 @@ int srnf_register_known(const struct srnf_sht *sht, const double *template_surfa
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status) {
         (void)srnf_fail(error, status, -1, "%s",
                         status == SRNF_EINVAL ? "a field is zero or not finite"

@@ -31,9 +31,16 @@ struct moving {
     struct sphere_jets plan;
 };
 
-/* From coefficients of one degree, cut to `degree` if that is lower. */
+/* From coefficients of one degree, cut to `degree` if that is lower. context: asked for
+   cancellation by all that evaluates it, see sphere/points.h; it outlives the moving surface, or is
+   NULL. */
 SRNF_CHECKED int moving_create(struct moving *moving, size_t from_degree,
-                               const double *coefficients, size_t degree);
+                               const double *coefficients, size_t degree,
+                               const struct srnf_context *context);
+static inline const struct srnf_context *moving_context(const struct moving *moving)
+{
+    return moving->plan.points.context;
+}
 void moving_clear(struct moving *moving);
 
 /* q2 at points: q and its derivatives along the orthonormal tangents t1, t2 (t1 x t2 = p), all
@@ -57,7 +64,8 @@ struct fields {
     struct sphere_jets plan;
     double *scale; /* [count] 1 / sqrt(l (l + 1)), 0 for l = 0 */
 };
-SRNF_CHECKED int fields_create(struct fields *fields, size_t degree);
+SRNF_CHECKED int fields_create(struct fields *fields, size_t degree,
+                               const struct srnf_context *context);
 void fields_clear(struct fields *fields);
 /* Moves points by exp(w) and multiplies J; returns the least Jacobian of the step. potentials:
    [2][count]. In place is allowed. scratch: FIELDS_SCRATCH n doubles. */
@@ -124,18 +132,22 @@ SRNF_CHECKED int warp_create(struct warp *warp, const struct target *target);
 void warp_clear(struct warp *warp);
 /* Replays a chain on the nodes of a target and keeps a copy of it in place of its own. */
 SRNF_CHECKED int warp_replay(struct warp *warp, const struct target *target,
-                             const struct srnf_warp *chain);
+                             const struct srnf_warp *chain, const struct srnf_context *context);
+/* srnf_warp_apply that can be canceled. */
+SRNF_CHECKED int warp_apply(const struct srnf_warp *chain, const struct srnf_context *context,
+                            size_t n, const double *points, double *warped, double *jacobian);
 /* Starts anew from a rotation of the domain. */
 SRNF_CHECKED int warp_rotate(struct warp *warp, const struct target *target,
                              const double rotation[9]);
 SRNF_CHECKED int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, size_t degree,
                              const double *values);
 /* Moves points along a chain and multiplies J by its Jacobian, in place. */
-SRNF_CHECKED int warp_follow(const struct srnf_warp *chain, size_t n, double *points,
-                             double *jacobian);
+SRNF_CHECKED int warp_follow(const struct srnf_warp *chain, const struct srnf_context *context,
+                             size_t n, double *points, double *jacobian);
 /* p -> g(p) / |g(p)| at points, in place, J multiplied by its Jacobian (registration_known.c).
    values: double[3][(degree+1)^2]. */
-SRNF_CHECKED int warp_follow_series(size_t degree, const double *values, size_t n, double *points,
+SRNF_CHECKED int warp_follow_series(size_t degree, const double *values,
+                                    const struct srnf_context *context, size_t n, double *points,
                                     double *jacobian);
 /* out <- the inverse of the chain; out must be empty. SRNF_ENUMERIC: a series has none. */
 SRNF_CHECKED int warp_invert(const struct srnf_warp *chain, struct srnf_warp *out);

@@ -188,7 +188,9 @@ double tangent_solve(struct tangent *t, const double *rhs, double lambda, double
         rho += r[i] * z[i];
     }
     start = rho;
-    for (size_t step = 0; step < cap && rho > tolerance * tolerance * start; step++) {
+    for (size_t step = 0;
+         step < cap && rho > tolerance * tolerance * start && !srnf_is_canceled(t->context);
+         step++) {
         double before = rho;
         double length;
 

@@ -11,7 +11,8 @@
 #include "registration.h"
 
 struct tangent {
-    struct srnf_sht *sht; /* of the fields' degree */
+    struct srnf_sht *sht;               /* of the fields' degree */
+    const struct srnf_context *context; /* asked for cancellation by tangent_solve; may be NULL */
     size_t n, count, unknowns;
     double norm2;
     double *memory;

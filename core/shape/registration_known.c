@@ -70,12 +70,12 @@ static void map_point(const double *g, const double *gradients, size_t n, size_t
     }
 }
 
-int warp_follow_series(size_t degree, const double *values, size_t n, double *points,
-                       double *jacobian)
+int warp_follow_series(size_t degree, const double *values, const struct srnf_context *context,
+                       size_t n, double *points, double *jacobian)
 {
     double *g = srnf_alloc(12 * n, sizeof(double));
-    int status =
-        g ? srnf_harmonics_at_points(degree, 3, values, n, points, g, g + 3 * n) : SRNF_ENOMEM;
+    int status = g ? sphere_harmonics_at_points(context, degree, 3, values, n, points, g, g + 3 * n)
+                   : SRNF_ENOMEM;
 
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         map_point(g, g + 3 * n, n, i, points + 3 * i, jacobian + i);
@@ -86,7 +86,7 @@ int warp_follow_series(size_t degree, const double *values, size_t n, double *po
 
 /* Unit samples of gamma on the grid: double[3][nodes]. */
 static int sample(const struct srnf_mesh *mesh, const double *from, const double *to,
-                  const struct srnf_grid *grid, double *values)
+                  const struct srnf_grid *grid, const struct srnf_context *context, double *values)
 {
     struct srnf_mesh images = *mesh;
     size_t nodes = grid->n_theta * grid->n_phi;
@@ -107,7 +107,7 @@ static int sample(const struct srnf_mesh *mesh, const double *from, const double
         }
     }
     if (status == SRNF_OK) {
-        status = spherical_sample(&images, points, grid, values);
+        status = spherical_sample(&images, points, grid, context, values);
     }
     for (size_t i = 0; i < nodes && status == SRNF_OK; i++) {
         double g[3] = {values[i], values[nodes + i], values[2 * nodes + i]};
@@ -122,7 +122,8 @@ static int sample(const struct srnf_mesh *mesh, const double *from, const double
 }
 
 /* SRNF_ENUMERIC where the warp folds at a node of the grid. */
-static int check_warp(const struct srnf_warp *warp, const struct srnf_grid *grid)
+static int check_warp(const struct srnf_warp *warp, const struct srnf_grid *grid,
+                      const struct srnf_context *context)
 {
     size_t n = grid->n_theta * grid->n_phi;
     double *points = srnf_alloc(4 * n, sizeof(double));
@@ -132,7 +133,7 @@ static int check_warp(const struct srnf_warp *warp, const struct srnf_grid *grid
         return SRNF_ENOMEM;
     }
     registration_nodes(grid, points, points + 3 * n);
-    status = srnf_warp_apply(warp, n, points, points, points + 3 * n);
+    status = warp_apply(warp, context, n, points, points, points + 3 * n);
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         status = points[3 * n + i] > 0.0 ? SRNF_OK : SRNF_ENUMERIC;
     }
@@ -141,7 +142,7 @@ static int check_warp(const struct srnf_warp *warp, const struct srnf_grid *grid
 }
 
 int srnf_warp_between(const struct srnf_mesh *mesh, const double *from, const double *to,
-                      size_t degree, struct srnf_warp *warp)
+                      size_t degree, const struct srnf_context *context, struct srnf_warp *warp)
 {
     struct srnf_sht *sht = NULL;
     const struct srnf_grid *grid;
@@ -167,13 +168,13 @@ int srnf_warp_between(const struct srnf_mesh *mesh, const double *from, const do
     if (!values || !series || !workspace) {
         goto out;
     }
-    status = sample(mesh, from, to, grid, values);
+    status = sample(mesh, from, to, grid, context, values);
     if (status == SRNF_OK) {
         srnf_sht_analysis(sht, 3, values, series, workspace);
         status = warp_append(warp, SRNF_WARP_SERIES, degree, series);
     }
     if (status == SRNF_OK) {
-        status = check_warp(warp, grid);
+        status = check_warp(warp, grid, context);
     }
 out:
     if (status) {

@@ -17,6 +17,12 @@
 
 #define ROWS_MIN ((size_t)24)
 
+/* Of a product that is done between two looks at cancellation. Rows come in whole units, which BLAS
+   blocks them by anyway, and a rest shorter than a unit is not left for the end, where it would be
+   halved: so the sums are those of a single call. */
+#define ROWS_UNIT ((size_t)768)
+#define PRODUCT_OPERATIONS ((size_t)1000000000)
+
 struct assembly {
     size_t n, degree, count, unknowns;
     const struct srnf_grid *grid;
@@ -80,8 +86,9 @@ static void rotation_columns(const struct assembly *a, double *columns)
     }
 }
 
-static void fill_columns(struct assembly *a, const struct srnf_sht *sht, double *q_theta,
-                         double *q_phi)
+/* Breaks off when it is canceled. */
+static void fill_columns(struct assembly *a, const struct srnf_context *context,
+                         const struct srnf_sht *sht, double *q_theta, double *q_phi)
 {
     size_t fields = a->count - 1;
 
@@ -95,7 +102,7 @@ static void fill_columns(struct assembly *a, const struct srnf_sht *sht, double 
         derivative_along(&a->samples, i, along, q_theta + 3 * i);
         derivative_along(&a->samples, i, across, q_phi + 3 * i);
     }
-    for (size_t l = 1; l <= a->degree; l++) {
+    for (size_t l = 1; l <= a->degree && !srnf_is_canceled(context); l++) {
         for (size_t at = l * l; at < (l + 1) * (l + 1); at++) {
             a->coefficients[at] = 1.0;
             srnf_sht_synthesis(sht, 1, a->coefficients, a->harmonics, a->workspace);
@@ -106,6 +113,27 @@ static void fill_columns(struct assembly *a, const struct srnf_sht *sht, double 
         }
     }
     rotation_columns(a, a->columns + 2 * fields * 3 * a->n);
+}
+
+/* matrix <- D' W D, its lower triangle, by as many rows of D at a time as take a few hundredths of
+   a second. */
+static int multiply_columns(const struct assembly *a, const struct srnf_context *context,
+                            double *matrix)
+{
+    size_t rows = 3 * a->n, unknowns = a->unknowns;
+    size_t step = ROWS_UNIT * (1 + PRODUCT_OPERATIONS / (ROWS_UNIT * unknowns * unknowns));
+    size_t count;
+
+    for (size_t first = 0; first < rows; first += count) {
+        count = rows - first;
+        count = count < step + ROWS_UNIT ? count : step;
+        if (srnf_is_canceled(context)) {
+            return SRNF_ECANCELED;
+        }
+        cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, (int)unknowns, (int)count, 1.0,
+                    a->columns + first, (int)rows, first > 0 ? 1.0 : 0.0, matrix, (int)unknowns);
+    }
+    return SRNF_OK;
 }
 
 static void add_displacement(const struct assembly *a, double displacement, double *matrix)
@@ -170,9 +198,8 @@ int registration_matrix(const struct moving *moving, size_t degree, double displ
     a.coefficients = memory + (13 + 3 * a.unknowns) * a.n;
     place_nodes(&a);
     moving_evaluate(moving, a.points, &a.samples);
-    fill_columns(&a, sht, memory + 7 * a.n, memory + 10 * a.n);
-    cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, (int)a.unknowns, (int)(3 * a.n), 1.0,
-                a.columns, (int)(3 * a.n), 0.0, matrix, (int)a.unknowns);
+    fill_columns(&a, moving_context(moving), sht, memory + 7 * a.n, memory + 10 * a.n);
+    status = multiply_columns(&a, moving_context(moving), matrix);
     add_displacement(&a, displacement, matrix);
 out:
     srnf_free(memory);

@@ -15,7 +15,7 @@
 #define BLOCK ((size_t)64) /* points whose jets are at hand together; a multiple of the lanes */
 
 int moving_create(struct moving *moving, size_t from_degree, const double *coefficients,
-                  size_t degree)
+                  size_t degree, const struct srnf_context *context)
 {
     size_t from = srnf_coefficient_count(from_degree);
     size_t count;
@@ -24,7 +24,7 @@ int moving_create(struct moving *moving, size_t from_degree, const double *coeff
     degree = degree < from_degree ? degree : from_degree;
     count = srnf_coefficient_count(degree);
     *moving = (struct moving){.degree = degree};
-    status = sphere_jets_create(&moving->plan, degree);
+    status = sphere_jets_create(&moving->plan, degree, context);
     if (status) {
         return status;
     }
@@ -172,7 +172,8 @@ static void evaluate_block(const struct moving *moving, const double *points, si
 
 void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
 {
-    for (size_t first = 0; first < out->n; first += BLOCK) {
+    for (size_t first = 0; first < out->n && !srnf_is_canceled(moving_context(moving));
+         first += BLOCK) {
         evaluate_block(moving, points, first, out->n - first < BLOCK ? out->n - first : BLOCK, out);
     }
 }

@@ -32,7 +32,7 @@ int level_create(struct level *level, const struct problem *problem, size_t degr
 {
     size_t k = registration_unknowns(degree);
     double norm2 = problem->target.norm2;
-    int status = fields_create(&level->fields, degree);
+    int status = fields_create(&level->fields, degree, moving_context(problem->moving));
 
     level->matrix = NULL;
     if (status) {
@@ -57,7 +57,7 @@ int level_restrict(struct level *level, const struct level *from, size_t degree)
     size_t each = srnf_coefficient_count(degree) - 1;
     size_t of = registration_unknowns(from->fields.degree);
     size_t of_each = from->fields.count - 1;
-    int status = fields_create(&level->fields, degree);
+    int status = fields_create(&level->fields, degree, from->fields.plan.points.context);
 
     level->matrix = status ? NULL : srnf_alloc(k * k, sizeof(double));
     if (!level->matrix) {

@@ -52,11 +52,12 @@ static int prepare_degree(struct polish *p, size_t degree, size_t n_theta, size_
     size_t n = p->problem->target.n;
     size_t unknowns = 2 * srnf_coefficient_count(degree) + 3;
     size_t count = srnf_coefficient_count(degree);
-    int status = fields_create(&p->fields, degree);
+    int status = fields_create(&p->fields, degree, moving_context(p->problem->moving));
     double *next;
 
     if (status == SRNF_OK) {
         status = tangent_create(&p->tangent, degree, n_theta, n_phi);
+        p->tangent.context = moving_context(p->problem->moving);
     }
     p->memory = srnf_alloc(6 * unknowns + 15 * count + (20 + FIELDS_SCRATCH) * n, sizeof(double));
     if (status || !p->memory) {
@@ -177,7 +178,8 @@ static double right_move(struct polish *p, int *status)
     if (least < STEP_JACOBIAN_MIN) {
         return least;
     }
-    *status = srnf_warp_apply(&p->warp->chain, target->n, p->points, p->points, p->jacobian);
+    *status = warp_apply(&p->warp->chain, moving_context(p->problem->moving), target->n, p->points,
+                         p->points, p->jacobian);
     for (size_t i = 0; i < target->n; i++) {
         p->jacobian[i] *= ones[i];
     }

@@ -204,13 +204,13 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
         status = coarse_target(s, sht, q1);
     }
     if (status == SRNF_OK) {
-        status = moving_create(&s->moving_full, degree, moving, degree);
+        status = moving_create(&s->moving_full, degree, moving, degree, context);
     }
     if (status == SRNF_OK) {
-        status = moving_create(&s->moving_coarse, degree, moving, COARSE_DEGREE);
+        status = moving_create(&s->moving_coarse, degree, moving, COARSE_DEGREE, context);
     }
     if (status == SRNF_OK && s->has_template) {
-        status = moving_create(&s->moving_template, degree, template_surface, degree);
+        status = moving_create(&s->moving_template, degree, template_surface, degree, context);
     }
     if (status) {
         search_clear(s);
@@ -308,6 +308,7 @@ static int evaluate(const struct problem *problem, struct warp *warp)
     if (status == SRNF_OK) {
         registration_objective(problem, warp, &samples, ignored);
         samples_clear(&samples);
+        status = srnf_is_canceled(moving_context(problem->moving)) ? SRNF_ECANCELED : SRNF_OK;
     }
     return status;
 }
@@ -420,7 +421,7 @@ static int move_to_full(const struct search *s, struct entrants *e)
 
         status = warp_create(&full, &s->full.target);
         if (status == SRNF_OK) {
-            status = warp_replay(&full, &s->full.target, &e->warps[i].chain);
+            status = warp_replay(&full, &s->full.target, &e->warps[i].chain, s->context);
             warp_clear(&e->warps[i]);
             e->warps[i] = full;
         }
@@ -561,7 +562,7 @@ int search_evaluate(const struct search *s, const struct srnf_warp *chain,
     int status = warp_create(&result->warp, &s->full.target);
 
     if (status == SRNF_OK) {
-        status = warp_replay(&result->warp, &s->full.target, chain);
+        status = warp_replay(&result->warp, &s->full.target, chain, s->context);
     }
     if (status == SRNF_OK) {
         status = evaluate(&s->full, &result->warp);

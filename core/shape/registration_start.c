@@ -104,7 +104,7 @@ static int screen_create(struct screen *s, const struct target *target, const st
     grid = srnf_sht_grid(sht);
     s->n = grid->n_theta * grid->n_phi;
     s->memory = srnf_alloc(13 * s->n, sizeof(double));
-    status = sphere_points_create(&s->plan, SCREEN_DEGREE);
+    status = sphere_points_create(&s->plan, SCREEN_DEGREE, moving_context(moving));
     if (status == SRNF_OK) {
         status = samples_create(&samples, target->n);
     }

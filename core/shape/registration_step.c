@@ -18,13 +18,13 @@
 #define INVERSE_TOLERANCE \
     1e-12 /* radians, before the last step: quadratic convergence does the rest */
 
-int fields_create(struct fields *fields, size_t degree)
+int fields_create(struct fields *fields, size_t degree, const struct srnf_context *context)
 {
     int status;
 
     *fields = (struct fields){.degree = degree, .count = srnf_coefficient_count(degree)};
     fields->scale = srnf_alloc(fields->count, sizeof(double));
-    status = sphere_jets_create(&fields->plan, degree);
+    status = sphere_jets_create(&fields->plan, degree, context);
     if (status || !fields->scale) {
         fields_clear(fields);
         return SRNF_ENOMEM;

@@ -25,8 +25,9 @@ static void turn(const double r[9], double *x)
     }
 }
 
-static int apply_link(const struct srnf_warp_link *link, struct fields *fields, size_t n,
-                      double *points, double *jacobian, double *scratch)
+static int apply_link(const struct srnf_warp_link *link, const struct srnf_context *context,
+                      struct fields *fields, size_t n, double *points, double *jacobian,
+                      double *scratch)
 {
     int status = SRNF_OK;
 
@@ -37,11 +38,11 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
         return SRNF_OK;
     }
     if (link->kind == SRNF_WARP_SERIES) {
-        return warp_follow_series(link->degree, link->values, n, points, jacobian);
+        return warp_follow_series(link->degree, link->values, context, n, points, jacobian);
     }
     if (fields->degree != link->degree) {
         fields_clear(fields);
-        status = fields_create(fields, link->degree);
+        status = fields_create(fields, link->degree, context);
     }
     if (status == SRNF_OK && link->kind == SRNF_WARP_EXP_INVERSE) {
         return fields_apply_inverse(fields, link->values, n, points, jacobian, scratch);
@@ -52,22 +53,24 @@ static int apply_link(const struct srnf_warp_link *link, struct fields *fields, 
     return status;
 }
 
-int warp_follow(const struct srnf_warp *warp, size_t n, double *points, double *jacobian)
+int warp_follow(const struct srnf_warp *warp, const struct srnf_context *context, size_t n,
+                double *points, double *jacobian)
 {
     double *scratch = srnf_alloc((FIELDS_SCRATCH + 4) * n, sizeof(double));
     struct fields fields = {0};
     int status = scratch ? SRNF_OK : SRNF_ENOMEM;
 
     for (size_t k = 0; k < warp->n_links && status == SRNF_OK; k++) {
-        status = apply_link(&warp->links[k], &fields, n, points, jacobian, scratch);
+        status = apply_link(&warp->links[k], context, &fields, n, points, jacobian, scratch);
+        status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     }
     fields_clear(&fields);
     srnf_free(scratch);
     return status;
 }
 
-int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points, double *warped,
-                    double *jacobian)
+int warp_apply(const struct srnf_warp *warp, const struct srnf_context *context, size_t n,
+               const double *points, double *warped, double *jacobian)
 {
     double *moved = srnf_alloc(4 * n, sizeof(double));
     double *product;
@@ -81,7 +84,7 @@ int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points
     for (size_t i = 0; i < n; i++) {
         product[i] = 1.0;
     }
-    status = warp_follow(warp, n, moved, product);
+    status = warp_follow(warp, context, n, moved, product);
     if (status == SRNF_OK) {
         memcpy(warped, moved, 3 * n * sizeof *warped);
     }
@@ -90,6 +93,12 @@ int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points
     }
     srnf_free(moved);
     return status;
+}
+
+int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const double *points, double *warped,
+                    double *jacobian)
+{
+    return warp_apply(warp, NULL, n, points, warped, jacobian);
 }
 
 int warp_append(struct srnf_warp *chain, enum srnf_warp_kind kind, size_t degree,
@@ -181,7 +190,8 @@ int warp_rotate(struct warp *warp, const struct target *target, const double rot
     return warp_append(&warp->chain, SRNF_WARP_ROTATION, 0, rotation);
 }
 
-int warp_replay(struct warp *warp, const struct target *target, const struct srnf_warp *chain)
+int warp_replay(struct warp *warp, const struct target *target, const struct srnf_warp *chain,
+                const struct srnf_context *context)
 {
     struct srnf_warp copy = {0};
     int status = SRNF_OK;
@@ -191,7 +201,8 @@ int warp_replay(struct warp *warp, const struct target *target, const struct srn
                              chain->links[k].values);
     }
     if (status == SRNF_OK) {
-        status = srnf_warp_apply(chain, target->n, target->points, warp->points, warp->jacobian);
+        status =
+            warp_apply(chain, context, target->n, target->points, warp->points, warp->jacobian);
     }
     if (status) {
         srnf_warp_clear(&copy);

@@ -215,6 +215,11 @@ SRNF_CHECKED int shape_certify(struct shape_run *run, struct srnf_certificate *c
 /* singular.c: smallest singular value of Q_* at the state, off the translations. */
 SRNF_CHECKED int shape_smallest_singular(struct shape_run *run, double *sigma);
 
+/* surface.c: srnf_surface_triangulate that can be canceled. */
+SRNF_CHECKED int surface_triangulate(const struct srnf_context *context, size_t degree,
+                                     const double *coefficients, size_t frequency,
+                                     struct srnf_mesh *mesh, double **normals);
+
 /* start.c */
 void shape_sphere_start(const struct shape_system *system, double *f);
 

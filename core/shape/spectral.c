@@ -213,8 +213,7 @@ static int assemble(struct shape_run *run, const double *u, const double *mass, 
         status = shape_system_create(&a.workers[k], run->system->sht, run->system->q);
     }
     if (status == SRNF_OK) {
-        srnf_parallel_for(run->context, ASSEMBLY_CHUNKS, assemble_chunk, &a);
-        status = srnf_is_canceled(run->context) ? SRNF_ECANCELED : SRNF_OK;
+        status = srnf_parallel_for(run->context, ASSEMBLY_CHUNKS, assemble_chunk, &a);
     }
     for (size_t k = 0; k < ASSEMBLY_CHUNKS; k++) {
         if (a.workers[k]) {

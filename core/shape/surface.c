@@ -7,7 +7,8 @@
  * g_z>, <e, g_z x g_x>, <e, g_x x g_y>), which is f_theta x f_phi / sin theta written without the
  * frame: regular at the poles.
  */
-#include "internal.h"
+#include "shape.h"
+#include "sphere/points.h"
 
 #include <math.h>
 
@@ -39,8 +40,9 @@ static void unit_normals(size_t n, const double *points, const double *gradients
     }
 }
 
-int srnf_surface_triangulate(size_t degree, const double *coefficients, size_t frequency,
-                             struct srnf_mesh *mesh, double **normals)
+int surface_triangulate(const struct srnf_context *context, size_t degree,
+                        const double *coefficients, size_t frequency, struct srnf_mesh *mesh,
+                        double **normals)
 {
     double *values = NULL;
     double *gradients = NULL;
@@ -64,8 +66,8 @@ int srnf_surface_triangulate(size_t degree, const double *coefficients, size_t f
             goto out;
         }
     }
-    status =
-        srnf_harmonics_at_points(degree, 3, coefficients, n, mesh->vertices, values, gradients);
+    status = sphere_harmonics_at_points(context, degree, 3, coefficients, n, mesh->vertices, values,
+                                        gradients);
     if (status) {
         goto out;
     }
@@ -87,4 +89,10 @@ out:
         srnf_mesh_clear(mesh);
     }
     return status;
+}
+
+int srnf_surface_triangulate(size_t degree, const double *coefficients, size_t frequency,
+                             struct srnf_mesh *mesh, double **normals)
+{
+    return surface_triangulate(NULL, degree, coefficients, frequency, mesh, normals);
 }

@@ -46,11 +46,13 @@ static void fill_factors(size_t degree, double *factors)
     }
 }
 
-int sphere_points_create(struct sphere_points *plan, size_t degree)
+int sphere_points_create(struct sphere_points *plan, size_t degree,
+                         const struct srnf_context *context)
 {
     size_t orders = (degree + 1) * (degree + 2) / 2;
 
     plan->degree = degree;
+    plan->context = context;
     plan->factors = srnf_alloc(orders * FACTORS, sizeof(double));
     plan->tables = srnf_alloc(orders * POINT_KINDS * SRNF_LANES, sizeof(double));
     if (!plan->factors || !plan->tables) {
@@ -249,7 +251,7 @@ SRNF_HOT void sphere_points_evaluate(const struct sphere_points *plan, size_t ba
 {
     size_t count = srnf_coefficient_count(plan->degree);
 
-    for (size_t first = 0; first < n; first += SRNF_LANES) {
+    for (size_t first = 0; first < n && !sphere_points_stop(plan, first); first += SRNF_LANES) {
         struct sphere_lanes at;
         size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
 
@@ -274,8 +276,9 @@ SRNF_HOT void sphere_points_evaluate(const struct sphere_points *plan, size_t ba
     }
 }
 
-int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients, size_t n,
-                             const double *points, double *values, double *gradients)
+int sphere_harmonics_at_points(const struct srnf_context *context, size_t degree, size_t batch,
+                               const double *coefficients, size_t n, const double *points,
+                               double *values, double *gradients)
 {
     struct sphere_points plan;
     int status;
@@ -283,10 +286,18 @@ int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coeffici
     if (degree > SRNF_TRANSFORM_DEGREE_MAX) {
         return SRNF_EINVAL;
     }
-    status = sphere_points_create(&plan, degree);
+    status = sphere_points_create(&plan, degree, context);
     if (status == SRNF_OK) {
         sphere_points_evaluate(&plan, batch, coefficients, n, points, values, gradients);
         sphere_points_clear(&plan);
+        status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
     }
     return status;
+}
+
+int srnf_harmonics_at_points(size_t degree, size_t batch, const double *coefficients, size_t n,
+                             const double *points, double *values, double *gradients)
+{
+    return sphere_harmonics_at_points(NULL, degree, batch, coefficients, n, points, values,
+                                      gradients);
 }

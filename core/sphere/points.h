@@ -17,17 +17,26 @@ enum { POINT_VALUE, POINT_THETA, POINT_PHI, POINT_KINDS };
 
 struct sphere_points {
     size_t degree;
-    double *factors; /* constants per (m, l) */
-    double *tables;  /* [(m, l)][POINT_KINDS][SRNF_LANES], order m's l = m .. L contiguous */
+    const struct srnf_context *context; /* asked for cancellation, outlives the plan; may be NULL */
+    double *factors;                    /* constants per (m, l) */
+    double *tables; /* [(m, l)][POINT_KINDS][SRNF_LANES], order m's l = m .. L contiguous */
 };
 
-SRNF_CHECKED int sphere_points_create(struct sphere_points *plan, size_t degree);
+SRNF_CHECKED int sphere_points_create(struct sphere_points *plan, size_t degree,
+                                      const struct srnf_context *context);
 void sphere_points_clear(struct sphere_points *plan);
 
-/* As srnf_harmonics_at_points. */
+/* As srnf_harmonics_at_points. This and the others below break off, their outputs unfinished, when
+   the context is canceled: who calls them asks it afterwards. */
 void sphere_points_evaluate(const struct sphere_points *plan, size_t batch,
                             const double *coefficients, size_t n, const double *points,
                             double *values, double *gradients);
+
+/* srnf_harmonics_at_points that can be canceled. */
+SRNF_CHECKED int sphere_harmonics_at_points(const struct srnf_context *context, size_t degree,
+                                            size_t batch, const double *coefficients, size_t n,
+                                            const double *points, double *values,
+                                            double *gradients);
 
 /*
  * The transpose: coefficients[b][lm] = sum_i values[b][i] Y_lm(p_i) + <gradients[b][i], grad
@@ -52,7 +61,8 @@ struct sphere_jets {
     double *tables; /* [(m, l)][3][SRNF_LANES]: theta theta, theta phi, phi phi */
 };
 
-SRNF_CHECKED int sphere_jets_create(struct sphere_jets *plan, size_t degree);
+SRNF_CHECKED int sphere_jets_create(struct sphere_jets *plan, size_t degree,
+                                    const struct srnf_context *context);
 void sphere_jets_clear(struct sphere_jets *plan);
 
 /*
@@ -77,6 +87,15 @@ enum {
     FACTOR_PHI_UP,
     FACTORS
 };
+
+/* Points between two looks at cancellation: a few milliseconds at degree 127. A multiple of the
+   lanes. */
+#define POINTS_ASKED ((size_t)64)
+
+static inline bool sphere_points_stop(const struct sphere_points *plan, size_t first)
+{
+    return first % POINTS_ASKED == 0 && srnf_is_canceled(plan->context);
+}
 
 /* Where four points are. Lanes beyond the last point repeat it. */
 struct sphere_lanes {

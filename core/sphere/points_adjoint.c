@@ -80,7 +80,7 @@ void sphere_points_adjoint(const struct sphere_points *plan, size_t batch, size_
     size_t count = srnf_coefficient_count(plan->degree);
 
     memset(scratch, 0, batch * count * SRNF_LANES * sizeof *scratch);
-    for (size_t first = 0; first < n; first += SRNF_LANES) {
+    for (size_t first = 0; first < n && !sphere_points_stop(plan, first); first += SRNF_LANES) {
         size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
         struct sphere_lanes at;
 

@@ -14,13 +14,13 @@ enum { TABLE_THETA_THETA, TABLE_THETA_PHI, TABLE_PHI_PHI, TABLES };
 #define STRIDE (POINT_KINDS * SRNF_LANES)
 #define STRIDE_2 (TABLES * SRNF_LANES)
 
-int sphere_jets_create(struct sphere_jets *plan, size_t degree)
+int sphere_jets_create(struct sphere_jets *plan, size_t degree, const struct srnf_context *context)
 {
     size_t orders = (degree + 1) * (degree + 2) / 2;
     int status;
 
     *plan = (struct sphere_jets){.tables = srnf_alloc(orders * STRIDE_2, sizeof(double))};
-    status = sphere_points_create(&plan->points, degree);
+    status = sphere_points_create(&plan->points, degree, context);
     if (status || !plan->tables) {
         sphere_jets_clear(plan);
         return SRNF_ENOMEM;
@@ -148,7 +148,8 @@ SRNF_HOT void sphere_jets_evaluate(const struct sphere_jets *plan, size_t batch,
 {
     size_t count = srnf_coefficient_count(plan->points.degree);
 
-    for (size_t first = 0; first < n; first += SRNF_LANES) {
+    for (size_t first = 0; first < n && !sphere_points_stop(&plan->points, first);
+         first += SRNF_LANES) {
         struct sphere_lanes at;
         size_t lanes = n - first < SRNF_LANES ? n - first : SRNF_LANES;
 

@@ -90,7 +90,7 @@ static int open_problem(const struct alignment *a, size_t i, const struct target
                         struct moving *moving, struct problem *problem)
 {
     const struct srnf_register_options *o = &a->registration;
-    int status = moving_create(moving, a->degree, a->surfaces[i], a->degree);
+    int status = moving_create(moving, a->degree, a->surfaces[i], a->degree, a->context);
 
     moving->representation = o->representation;
     *problem = (struct problem){.target = *target,
@@ -126,7 +126,7 @@ static int refine(struct alignment *a, size_t i, const struct target *target,
     size_t iterations = 0;
     int status = open_problem(a, i, target, &moving, &problem);
 
-    status = status ? status : fields_create(&level.fields, a->registration.degree);
+    status = status ? status : fields_create(&level.fields, a->registration.degree, a->context);
     status = status ? status : warp_create(&warp, target);
     status = status ? status : samples_create(&samples, a->points);
     if (status) {

@@ -82,7 +82,7 @@ bool stats_recall(const struct srnf_context *context, uint64_t series, size_t in
 void stats_keep(const struct srnf_context *context, uint64_t series, size_t index, size_t count,
                 const double *values)
 {
-    if (context && context->keep) {
+    if (context && context->keep && !srnf_is_canceled(context)) {
         context->keep(context->user, series, index, count, values);
     }
 }

@@ -112,9 +112,8 @@ static int differentiate_block(void *argument, size_t block, const struct srnf_c
     size_t n = run->points - first < MEAN_BLOCK ? run->points - first : MEAN_BLOCK;
     double *values = srnf_alloc(12 * n + 3 * center->count * SRNF_LANES, sizeof(double));
     struct sphere_points plan = {0};
-    int status = values ? sphere_points_create(&plan, run->degree) : SRNF_ENOMEM;
+    int status = values ? sphere_points_create(&plan, run->degree, context) : SRNF_ENOMEM;
 
-    (void)context;
     (void)error;
     if (status == SRNF_OK) { /* in the order of the moments; the others' values stay 0 */
         load_block(center, block, first, n, values + 2 * n, values + 3 * n, values + 6 * n);
@@ -170,9 +169,8 @@ static int place_block(void *argument, size_t block, const struct srnf_context *
     const struct mean_run *run = placing->run;
     size_t first = block * MEAN_BLOCK;
     size_t n = run->points - first < MEAN_BLOCK ? run->points - first : MEAN_BLOCK;
-    int status = warp_follow(placing->warp, n, run->center + 3 * first, run->area + first);
+    int status = warp_follow(placing->warp, context, n, run->center + 3 * first, run->area + first);
 
-    (void)context;
     (void)error;
     for (size_t k = first; k < first + n; k++) {
         for (size_t c = 0; c < 3; c++) {

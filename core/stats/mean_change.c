@@ -54,13 +54,12 @@ static int view_block(void *argument, size_t block, const struct srnf_context *c
     size_t n = view->n - first < BLOCK ? view->n - first : BLOCK;
     double *points = view->points + 3 * first;
     double values[3 * BLOCK];
-    int status = warp_follow(&view->inverse, n, points, view->jacobian + first);
+    int status = warp_follow(&view->inverse, context, n, points, view->jacobian + first);
 
-    (void)context;
     (void)error;
     if (status == SRNF_OK) {
-        status =
-            srnf_harmonics_at_points(view->degree, 3, view->coefficients, n, points, values, NULL);
+        status = sphere_harmonics_at_points(context, view->degree, 3, view->coefficients, n, points,
+                                            values, NULL);
     }
     for (size_t k = 0; k < n && status == SRNF_OK; k++) {
         for (size_t c = 0; c < 3; c++) {

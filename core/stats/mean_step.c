@@ -29,7 +29,8 @@ struct trial {
 
 /* gamma and J of subject i from the old ones. potentials: of the whole step; what is left of them
    is what was taken, which is nothing where even a short step would fold. */
-static int move(const struct mean_run *run, size_t i, double length, double *potentials)
+static int move(const struct mean_run *run, size_t i, double length,
+                const struct srnf_context *context, double *potentials)
 {
     const struct fields *fields = &run->subjects[i].level.fields;
     size_t n = run->points;
@@ -40,7 +41,7 @@ static int move(const struct mean_run *run, size_t i, double length, double *pot
         return SRNF_ENOMEM;
     }
     shape_scale(2 * fields->count, length, potentials);
-    for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN); k++) {
+    for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN) && !srnf_is_canceled(context); k++) {
         least = fields_apply(fields, potentials, n, run->old_gamma + 3 * i * n,
                              run->old_jacobian + i * n, run->gamma + 3 * i * n,
                              run->jacobian + i * n, scratch);
@@ -62,9 +63,8 @@ static int step_one(void *argument, size_t i, const struct srnf_context *context
     double *potentials = run->potentials + 2 * i * srnf_coefficient_count(run->degree);
     int status = mean_potentials(run, i, potentials);
 
-    (void)context;
     (void)error;
-    status = status ? status : move(run, i, trial->length, potentials);
+    status = status ? status : move(run, i, trial->length, context, potentials);
     if (status == SRNF_OK) {
         mean_evaluate(run, i);
         mean_field(run, i);

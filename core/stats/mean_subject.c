@@ -30,7 +30,7 @@ int mean_prepare(const struct mean_run *run, size_t i)
     struct mean_subject *subject = &run->subjects[i];
     size_t degree = srnf_sht_degree(run->sht);
     struct problem problem = {.moving = &subject->moving};
-    int status = moving_create(&subject->moving, degree, run->surfaces[i], degree);
+    int status = moving_create(&subject->moving, degree, run->surfaces[i], degree, run->context);
 
     status = status ? status : samples_create(&subject->samples, run->points);
     if (status || !mean_is_warped(run)) {
@@ -87,7 +87,7 @@ int mean_replay(const struct mean_run *run, size_t i)
     for (size_t k = 0; k < run->points; k++) {
         jacobian[k] = 1.0;
     }
-    return warp_follow(&run->subjects[i].warp, run->points, gamma, jacobian);
+    return warp_follow(&run->subjects[i].warp, run->context, run->points, gamma, jacobian);
 }
 
 /* ---- Against the mean ------------------------------------------------------------------------ */

@@ -54,16 +54,15 @@ static int place_one(void *argument, size_t i, const struct srnf_context *contex
     double *surface = gamma ? gamma + 4 * n : NULL;
     int status = gamma ? samples_create(&samples, n) : SRNF_ENOMEM;
 
-    (void)context;
     (void)error;
     if (status == SRNF_OK) {
         memcpy(gamma, o->base, 3 * n * sizeof(double));
         memcpy(gamma + 3 * n, o->base_jacobian, n * sizeof(double));
-        status = warp_follow(&subject->warp, n, gamma, gamma + 3 * n);
+        status = warp_follow(&subject->warp, context, n, gamma, gamma + 3 * n);
     }
     if (status == SRNF_OK) {
-        status = srnf_harmonics_at_points(srnf_sht_degree(o->run->sht), 3, o->run->surfaces[i], n,
-                                          gamma, surface, NULL);
+        status = sphere_harmonics_at_points(context, srnf_sht_degree(o->run->sht), 3,
+                                            o->run->surfaces[i], n, gamma, surface, NULL);
     }
     if (status == SRNF_OK) {
         moving_evaluate(&subject->moving, gamma, &samples);
@@ -92,7 +91,7 @@ static int evaluate(struct output *o, double *coefficients, struct srnf_error *e
     stats_nodes(o->grid, o->base);
     status = warp_invert(&run->centring, &inverse);
     if (status == SRNF_OK) {
-        status = srnf_warp_apply(&inverse, n, o->base, o->base, o->base_jacobian);
+        status = warp_apply(&inverse, run->context, n, o->base, o->base, o->base_jacobian);
     }
     if (status == SRNF_OK) {
         status = stats_run(run->context, run->n, place_one, o, (struct stats_progress){0}, error);

@@ -22,6 +22,7 @@
 
 struct comparison {
     const struct srnf_sht *sht;
+    const struct srnf_context *context;
     size_t n, each;
     bool aligned;
     double *surfaces;         /* [n][3][each] as the metric wants them; NULL for icp */
@@ -69,8 +70,8 @@ static int prepare_srm(struct comparison *c, size_t i)
 
 static int prepare_icp(struct comparison *c, size_t i)
 {
-    return srnf_surface_triangulate(srnf_sht_degree(c->sht), c->given[i], SRNF_ICP_FREQUENCY,
-                                    &c->meshes[i], NULL);
+    return surface_triangulate(c->context, srnf_sht_degree(c->sht), c->given[i], SRNF_ICP_FREQUENCY,
+                               &c->meshes[i], NULL);
 }
 
 /* ---- Distances of a pair --------------------------------------------------------------------- */
@@ -256,6 +257,7 @@ int srnf_metric_distances(const struct srnf_sht *sht, enum srnf_metric metric, s
                           struct srnf_error *error)
 {
     struct comparison c = {.sht = sht,
+                           .context = context,
                            .n = n,
                            .each = srnf_coefficient_count(srnf_sht_degree(sht)),
                            .aligned = registration != NULL,

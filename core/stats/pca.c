@@ -25,7 +25,12 @@
 #include <string.h>
 
 #define SUBTRACTION_MARGIN 8.0
-#define BLOCK ((size_t)64)    /* points that are taken at a time */
+#define BLOCK ((size_t)64) /* points that are taken at a time */
+/* Of a product that is done between two looks at cancellation. Rows come in whole units, which BLAS
+   blocks them by anyway, and a rest shorter than a unit is not left for the end, where it would be
+   halved: so the sums are those of a single call. */
+#define ROWS_UNIT ((size_t)768)
+#define PRODUCT_OPERATIONS ((size_t)1000000000)
 #define N_MAX ((size_t)30000) /* subjects: n^2 is an int for BLAS */
 
 /* ---- Fields ---------------------------------------------------------------------------------- */
@@ -60,6 +65,7 @@ static double product(const struct srnf_grid *grid, const double *q, const doubl
 
 struct fit {
     const struct srnf_grid *grid;
+    const struct srnf_context *context;
     size_t n, size; /* size = 3 P */
     const double *mean_q, *q;
     double *weighted; /* [n][size]: sqrt(weight) x_i */
@@ -102,14 +108,38 @@ static void clear_fit(struct fit *fit)
     srnf_free(fit->iwork);
 }
 
+/* G, its lower triangle: as many rows of the fields at a time as take a few hundredths of a
+   second. */
+static int multiply(struct fit *fit)
+{
+    size_t n = fit->n;
+    size_t step = ROWS_UNIT * (1 + PRODUCT_OPERATIONS / (ROWS_UNIT * n * n));
+    size_t count;
+
+    for (size_t first = 0; first < fit->size; first += count) {
+        count = fit->size - first;
+        count = count < step + ROWS_UNIT ? count : step;
+        if (srnf_is_canceled(fit->context)) {
+            return SRNF_ECANCELED;
+        }
+        cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, (int)n, (int)count,
+                    1.0 / (double)(n - 1), fit->weighted + first, (int)fit->size,
+                    first > 0 ? 1.0 : 0.0, fit->gram, (int)n);
+    }
+    return SRNF_OK;
+}
+
 /* Eigenvalues and eigenvectors of G; the trace is what G has on its diagonal. */
 static int decompose(struct fit *fit, double *trace)
 {
     lapack_int n = (lapack_int)fit->n;
+    int status;
 
     stats_weight(fit->grid, fit->n, fit->q, fit->mean_q, fit->weighted);
-    cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, n, (int)fit->size,
-                1.0 / (double)(fit->n - 1), fit->weighted, (int)fit->size, 0.0, fit->gram, n);
+    status = multiply(fit);
+    if (status) {
+        return status;
+    }
     *trace = 0.0;
     for (size_t i = 0; i < fit->n; i++) {
         *trace += fit->gram[i * fit->n + i];
@@ -142,7 +172,7 @@ static void combine(const struct fit *fit, size_t k, double *mode)
 {
     const double *a = fit->gram + (fit->n - 1 - k) * fit->n;
 
-    for (size_t i = 0; i < fit->n; i++) {
+    for (size_t i = 0; i < fit->n && !srnf_is_canceled(fit->context); i++) {
         for (size_t m = 0; m < fit->size; m++) {
             mode[m] += a[i] * (fit->q[i * fit->size + m] - fit->mean_q[m]);
         }
@@ -156,7 +186,7 @@ static void orthonormalise(const struct fit *fit, double *modes, size_t k)
     for (int pass = 0; pass < 2; pass++) {
         double norm;
 
-        for (size_t j = 0; j < k; j++) {
+        for (size_t j = 0; j < k && !srnf_is_canceled(fit->context); j++) {
             double along = srnf_inner_product(fit->grid, mode, modes + j * fit->size);
 
             for (size_t m = 0; m < fit->size; m++) {
@@ -177,7 +207,7 @@ static void score(const struct fit *fit, struct srnf_pca *pca, size_t k)
     double *mode = pca->modes + k * fit->size;
     double largest = 0.0;
 
-    for (size_t i = 0; i < fit->n; i++) {
+    for (size_t i = 0; i < fit->n && !srnf_is_canceled(fit->context); i++) {
         double s = product(fit->grid, fit->q + i * fit->size, fit->mean_q, mode);
 
         pca->scores[i * pca->components + k] = s;
@@ -193,11 +223,16 @@ static void score(const struct fit *fit, struct srnf_pca *pca, size_t k)
     }
 }
 
-int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
-                 const double *registered_q, size_t max_components, struct srnf_pca *pca)
+int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                        const double *registered_q, size_t max_components,
+                        const struct srnf_context *context, struct srnf_pca *pca)
 {
-    struct fit fit = {
-        .grid = grid, .n = n, .size = 3 * stats_points(grid), .mean_q = mean_q, .q = registered_q};
+    struct fit fit = {.grid = grid,
+                      .context = context,
+                      .n = n,
+                      .size = 3 * stats_points(grid),
+                      .mean_q = mean_q,
+                      .q = registered_q};
     size_t count;
     int status;
 
@@ -227,6 +262,10 @@ int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
         combine(&fit, k, pca->modes + k * fit.size);
         orthonormalise(&fit, pca->modes, k);
         score(&fit, pca, k);
+        if (srnf_is_canceled(context)) {
+            status = SRNF_ECANCELED;
+            break;
+        }
     }
 out:
     clear_fit(&fit);
@@ -234,6 +273,12 @@ out:
         srnf_pca_clear(pca);
     }
     return status;
+}
+
+int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                 const double *registered_q, size_t max_components, struct srnf_pca *pca)
+{
+    return srnf_pca_fit_within(grid, n, mean_q, registered_q, max_components, NULL, pca);
 }
 
 void srnf_pca_clear(struct srnf_pca *pca)

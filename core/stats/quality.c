@@ -461,9 +461,9 @@ int srnf_model_quality(const struct srnf_sht *sht, size_t n, const double *mean,
     status = status ? status : find_subjects(&run, options, &first);
     if (status == SRNF_OK) {
         found.subjects = run.subjects.count;
-        status =
-            srnf_pca_fit(run.grid, n, mean_q, registered_q,
-                         options->components ? options->components : components_max(&run), &pca);
+        status = srnf_pca_fit_within(
+            run.grid, n, mean_q, registered_q,
+            options->components ? options->components : components_max(&run), context, &pca);
     }
     if (status == SRNF_OK && pca.components == 0) {
         status = srnf_fail(&first, SRNF_EDEGENERATE, -1, "the surfaces do not differ");

@@ -57,12 +57,9 @@ static void run_one(void *argument, size_t index)
     if (index > atomic_load(&tasks->lowest) || atomic_load(&tasks->canceled)) {
         return;
     }
-    if (srnf_is_canceled(tasks->context)) {
-        atomic_store(&tasks->canceled, true);
-        return;
-    }
     failure.status = tasks->body(tasks->argument, index, &tasks->quiet, &failure.error);
-    if (failure.status == SRNF_ECANCELED) {
+    /* What a body has left unfinished it need not have noticed. */
+    if (failure.status == SRNF_ECANCELED || srnf_is_canceled(tasks->context)) {
         atomic_store(&tasks->canceled, true);
     } else if (failure.status < 0) {
         note_failure(tasks, &failure);
@@ -122,7 +119,9 @@ int stats_run(const struct srnf_context *context, size_t count, stats_body *body
     atomic_init(&tasks.canceled, false);
     atomic_init(&tasks.exhausted, false);
     atomic_init(&tasks.failures, NULL);
-    srnf_parallel_for(context, count, run_one, &tasks);
+    if (srnf_parallel_for(context, count, run_one, &tasks)) {
+        atomic_store(&tasks.canceled, true);
+    }
     return judge(&tasks, error);
 }
 

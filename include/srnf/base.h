@@ -64,8 +64,11 @@ struct srnf_error {
 /* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
    cancellable, one thread. parallel_for must call body(argument, i) once for each i in [0, count),
    in any order, on any threads, and return when all calls have returned; results never depend on
-   how it spreads them. Where bodies report or ask for cancellation, progress and canceled are
-   called from those threads. */
+   how it spreads them. progress and canceled are called from those threads too.
+   canceled is asked after every few milliseconds of work, at any degree and for any mesh. Once it
+   has said true it must go on saying so: loops deep inside then break off and leave what they were
+   computing unfinished, and it is the function that was called that asks once more before it
+   returns, and returns SRNF_ECANCELED. */
 struct srnf_context {
     void *user;
     void (*progress)(void *user, double fraction, const char *message);

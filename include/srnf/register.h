@@ -82,12 +82,14 @@ SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const d
  *   from, to  [in]  double[n_vertices][3]: where each vertex goes, as a vector from the centre of
  *                   any length; both bijections, as of srnf_encode_points
  *   degree    [in]  of the series that stands for gamma, 1 .. 255
+ *   context   [in]  cancellation, or NULL
  *   warp      [out] one link; srnf_warp_clear
  * Errors: SRNF_EINVAL (degree), SRNF_ENUMERIC (from leaves a direction uncovered, or the series
- * folds), SRNF_ENOMEM.
+ * folds), SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_warp_between(const struct srnf_mesh *mesh, const double *from,
-                                   const double *to, size_t degree, struct srnf_warp *warp);
+                                   const double *to, size_t degree,
+                                   const struct srnf_context *context, struct srnf_warp *warp);
 /* Appends copies of the links of `more`, which are applied after those of warp. Errors:
    SRNF_ENOMEM, with a part of them appended. */
 SRNF_CHECKED int srnf_warp_join(const struct srnf_warp *more, struct srnf_warp *warp);
@@ -156,12 +158,14 @@ srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
  * linearly.
  *   sht           [in]  that of the registration
  *   coefficients  [in]  double[3][(L+1)^2]
+ *   context       [in]  cancellation, or NULL
  *   out           [out] double[3][(L+1)^2], may be coefficients
- * Errors: SRNF_ENOMEM.
+ * Errors: SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_registration_apply(const struct srnf_sht *sht,
                                          const struct srnf_registration *registration,
-                                         const double *coefficients, double *out);
+                                         const double *coefficients,
+                                         const struct srnf_context *context, double *out);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

@@ -88,6 +88,10 @@ void srnf_pca_clear(struct srnf_pca *pca);
 SRNF_CHECKED int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
                               const double *registered_q, size_t max_components,
                               struct srnf_pca *pca);
+/* The same, which can be canceled. Errors: SRNF_ECANCELED too. */
+SRNF_CHECKED int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                                     const double *registered_q, size_t max_components,
+                                     const struct srnf_context *context, struct srnf_pca *pca);
 /* Scores of another q in the frozen model, and the norm of what the modes cannot represent. */
 void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
                       const double *mean_q, const double *q, double *scores, double *residual);

@@ -148,10 +148,10 @@ static int join_routes(const struct srnf_mesh *mesh, const struct srnf_mesh_repo
         status = srnf_encode_points(mesh, report, &area, context, points + n, NULL);
     }
     if (status == SRNF_OK) {
-        status = srnf_warp_between(mesh, points, points + n, wanted, &end->out);
+        status = srnf_warp_between(mesh, points, points + n, wanted, context, &end->out);
     }
     if (status == SRNF_OK) {
-        status = srnf_warp_between(mesh, points + n, points, wanted, &end->in);
+        status = srnf_warp_between(mesh, points + n, points, wanted, context, &end->in);
     }
     srnf_free(points);
     return status;

@@ -180,8 +180,8 @@ static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
                           struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     const struct srnf_mean *mean = &outputs->mean;
-    int status = srnf_pca_fit(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
-                              inputs->components, &outputs->pca);
+    int status = srnf_pca_fit_within(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
+                                     inputs->components, jobs_run_context(run), &outputs->pca);
 
     if (status == 0 && outputs->pca.components == 0) {
         return compute_fail(result, SRNF_EDEGENERATE, NULL,

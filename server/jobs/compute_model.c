@@ -88,10 +88,15 @@ static void invert_one(void *argument, size_t index)
     struct srnf_invert_options options = srnf_invert_options_defaults();
     struct srnf_inversion inversion = {0};
     struct point *point = &work->points[i];
-    double *q = srnf_alloc(store_model_count(&model->stored, STORE_MODEL_MEAN_Q), sizeof(double));
+    double *q;
 
     point->done = true;
+    if (work->context.canceled(work->context.user)) {
+        point->status = SRNF_ECANCELED;
+        return;
+    }
     point->status = SRNF_ENOMEM;
+    q = srnf_alloc(store_model_count(&model->stored, STORE_MODEL_MEAN_Q), sizeof(double));
     if (!q) {
         return;
     }

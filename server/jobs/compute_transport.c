@@ -113,22 +113,23 @@ static int lay(struct jobs_run *run, struct compute_stage *stage, size_t fixed, 
 }
 
 /* Takes coefficients along with a registration, in place. */
-static int take_along(const struct compute_stage *stage,
+static int take_along(struct jobs_run *run, const struct compute_stage *stage,
                       const struct srnf_registration *registration, double *coefficients,
                       struct jobs_result *result)
 {
-    int status = srnf_registration_apply(stage->sht, registration, coefficients, coefficients);
+    int status = srnf_registration_apply(stage->sht, registration, coefficients,
+                                         jobs_run_context(run), coefficients);
 
     return status ? compute_fail(result, status, NULL, "applying the registration") : 0;
 }
 
 /* The same for a surface of the stage. */
-static int take_surface_along(struct compute_stage *stage,
+static int take_surface_along(struct jobs_run *run, struct compute_stage *stage,
                               const struct srnf_registration *registration, size_t i,
                               struct jobs_result *result)
 {
     turn(registration->rotation, stage->centroids[i]);
-    return take_along(stage, registration, surface_of(stage, i), result);
+    return take_along(run, stage, registration, surface_of(stage, i), result);
 }
 
 /* The velocity at a surface of the stage, as it lies there. */
@@ -291,9 +292,9 @@ static int lay_vector(struct jobs_run *run, const struct compute_transport_input
                      "registering from to to", result);
     }
     if (status == 0 && inputs->vector.toward) {
-        status = take_surface_along(stage, &outputs->from, TOWARD, result);
+        status = take_surface_along(run, stage, &outputs->from, TOWARD, result);
     } else if (status == 0 && stage->motion) {
-        status = take_along(stage, &outputs->from, stage->motion, result);
+        status = take_along(run, stage, &outputs->from, stage->motion, result);
     }
     return status;
 }
@@ -422,7 +423,7 @@ static int lay_deformation(struct jobs_run *run, const struct compute_transfer_i
         status = lay(run, stage, TARGET, SOURCE, inputs->registration, &outputs->source,
                      "registering the source to the target", result);
     }
-    return status ? status : take_surface_along(stage, &outputs->source, DEFORMED, result);
+    return status ? status : take_surface_along(run, stage, &outputs->source, DEFORMED, result);
 }
 
 /* Deformed in the units of its source, or all three in the units that they share. */

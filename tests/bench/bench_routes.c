@@ -152,7 +152,7 @@ static bool between(struct srnf_mesh *mesh, enum srnf_parameterization from,
     must(srnf_encode_points(mesh, &report, &first, NULL, points, NULL), "map");
     must(srnf_encode_points(mesh, &report, &second, NULL, points + 3 * mesh->n_vertices, NULL),
          "map");
-    status = srnf_warp_between(mesh, points, points + 3 * mesh->n_vertices, degree, warp);
+    status = srnf_warp_between(mesh, points, points + 3 * mesh->n_vertices, degree, NULL, warp);
     srnf_free(points);
     if (status == SRNF_ENUMERIC) {
         return false;

@@ -241,7 +241,7 @@ static int run_square_root_maps(void)
 static int run_apply(void)
 {
     mark();
-    return marked(srnf_registration_apply(g.sht, &registered, g.f[2], out), g.count);
+    return marked(srnf_registration_apply(g.sht, &registered, g.f[2], NULL, out), g.count);
 }
 
 static int run_warp(void)
@@ -275,7 +275,7 @@ static int run_points(void)
 static int run_between(void)
 {
     struct srnf_warp warp;
-    int status = srnf_warp_between(&ball, ball.vertices, ball.vertices, 3, &warp);
+    int status = srnf_warp_between(&ball, ball.vertices, ball.vertices, 3, NULL, &warp);
 
     assert_true(status >= 0 || warp.n_links == 0);
     srnf_warp_clear(&warp);

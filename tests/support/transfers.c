@@ -169,7 +169,7 @@ static double transfer_registered(const struct transfers *t, const struct transf
                        &to_source, NULL) == SRNF_OK &&
              srnf_register(t->sht, target, NULL, from->star_diastole, &options, NULL, NULL,
                            &to_target, NULL) == SRNF_OK &&
-             srnf_registration_apply(t->sht, &to_target, to_source.coefficients,
+             srnf_registration_apply(t->sht, &to_target, to_source.coefficients, NULL,
                                      to_source.coefficients) == SRNF_OK,
          "a registration");
     transforms = transfer(t, to_target.coefficients, to_source.coefficients, target,

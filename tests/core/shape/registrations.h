@@ -133,7 +133,7 @@ static inline void registrations_act(const struct shapes_surface *s, const struc
 
     registration_nodes(s->grid, points, jacobian);
     assert_int_equal(srnf_warp_apply(warp, n, points, points, jacobian), SRNF_OK);
-    assert_int_equal(moving_create(&moving, s->degree, s->f, s->degree), SRNF_OK);
+    assert_int_equal(moving_create(&moving, s->degree, s->f, s->degree, NULL), SRNF_OK);
     assert_int_equal(samples_create(&samples, n), SRNF_OK);
     moving_evaluate(&moving, points, &samples);
     for (size_t i = 0; i < 3 * n; i++) {

@@ -54,7 +54,7 @@ static double parametric_error(const struct srnf_mesh *mesh, const struct srnf_e
     double sum = 0.0;
 
     assert_int_equal(srnf_spherical_map(mesh, NULL, &map, NULL), SRNF_OK);
-    assert_int_equal(spherical_sample(mesh, map.points, grid, truth), SRNF_OK);
+    assert_int_equal(spherical_sample(mesh, map.points, grid, NULL, truth), SRNF_OK);
     srnf_sht_synthesis(sht, 3, encoded->coefficients, values, workspace);
     for (size_t c = 0; c < 3; c++) {
         for (size_t i = 0; i < points; i++) {

@@ -37,7 +37,7 @@ static void open_bench(struct bench *t, const struct penalty *penalty, double le
     for (size_t i = 0; i < 3 * n; i++) {
         t->memory[4 * n + i] = t->a.q[i % 3 * n + i / 3];
     }
-    assert_int_equal(moving_create(&t->moving, DEGREE, t->b.f, DEGREE), SRNF_OK);
+    assert_int_equal(moving_create(&t->moving, DEGREE, t->b.f, DEGREE, NULL), SRNF_OK);
     t->problem =
         (struct problem){.target = {.n = n,
                                     .points = t->memory,
@@ -49,7 +49,7 @@ static void open_bench(struct bench *t, const struct penalty *penalty, double le
                          .free_rotation = true};
     registrations_warp(&random, least, &chain);
     assert_int_equal(warp_create(&t->warp, &t->problem.target), SRNF_OK);
-    assert_int_equal(warp_replay(&t->warp, &t->problem.target, &chain), SRNF_OK);
+    assert_int_equal(warp_replay(&t->warp, &t->problem.target, &chain, NULL), SRNF_OK);
     srnf_warp_clear(&chain);
     assert_int_equal(samples_create(&t->samples, n), SRNF_OK);
     assert_int_equal(level_create(&t->level, &t->problem, FIELDS), SRNF_OK);

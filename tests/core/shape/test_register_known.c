@@ -71,7 +71,7 @@ static void vertices_go_to_vertices(void **state)
         double least = INFINITY;
 
         assert_int_equal(
-            srnf_warp_between(&r.mesh, r.points[way], r.points[1 - way], WARP_DEGREE, &warp),
+            srnf_warp_between(&r.mesh, r.points[way], r.points[1 - way], WARP_DEGREE, NULL, &warp),
             SRNF_OK);
         for (size_t i = 0; i < r.mesh.n_vertices; i++) {
             const double *v = r.points[way] + 3 * i;
@@ -115,7 +115,8 @@ static void jacobian_is_that_of_the_map(void **state)
     (void)state;
 
     routes_open(&r, meshes_star(12));
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 15, &warp), SRNF_OK);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 15, NULL, &warp),
+                     SRNF_OK);
     for (size_t trial = 0; trial < 50; trial++) {
         double p[9];
         double q[9];
@@ -166,7 +167,7 @@ static void surfaces_lie_on_each_other(void **state)
         struct srnf_warp joined = {0};
 
         assert_int_equal(
-            srnf_warp_between(&r.mesh, r.points[way], r.points[1 - way], WARP_DEGREE, &warp),
+            srnf_warp_between(&r.mesh, r.points[way], r.points[1 - way], WARP_DEGREE, NULL, &warp),
             SRNF_OK);
         assert_int_equal(warp_append(&joined, SRNF_WARP_ROTATION, 0, still), SRNF_OK);
         assert_int_equal(srnf_warp_join(&warp, &joined), SRNF_OK);
@@ -205,21 +206,25 @@ static void refuses_what_it_cannot_do(void **state)
     routes_open(&r, meshes_star(8));
     shapes_open(&s, DEGREE);
     encode(&r, 0, &s);
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 0, &warp), SRNF_EINVAL);
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 256, &warp), SRNF_EINVAL);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 0, NULL, &warp),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 256, NULL, &warp),
+                     SRNF_EINVAL);
     assert_int_equal(srnf_encode_points(&r.mesh, &r.report, &options, NULL, r.points[0], &error),
                      SRNF_EINVAL);
     assert_int_equal(error.status, SRNF_EINVAL);
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[1], r.points[1], 7, &warp), SRNF_OK);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[1], r.points[1], 7, NULL, &warp), SRNF_OK);
     assert_int_equal(warp_invert(&warp, &inverse), SRNF_ENUMERIC);
     srnf_warp_clear(&warp);
     for (size_t i = 0; i < 3 * r.mesh.n_vertices; i++) { /* inside out: every face is turned */
         r.points[0][i] = -r.points[1][i];
     }
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[1], r.points[0], 7, &warp), SRNF_ENUMERIC);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[1], r.points[0], 7, NULL, &warp),
+                     SRNF_ENUMERIC);
     assert_int_equal(warp.n_links, 0);
     r.points[0][0] = r.points[0][1] = r.points[0][2] = 0.0;
-    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 7, &warp), SRNF_ENUMERIC);
+    assert_int_equal(srnf_warp_between(&r.mesh, r.points[0], r.points[1], 7, NULL, &warp),
+                     SRNF_ENUMERIC);
     assert_int_equal(srnf_register_known(s.sht, s.f, s.f, NULL, &warp, NULL, &registration, &error),
                      SRNF_EINVAL);
     s.f[5] = NAN;

@@ -13,7 +13,7 @@ static void sample(const struct shapes_surface *s, size_t n, const double *point
 {
     struct moving moving;
 
-    assert_int_equal(moving_create(&moving, s->degree, s->f, s->degree), SRNF_OK);
+    assert_int_equal(moving_create(&moving, s->degree, s->f, s->degree, NULL), SRNF_OK);
     moving.representation = SRNF_REPRESENTATION_SRM;
     assert_int_equal(samples_create(samples, n), SRNF_OK);
     moving_evaluate(&moving, points, samples);

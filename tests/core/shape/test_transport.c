@@ -371,11 +371,11 @@ static void registration_takes_vectors_along(void **state)
     options.degree = 4;
     assert_int_equal(
         srnf_register(a.sht, a.f, NULL, b.f, &options, NULL, NULL, &registration, NULL), SRNF_OK);
-    assert_int_equal(srnf_registration_apply(a.sht, &registration, b.f, moved.f), SRNF_OK);
+    assert_int_equal(srnf_registration_apply(a.sht, &registration, b.f, NULL, moved.f), SRNF_OK);
     assert_memory_equal(moved.f, registration.coefficients, a.count * sizeof(double));
     w = random_vector(&b, 5);
     laid = shapes_doubles(b.count);
-    assert_int_equal(srnf_registration_apply(a.sht, &registration, w, laid), SRNF_OK);
+    assert_int_equal(srnf_registration_apply(a.sht, &registration, w, NULL, laid), SRNF_OK);
     v = push(&b, w);
     image = push(&moved, laid);
     expected = sqrt(srnf_inner_product(b.grid, v, v));
@@ -384,7 +384,8 @@ static void registration_takes_vectors_along(void **state)
     for (size_t i = 0; i < b.count; i++) {
         w[i] = 2.0 * b.f[i] - 3.0 * w[i];
     }
-    assert_int_equal(srnf_registration_apply(a.sht, &registration, w, w), SRNF_OK); /* in place */
+    assert_int_equal(srnf_registration_apply(a.sht, &registration, w, NULL, w),
+                     SRNF_OK); /* in place */
     for (size_t i = 0; i < b.count; i++) {
         assert_true(fabs(w[i] - 2.0 * moved.f[i] + 3.0 * laid[i]) < 1e-12);
     }

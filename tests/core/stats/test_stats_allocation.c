@@ -72,7 +72,7 @@ static int run_registered_mean(void)
 static int run_pca(void)
 {
     struct srnf_pca pca;
-    int status = srnf_pca_fit(g.grid, N, fields, fields + 3 * g.points, 0, &pca);
+    int status = srnf_pca_fit_within(g.grid, N, fields, fields + 3 * g.points, 0, NULL, &pca);
 
     if (status >= 0) {
         srnf_pca_clear(&pca);
