@@ -26,7 +26,8 @@
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
-#define JOBS_MAX_ATTEMPTS 3
+/* Deaths of the daemon with a job after which that runs alone. */
+#define JOBS_DEATHS_MAX 3
 #define JOBS_QUEUE_DEFAULT 10000
 
 /* ---- Parallel loops (parallel.c) ------------------------------------------------------------- */
@@ -98,6 +99,7 @@ struct jobs_run {
     atomic_bool cancel;         /* a user has asked for it */
     double deadline;            /* by the monotonic clock; INFINITY without a limit */
     atomic_bool overran;        /* it was told to stop because of that */
+    atomic_bool told;           /* it has asked, and was told to stop, for whatever reason */
     struct jobs_memory *memory; /* its worker's */
     pthread_mutex_t mutex;
     double progress;                /* 0 .. 100, never falls; mutex */
@@ -115,14 +117,34 @@ struct jobs_run {
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
                    struct jobs_memory *memory);
 void jobs_run_destroy(struct jobs_run *run);
+/* Seconds of the monotonic clock. */
+double jobs_now(void);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
 /* The checkpoint of the job in the store, and what an earlier attempt with the same numeric build
    has left there (bytes: malloc). Both are told in the log. */
 int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t size);
 int jobs_run_checkpoint_read(struct jobs_run *run, unsigned char **bytes, size_t *size);
+/* Whether the computation has been told to stop: from then on what it makes is unfinished. */
+bool jobs_run_told(const struct jobs_run *run);
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
 void jobs_run_execute(struct jobs_run *run);
+
+/* ---- Jobs that run alone (alone.c) ----------------------------------------------------------- */
+
+struct jobs_alone {
+    size_t waiting;   /* accepted jobs that are to run alone, at most; jobs->mutex */
+    bool runs;        /* one of them does; jobs->mutex */
+    double from;      /* no such job starts before, by the monotonic clock */
+    atomic_bool hold; /* no other job is to start; written with jobs->mutex held */
+};
+
+/* Whether no other job is to start; jobs->mutex is held. */
+bool jobs_alone_holds(struct jobs *jobs);
+/* Whether a worker is to claim such a job now; jobs->mutex is held. */
+bool jobs_alone_is_due(struct jobs *jobs);
+/* Waits for work, or until such a job may start; jobs->mutex is held. */
+void jobs_alone_wait(struct jobs *jobs);
 
 /* ---- Ids (ids.c) ----------------------------------------------------------------------------- */
 
@@ -190,6 +212,7 @@ struct jobs {
     double lane_since;           /* by the monotonic clock: when it took its job */
     pthread_t express[JOBS_EXPRESS_THREADS];
     size_t express_started, express_alive;
+    struct jobs_alone alone;
     struct jobs_loop *loops; /* published loops */
     atomic_bool closing;     /* no new claims */
     atomic_bool abandoned;   /* the grace is over: runs are to stop */

@@ -81,8 +81,8 @@ static int recover(struct jobs *jobs)
     const struct store_page newest = {.limit = 1};
     struct store *store = jobs->config.store;
     size_t requeued = 0, failed = 0;
-    char detail[80];
-    int status = store_job_recover(store, JOBS_MAX_ATTEMPTS, &requeued, &failed);
+    char detail[120];
+    int status = store_job_recover(store, JOBS_DEATHS_MAX, &requeued, &failed);
 
     if (status == STORE_OK) {
         status = store_job_list(store, &newest, note_newest, &jobs->ids);
@@ -91,10 +91,15 @@ static int recover(struct jobs *jobs)
         status = store_job_count(store, STORE_JOB_ACCEPTED, &jobs->accepted);
     }
     if (status == STORE_OK) {
-        atomic_store(&jobs->tickets, jobs->accepted);
+        status = store_job_count_alone(store, &jobs->alone.waiting);
+    }
+    if (status == STORE_OK) {
+        atomic_store(&jobs->tickets, jobs->accepted - jobs->alone.waiting);
         jobs->express_issued = jobs->accepted > 0;
-        snprintf(detail, sizeof detail, "%zu queued, of these %zu again, %zu given up",
-                 jobs->accepted, requeued, failed);
+        jobs->alone.from = jobs_now() + jobs->config.calm_seconds;
+        snprintf(detail, sizeof detail,
+                 "%zu queued, of these %zu again and %zu to run alone, %zu given up",
+                 jobs->accepted, requeued, jobs->alone.waiting, failed);
         jobs_log(jobs, "jobs-recovered", NULL, detail);
     }
     return status;
@@ -154,6 +159,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
         return STORE_NOMEM;
     }
     jobs->config = *config;
+    jobs->config.calm_seconds =
+        config->calm_seconds > 0.0 ? config->calm_seconds : JOBS_CALM_DEFAULT;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->n_workers = count_workers(config->workers);
     jobs->n_slots = jobs->n_workers + JOBS_EXPRESS_THREADS;

@@ -43,6 +43,7 @@ struct jobs_process {
 /* Seconds after which an express job was misjudged: another thread takes the lane. */
 #define JOBS_EXPRESS_PATIENCE (2.0 * JOBS_EXPRESS_SECONDS)
 #define JOBS_EXPRESS_THREADS 2
+#define JOBS_CALM_DEFAULT 5.0
 #define JOBS_EXPECTED_MAX 3600.0 /* what takes longer is not overtaken for longer */
 
 struct jobs_config {
@@ -55,6 +56,8 @@ struct jobs_config {
     double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
     size_t job_memory;         /* bytes; a run that needs more fails with memory-limit; 0: the
                                   worker's share of the machine (jobs/memory.h) */
+    double calm_seconds;       /* a job that runs alone starts no sooner than this after the engine;
+                                  0: JOBS_CALM_DEFAULT */
     double retention_days;     /* ended jobs are removed after so long; 0: never */
     double sweep_seconds;      /* between two looks at what may go; 0: none */
     /* trace: the traceparent that the job came with, or "". */
@@ -76,7 +79,8 @@ enum jobs_status {
     /* anything else negative is an enum store_status */
 };
 
-/* Recovers the queue (running -> accepted, three attempts at most) and starts the workers. */
+/* Recovers the queue and starts the workers. What ran when the daemon died is put back; after three
+   deaths it runs alone (alone.c), and only if the daemon dies then has the job failed. */
 int jobs_open(struct jobs **out, const struct jobs_config *config);
 /* Drains: no new claims, running jobs get grace_seconds to end, then are cancelled and put back
    to accepted without losing an attempt. */

@@ -22,6 +22,7 @@ static void take_indexes(struct jobs *jobs, struct jobs_loop *loop, bool helper)
         size_t index;
 
         if (helper && atomic_load_explicit(&jobs->tickets, memory_order_relaxed) > 0 &&
+            !atomic_load_explicit(&jobs->alone.hold, memory_order_relaxed) &&
             !atomic_load_explicit(&jobs->closing, memory_order_relaxed)) {
             return;
         }

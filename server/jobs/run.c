@@ -4,6 +4,8 @@
  *
  *   results                        successful (also when cancellation came too late to be seen)
  *   problem                        failed with that code
+ *   either, but told to stop       as neither: loops that are told break off where they are, so
+ *                                  what comes of them says nothing
  *   neither, a user asked to stop  dismissed
  *   neither, the daemon stops      accepted again, the attempt not counted
  *   neither, its time was over     failed with time-limit
@@ -32,13 +34,18 @@
 #define ESTIMATE_SECONDS 0.5
 #define RUNNING_MAX 99.9 /* 100 is told of jobs that have ended */
 
-static double on_seconds(void *user)
+double jobs_now(void)
 {
     struct timespec now;
 
-    (void)user;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static double on_seconds(void *user)
+{
+    (void)user;
+    return jobs_now();
 }
 
 /* What is left, at the pace of this run so far; run->mutex is held. A run that goes on from a
@@ -94,16 +101,26 @@ static void on_progress(void *user, double fraction, const char *message)
     }
 }
 
+/* From the first time on that this is true it stays so, as the core asks for (srnf.h). */
 static bool on_canceled(void *user)
 {
     struct jobs_run *run = user;
 
     if (isfinite(run->deadline) && on_seconds(user) > run->deadline) {
         atomic_store_explicit(&run->overran, true, memory_order_relaxed);
+    }
+    if (atomic_load_explicit(&run->overran, memory_order_relaxed) ||
+        atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
+        atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed)) {
+        atomic_store_explicit(&run->told, true, memory_order_relaxed);
         return true;
     }
-    return atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
-           atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed);
+    return false;
+}
+
+bool jobs_run_told(const struct jobs_run *run)
+{
+    return atomic_load(&run->told);
 }
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
@@ -127,6 +144,7 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
     run->deadline = jobs->config.job_seconds > 0.0 ? on_seconds(run) + jobs->config.job_seconds
                                                    : (double)INFINITY;
     atomic_init(&run->overran, false);
+    atomic_init(&run->told, false);
     atomic_init(&run->cancel, false);
     atomic_init(&run->loop.next, 0);
     atomic_init(&run->loop.open, false);
@@ -182,8 +200,12 @@ int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t si
 {
     const struct store_job *job = run->job;
     char detail[80];
-    int status = store_checkpoint_put(run->jobs->config.store, job->id, job->attempt, bytes, size);
+    int status = STORE_CONFLICT;
 
+    if (jobs_run_told(run)) {
+        return status; /* of what was broken off nothing is kept */
+    }
+    status = store_checkpoint_put(run->jobs->config.store, job->id, job->attempt, bytes, size);
     if (status == STORE_OK) {
         (void)snprintf(detail, sizeof detail, "%zu bytes", size);
     } else {
@@ -245,11 +267,12 @@ struct ending {
 static struct ending judge(struct jobs_run *run, const struct jobs_result *result)
 {
     struct ending ending = {.to = STORE_JOB_FAILED};
+    bool told = jobs_run_told(run);
 
-    if (result->problem_code) {
+    if (result->problem_code && !told) {
         ending.code = result->problem_code;
         ending.detail = result->problem_detail;
-    } else if (result->results) {
+    } else if (result->results && !told) {
         ending.to = STORE_JOB_SUCCESSFUL;
         ending.results = result->results;
     } else if (atomic_load(&run->cancel)) {

@@ -2,6 +2,7 @@
  * workers.c - what a worker thread does with its life.
  *
  *   while not closing:
+ *       a job is to run alone   when nothing else runs, claim it and run it (alone.c)
  *       a ticket is there       take it, claim the job whose turn it is, run it
  *       a loop has work left    help it
  *       otherwise               sleep
@@ -95,22 +96,16 @@ static void leave_slot(struct jobs *jobs, size_t number)
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-static double monotonic_seconds(void)
-{
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
+typedef int claim_function(struct store *store, struct store_job *job);
 
 /* Returns the status of the claim, and runs the job where there is one. */
-static int claim_and_run(struct jobs_worker *worker, bool express, uint64_t seen)
+static int claim_and_run(struct jobs_worker *worker, claim_function *claim, uint64_t seen)
 {
     struct jobs *jobs = worker->jobs;
     struct store_job job;
     struct jobs_run run;
     char id[STORE_ID_MAX];
-    int status = (express ? store_job_claim_express : store_job_claim)(jobs->config.store, &job);
+    int status = claim(jobs->config.store, &job);
 
     worker->failures = status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND
                            ? 0
@@ -131,6 +126,41 @@ static int claim_and_run(struct jobs_worker *worker, bool express, uint64_t seen
     return status;
 }
 
+/* A run has ended, or was none. jobs->mutex is held. */
+static void end_run(struct jobs *jobs)
+{
+    jobs->running--;
+    pthread_cond_broadcast(&jobs->ended);
+    if (atomic_load(&jobs->closing) || jobs->alone.waiting > 0) {
+        pthread_cond_broadcast(&jobs->wake);
+    }
+}
+
+/* Runs a job that is to run alone (alone.c). jobs->mutex is held, but not while the job runs. */
+static void run_alone(struct jobs_worker *worker)
+{
+    struct jobs *jobs = worker->jobs;
+    uint64_t seen = jobs->cancellations;
+    int status;
+
+    jobs->alone.runs = true;
+    jobs->running++;
+    pthread_mutex_unlock(&jobs->mutex);
+    status = claim_and_run(worker, store_job_claim_alone, seen);
+    pthread_mutex_lock(&jobs->mutex);
+    jobs->alone.runs = false;
+    if (status == STORE_OK) {
+        jobs->alone.waiting--;
+    } else if (status == STORE_NOT_FOUND || status == STORE_CONFLICT) {
+        jobs->alone.waiting = 0; /* those that were counted have been dismissed */
+    }
+    end_run(jobs);
+    if (!jobs_alone_holds(jobs)) {
+        pthread_cond_broadcast(&jobs->wake);
+        pthread_cond_broadcast(&jobs->express_wake);
+    }
+}
+
 /* Spends one ticket. jobs->mutex is held, but not while the job runs. */
 static void spend_ticket(struct jobs_worker *worker)
 {
@@ -141,18 +171,14 @@ static void spend_ticket(struct jobs_worker *worker)
     atomic_fetch_sub(&jobs->tickets, 1);
     jobs->running++;
     pthread_mutex_unlock(&jobs->mutex);
-    status = claim_and_run(worker, false, seen);
+    status = claim_and_run(worker, store_job_claim, seen);
     pthread_mutex_lock(&jobs->mutex);
     if (status == STORE_CONFLICT && jobs->endings == endings) {
         jobs->held++; /* kept until a run ends */
     } else if (status != STORE_OK && status != STORE_NOT_FOUND) {
         atomic_fetch_add(&jobs->tickets, 1); /* a run has ended since, or the store failed */
     }
-    jobs->running--;
-    pthread_cond_broadcast(&jobs->ended);
-    if (atomic_load(&jobs->closing)) {
-        pthread_cond_broadcast(&jobs->wake);
-    }
+    end_run(jobs);
 }
 
 /* One look for an express job. jobs->mutex is held, but not while the job runs. */
@@ -166,7 +192,7 @@ static void take_express(struct jobs_worker *worker)
     atomic_fetch_sub(&jobs->tickets, ticket ? 1 : 0);
     jobs->running++;
     pthread_mutex_unlock(&jobs->mutex);
-    status = claim_and_run(worker, true, seen);
+    status = claim_and_run(worker, store_job_claim_express, seen);
     pthread_mutex_lock(&jobs->mutex);
     if (status == STORE_NOT_FOUND) {
         jobs->express_seen = issued;
@@ -178,11 +204,7 @@ static void take_express(struct jobs_worker *worker)
         atomic_fetch_add(&jobs->tickets, 1);
         pthread_cond_signal(&jobs->wake);
     }
-    jobs->running--;
-    pthread_cond_broadcast(&jobs->ended);
-    if (atomic_load(&jobs->closing)) {
-        pthread_cond_broadcast(&jobs->wake);
-    }
+    end_run(jobs);
 }
 
 static void settle_in(const char *name)
@@ -204,16 +226,17 @@ void *jobs_worker_main(void *argument)
     while (!atomic_load(&jobs->closing) || jobs->running > 0) {
         struct jobs_loop *loop;
 
-        if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0) {
+        if (!atomic_load(&jobs->closing) && jobs_alone_is_due(jobs)) {
+            run_alone(&worker);
+        } else if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0 &&
+                   !jobs_alone_holds(jobs)) {
             spend_ticket(&worker);
         } else if ((loop = jobs_loop_enter(jobs)) != NULL) {
             pthread_mutex_unlock(&jobs->mutex);
             jobs_loop_help(jobs, loop);
             pthread_mutex_lock(&jobs->mutex);
         } else {
-            jobs->idle++;
-            pthread_cond_wait(&jobs->wake, &jobs->mutex);
-            jobs->idle--;
+            jobs_alone_wait(jobs);
         }
     }
     jobs->alive--;
@@ -226,7 +249,7 @@ static double lane_wait(const struct jobs *jobs)
 {
     double wait = jobs->lane == JOBS_NO_LANE
                       ? 0.0
-                      : jobs->lane_since + JOBS_EXPRESS_PATIENCE - monotonic_seconds();
+                      : jobs->lane_since + JOBS_EXPRESS_PATIENCE - jobs_now();
 
     return wait > 0.0 ? wait : 0.0;
 }
@@ -234,7 +257,7 @@ static double lane_wait(const struct jobs *jobs)
 /* Until there is something to look for, or for so long. jobs->mutex is held. */
 static void await_express(struct jobs *jobs, double seconds)
 {
-    double until = monotonic_seconds() + seconds;
+    double until = jobs_now() + seconds;
     struct timespec at = {.tv_sec = (time_t)until, .tv_nsec = (long)(1e9 * (until - floor(until)))};
 
     (void)pthread_cond_clockwait(&jobs->express_wake, &jobs->mutex, CLOCK_MONOTONIC, &at);
@@ -251,13 +274,13 @@ void *jobs_express_main(void *argument)
     while (!atomic_load(&jobs->closing)) {
         double wait = lane_wait(jobs);
 
-        if (jobs->express_seen == jobs->express_issued) {
+        if (jobs->express_seen == jobs->express_issued || jobs_alone_holds(jobs)) {
             pthread_cond_wait(&jobs->express_wake, &jobs->mutex);
         } else if (wait > 0.0) {
             await_express(jobs, wait);
         } else {
             jobs->lane = worker.number;
-            jobs->lane_since = monotonic_seconds();
+            jobs->lane_since = jobs_now();
             take_express(&worker);
             jobs->lane = jobs->lane == worker.number ? JOBS_NO_LANE : jobs->lane;
         }

@@ -164,6 +164,22 @@ int store_job_count(struct store *store, enum store_job_status state, size_t *co
     return status;
 }
 
+int store_job_count_alone(struct store *store, size_t *count)
+{
+    struct store_reader *reader = NULL;
+    int64_t waiting = 0;
+    int status = store_reader_take(store, &reader);
+
+    *count = 0;
+    if (status == STORE_OK) {
+        status = store_scalar(reader->db, &waiting,
+                              "SELECT count(*) FROM job WHERE status = 'accepted' AND alone = 1");
+        store_reader_return(store, reader);
+    }
+    *count = (size_t)waiting;
+    return status;
+}
+
 /* The process and the status that a page asks for, where it does. */
 #define FILTER "(?4 IS NULL OR process = ?4) AND (?5 IS NULL OR status = ?5)"
 

@@ -17,6 +17,9 @@
  * so that none starves. An express claim is the same, turns included, among the jobs that are
  * marked as short.
  *
+ * Jobs that the daemon has died with several times wait for store_job_claim_alone and no other
+ * claim (jobs/alone.c): among them turns and order are the same.
+ *
  * Every move is one UPDATE guarded by the state that it starts from, and, once a job has been
  * claimed, by the number of its attempt: whoever comes late with the result of an attempt that
  * was given up finds that the guard does not hold.
@@ -46,14 +49,16 @@ const char *store_job_status_name(enum store_job_status status)
     "progress = 0, message = '' WHERE id = (SELECT id FROM job WHERE owner = ?2 AND " waiting      \
     " ORDER BY created_ms + expected_ms, id LIMIT 1) AND status = 'accepted' "                     \
     "RETURNING " STORE_JOB_COLUMNS
-#define ANY "status = 'accepted'"
-#define EXPRESS "status = 'accepted' AND express = 1"
+#define ANY "status = 'accepted' AND alone = 0"
+#define EXPRESS "status = 'accepted' AND express = 1 AND alone = 0"
+#define ALONE "status = 'accepted' AND alone = 1"
 
 static const struct claim_sql {
     const char *next_owner, *waits, *claim;
 } claim_any = {NEXT_OWNER(ANY), "SELECT 1 FROM job WHERE " ANY " LIMIT 1", CLAIM(ANY)},
   claim_express = {NEXT_OWNER(EXPRESS), "SELECT 1 FROM job WHERE " EXPRESS " LIMIT 1",
-                   CLAIM(EXPRESS)};
+                   CLAIM(EXPRESS)},
+  claim_alone = {NEXT_OWNER(ALONE), "SELECT 1 FROM job WHERE " ALONE " LIMIT 1", CLAIM(ALONE)};
 
 struct claim {
     const struct claim_sql *sql;
@@ -136,6 +141,11 @@ int store_job_claim(struct store *store, struct store_job *job)
 int store_job_claim_express(struct store *store, struct store_job *job)
 {
     return claim_job(store, &claim_express, job);
+}
+
+int store_job_claim_alone(struct store *store, struct store_job *job)
+{
+    return claim_job(store, &claim_alone, job);
 }
 
 /* Owners with jobs take turns, so before the r-th job of one come at most r jobs of each whose turn
@@ -345,7 +355,7 @@ int store_job_request_cancel(struct store *store, const char *id, struct store_j
 /* ---- Recovery -------------------------------------------------------------------------------- */
 
 struct recovery {
-    int64_t max_attempts;
+    int64_t deaths_max;
     size_t requeued, failed;
 };
 
@@ -362,26 +372,29 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
 
     (void)store;
     if (status == STORE_OK) {
-        status = store_execute(db, &recovery->failed,
-                               "UPDATE job SET status = 'failed', finished_ms = ?1, "
-                               "updated_ms = ?1, progress = -1, problem_code = 'internal-error', "
-                               "problem_detail = 'The daemon stopped during each of ' || attempt "
-                               "|| ' attempts to run this job.' "
-                               "WHERE status = 'running' AND attempt >= ?2",
-                               "ii", now, recovery->max_attempts);
+        status =
+            store_execute(db, &recovery->failed,
+                          "UPDATE job SET status = 'failed', finished_ms = ?1, "
+                          "updated_ms = ?1, progress = -1, deaths = deaths + 1, "
+                          "problem_code = 'attempts-exhausted', "
+                          "problem_detail = 'The daemon died ' || (deaths + 1) || ' times while "
+                          "it ran this job, the last time with no other job beside it.' "
+                          "WHERE status = 'running' AND alone = 1",
+                          "i", now);
     }
     if (status == STORE_OK) {
         status = store_execute(db, &recovery->requeued,
                                "UPDATE job SET status = 'accepted', started_ms = 0, "
-                               "updated_ms = ?1, progress = 0 WHERE status = 'running'",
-                               "i", now);
+                               "updated_ms = ?1, progress = 0, deaths = deaths + 1, "
+                               "alone = deaths + 1 >= ?2 WHERE status = 'running'",
+                               "ii", now, recovery->deaths_max);
     }
     return status;
 }
 
-int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed)
+int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed)
 {
-    struct recovery recovery = {.max_attempts = max_attempts};
+    struct recovery recovery = {.deaths_max = deaths_max};
     int status = store_write_freeing(store, run_recover, &recovery);
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;

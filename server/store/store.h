@@ -326,6 +326,10 @@ int store_job_results_recent(struct store *store, const char *id, char **results
 int store_job_claim(struct store *store, struct store_job *job);
 /* The same among express jobs only. */
 int store_job_claim_express(struct store *store, struct store_job *job);
+/* The same among the jobs that are to run with no other job beside them, which the two above leave
+   out; and how many of these wait. */
+int store_job_claim_alone(struct store *store, struct store_job *job);
+int store_job_count_alone(struct store *store, size_t *count);
 /* The place of an accepted job in the order of claims as things stand, 1 the next; 0 for a job that
    does not wait, or is not there. Owners' limits on running jobs and express claims are left out.
    O(jobs that wait), each a step along an index. */
@@ -348,9 +352,10 @@ int store_job_delete(struct store *store, const char *id);
 int store_job_list(struct store *store, const struct store_page *page,
                    bool (*visit)(void *user, const struct store_job *job), void *user);
 int store_job_count(struct store *store, enum store_job_status status, size_t *count);
-/* At start: running -> accepted, or failed after max_attempts. Counts both. What was being
-   cancelled is dismissed. */
-int store_job_recover(struct store *store, int64_t max_attempts, size_t *requeued, size_t *failed);
+/* At start: what the rows call running the daemon has died with. running -> accepted, from the
+   deaths_max-th death on to run alone; running alone -> failed (attempts-exhausted). Counts both.
+   What was being cancelled is dismissed. */
+int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed);
 /* The job that an Idempotency-Key of the last 24 h named; STORE_NOT_FOUND otherwise. */
 int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
                            char body_digest[65]);

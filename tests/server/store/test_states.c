@@ -178,28 +178,57 @@ static void only_ended_jobs_are_deleted(void **state)
     }
 }
 
-static void recovery_counts_attempts(void **state)
+/* A job that ran when the daemon died waits again; after the third death no ordinary claim finds
+   it, and after one more it has failed. */
+static void recovery_counts_deaths(void **state)
 {
     struct fixture *fixture = *state;
     struct store_job job;
     char id[STORE_ID_MAX];
-    size_t requeued, failed;
+    size_t requeued, failed, alone;
 
     assert_int_equal(fixture_insert_job(fixture->store, 0, id), STORE_OK);
-    for (int attempt = 1; attempt <= 3; attempt++) {
-        assert_int_equal(store_job_claim(fixture->store, &job), STORE_OK);
-        assert_int_equal(job.attempt, attempt);
+    for (int death = 1; death <= 4; death++) {
+        assert_int_equal(store_job_count_alone(fixture->store, &alone), STORE_OK);
+        assert_int_equal(alone, death > 3);
+        if (death > 3) {
+            assert_int_equal(store_job_claim(fixture->store, &job), STORE_NOT_FOUND);
+            assert_int_equal(store_job_claim_express(fixture->store, &job), STORE_NOT_FOUND);
+            assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_OK);
+        } else {
+            assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_NOT_FOUND);
+            assert_int_equal(store_job_claim(fixture->store, &job), STORE_OK);
+        }
+        assert_int_equal(job.attempt, death);
         store_job_clear(&job);
         fixture_reopen(fixture);
         assert_int_equal(store_job_recover(fixture->store, 3, &requeued, &failed), STORE_OK);
-        assert_int_equal(requeued, attempt < 3);
-        assert_int_equal(failed, attempt == 3);
+        assert_int_equal(requeued, death < 4);
+        assert_int_equal(failed, death == 4);
     }
     assert_int_equal(store_job_get(fixture->store, id, &job), STORE_OK);
     assert_int_equal(job.status, STORE_JOB_FAILED);
-    assert_string_equal(job.problem_code, "internal-error");
-    assert_non_null(job.problem_detail);
+    assert_string_equal(job.problem_code, "attempts-exhausted");
+    assert_non_null(strstr(job.problem_detail, "died 4 times"));
     store_job_clear(&job);
+}
+
+/* A daemon that stops by itself puts back what runs: no death is counted. */
+static void putting_back_is_no_death(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store_job job;
+    char id[STORE_ID_MAX];
+    size_t alone;
+
+    assert_int_equal(fixture_insert_job(fixture->store, 0, id), STORE_OK);
+    for (int i = 0; i < 5; i++) {
+        assert_int_equal(store_job_claim(fixture->store, &job), STORE_OK);
+        assert_int_equal(move(fixture->store, id, job.attempt, STORE_JOB_ACCEPTED), STORE_OK);
+        store_job_clear(&job);
+    }
+    assert_int_equal(store_job_count_alone(fixture->store, &alone), STORE_OK);
+    assert_int_equal(alone, 0);
 }
 
 static void recovery_dismisses_what_was_being_cancelled(void **state)
@@ -256,7 +285,8 @@ int main(void)
         TEST(the_oldest_is_claimed_first),
         TEST(cancel_in_each_state),
         TEST(only_ended_jobs_are_deleted),
-        TEST(recovery_counts_attempts),
+        TEST(recovery_counts_deaths),
+        TEST(putting_back_is_no_death),
         TEST(recovery_dismisses_what_was_being_cancelled),
         TEST(find_by_digest_in_each_state),
     };

@@ -480,6 +480,11 @@ static void test_checkpoint_recovery(void **state)
     expect_none(fixture->store, b);
     assert_int_equal(count_files(fixture), 1);
     assert_int_equal(store_job_recover(fixture->store, 2, &requeued, &failed), STORE_OK);
+    assert_int_equal(requeued, 1);
+    expect_checkpoint(fixture->store, a, bytes, size);
+    assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_OK);
+    store_job_clear(&job);
+    assert_int_equal(store_job_recover(fixture->store, 2, &requeued, &failed), STORE_OK);
     assert_int_equal(failed, 1);
     expect_none(fixture->store, a);
     assert_int_equal(count_files(fixture), 0);
