@@ -27,13 +27,16 @@ printf 'libraries OpenBLAS %s, FFTW %s\n' "$(version_of openblas)" "$(version_of
 printf 'source    %s\n' "$(git describe --always --dirty 2>/dev/null || echo unknown)"
 
 status=0
-for source in tests/bench/bench_*.c; do
-    name=$(basename "$source" .c)
+for source in tests/bench/bench_*.c tests/bench/bench_*.sh; do
+    name=$(basename "${source%.*}")
     if [ ! -f "$source" ] || ! grep -qE -- "${2-}" <<<"$name"; then
         continue
     fi
     printf '\n== %s\n' "$name"
-    "$BUILD/tests/bench/$name" </dev/null
+    case $source in
+    *.sh) "$source" </dev/null ;;
+    *) "$BUILD/tests/bench/$name" </dev/null ;;
+    esac
     result=$?
     if [ "$result" -ne 0 ]; then
         printf '%s: status %d\n' "$name" "$result"
