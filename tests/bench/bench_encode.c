@@ -123,7 +123,7 @@ static void sample(void *argument)
 {
     struct bench *b = argument;
 
-    must(spherical_sample(&b->mesh, b->map.points, b->rays, b->values));
+    must(spherical_sample(&b->mesh, b->map.points, b->rays, NULL, b->values));
 }
 
 static void encode_by(struct bench *b, enum srnf_parameterization route)
