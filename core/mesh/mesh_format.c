@@ -8,6 +8,7 @@
  * error instead of guessed at.
  */
 #include "mesh/mesh_io.h"
+#include "mesh/polygon.h"
 
 #include <math.h>
 #include <string.h>
@@ -227,6 +228,10 @@ int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
     if (status == SRNF_OK) {
         status = check_not_empty(&reader);
     }
+    if (status == SRNF_OK) {
+        status = mesh_cut_polygons(&reader);
+    }
+    mesh_release(&reader, reader.polygons, reader.polygon_capacity, sizeof *reader.polygons);
     if (status == SRNF_OK) {
         *mesh = reader.mesh;
         if (info) {

@@ -14,6 +14,11 @@
 #include "mesh/scalar.h"
 #include "mesh/scan.h"
 
+/* A polygon of more than three corners: where its fan begins among the faces. */
+struct mesh_polygon {
+    size_t first_face, corners;
+};
+
 struct mesh_reader {
     const unsigned char *bytes; /* the input; not owned */
     size_t size;
@@ -28,6 +33,9 @@ struct mesh_reader {
     size_t vertex_capacity, face_capacity;
     size_t vertex_total;      /* what every index must stay below */
     uint32_t first, previous; /* corners of the polygon or strip that is being read */
+
+    struct mesh_polygon *polygons; /* of more than three corners, in the order of the file */
+    size_t n_polygons, polygon_capacity;
 };
 
 /* Memory within limits.max_memory; NULL with reader->status and the error set. mesh_release gives
@@ -49,7 +57,8 @@ SRNF_CHECKED int mesh_expect(struct mesh_reader *reader, size_t n_vertices, size
 SRNF_CHECKED int mesh_add_vertex(struct mesh_reader *reader, const double position[3]);
 
 /* Corner number `corner` of polygon `face`, in order from 0: each one from the third on makes a
-   triangle with the first and the one before. SRNF_EPARSE when the index is out of range. */
+   triangle with the first and the one before, until mesh_cut_polygons (polygon.h) sees the polygon
+   whole. SRNF_EPARSE when the index is out of range. */
 SRNF_CHECKED int mesh_add_corner(struct mesh_reader *reader, size_t face, size_t corner,
                                  int64_t index);
 

@@ -2,12 +2,13 @@
  * mesh_reader.c - the half of reading that all formats share (see mesh_io.h): memory within the
  * limits, promises held against the bytes that are there, vertices, polygons and strips.
  *
- * Polygons are cut into the fan around their first corner: corners c0 c1 c2 c3 give c0 c1 c2 and
- * c0 c2 c3. Corners arrive one by one and only two are remembered, so that a polygon of any size
- * needs no memory. Arrays grow by half, at most to what the limits allow; time is linear in what
- * is added.
+ * Polygons are laid down as the fan around their first corner: corners c0 c1 c2 c3 give c0 c1 c2
+ * and c0 c2 c3. Corners arrive one by one and only two are remembered; polygon.c notes where the
+ * fan of more than three corners begins, and cuts it anew at the end where it is concave. Arrays
+ * grow by half, at most to what the limits allow; time is linear in what is added.
  */
 #include "mesh/mesh_io.h"
+#include "mesh/polygon.h"
 
 #include <math.h>
 #include <string.h>
@@ -228,6 +229,9 @@ int mesh_add_corner(struct mesh_reader *reader, size_t face, size_t corner, int6
         status = add_triangle(reader, reader->first, reader->previous, (uint32_t)index);
     }
     reader->info.polygons_triangulated += corner == 3;
+    if (status == SRNF_OK && corner >= 3) {
+        status = mesh_note_polygon(reader, corner + 1);
+    }
     reader->previous = (uint32_t)index;
     return status;
 }

@@ -44,7 +44,7 @@ struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
 /* What a reader found out beside the mesh. */
 struct srnf_mesh_read_info {
     enum srnf_mesh_format format;
-    size_t polygons_triangulated; /* faces with more than three corners, cut into fans */
+    size_t polygons_triangulated; /* faces with more than three corners, cut into triangles */
 };
 
 /* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */

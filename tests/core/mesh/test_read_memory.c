@@ -98,6 +98,36 @@ static void test_reading(void **state)
     assert_int_equal(live_blocks, 0);
 }
 
+/* A concave polygon needs memory of its own to be cut. */
+static void test_polygons(void **state)
+{
+    static const char text[] = "v 0 0 0\nv 4 1 0\nv 1 1 0\nv 1 4 0\nf 1 2 3 4\n";
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
+    struct srnf_mesh mesh;
+    size_t needed;
+
+    (void)state;
+    reset(SIZE_MAX);
+    assert_int_equal(srnf_mesh_read(text, sizeof text - 1, SRNF_MESH_OBJ, NULL, &mesh, NULL, NULL),
+                     SRNF_OK);
+    needed = allocations;
+    srnf_mesh_clear(&mesh);
+    assert_true(needed >= 7);
+    for (size_t n = 0; n < needed; n++) {
+        reset(n);
+        assert_int_equal(
+            srnf_mesh_read(text, sizeof text - 1, SRNF_MESH_OBJ, NULL, &mesh, NULL, NULL),
+            SRNF_ENOMEM);
+        assert_int_equal(live_blocks, 0);
+    }
+    reset(SIZE_MAX);
+    limits.max_memory = 400;
+    assert_int_equal(
+        srnf_mesh_read(text, sizeof text - 1, SRNF_MESH_OBJ, &limits, &mesh, NULL, NULL),
+        SRNF_ELIMIT);
+    assert_int_equal(live_blocks, 0);
+}
+
 static void test_writing(void **state)
 {
     struct srnf_mesh sample = mesh_file_sample();
@@ -162,6 +192,7 @@ int main(void)
 {
     static const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reading),
+        cmocka_unit_test(test_polygons),
         cmocka_unit_test(test_writing),
         cmocka_unit_test(test_ceiling),
     };
