@@ -120,6 +120,10 @@ SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh,
                                                struct srnf_mesh_origin *origin, size_t *dropped);
 SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                         struct srnf_mesh_repairs *repairs);
+/* fold.c: of n pairs of faces back to back, none of which keep has, keeps one where the surface has
+   a hole without it. */
+SRNF_CHECKED int srnf_repair_keep_folded(const struct srnf_mesh *mesh, const uint32_t (*pairs)[2],
+                                         size_t n, bool *keep, struct srnf_mesh_repairs *repairs);
 SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                         size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);

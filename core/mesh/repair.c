@@ -155,9 +155,10 @@ static bool same_corners(const struct srnf_mesh *mesh, uint32_t a, uint32_t b)
 }
 
 /* Of `count` faces with the same corners, one stays where more go one way round than the other, the
-   first of those; none where they cancel. */
-static void judge_group(const struct srnf_mesh *mesh, const uint32_t *group, size_t count,
-                        bool *keep, struct srnf_mesh_repairs *repairs)
+   first of those; none where they cancel: then pair gets the first face each way round. Returns
+   whether they cancel. */
+static bool judge_group(const struct srnf_mesh *mesh, const uint32_t *group, size_t count,
+                        bool *keep, uint32_t pair[2], struct srnf_mesh_repairs *repairs)
 {
     uint32_t v[3];
     size_t up = 0, down;
@@ -176,6 +177,10 @@ static void judge_group(const struct srnf_mesh *mesh, const uint32_t *group, siz
         keep[group[i]] = !kept && sorted_face(mesh, group[i], v) == more_up;
         kept = kept || keep[group[i]];
     }
+    for (size_t i = count; up == down && i-- > 0;) {
+        pair[sorted_face(mesh, group[i], v)] = group[i];
+    }
+    return up == down;
 }
 
 /* Faces that take part, sorted by their corners: by counting for the lowest one, by merging among
@@ -220,19 +225,21 @@ static bool face_is_collapsed(const struct srnf_mesh *mesh, size_t face)
  * Drops faces that name a vertex twice, whose neighbours meet without them; of faces with the same
  * three vertices all but one that go the same way round; and all of those that lie back to back, as
  * many one way as the other: a flap without thickness, or a wall between two solids. Every edge
- * loses as many faces that run it one way as the other, or gains a hole that it had. O(n log n).
+ * loses as many faces that run it one way as the other. Where that leaves a hole, one of them stays
+ * (fold.c). O(n log n).
  */
 int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                            struct srnf_mesh_repairs *repairs)
 {
-    size_t n = mesh->n_faces, sorted, end, kept = 0;
+    size_t n = mesh->n_faces, sorted, end, kept = 0, n_pairs = 0;
+    uint32_t(*pairs)[2] = srnf_alloc(n / 2 + 1, sizeof *pairs);
     uint32_t *start = srnf_alloc(mesh->n_vertices, sizeof *start);
     uint32_t *order = srnf_alloc(n, sizeof *order);
     uint32_t *scratch = srnf_alloc(n, sizeof *scratch);
     bool *keep = srnf_alloc(n, sizeof *keep);
     int status = SRNF_ENOMEM;
 
-    if (!start || !order || !scratch || !keep) {
+    if (!pairs || !start || !order || !scratch || !keep) {
         goto out;
     }
     for (size_t f = 0; f < n; f++) {
@@ -243,9 +250,12 @@ int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *orig
     for (size_t i = 0; i < sorted; i = end) {
         for (end = i + 1; end < sorted && same_corners(mesh, order[i], order[end]); end++) {
         }
-        if (end - i > 1) {
-            judge_group(mesh, order + i, end - i, keep, repairs);
-        }
+        n_pairs +=
+            end - i > 1 && judge_group(mesh, order + i, end - i, keep, pairs[n_pairs], repairs);
+    }
+    if (n_pairs > 0 &&
+        srnf_repair_keep_folded(mesh, (const uint32_t(*)[2])pairs, n_pairs, keep, repairs)) {
+        goto out;
     }
     for (size_t f = 0; f < n; f++) {
         if (keep[f]) {
@@ -260,6 +270,7 @@ out:
     srnf_free(scratch);
     srnf_free(order);
     srnf_free(start);
+    srnf_free(pairs);
     return status;
 }
 

@@ -100,10 +100,10 @@ SRNF_CHECKED int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_fo
 
 /* Lossless repairs that srnf_mesh_prepare has made. */
 struct srnf_mesh_repairs {
-    size_t duplicate_vertices_merged; /* of each group of equal points, all but one */
-    size_t collapsed_faces_dropped;   /* that named a vertex twice, most of them by merging */
-    size_t duplicate_faces_dropped;   /* the same three vertices the same way round as another */
-    size_t folded_faces_dropped;      /* pairs back to back: flaps without thickness, inner walls */
+    size_t duplicate_vertices_merged;    /* of each group of equal points, all but one */
+    size_t collapsed_faces_dropped;      /* that named a vertex twice, most of them by merging */
+    size_t duplicate_faces_dropped;      /* the same three vertices the same way round as another */
+    size_t folded_faces_dropped;         /* back to back: flaps without thickness, inner walls */
     size_t touching_vertices_kept_apart; /* equal points that are several vertices all the same,
                                             since the surface touches itself there */
     size_t unreferenced_vertices_dropped;

@@ -232,6 +232,44 @@ static void folded_flap_goes(void **state)
     srnf_mesh_clear(&mesh);
 }
 
+/* Faces that the file repeats in reverse, one here, patches there: the surface stays whole. */
+static void reversed_repeats_go(void **state)
+{
+    struct srnf_mesh mesh = meshes_sphere(6), twice = meshes_join(&mesh, &mesh);
+    struct srnf_mesh_report report, expected = prepare(&mesh, false);
+    (void)state;
+
+    for (size_t every = 1; every < 40; every += 3) {
+        size_t n = mesh.n_faces, repeated = 0;
+        struct srnf_mesh some = meshes_copy(&twice);
+
+        some.n_faces = n;
+        for (size_t f = 0; f < n; f++) {
+            if (f % every == 0 || (f > n / 2 && f < n / 2 + 9 * every && every > 1)) {
+                uint32_t *face = some.faces + 3 * some.n_faces++;
+
+                memcpy(face, mesh.faces + 3 * f, 3 * sizeof *face);
+                face[1] = mesh.faces[3 * f + 2];
+                face[2] = mesh.faces[3 * f + 1];
+                repeated++;
+            }
+        }
+        report = prepare(&some, true);
+        if (every == 1) {
+            /* All of it twice over, inside out: nothing says which is the surface. */
+            assert_true(report.n_problems > 0);
+        } else {
+            assert_sound(&report);
+            assert_int_equal(report.repairs.folded_faces_dropped, repeated);
+            assert_int_equal(some.n_faces, n);
+            assert_true(fabs(report.volume - expected.volume) < 1e-12);
+        }
+        srnf_mesh_clear(&some);
+    }
+    srnf_mesh_clear(&twice);
+    srnf_mesh_clear(&mesh);
+}
+
 static void wall_between_solids_goes(void **state)
 {
     struct srnf_mesh one = meshes_tetrahedron(), other = meshes_tetrahedron(), both;
@@ -521,6 +559,7 @@ int main(void)
         cmocka_unit_test(split_creases_close),
         cmocka_unit_test(twice_is_once),
         cmocka_unit_test(folded_flap_goes),
+        cmocka_unit_test(reversed_repeats_go),
         cmocka_unit_test(wall_between_solids_goes),
         cmocka_unit_test(touching_stays_apart),
         cmocka_unit_test(closed_neck_stays_open),
