@@ -12,6 +12,8 @@
  */
 #include "mesh_geometry.h"
 
+#include <float.h>
+
 /* Bounding box of the vertices; false when there are none or one is beyond
    SRNF_MESH_COORDINATE_MAX. */
 static bool bounding_box(const struct srnf_mesh *mesh, double low[3], double high[3])
@@ -30,10 +32,31 @@ static bool bounding_box(const struct srnf_mesh *mesh, double low[3], double hig
     return mesh->n_vertices > 0;
 }
 
+/* The least step of a double, or of a float where all coordinates are some, at the largest of them,
+   over the mean length of an edge. What was shifted far from the origin and written in single
+   precision has steps as long as its edges. */
+static double coarseness_of(const struct srnf_mesh *mesh, double mean_edge)
+{
+    double largest = 0.0;
+    bool single = true;
+    int exponent;
+
+    for (size_t i = 0; i < 3 * mesh->n_vertices; i++) {
+        double x = fabs(mesh->vertices[i]);
+
+        largest = fmax(largest, x);
+        single = single && x <= (double)FLT_MAX && (double)(float)x == x;
+    }
+    (void)frexp(largest, &exponent);
+    return mean_edge > 0.0
+               ? ldexp(1.0, exponent - (single ? FLT_MANT_DIG : DBL_MANT_DIG)) / mean_edge
+               : 0.0;
+}
+
 void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures)
 {
     double low[3] = {0}, high[3] = {0}, extent[3], sum[3] = {0}, diagonal;
-    double area = 0.0, volume = 0.0;
+    double area = 0.0, volume = 0.0, edges = 0.0;
 
     *measures = (struct srnf_mesh_measures){0};
     if (!bounding_box(mesh, low, high)) {
@@ -63,6 +86,7 @@ void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *
         vector_subtract(corner[2], corner[0], ac);
         vector_cross(ab, ac, normal);
         length = vector_norm(normal);
+        edges += vector_norm(ab) / (double)mesh->n_faces;
         area += 0.5 * length;
         volume += vector_dot(corner[0], normal) / 6.0;
         for (size_t i = 0; i < 3; i++) {
@@ -72,6 +96,7 @@ void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *
     for (size_t i = 0; i < 3 && area > 0.0; i++) {
         measures->centroid[i] += diagonal * (sum[i] / area);
     }
+    measures->coarseness = coarseness_of(mesh, edges * diagonal);
     measures->relative_area = area;
     measures->relative_volume = volume;
     measures->area = area * diagonal * diagonal;

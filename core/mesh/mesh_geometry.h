@@ -98,6 +98,7 @@ struct srnf_mesh_measures {
     double area, volume, diagonal;
     double centroid[3], center[3];
     double relative_area, relative_volume; /* for a diagonal of 1 */
+    double coarseness;                     /* of struct srnf_mesh_report; 0 without faces */
     bool out_of_range; /* coordinates beyond SRNF_MESH_COORDINATE_MAX: all is 0 */
 };
 void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures);

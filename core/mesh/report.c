@@ -154,6 +154,7 @@ static void fill_report(struct srnf_mesh_report *report, const struct srnf_topol
     report->area = measures->area;
     report->volume = measures->volume;
     report->bounding_box_diagonal = measures->diagonal;
+    report->coarseness = measures->coarseness;
     for (size_t k = 0; k < 3; k++) {
         report->centroid[k] = measures->centroid[k];
     }

@@ -211,8 +211,17 @@ static int encode(struct encode_task *task, struct srnf_index **index, struct sr
         srnf_report_progress(task->context, 0.6, "measuring the fit");
         status = measure_fit(task, encoded->coefficients, result.frame, &encoded->fit);
     }
-    return status == SRNF_OK ? normalise(*sht, task->options->unit_area, result.frame, encoded)
-                             : status;
+    if (status == SRNF_OK) {
+        status = normalise(*sht, task->options->unit_area, result.frame, encoded);
+    }
+    if (status == SRNF_OK) {
+        double scale = encoded->scale;
+
+        encoded->volume_ratio =
+            encoded->measures.volume * scale * scale * scale / task->report->volume;
+        encoded->area_ratio = encoded->measures.area * scale * scale / task->report->area;
+    }
+    return status;
 }
 
 int srnf_encode(const struct srnf_mesh *mesh, const struct srnf_mesh_report *report,

@@ -132,6 +132,10 @@ struct srnf_mesh_report {
     double volume; /* signed, of the mesh after the repairs, in cubed units */
     double bounding_box_diagonal;
     double centroid[3]; /* of area */
+    /* Least step of the coordinates at their largest size, in single precision where all of them
+       fit into it and in double otherwise, over the mean length of an edge. From about 0.1 on the
+       surface is as much rounding as shape. */
+    double coarseness;
     struct srnf_mesh_repairs repairs;
     size_t n_problems;
     struct srnf_mesh_problem problems[SRNF_MESH_PROBLEMS_MAX]; /* ordered as enum srnf_status */

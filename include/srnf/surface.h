@@ -91,6 +91,8 @@ struct srnf_encoded {
     struct srnf_distortion distortion;
     struct srnf_fit fit;
     struct srnf_surface_measures measures; /* of the surface as stored */
+    /* Of the surface, in the units of the mesh, over those of the mesh. */
+    double volume_ratio, area_ratio;
 };
 
 /*
@@ -131,6 +133,7 @@ enum srnf_verdict {
 struct srnf_judgement {
     enum srnf_verdict verdict;
     double fit;    /* fit.rms / fit.diagonal */
+    double max;    /* fit.max / fit.diagonal */
     double volume; /* of the surface, in the units of the mesh, over that of the mesh */
     double area;   /* the same for the area */
     double energy; /* distortion.symmetric_dirichlet */
@@ -141,7 +144,8 @@ struct srnf_judgement {
  * in core/shape/judge.c. A pure function of a few numbers: any thread, no errors.
  *   encoded   [in]  of srnf_encode, as it came
  *   report    [in]  of the mesh that was encoded
- *   smoothed  [in]  the encoding was damped (options->smoothing > 0), and is off on purpose
+ *   smoothed  [in]  the encoding was damped (options->smoothing > 0): then it is never refused for
+ *                   being off, which was asked for
  *   judgement [out] the verdict, which is returned as well, and what it rests on
  */
 enum srnf_verdict srnf_encode_judge(const struct srnf_encoded *encoded,

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/warnings.h"
 #include "jobs/compute.h"
 
 static void set_repair(json_t *repairs, const char *code, size_t count)
@@ -117,6 +118,9 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
     (void)json_object_set_new(document, "starShaped", star_json(star));
     (void)json_object_set_new(document, "repairs", repairs_json(&report->repairs, info));
     (void)json_object_set_new(document, "problems", problems_json(report));
+    if (report->coarseness >= JOBS_COARSE) {
+        warning_coarse(warnings_of(document), NULL, report->coarseness);
+    }
     return document;
 }
 

@@ -133,6 +133,16 @@ static struct compute_encode_inputs typed_inputs(const json_t *inputs)
     return typed;
 }
 
+/* The fit, and by what part volume and area of the surface differ from those of its mesh. */
+static json_t *fit_json(const struct srnf_encoded *encoded)
+{
+    json_t *fit = process_fit_json(&encoded->fit);
+
+    (void)json_object_set_new(fit, "volumeDifference", json_finite(encoded->volume_ratio - 1.0));
+    (void)json_object_set_new(fit, "areaDifference", json_finite(encoded->area_ratio - 1.0));
+    return fit;
+}
+
 /* The surface of the result, in the store, under the name of its mesh. */
 static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_inputs *typed,
                             const struct srnf_encoded *encoded, struct jobs_result *result)
@@ -146,7 +156,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_in
         .parameterization = srnf_parameterization_name(encoded->route),
         .route = srnf_parameterization_name(encoded->route),
         .source = process_source(run, "encode", typed->mesh, NULL),
-        .fit = process_fit_json(&encoded->fit),
+        .fit = fit_json(encoded),
         .star = process_star_json(&encoded->star),
         .origin = encoded->origin,
         .mirrored = typed->mirror,
@@ -184,7 +194,7 @@ void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_r
     }
     document = json_object();
     (void)json_object_set_new(document, "surface", surface);
-    (void)json_object_set_new(document, "fit", process_fit_json(&encoded.fit));
+    (void)json_object_set_new(document, "fit", fit_json(&encoded));
     (void)json_object_set_new(document, "route",
                               json_string(srnf_parameterization_name(encoded.route)));
     (void)json_object_set_new(document, "reason", json_string(encoded.reason));

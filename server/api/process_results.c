@@ -27,6 +27,27 @@ json_t *process_parse(const char *inputs, struct jobs_result *result)
     return document;
 }
 
+static void warn_poor(json_t *warnings, const struct jobs_doubt *doubt)
+{
+    const struct srnf_judgement *j = &doubt->judgement;
+    const char *surface = doubt->surface;
+
+    warning_add(
+        warnings, "encoding-poor",
+        json_pack("{s:s, s:s*, s:I, s:o, s:o, s:o, s:o, s:o}", "mesh", doubt->mesh, "standsFor",
+                  surface[0] ? surface : NULL, "lmax", (json_int_t)doubt->degree, "fit",
+                  json_finite(j->fit), "max", json_finite(j->max), "volume", json_finite(j->volume),
+                  "area", json_finite(j->area), "energy", json_finite(j->energy)),
+        "%s%sThe surface of %s at degree %zu%s is %.3g %% of the diagonal from it (root mean "
+        "square; %.3g %% at most), with %.3g times its volume and %.3g times its area, and the map "
+        "to the sphere has an energy of %.3g (4 is least). A higher lmax, less smoothing or "
+        "another "
+        "parameterization may do better.",
+        surface, surface[0] ? " is compared through its mesh by area. " : "", doubt->mesh,
+        doubt->degree, surface[0] ? " by area" : "", 100.0 * j->fit, 100.0 * j->max, j->volume,
+        j->area, j->energy);
+}
+
 json_t *process_doubts(struct jobs_run *run)
 {
     const struct jobs_doubt *doubts;
@@ -34,22 +55,12 @@ json_t *process_doubts(struct jobs_run *run)
     json_t *warnings = json_array();
 
     for (size_t i = 0; i < count; i++) {
-        const struct srnf_judgement *j = &doubts[i].judgement;
-        const char *surface = doubts[i].surface;
-
-        warning_add(
-            warnings, "encoding-poor",
-            json_pack("{s:s, s:s*, s:I, s:o, s:o, s:o, s:o}", "mesh", doubts[i].mesh, "standsFor",
-                      surface[0] ? surface : NULL, "lmax", (json_int_t)doubts[i].degree, "fit",
-                      json_finite(j->fit), "volume", json_finite(j->volume), "area",
-                      json_finite(j->area), "energy", json_finite(j->energy)),
-            "%s%sThe surface of %s at degree %zu%s is %.3g %% of the diagonal from it (root mean "
-            "square), "
-            "with %.3g times its volume and %.3g times its area, and the map to the sphere has an "
-            "energy of %.3g (4 is least). A higher lmax or another parameterization may do better.",
-            surface, surface[0] ? " is compared through its mesh by area. " : "", doubts[i].mesh,
-            doubts[i].degree, surface[0] ? " by area" : "", 100.0 * j->fit, j->volume, j->area,
-            j->energy);
+        if (doubts[i].coarseness >= JOBS_COARSE) {
+            warning_coarse(warnings, doubts[i].mesh, doubts[i].coarseness);
+        }
+        if (doubts[i].judgement.verdict != SRNF_FAITHFUL) {
+            warn_poor(warnings, &doubts[i]);
+        }
     }
     return warnings;
 }

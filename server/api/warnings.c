@@ -16,6 +16,8 @@
 /* One row a line; kept in alphabetical order. */
 static const char *const codes[] = {
     "closed-form-inapplicable",
+    "coordinates-coarse",
+    "covariates-collinear",
     "duplicate-content",
     "encoding-poor",
     "far-from-group",
@@ -113,4 +115,19 @@ void warnings_put(json_t *document, json_t *from)
 {
     warnings_merge(warnings_of(document), from);
     json_decref(from);
+}
+
+void warning_coarse(json_t *warnings, const char *mesh, double coarseness)
+{
+    json_t *figures = json_object();
+
+    if (mesh) {
+        (void)json_object_set_new(figures, "mesh", json_string(mesh));
+    }
+    (void)json_object_set_new(figures, "coarseness", json_real(coarseness));
+    warning_add(warnings, "coordinates-coarse", figures,
+                "The coordinates of %s come in steps of %.3g times the mean edge: points are "
+                "rounded, and some may fall on each other. Write the mesh nearer to the origin, or "
+                "in double precision.",
+                mesh ? mesh : "the mesh", coarseness);
 }

@@ -25,6 +25,8 @@ void warnings_merge(json_t *warnings, const json_t *from);
 /* The same into the member "warnings" of a document, which is made where it is missing; `from` is
    taken over. */
 void warnings_put(json_t *document, json_t *from);
+/* coordinates-coarse, of a mesh by its id, or of the mesh that is spoken of where that is NULL. */
+void warning_coarse(json_t *warnings, const char *mesh, double coarseness);
 bool warning_known(const char *code);
 /* The array "warnings" of a result document, borrowed; made where there is none. */
 json_t *warnings_of(json_t *document);

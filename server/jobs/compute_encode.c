@@ -86,13 +86,16 @@ static int judge(struct jobs_run *run, const struct compute_encode_inputs *input
                  const struct srnf_mesh_report *report, const struct srnf_encoded *encoded,
                  struct jobs_result *result)
 {
-    struct jobs_doubt doubt = {.degree = encoded->degree};
+    struct jobs_doubt doubt = {.degree = encoded->degree, .coarseness = report->coarseness};
     const struct srnf_judgement *j = &doubt.judgement;
 
     (void)snprintf(doubt.mesh, sizeof doubt.mesh, "%s", inputs->mesh);
     switch (srnf_encode_judge(encoded, report, inputs->options.smoothing > 0.0, &doubt.judgement)) {
     case SRNF_FAITHFUL:
-        return 0;
+        if (!(report->coarseness >= JOBS_COARSE)) {
+            return 0;
+        }
+        /* fall through */
     case SRNF_POOR:
         if (inputs->aside) {
             *inputs->aside = (struct compute_doubt){.any = true, .doubt = doubt};

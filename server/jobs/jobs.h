@@ -169,11 +169,14 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
    MiB of them at most, in the run's checkpoint beside what was saved, about every second, and
    recalls those of earlier attempts. */
 void jobs_run_keep_parts(struct jobs_run *run);
-/* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge). */
+/* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge), or whose coordinates are
+   coarse. */
+#define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */
 struct jobs_doubt {
     char mesh[STORE_ID_MAX];
     char surface[STORE_ID_MAX]; /* that the encoding stood in for (compute_bridge.h), or "" */
     size_t degree;
+    double coarseness; /* of the mesh */
     struct srnf_judgement judgement;
 };
 /* Notes it for the results, once for a mesh, surface and degree; from any thread of the run. False

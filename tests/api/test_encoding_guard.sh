@@ -25,6 +25,9 @@ is "$STATUS" 200 'it is encoded'
 compare "$(json '.surface | .volume * .scale * .scale * .scale / 980.863 - 1 | fabs')" '<' 0.005 \
     'with the volume that its faces enclose'
 compare "$(json .fit.relativeToDiagonal.rms)" '<' 0.003 'and near it'
+compare "$(json '(.surface | .volume * .scale * .scale * .scale / 980.863) - 1 - .fit.volumeDifference | fabs')" '<' 1e-5 \
+    'the fit says by what part the volume differs'
+is "$(json '.fit == .surface.fit and (.fit.areaDifference | fabs) < 0.05')" true 'and the area, as does the record'
 is "$(json '"\(.warnings | length) \(.surface.warnings | length)"')" '0 0' 'without a warning'
 
 # ---- A mesh and its sphere -------------------------------------------------------------------------
@@ -65,7 +68,7 @@ TETRAHEDRON=$(json .id)
 execute encode "{\"mesh\":\"$TETRAHEDRON\",\"lmax\":4,\"parameterization\":\"star\"}"
 is "$STATUS $(json '.warnings[0].code')" '200 encoding-poor' 'a poor encoding is an answer with a warning'
 is "$(json '.warnings == .surface.warnings')" true 'which stands in the record of the surface, too'
-is "$(json '.warnings[0].figures | [keys[]] | join(" ")')" 'area energy fit lmax mesh volume' 'with its figures'
+is "$(json '.warnings[0].figures | [keys[]] | join(" ")')" 'area energy fit lmax max mesh volume' 'with its figures'
 compare "$(json '.warnings[0].figures.fit - .fit.relativeToDiagonal.rms | fabs')" '<' 1e-12 'that are those of the fit'
 get "/v1/surfaces/$(json .surface.id)"
 is "$(json '.warnings[0].code')" encoding-poor 'and is read back with it'
@@ -75,6 +78,20 @@ NEEDLE=$(json .id)
 execute encode "{\"mesh\":\"$NEEDLE\",\"lmax\":8,\"parameterization\":\"star\"}"
 is_problem 422 encoding-unfaithful 'what is another shape than its mesh is no answer'
 like "$(json .detail)" 'times its volume' 'and the problem has the figures'
+
+# Damping takes away volume, which was asked for, but is said.
+execute encode "{\"mesh\":\"$BENT\",\"lmax\":8,\"smoothing\":0.1}"
+is "$STATUS $(json '.warnings[0].code')" '200 encoding-poor' 'a surface that smoothing took far from its mesh is poor'
+
+# Coordinates in single precision, far from the origin: steps of half an edge.
+awk 'BEGIN { f = "%s" } /^v / { printf "v %d %d %d\n", $2 * 2 + 16777216, $3 * 2, $4 * 2; next } { print }' \
+    "$SCRATCH/tetrahedron.obj" >"$SCRATCH/far.obj"
+post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/far.obj"
+is "$(json '.report | "\(.analysable) \(.warnings[0].code)"')" 'true coordinates-coarse' \
+    'a mesh whose coordinates are coarse is told at its upload'
+compare "$(json '.report.warnings[0].figures.coarseness')" '>' 0.5 'with the figure'
+execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":8}"
+like "$(json '[.warnings[].code] | join(" ")')" coordinates-coarse 'and in what is computed from it'
 
 # Where another process encodes the mesh, the doubt is that process's.
 post '/v1/meshes' --data-binary @tests/data/aal_subcortex/L_thalamus.ply

@@ -303,6 +303,36 @@ static void test_inside_out(void **state)
 
 /* A soup is merged back into the mesh it came from: every corner is where it was, and the mesh is
    closed. */
+/* Coordinates rounded to floats far from the origin. */
+static void test_coarseness(void **state)
+{
+    struct srnf_mesh_report report;
+    double before = 0.0;
+    (void)state;
+
+    for (double shift = 1.0; shift < 1e9; shift *= 100.0) {
+        struct srnf_mesh mesh = meshes_sphere(8), single;
+        double edge = 0.15; /* about, of the unit sphere */
+
+        meshes_move(&mesh, shift, 0, 0);
+        single = meshes_copy(&mesh);
+        for (size_t i = 0; i < 3 * single.n_vertices; i++) {
+            single.vertices[i] = (double)(float)single.vertices[i];
+        }
+        assert_int_equal(srnf_mesh_prepare(&mesh, false, &report), SRNF_OK);
+        assert_true(report.coarseness < 1e-5);
+        assert_int_equal(srnf_mesh_prepare(&single, false, &report), SRNF_OK);
+        assert_true(report.coarseness > 20.0 * before);
+        if (shift < 1e7) {
+            assert_true(report.coarseness > 2e-8 * shift / edge);
+            assert_true(report.coarseness < 5e-7 * (shift + 1.0) / edge);
+        }
+        before = report.coarseness;
+        srnf_mesh_clear(&single);
+        srnf_mesh_clear(&mesh);
+    }
+}
+
 static void test_merge(void **state)
 {
     struct srnf_mesh mesh = meshes_bumpy(8, 11), soup = meshes_soup(&mesh);
@@ -451,6 +481,7 @@ int main(void)
         cmocka_unit_test(test_degenerate_faces),
         cmocka_unit_test(test_extent),
         cmocka_unit_test(test_inside_out),
+        cmocka_unit_test(test_coarseness),
         cmocka_unit_test(test_merge),
         cmocka_unit_test(test_drop_unreferenced),
         cmocka_unit_test(test_renumbering),
