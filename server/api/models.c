@@ -76,6 +76,16 @@ static json_t *labels_of(const struct store_model *model)
     return labels ? labels : json_array();
 }
 
+/* The groups of the subjects; null where they have none. */
+static json_t *groups_of(const struct store_model *model)
+{
+    json_t *made = model_made_from(model);
+    json_t *groups = json_incref(json_object_get(made, "groups"));
+
+    json_decref(made);
+    return groups ? groups : json_null();
+}
+
 json_t *model_made_from(const struct store_model *model)
 {
     json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
@@ -114,6 +124,7 @@ json_t *model_record(const struct store_model *model, json_t *mean)
     (void)json_object_set_new(record, "mean", mean);
     set_spectrum(record, model);
     (void)json_object_set_new(record, "labels", labels_of(model));
+    (void)json_object_set_new(record, "groups", groups_of(model));
     (void)json_object_set_new(record, "scores",
                               json_nested(model->arrays[STORE_MODEL_SCORES], 2, shape));
     return record;
@@ -232,9 +243,9 @@ void models_scores(struct api_call *call)
         scores_csv(call, &model, name);
     } else {
         respond_json(call, 200,
-                     json_pack("{s:I, s:I, s:o, s:o}", "subjects", (json_int_t)model.subjects,
+                     json_pack("{s:I, s:I, s:o, s:o, s:o}", "subjects", (json_int_t)model.subjects,
                                "components", (json_int_t)model.components, "labels",
-                               labels_of(&model), "scores",
+                               labels_of(&model), "groups", groups_of(&model), "scores",
                                json_nested(model.arrays[STORE_MODEL_SCORES], 2, shape)));
     }
 out:

@@ -83,6 +83,7 @@ static json_t *result_document(struct jobs_run *run, const json_t *inputs, const
     json_t *document = json_object(), *labels = group_labels(run, inputs);
 
     (void)json_object_set_new(document, "labels", labels);
+    (void)json_object_set_new(document, "groups", group_groups(inputs));
     (void)json_object_set_new(document, "matrix", json_nested(outputs->matrix, 2, shape));
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)outputs->group.degree));
     routes_set_bridged(document, n, ids, outputs->group.bridged);

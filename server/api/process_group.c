@@ -203,26 +203,78 @@ static json_t *name_of(struct jobs_run *run, const char *id)
     return name ? name : json_string(id);
 }
 
+/* Whether another name is the same as the i-th. */
+static bool is_taken(const json_t *names, size_t i)
+{
+    for (size_t k = 0; k < json_array_size(names); k++) {
+        if (k != i && json_equal(json_array_get(names, k), json_array_get(names, i))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Names that several members have, each with what follows it in brackets, and that which is still
+   the same with the number of the member. */
+static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const json_t *names)
+{
+    json_t *parted = json_array(), *distinct = json_array();
+
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        json_t *name = json_array_get(names, i);
+        const char *id = json_string_value(json_array_get(surfaces, i));
+
+        if (is_taken(names, i)) {
+            json_t *own = name_of(run, id);
+
+            (void)json_array_append_new(
+                parted, json_sprintf("%s (%s)", json_string_value(name),
+                                     json_equal(own, name) ? id : json_string_value(own)));
+            json_decref(own);
+        } else {
+            (void)json_array_append(parted, name);
+        }
+    }
+    for (size_t i = 0; i < json_array_size(parted); i++) {
+        json_t *name = json_array_get(parted, i);
+
+        if (is_taken(parted, i)) {
+            name = json_sprintf("%s #%zu", json_string_value(name), i);
+            (void)json_array_append_new(distinct, name);
+        } else {
+            (void)json_array_append(distinct, name);
+        }
+    }
+    json_decref(parted);
+    return distinct;
+}
+
 json_t *group_labels(struct jobs_run *run, const json_t *inputs)
 {
     const json_t *surfaces = json_object_get(inputs, "surfaces");
     const json_t *cohort = json_object_get(inputs, "cohort");
-    json_t *labels = json_array();
+    json_t *names = json_array(), *labels;
 
     for (size_t i = 0; i < json_array_size(surfaces); i++) {
-        json_t *label = json_array_get(json_object_get(cohort, "labels"), i);
         json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
 
-        if (json_is_string(label)) {
-            (void)json_array_append(labels, label);
-        } else if (json_is_string(subject)) {
-            (void)json_array_append(labels, subject);
+        if (json_is_string(subject)) {
+            (void)json_array_append(names, subject);
         } else {
             (void)json_array_append_new(
-                labels, name_of(run, json_string_value(json_array_get(surfaces, i))));
+                names, name_of(run, json_string_value(json_array_get(surfaces, i))));
         }
     }
+    labels = part_names(run, surfaces, names);
+    json_decref(names);
     return labels;
+}
+
+json_t *group_groups(const json_t *inputs)
+{
+    json_t *labels = json_object_get(json_object_get(inputs, "cohort"), "labels");
+
+    return json_is_array(labels) ? json_incref(labels) : json_null();
 }
 
 json_t *group_subjects(struct jobs_run *run, const json_t *cohort)

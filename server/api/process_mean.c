@@ -230,6 +230,7 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
     mean_set_members(document, typed, outputs);
     typicality_warn_poses(warnings_of(document), outputs, typed->subjects, labels);
     (void)json_object_set_new(document, "labels", labels);
+    (void)json_object_set_new(document, "groups", group_groups(inputs));
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                json_object_get(inputs, "cohort")));
@@ -310,11 +311,11 @@ static void record_texts(struct jobs_run *run, const json_t *inputs,
     const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
     const json_t *mirrored = json_object_get(json_object_get(inputs, "cohort"), "mirrored");
     json_t *record = json_pack(
-        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
+        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
         json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
         jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort", cohort,
-        "subjects", subjects, "mirrored", mirrored, "labels", group_labels(run, inputs),
-        "registration", registration_json(typed->registration), "contents",
+        "subjects", subjects, "mirrored", mirrored, "labels", group_labels(run, inputs), "groups",
+        group_groups(inputs), "registration", registration_json(typed->registration), "contents",
         contents_json(&outputs->group), "residuals",
         json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));

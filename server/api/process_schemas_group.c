@@ -26,9 +26,13 @@
     "\",\"default\":null,\"description\":\"Name of a cohort, instead of "                       \
     "surfaces.\"}," MIXED_ROUTES_INPUT ","
 
-#define LABELS                                                        \
-    "\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"}," \
-    "\"description\":\"A name for each surface, in order.\"},"
+#define LABELS                                                                                    \
+    "\"labels\":{\"type\":\"array\",\"items\":{\"type\":\"string\"},"                             \
+    "\"description\":\"A name for each surface, in order, no two the same: the subject, or else " \
+    "the "                                                                                        \
+    "name, or else the id, with more in brackets where that is not enough.\"},"                   \
+    "\"groups\":{\"type\":[\"array\",\"null\"],\"items\":{\"type\":[\"string\",\"null\"]},"       \
+    "\"description\":\"The label of each member of the cohort; null without a cohort.\"},"
 
 /* Of mean alone, and of what is made from the mean SRNF. */
 #define MEAN_METHOD                                                                              \

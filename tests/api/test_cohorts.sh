@@ -75,8 +75,12 @@ wrong "{\"name\":\"d\",\"members\":[{\"id\":\"$MESH\",\"covariates\":{\"a\":[1]}
 
 post_json /v1/cohorts "{\"name\":\"pair\",\"members\":[{\"id\":\"$SURFACE\",\"label\":\"a,b\"},{\"id\":\"$SURFACE\"}]}"
 execute distances '{"cohort":"pair","register":false}'
-is "$STATUS $(json '[.labels, .matrix] | tojson')" '200 [["a,b","left"],[[0,0],[0,0]]]' \
-    'a process takes it, and names its members by label or else by their own names'
+is "$STATUS $(json '[.labels, .groups, .matrix] | tojson')" \
+    "200 [[\"left ($SURFACE) #0\",\"left ($SURFACE) #1\"],[\"a,b\",null],[[0,0],[0,0]]]" \
+    'a process takes it, names its members so that no two are the same, and tells their labels'
+post_json /v1/cohorts "{\"name\":\"named\",\"members\":[{\"id\":\"$SURFACE\",\"label\":\"ctl\",\"subject\":\"a,b\"},{\"id\":\"$SURFACE\",\"label\":\"ctl\"}]}"
+execute distances '{"cohort":"named","register":false}'
+is "$(json '[.labels, .groups] | tojson')" '[["a,b","left"],["ctl","ctl"]]' 'by subject, or else by name'
 get '/v1/jobs?process=distances&limit=1'
 JOB=$(json '.items[0].id')
 get "/v1/jobs/$JOB/results" --header 'Accept: text/csv'
@@ -90,7 +94,13 @@ get '/v1/jobs?process=encode&limit=1'
 get "/v1/jobs/$(json '.items[0].id')/results?format=csv"
 is_problem 406 not-acceptable 'and other results not at all'
 
-request DELETE /v1/cohorts/pair
+get /v1/cohorts/pair
+TAG=$(header ETag)
+request DELETE /v1/cohorts/pair --header 'If-Match: "nope"'
+is_problem 412 precondition-failed 'a cohort that is not the one of If-Match stays'
+get /v1/cohorts/pair
+is "$STATUS" 200 'as it was'
+request DELETE /v1/cohorts/pair --header "If-Match: \"nope\", $TAG"
 is "$STATUS" 204 'a cohort is removed'
 request DELETE /v1/cohorts/pair
 is_problem 404 no-such-cohort 'once'
