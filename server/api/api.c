@@ -145,10 +145,10 @@ static bool refuse_query(struct api_call *call, const struct api_route *route)
 
     while (query_next(&cursor, &pair)) {
         bool known = percent_decode(pair.name, pair.name_length, false, name, sizeof name) &&
-                     strlen(name) == pair.name_length && list_has(route->query, name);
+                     strlen(name) == pair.name_length && list_has_exactly(route->query, name);
 
         if (!known) {
-            (void)problem_respond(call, "malformed-request",
+            (void)problem_respond(call, "unknown-parameter",
                                   "The query parameter \"%.*s\" is not known here; known: %s.",
                                   (int)(pair.name_length < 60 ? pair.name_length : 60), pair.name,
                                   route->query[0] ? route->query : "none");

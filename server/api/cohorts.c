@@ -364,6 +364,12 @@ out:
     json_decref(body);
 }
 
+/* The same name may stand for another cohort later: the tag is of the content. */
+static void cohort_tag(const struct store_cohort *cohort, char tag[120])
+{
+    (void)snprintf(tag, 120, "%s.%lld", cohort->digest, (long long)cohort->created_ms);
+}
+
 void cohorts_get(struct api_call *call)
 {
     struct store_cohort cohort;
@@ -378,8 +384,7 @@ void cohorts_get(struct api_call *call)
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
         return;
     }
-    /* The same name may stand for another cohort later: the tag is of the content. */
-    (void)snprintf(tag, sizeof tag, "%s.%lld", cohort.digest, (long long)cohort.created_ms);
+    cohort_tag(&cohort, tag);
     if (!respond_not_modified(call, tag)) {
         respond_json(call, 200, cohort_record(call, &cohort, true));
     }
@@ -435,15 +440,31 @@ void cohorts_list(struct api_call *call)
     }
 }
 
+/* A cohort never changes; one of another content may only take its name between this look and the
+   deletion when it was deleted by somebody else meanwhile. */
 void cohorts_delete(struct api_call *call)
 {
-    char owner[STORE_OWNER_MAX];
+    struct store *store = call->api->config.store;
+    struct store_cohort cohort;
+    char owner[STORE_OWNER_MAX], tag[120];
+    bool refused = false;
     int status;
 
     if (!find_owner(call, owner)) {
         return;
     }
-    status = store_cohort_delete_as(call->api->config.store, owner, call->parameters[0]);
+    status = store_cohort_get_as(store, owner, call->parameters[0], &cohort);
+    if (status == 0) {
+        cohort_tag(&cohort, tag);
+        refused = respond_precondition_failed(call, tag);
+        store_cohort_clear(&cohort);
+    }
+    if (refused) {
+        return;
+    }
+    if (status == 0) {
+        status = store_cohort_delete_as(store, owner, call->parameters[0]);
+    }
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
     } else {

@@ -116,6 +116,8 @@ int accept_best(const struct api_request *request, const char *const *media_type
 /* Sets ETag to the tag in quotes and, where If-None-Match names it, answers 304: then true, and
    nothing more is to be done. */
 bool respond_not_modified(struct api_call *call, const char *tag);
+/* Where If-Match does not name the tag, answers 412: then true, and nothing more is to be done. */
+bool respond_precondition_failed(struct api_call *call, const char *tag);
 
 /* ---- Lists (lists.c) ------------------------------------------------------------------------- */
 

@@ -26,6 +26,7 @@ struct problem_kind {
 
 static const struct problem_kind kinds[] = {
     {"malformed-request", 400, "The request is malformed"},
+    {"unknown-parameter", 400, "The query has a parameter that is not known here"},
     {"malformed-json", 400, "The body is not the JSON that is expected"},
     {"token-required", 401, "A token is required"},
     {"token-invalid", 401, "The token is not valid"},
@@ -46,6 +47,7 @@ static const struct problem_kind kinds[] = {
     {"job-not-ended", 409, "The job has not ended yet"},
     {"idempotency-key-in-flight", 409, "A request with this Idempotency-Key is being answered"},
     {"job-dismissed", 410, "The job was dismissed"},
+    {"precondition-failed", 412, "The resource is not what If-Match says"},
     {"body-too-large", 413, "The body is too large"},
     {"uri-too-long", 414, "The request target is too long"},
     {"unsupported-media-type", 415, "The body's media type is not supported here"},

@@ -173,6 +173,22 @@ bool respond_not_modified(struct api_call *call, const char *tag)
     return true;
 }
 
+bool respond_precondition_failed(struct api_call *call, const char *tag)
+{
+    const char *wanted = api_request_header(call->request, "If-Match");
+    char quoted[160];
+
+    (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
+    if (!wanted || list_has_exactly(wanted, quoted) || list_has_exactly(wanted, "*")) {
+        return false;
+    }
+    (void)problem_respond(call, "precondition-failed",
+                          "If-Match names %.80s, but the tag is %s now: it is another one than you "
+                          "have seen.",
+                          wanted, quoted);
+    return true;
+}
+
 /* ---- In
    -----------------------------------------------------------------------------------------------
  */
@@ -187,7 +203,9 @@ const char *api_request_header(const struct api_request *request, const char *na
     return NULL;
 }
 
-bool list_has(const char *list, const char *token)
+/* compare: strncmp or strncasecmp. */
+static bool list_holds(const char *list, const char *token,
+                       int (*compare)(const char *a, const char *b, size_t size))
 {
     size_t length = strlen(token);
 
@@ -201,12 +219,22 @@ bool list_has(const char *list, const char *token)
         while (end > start && isspace((unsigned char)end[-1])) {
             end--;
         }
-        if ((size_t)(end - start) == length && strncasecmp(start, token, length) == 0) {
+        if ((size_t)(end - start) == length && compare(start, token, length) == 0) {
             return true;
         }
         list += span + (list[span] == ',');
     }
     return false;
+}
+
+bool list_has(const char *list, const char *token)
+{
+    return list_holds(list, token, strncasecmp);
+}
+
+bool list_has_exactly(const char *list, const char *token)
+{
+    return list_holds(list, token, strncmp);
 }
 
 static int hex_digit(char c)

@@ -34,6 +34,8 @@ const char *name_problem(const char *name);
 
 /* Whether the comma-separated list has the token, without regard to case. */
 bool list_has(const char *list, const char *token);
+/* The same with regard to case. */
+bool list_has_exactly(const char *list, const char *token);
 
 /* The set of Idempotency-Keys whose first request is not answered yet (inflight.c). */
 enum inflight_entry { INFLIGHT_ENTERED, INFLIGHT_TAKEN, INFLIGHT_NO_MEMORY };

@@ -18,6 +18,7 @@
 #include "jobs/compute.h"
 
 static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
+#define FORMATS (sizeof formats / sizeof formats[0])
 
 static bool refuse(struct api_call *call, const char *pointer, const char *detail)
 {
@@ -28,16 +29,34 @@ static bool refuse(struct api_call *call, const char *pointer, const char *detai
     return false;
 }
 
-/* ?format=, by default ply. NULL when a problem was answered. */
+/* The format that Accept likes best; NULL, with a problem answered, where it takes none. */
+static const char *negotiate_format(struct api_call *call)
+{
+    const char *types[FORMATS + 1] = {NULL};
+    int best;
+
+    for (size_t i = 0; i < FORMATS; i++) {
+        types[i] = mesh_media_type(formats[i]);
+    }
+    best = accept_best(call->request, types);
+    if (best < 0) {
+        (void)problem_respond(call, "not-acceptable",
+                              "This is served as %s, %s, %s, %s and %s; ?format= chooses, too.",
+                              types[0], types[1], types[2], types[3], types[4]);
+    }
+    return best < 0 ? NULL : formats[best];
+}
+
+/* ?format=, otherwise what Accept likes best, ply first. NULL when a problem was answered. */
 static const char *choose_format(struct api_call *call)
 {
     bool refused = false;
     char text[16];
 
     if (!query_get(call, "format", text, sizeof text, &refused)) {
-        return refused ? NULL : formats[0];
+        return refused ? NULL : negotiate_format(call);
     }
-    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
+    for (size_t i = 0; i < FORMATS; i++) {
         if (strcmp(text, formats[i]) == 0) {
             return formats[i];
         }
@@ -231,6 +250,7 @@ void surfaces_mesh(struct api_call *call)
     }
     resolution = choose_resolution(call, (size_t)surface.lmax);
     if (resolution) {
+        (void)api_response_header_text(call->response, "Vary", "Accept");
         (void)snprintf(tag, sizeof tag, "%s.mesh.%zu.%s", surface.id, resolution, format);
         if (!respond_not_modified(call, tag)) {
             respond_mesh(call, &surface, format, resolution);

@@ -136,6 +136,16 @@ for format in ply obj stl vtk glb; do
             'and read back as a closed mesh of 10 r^2 + 2 vertices'
     fi
 done
+get "/v1/surfaces/$ID/mesh?resolution=6" --header 'Accept: text/plain, model/stl;q=0.5'
+is "$STATUS $(header Content-Type)" '200 model/stl' 'Accept chooses a format, too'
+cmp -s "$BODY" "$SCRATCH/mesh.stl"
+is "$?" 0 'the same one'
+get "/v1/surfaces/$ID/mesh?resolution=6" --header 'Accept: text/html, */*;q=0.1'
+is "$STATUS $(header Content-Type)" '200 model/ply' 'whoever takes anything gets ply'
+get "/v1/surfaces/$ID/mesh" --header 'Accept: image/png'
+is_problem 406 not-acceptable 'what there is not is not acceptable'
+get "/v1/surfaces/$ID/mesh?resolution=6&format=obj" --header 'Accept: image/png'
+is "$STATUS" 200 'unless the query says what is wanted'
 is "$(head -c 4 "$SCRATCH/mesh.glb")" glTF 'glb begins as it must'
 
 # ---- Lists ------------------------------------------------------------------------------------------

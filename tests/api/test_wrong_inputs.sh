@@ -144,7 +144,8 @@ refused 'an unknown format' '?format=docx' 422 invalid-input 'docx' --data-binar
 post '/v1/meshes?format=docx' --data-binary "@$THALAMUS"
 is "$(json '.errors[0].pointer')" /format 'an unknown format is pointed at'
 refused 'the wrong format' '?format=stl' 422 unparsable-mesh '.' --data-binary "@$THALAMUS"
-refused 'an unknown query parameter' '?fromat=ply' 400 malformed-request 'fromat' --data-binary "@$THALAMUS"
+refused 'an unknown query parameter' '?fromat=ply' 400 unknown-parameter 'known: format,name' --data-binary "@$THALAMUS"
+refused 'a query parameter in another case' '?Format=ply' 400 unknown-parameter 'Format' --data-binary "@$THALAMUS"
 refused 'a parameter given twice' '?format=ply&format=obj' 400 malformed-request 'format' --data-binary "@$THALAMUS"
 refused 'a broken escape' '?name=%zz' 400 malformed-request 'name' --data-binary "@$THALAMUS"
 head -c 2000001 /dev/zero >"$MESHES/big"
