@@ -436,11 +436,17 @@ static int print_help(int n_arguments, char **arguments)
 int main(int argc, char **argv)
 {
     (void)umask(077); /* nothing of the data is for others, whatever the folder allows */
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            return print_help(0, NULL);
+        }
+    }
     for (size_t i = 0; argc > 1 && i < sizeof commands / sizeof commands[0]; i++) {
         if (strcmp(argv[1], commands[i].name) == 0) {
             return commands[i].run(argc - 2, argv + 2);
         }
     }
-    (void)fprintf(stderr, "usage: srnfd serve|backup|check|token|version|help\n");
+    (void)fprintf(stderr,
+                  "usage: srnfd serve|backup|check|token|version|help; srnfd --help tells more\n");
     return 2;
 }

@@ -63,7 +63,8 @@ static const struct {
 } strangers[] = {
     {"<!doctype html", 14, "this is a web page (HTML), not a mesh"},
     {"<html", 5, "this is a web page (HTML), not a mesh"},
-    {"<vtkfile", 8, "VTK's XML formats are not read; save the mesh as legacy polydata"},
+    {"<vtkfile", 8,
+     "VTK's XML formats (.vtp) are not read; save the mesh as legacy polydata (.vtk)"},
     {"\x1f\x8b", 2, "this is packed by gzip; send what is inside"},
     {"pk\x03\x04", 4, "this is a ZIP archive; send the mesh that is inside"},
     {"gltf", 4, "glTF binaries (GLB) are written, not read"},
@@ -143,6 +144,23 @@ enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size)
     return SRNF_MESH_UNKNOWN;
 }
 
+#define XML_PROBE 1024
+
+/* Is this one of VTK's XML formats, behind a declaration of XML? */
+static bool is_vtk_xml(struct token text)
+{
+    size_t size = text.size < XML_PROBE ? text.size : XML_PROBE;
+
+    for (size_t i = 0; token_begins(text, "<?xml") && i < size; i++) {
+        struct token rest = {text.text + i, text.size - i};
+
+        if (*rest.text == '<' && token_begins(rest, "<vtkfile")) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* The sentence for bytes that are certainly no mesh, or NULL. */
 static const char *stranger_message(const unsigned char *bytes, size_t size)
 {
@@ -154,6 +172,9 @@ static const char *stranger_message(const unsigned char *bytes, size_t size)
         return size == 0 ? "the body is empty" : "the body holds nothing but white space";
     }
     word.size = (size_t)(scan.end - word.text);
+    if (is_vtk_xml(word)) {
+        return "VTK's XML formats (.vtp) are not read; save the mesh as legacy polydata (.vtk)";
+    }
     for (size_t i = 0; i < sizeof strangers / sizeof strangers[0]; i++) {
         if (token_begins(word, strangers[i].begins)) {
             return strangers[i].message;
@@ -179,10 +200,14 @@ static const struct format *choose_format(struct mesh_reader *reader, enum srnf_
     if (!row || !row->sniff || !row->sniff(reader->bytes, reader->size)) {
         message = stranger_message(reader->bytes, reader->size);
     }
+    if (!message && !row && mesh_is_cut_stl(reader->bytes, reader->size)) {
+        message =
+            "the bytes are in no known mesh format; if they are binary STL, bytes are missing "
+            "at the end or too many: the size does not fit the number of triangles";
+    }
     if (!message && !row) {
         message = "the bytes are in no known mesh format (PLY, OBJ, OFF, STL, legacy VTK polydata, "
-                  "GIfTI, "
-                  "FreeSurfer surface)";
+                  "GIfTI, FreeSurfer surface)";
     }
     if (!message && !row->read) {
         message = "this format is written, not read";

@@ -87,6 +87,9 @@ mesh_sniff_function mesh_sniff_ply, mesh_sniff_obj, mesh_sniff_off, mesh_sniff_s
 mesh_read_function mesh_read_ply, mesh_read_obj, mesh_read_off, mesh_read_stl, mesh_read_vtk,
     mesh_read_gifti, mesh_read_freesurfer;
 
+/* Could the bytes be binary STL of another length than its header promises? (read_stl.c) */
+bool mesh_is_cut_stl(const unsigned char *bytes, size_t size);
+
 /* What a writer is given, checked: finite numbers, proper names, indices in range. */
 struct mesh_output {
     const struct srnf_mesh *mesh;

@@ -50,6 +50,20 @@ bool mesh_sniff_stl(const unsigned char *bytes, size_t size)
     return (size > HEADER_SIZE && has_binary_size(bytes, size)) || is_text(bytes, size);
 }
 
+#define CUT_FACTOR 4 /* between what is there and what is promised: else the promise is chance */
+
+bool mesh_is_cut_stl(const unsigned char *bytes, size_t size)
+{
+    int64_t count = 0;
+    size_t there = size > HEADER_SIZE ? (size - HEADER_SIZE) / RECORD_SIZE : 0;
+
+    if (there == 0 || !scalar_index(SCALAR_UINT32, bytes + HEADER_SIZE - 4, false, &count)) {
+        return false;
+    }
+    return (size_t)count / CUT_FACTOR <= there && there <= (size_t)count * CUT_FACTOR &&
+           memchr(bytes, '\0', size < TEXT_PROBE ? size : TEXT_PROBE) != NULL;
+}
+
 static int add_corners(struct mesh_reader *reader, size_t face)
 {
     int status = SRNF_OK;

@@ -99,6 +99,20 @@ static bool takes_json_alone(const struct api_route *route)
     return route->body == ROUTE_JSON || route->body == ROUTE_INPUTS;
 }
 
+/* For a sentence. */
+static const char *types_taken(const struct api_route *route)
+{
+    switch (route->body) {
+    case ROUTE_SURFACE:
+        return "application/json, or application/x-npy or application/octet-stream for .npy";
+    case ROUTE_MESH:
+        return "the bytes of a mesh alone, no form, as application/octet-stream or model/ply, "
+               "model/obj, model/off, model/stl, model/vtk, model/gifti, model/freesurfer";
+    default:
+        return "application/json";
+    }
+}
+
 /* 415 where the body's type is not one of the route's. Where JSON is taken alone the type must be
    said: a page in a browser can send a body without it to any address, but not with it. Elsewhere a
    body tells what it is. */
@@ -119,7 +133,7 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
     }
     if (!type && takes_json_alone(route)) {
         (void)problem_respond(call, "unsupported-media-type",
-                              "Content-Type: application/json is required here.");
+                              "A Content-Type is required here: application/json.");
         return true;
     }
     if (type && takes_json_alone(route)) {
@@ -131,7 +145,8 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
     }
     if (!fits) {
         (void)problem_respond(call, "unsupported-media-type",
-                              "Content-Type %.80s is not one that this resource takes.", type);
+                              "Content-Type %.80s is not one that this resource takes: %s.", type,
+                              types_taken(route));
     }
     return !fits;
 }

@@ -133,9 +133,16 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
     *format = named ? srnf_mesh_format_from_name(named)
                     : srnf_mesh_sniff(call->request->body, call->request->body_size);
     if (*format == SRNF_MESH_UNKNOWN) {
+        struct srnf_error error = {0}; /* what the bytes look like instead */
+        struct srnf_mesh none;
+
+        if (srnf_mesh_read(call->request->body, call->request->body_size, SRNF_MESH_UNKNOWN, NULL,
+                           &none, NULL, &error) == SRNF_OK) {
+            srnf_mesh_clear(&none);
+        }
         (void)problem_respond(call, "unparsable-mesh",
-                              "%s; name it by ?format= or Content-Type if it is one.",
-                              srnf_strerror(SRNF_EFORMAT));
+                              "%s; name the format by ?format= or Content-Type if it is one.",
+                              error.message);
         return false;
     }
     return true;

@@ -12,6 +12,7 @@
 #include "api/cohorts.h"
 #include "api/handedness.h"
 #include "api/permutation_test.h"
+#include "api/process_covariates.h"
 #include "api/process_mean.h"
 #include "api/typicality.h"
 #include "api/warnings.h"
@@ -53,8 +54,8 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
         }
         if (!known && found == 2) {
             problem_add(inputs->list, "/inputs/cohort",
-                        "has more than two labels: %.60s, %.60s, %.60s", labels[0], labels[1],
-                        label);
+                        "has more than two labels: \"%.60s\", \"%.60s\", \"%.60s\"", labels[0],
+                        labels[1], label);
             return false;
         }
         if (!known) {
@@ -62,8 +63,8 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
         }
     }
     if (found < 2) {
-        problem_add(inputs->list, "/inputs/cohort", "has one label only: %.60s",
-                    found ? labels[0] : "none");
+        problem_add(inputs->list, "/inputs/cohort", "has one label only: \"%.60s\"",
+                    found ? labels[0] : "");
         return false;
     }
     if (strcmp(labels[0], labels[1]) > 0) {
@@ -111,37 +112,13 @@ static bool set_groups(struct process_inputs *inputs, const json_t *members, jso
         return false;
     }
     if (count[0] < 2 || count[1] < 2) {
-        problem_add(inputs->list, "/inputs/cohort",
-                    "has %zu subjects of label %.60s and %zu of %.60s; each group needs two",
-                    count[0], labels[0], count[1], labels[1]);
+        problem_add(
+            inputs->list, "/inputs/cohort",
+            "has %zu subjects of label \"%.60s\" and %zu of \"%.60s\"; each group needs two",
+            count[0], labels[0], count[1], labels[1]);
         return false;
     }
     return true;
-}
-
-/* The values of one covariate, or NULL with a problem noted. */
-static json_t *covariate_values(struct process_inputs *inputs, const json_t *members,
-                                const char *name, const char *pointer)
-{
-    json_t *values = json_array();
-
-    for (size_t i = 0; i < json_array_size(members); i++) {
-        const json_t *all = json_object_get(json_array_get(members, i), "covariates");
-        const json_t *value = json_object_get(all, name);
-
-        if (json_is_boolean(value)) {
-            (void)json_array_append_new(values, json_real(json_is_true(value) ? 1.0 : 0.0));
-        } else if (json_is_number(value)) {
-            (void)json_array_append_new(values, json_real(json_number_value(value) + 0.0));
-        } else {
-            problem_add(inputs->list, pointer,
-                        "%.60s is not a number, true or false for member %zu of the cohort", name,
-                        i);
-            json_decref(values);
-            return NULL;
-        }
-    }
-    return values;
 }
 
 /* Names of the covariates, and their values into the cohort. */
@@ -174,6 +151,7 @@ static void read_covariates(struct process_inputs *inputs, const json_t *members
             (void)json_array_append_new(values, one);
         }
     }
+    covariates_check(inputs, chosen, values);
     (void)json_object_set_new(inputs->canonical, "covariates", chosen);
     (void)json_object_set_new(cohort, "covariates", values);
 }
@@ -206,9 +184,15 @@ static void describe_cohort(struct process_inputs *inputs, size_t n)
         read_covariates(inputs, members, cohort);
         covariates = json_array_size(json_object_get(inputs->canonical, "covariates"));
         if (subjects < SUBJECTS_MIN(covariates)) {
+            char with[48] = "a comparison";
+
+            if (covariates > 0) {
+                (void)snprintf(with, sizeof with, "%zu covariate%s", covariates,
+                               covariates == 1 ? "" : "s");
+            }
             problem_add(inputs->list, "/inputs/cohort",
-                        "has %zu subjects, too few for %zu covariates: %zu are needed", subjects,
-                        covariates, SUBJECTS_MIN(covariates));
+                        "has %zu subjects, too few for %s: %zu are needed", subjects, with,
+                        SUBJECTS_MIN(covariates));
         }
     }
     json_decref(members);
@@ -421,6 +405,8 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         group_warn_duplicates(run, document, cohort, cohort,
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, design.subjects, NULL);
+        covariates_warn(warnings_of(document), json_object_get(inputs, "covariates"), n,
+                        design.subjects, design.group, design.covariates);
         process_finish(run, document, inputs, result);
     }
 out:

@@ -337,8 +337,8 @@ bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, c
         if (own && first && strcmp(own, first) != 0) {
             (void)problem_respond(
                 inputs->call, "labels-within-subject",
-                "Members %zu and %zu are the same subject, %.60s, with the labels "
-                "%.60s and %.60s. %s",
+                "Members %zu and %zu are the same subject, \"%.60s\", with the labels "
+                "\"%.60s\" and \"%.60s\". %s",
                 numbers[i], i, json_string_value(json_array_get(subjects, i)), first, own, advice);
             inputs->answered = true;
             good = false;

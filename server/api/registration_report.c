@@ -70,21 +70,30 @@ void registration_bridged(json_t *document, json_t *figures, bool bridged)
     }
 }
 
-static void warn_truncated(json_t *warnings, const struct srnf_registration *r, const char *what)
+/* Whether the registration that a document tells of was asked for both ways, by an input. */
+static bool asked_both_ways(const json_t *document)
+{
+    const json_t *told = json_object_get(document, "registration");
+    const json_t *options = json_object_get(told, "options");
+
+    return json_is_true(json_object_get(options ? options : told, "symmetric"));
+}
+
+static void warn_truncated(json_t *warnings, const struct srnf_registration *r, const char *what,
+                           bool one_way_helps)
 {
     if (!(r->truncation_error > REGISTRATION_TRUNCATED_LEAST) ||
         !(r->truncation_distance > REGISTRATION_TRUNCATED_RATIO * r->distance)) {
         return;
     }
-    warning_add(
-        warnings, "registration-truncated",
-        json_pack("{s:f, s:f, s:f}", "truncationError", r->truncation_error, "truncationDistance",
-                  r->truncation_distance, "distance", r->distance),
-        "Registering %s: the registered surface is cut to its degree, which moves its SRNF "
-        "by %.3g, against a distance of %.3g. The distance was measured before the cut; "
-        "the surface, and paths to it, are off by that much. Encode with a higher lmax; one way "
-        "(symmetric false) less is cut off.",
-        what, r->truncation_distance, r->distance);
+    warning_add(warnings, "registration-truncated",
+                json_pack("{s:f, s:f, s:f}", "truncationError", r->truncation_error,
+                          "truncationDistance", r->truncation_distance, "distance", r->distance),
+                "Registering %s: the registered surface is cut to its degree, which moves its SRNF "
+                "by %.3g, against a distance of %.3g. The distance was measured before the cut; "
+                "the surface, and paths to it, are off by that much. Encode with a higher lmax%s.",
+                what, r->truncation_distance, r->distance,
+                one_way_helps ? "; one way (symmetric false) less is cut off" : "");
 }
 
 static void warn_distorted(json_t *warnings, const struct srnf_registration *r, const char *what)
@@ -124,7 +133,7 @@ void registration_warn(json_t *document, const struct srnf_registration *r, cons
     json_t *warnings = json_array();
 
     if (r->coefficients) {
-        warn_truncated(warnings, r, what);
+        warn_truncated(warnings, r, what, asked_both_ways(document));
         warn_distorted(warnings, r, what);
         warn_ambiguous(warnings, r, what);
         if (!r->converged) {

@@ -15,6 +15,8 @@ refuses() { # NAME STATUS WHY-REGEX ARGUMENTS..
 
 like "$("$SRNFD" version)" 'srnfd +[0-9]+\.[0-9]+.*openblas' 'version names the libraries'
 like "$("$SRNFD" help)" '--listen.*SRNFD_LISTEN' 'help lists the settings'
+is "$("$SRNFD" --help)" "$("$SRNFD" help)" '--help does, too'
+is "$("$SRNFD" serve --help)" "$("$SRNFD" help)" 'behind a command as well'
 "$SRNFD" fly 2>/dev/null
 is $? 2 'an unknown command is an error'
 "$SRNFD" 2>/dev/null

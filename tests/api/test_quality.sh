@@ -19,13 +19,16 @@ for SIDE in L R; do
         post "/v1/meshes?name=${SIDE}_$NAME" --data-binary "@tests/data/aal_subcortex/${SIDE}_$NAME.ply"
         execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":$LMAX}"
         AGE=$((AGE * 7 % 61 + 20))
-        MEMBERS="$MEMBERS,{\"id\":\"$(json .surface.id)\",\"label\":\"$SIDE\",\"covariates\":{\"age\":$AGE}}"
+        NEAR=$((AGE % 7))
+        if [ "$SIDE" = R ]; then NEAR=$((NEAR + 50)); fi
+        MEMBERS="$MEMBERS,{\"id\":\"$(json .surface.id)\",\"label\":\"$SIDE\",\"covariates\":{\"age\":$AGE,\"one\":1,\"near\":$NEAR}}"
         LAST=$(json .surface.id)
     done
 done
 post_json /v1/cohorts "{\"name\":\"sides\",\"members\":[${MEMBERS#,}]}"
 is "$STATUS" 201 'a cohort of two labels'
 post_json /v1/cohorts "{\"name\":\"three\",\"members\":[${MEMBERS#,},{\"id\":\"$LAST\",\"label\":\"middle\"}]}"
+post_json /v1/cohorts "$(jq -cn --argjson all "[${MEMBERS#,}]" '{name: "four", members: [$all[0, 1, 6, 7]]}')"
 post_json /v1/cohorts "{\"name\":\"bare\",\"members\":[${MEMBERS#,},{\"id\":\"$LAST\"}]}"
 
 # ---- evaluate-model ----------------------------------------------------------------------------------
@@ -89,10 +92,26 @@ isnt "$(json .surface.id)" "$SURFACE" 'the map is another'
 
 execute compare-groups '{"cohort":"sides","covariates":["volume"]}'
 is_problem 422 invalid-input 'a covariate that members do not have is refused'
-like "$(json '.errors[0].detail')" 'volume' 'by name'
+is "$(json '.errors[0].detail')" 'member 0 of the cohort has no covariate "volume"; the cohort has "age", "near", "one"' \
+    'by name, with those there are'
+execute compare-groups '{"cohort":"sides","covariates":["one"]}'
+is_problem 422 invalid-input 'a covariate that is the same for all is refused'
+is "$(json '.errors[0] | "\(.pointer) \(.detail)"')" \
+    '/inputs/covariates/0 "one" is the same for all members: leave it out' 'by name'
+execute compare-groups '{"cohort":"sides","covariates":["age","near","age"]}'
+like "$(json '.errors[0].detail')" '"age" follows from' 'as is one that says nothing new'
+execute compare-groups '{"cohort":"sides","register":false,"permutations":99,"covariates":["age","near"]}'
+is "$STATUS $(json '[.warnings[] | select(.code == "covariates-collinear") | .figures.covariate] | join(" ")')" '200 near' \
+    'covariates that tell the groups are warned of'
+compare "$(json '.warnings[] | select(.code == "covariates-collinear") | .figures.inflation')" '>' 10 'with the inflation'
+execute compare-groups '{"cohort":"sides","register":false,"permutations":99,"covariates":["age"]}'
+is "$(json '[.warnings[] | select(.code == "covariates-collinear")] | length')" 0 'and others are not'
+execute compare-groups '{"cohort":"four"}'
+is_problem 422 invalid-input 'few subjects are refused'
+is "$(json '.errors[0].detail')" 'has 4 subjects, too few for a comparison: 5 are needed' 'without a word on covariates'
 execute compare-groups '{"cohort":"three"}'
 is_problem 422 invalid-input 'three labels are refused'
-like "$(json '.errors[0].detail')" 'L, R, middle' 'with all of them'
+like "$(json '.errors[0].detail')" '"L", "R", "middle"' 'with all of them'
 execute compare-groups '{"cohort":"bare"}'
 is_problem 422 invalid-input 'a member without a label is refused'
 execute compare-groups '{"surfaces":["a"]}'
