@@ -87,7 +87,9 @@ static json_t *result_document(struct jobs_run *run, const json_t *inputs, const
     (void)json_object_set_new(document, "matrix", json_nested(outputs->matrix, 2, shape));
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)outputs->group.degree));
     routes_set_bridged(document, n, ids, outputs->group.bridged);
-    warnings_put(document, handedness_of_trials(labels, handedness));
+    warnings_put(document, handedness->unnamed ? handedness_of_pair(run, ids[0], ids[1], false,
+                                                                    &handedness->trials[0])
+                                               : handedness_of_trials(labels, handedness));
     return document;
 }
 

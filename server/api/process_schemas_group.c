@@ -171,7 +171,8 @@ const char distances_inputs_schema[] = INPUTS_OPENING
     "their area as unit.\"},"
     "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
     "Whether to try members that are left and right ones of the same, by label, "
-    "subject or name, mirrored too, in 12 pairs at most, and to warn where that "
+    "subject or name, mirrored too, in 12 pairs at most, and two members alone, registered, by "
+    "metric srnf, whatever they are called; and to warn where that "
     "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
 
 const char distances_outputs_schema[] = OUTPUTS_OPENING LABELS

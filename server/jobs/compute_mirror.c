@@ -101,8 +101,16 @@ int compute_mirror_group(struct jobs_run *run, const struct srnf_sht *sht, enum 
     struct srnf_context context = quiet_context(run);
     int status = 0;
 
+    handedness->unnamed = false;
     if (!handedness->opposite) {
         return 0;
+    }
+    if (group->n == 2 && registration && metric == SRNF_METRIC_SRNF &&
+        !handedness->opposite(handedness->user, 0, 1)) {
+        handedness->unnamed = true;
+        handedness->n_trials = 1;
+        return compute_mirror_pair(run, sht, group->surfaces[0], group->surfaces[1], registration,
+                                   false, matrix[1], &handedness->trials[0], error);
     }
     choose_pairs(group->n, matrix, handedness);
     for (size_t k = 0; k < handedness->n_trials && status >= 0; k++) {

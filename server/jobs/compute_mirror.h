@@ -28,13 +28,15 @@ struct compute_handedness {
     bool (*opposite)(const void *user, size_t i, size_t j);
     const void *user;
     size_t n_trials; /* [out] */
+    bool unnamed;    /* [out] the one trial is of two surfaces that nothing calls opposite */
     struct compute_mirror_trial trials[COMPUTE_MIRROR_TRIALS_MAX];
 };
 
 /*
  * Tries pairs of opposite members, each member with the nearest of those that are opposite to it,
  * the nearest pairs first, COMPUTE_MIRROR_TRIALS_MAX at most: so many more distances at most, of
- * the n (n - 1) / 2 that the matrix took.
+ * the n (n - 1) / 2 that the matrix took. Two registered surfaces that are not opposite are tried as
+ * compute_mirror_pair does, by the metric of SRNFs.
  *   matrix        [in] double[n][n] of the group by metric and registration
  *   registration  [in] as for srnf_metric_distances
  * Returns a core status.

@@ -106,6 +106,24 @@ is "$(json '.warnings[0].figures | [.tried, .better, (.pairs[] | .first, .second
 compare "$(json '.warnings[0].figures.pairs[0].distance - .matrix[0][1] | fabs')" '==' 0 'with the distance as it is'
 WOULD=$(json '.warnings[0].figures.pairs[0].mirrored')
 compare "$WOULD" '<' "$(json '0.9 * .matrix[0][1]')" 'and a clearly lower one'
+
+# Two surfaces whose names say nothing, one of them turned over: distances find out, as register does.
+nameless() { # SURFACE NAME
+    post_json /v1/surfaces "{\"coefficients\":$(curl -s "$URL/v1/surfaces/$1/coefficients?format=json"),\"name\":\"$2\"}"
+    json .id
+}
+run encode "{\"mesh\":\"${MESH[0]}\",\"lmax\":$LMAX,\"parameterization\":\"area\",\"mirror\":true}"
+TURNED=$(json .surface.id)
+TURNED=$(nameless "$TURNED" turned)
+PLAIN=$(nameless "${S[0]}" plain)
+run distances "{\"surfaces\":[\"$PLAIN\",\"$TURNED\"]}"
+is "$STATUS $(warned)" '200 1' 'distances of two try a mirrored match whatever they are called'
+compare "$(json '.warnings[] | select(.code == "mirror-images") | .figures.mirrored / .figures.distance')" '<' 0.1 \
+    'which is that of the mirror image'
+compare "$(json '(.warnings[] | select(.code == "mirror-images") | .figures.distance) - .matrix[0][1] | fabs')" '==' 0 \
+    'against the distance as they are'
+run distances "{\"surfaces\":[\"$PLAIN\",\"$TURNED\"],\"handedness\":\"ignore\"}"
+is "$STATUS $(warned)" '200 0' 'unless that is not wanted'
 run distances '{"cohort":"turned-caudates"}'
 is "$STATUS $(warned) $(json '.inputs.cohort.mirrored | tojson')" '200 0 [false,true]' 'with one side mirrored there is none'
 compare "$(json ".matrix[0][1] / $WOULD - 1 | fabs")" '<' 1e-9 'and the distance is what the warning said'
