@@ -3,9 +3,9 @@
  *
  * Columns are made orthogonal one after another (Gram and Schmidt, twice each). What is left of a
  * column, over what it had about its mean, is its tolerance; 1 over that is the variance inflation
- * factor (Marquardt 1970): by so much the variance of its effect is larger than without the others.
- * Only that of the group matters to the test; covariates may follow each other as they like, as long
- * as none of them adds nothing at all.
+ * factor (Marquardt 1970): by so much the variance of its effect is larger than without the
+ * others. Only that of the group matters to the test; covariates may follow each other as they
+ * like, as long as none of them adds nothing at all.
  */
 #include "api/process_covariates.h"
 
@@ -94,7 +94,7 @@ static double dot(size_t n, const double *a, const double *b)
     return sum;
 }
 
-/* Takes the parts along m orthonormal columns away from a column. Returns the length that is left. */
+/* Takes the parts along m orthonormal columns away from a column. Returns the length left. */
 static double reduce(size_t n, const double *basis, size_t m, double *column)
 {
     for (int pass = 0; pass < 2; pass++) {

@@ -1,6 +1,6 @@
 /*
- * process_covariates.h - the covariates of a comparison: read by name, and judged by what they leave
- * of the groups.
+ * process_covariates.h - the covariates of a comparison: read by name, and judged by what they
+ * leave of the groups.
  */
 #ifndef SRNFD_API_PROCESS_COVARIATES_H
 #define SRNFD_API_PROCESS_COVARIATES_H

@@ -31,8 +31,8 @@ const char **group_ids(const json_t *inputs, size_t *n);
 /* Which members of the canonical cohort are taken mirrored; none without a cohort. */
 struct compute_mirrored group_mirrored(const json_t *inputs);
 /* A name for each surface, no two the same: the subject of the member, or else the name that the
-   mesh or surface has, or else its id. Where several would be the same, the name follows the subject
-   in brackets, the id the name, and then the number of the member. */
+   mesh or surface has, or else its id. Where several would be the same, the name follows the
+   subject in brackets, the id the name, and then the number of the member. */
 json_t *group_labels(struct jobs_run *run, const json_t *inputs);
 /* The label, or null, of each member of the cohort; null where there is none. */
 json_t *group_groups(const json_t *inputs);

@@ -35,8 +35,8 @@ struct compute_handedness {
 /*
  * Tries pairs of opposite members, each member with the nearest of those that are opposite to it,
  * the nearest pairs first, COMPUTE_MIRROR_TRIALS_MAX at most: so many more distances at most, of
- * the n (n - 1) / 2 that the matrix took. Two registered surfaces that are not opposite are tried as
- * compute_mirror_pair does, by the metric of SRNFs.
+ * the n (n - 1) / 2 that the matrix took. Two registered surfaces that are not opposite are tried
+ * as compute_mirror_pair does, by the metric of SRNFs.
  *   matrix        [in] double[n][n] of the group by metric and registration
  *   registration  [in] as for srnf_metric_distances
  * Returns a core status.
