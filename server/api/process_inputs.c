@@ -11,6 +11,7 @@
  * made.
  */
 #include "api/process.h"
+#include "api/process_scales.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -78,7 +79,7 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 
 json_t *inputs_close(struct process_inputs *inputs)
 {
-    if (inputs->answered || inputs->list->errors || !inputs->canonical) {
+    if (inputs->answered || inputs->list->errors || !inputs->canonical || !inputs_scales(inputs)) {
         json_decref(inputs->canonical);
         return NULL;
     }

@@ -5,6 +5,7 @@
 #include "api/process.h"
 #include "api/json_memory.h"
 #include "api/process_routes.h"
+#include "api/process_scales.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
 
@@ -71,6 +72,8 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     json_t *doubts = process_doubts(run);
 
     routes_warn(run, inputs, document);
+    degrees_warn(run, inputs, document);
+    units_warn(run, inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));

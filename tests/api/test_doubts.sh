@@ -1,0 +1,137 @@
+#!/usr/bin/env bash
+# srnfd-test: slow
+#
+# test_doubts.sh - groups whose members do not belong together: of two scales (refused), of several degrees, in
+# several units. Small surfaces of nuclei, compared as they are parameterised.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+REQUEST_SECONDS=400
+
+run() { # PROCESS INPUTS
+    execute "$1" "$2" --header 'Prefer: wait=300'
+}
+
+# The warnings of a code in the last body, or none.
+warned() { # CODE
+    json "[.warnings[] | select(.code == \"$1\")]"
+}
+
+count() { # CODE
+    warned "$1" | jq length
+}
+
+encode() { # MESH LMAX [SCALE]
+    run encode "{\"mesh\":\"$1\",\"lmax\":$2,\"parameterization\":\"area\",\"scale\":\"${3:-unit-area}\"}"
+    json .surface.id
+}
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+MESH=()
+UNIT=()
+for name in L_pallidum L_thalamus L_putamen L_amygdala; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+    MESH+=("$(json .id)")
+    UNIT+=("$(encode "$(json .id)" 6)")
+done
+
+# ---- Scales ------------------------------------------------------------------------------------------
+
+OWN=("$(encode "${MESH[0]}" 6 none)" "$(encode "${MESH[1]}" 6 none)")
+for process in distances mean pca evaluate-model; do
+    run "$process" "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${OWN[0]}\"],\"register\":false}"
+    is_problem 422 mixed-scales "$process: surfaces of two scales are refused"
+done
+like "$(json .detail)" "2 of unit area .${UNIT[0]}. and 1 of a size of their own .${OWN[0]} has the area [0-9]" \
+    'with an example of each'
+like "$(json .detail)" 'Encode all meshes again with one scale' 'and what to do'
+run distances "{\"surfaces\":[\"${MESH[0]}\",\"${OWN[0]}\"],\"register\":false}"
+is_problem 422 mixed-scales 'a mesh is of unit area'
+run register "{\"template\":\"${UNIT[0]}\",\"moving\":\"${OWN[0]}\"}"
+is_problem 422 mixed-scales 'so are pairs: register'
+for process in geodesic transport; do
+    run "$process" "{\"from\":\"${OWN[0]}\",\"to\":\"${UNIT[1]}\",\"vector\":{\"toward\":\"${UNIT[2]}\"}}"
+    [ "$process" = geodesic ] && run geodesic "{\"from\":\"${OWN[0]}\",\"to\":\"${UNIT[1]}\"}"
+    is_problem 422 mixed-scales "so are pairs: $process"
+done
+run distances "{\"surfaces\":[\"${OWN[0]}\",\"${OWN[1]}\"],\"register\":false}"
+is "$STATUS" 200 'surfaces of their own size go together'
+run mean "{\"surfaces\":[\"${OWN[0]}\",\"${OWN[1]}\"],\"register\":false}"
+OWN_MEAN=$(json .surface.id)
+run distances "{\"surfaces\":[\"${OWN[0]}\",\"$OWN_MEAN\"],\"register\":false}"
+is "$STATUS" 200 'and with their mean'
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"$OWN_MEAN\"],\"register\":false}"
+is_problem 422 mixed-scales 'which does not go with others'
+run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\"],\"register\":false}"
+UNIT_MEAN=$(json .surface.id)
+compare "$(json '.surface.area - 1 | fabs')" '>' 1e-4 'a mean of surfaces of unit area has not quite that area'
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"$UNIT_MEAN\"],\"register\":false}"
+is "$STATUS" 200 'and goes with them'
+run distances "{\"surfaces\":[\"$UNIT_MEAN\",\"${OWN[0]}\"],\"register\":false}"
+is_problem 422 mixed-scales 'and not with others'
+run pca "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${UNIT[2]}\"],\"register\":false}"
+MODEL=$(json .model.id)
+run project "{\"model\":\"$MODEL\",\"surface\":\"${OWN[0]}\"}"
+is_problem 422 mixed-scales 'a model of unit area takes no others'
+run sample "{\"model\":\"$MODEL\",\"count\":2,\"seed\":1}"
+is "$STATUS" 200 'samples of it'
+SAMPLE=$(json '.surfaces[0].id // .samples[0].surface.id')
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"$SAMPLE\"],\"register\":false}"
+is "$STATUS" 200 'go with its members'
+
+# ---- Degrees -----------------------------------------------------------------------------------------
+
+HIGH=("$(encode "${MESH[0]}" 9)" "$(encode "${MESH[1]}" 9)")
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
+is "$STATUS $(count mixed-degrees)" '200 1' 'surfaces of two degrees are warned of'
+is "$(warned mixed-degrees | jq -c '.[0].figures')" '{"lowest":6,"highest":9}' 'with the figures'
+run distances "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\"],\"register\":false}"
+is "$STATUS $(count mixed-degrees)" '200 0' 'those of one are not'
+run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false}"
+is "$STATUS $(count mixed-degrees)" '200 1' 'so in a mean'
+run mean "{\"surfaces\":[\"${UNIT[0]}\",\"${UNIT[1]}\",\"${HIGH[0]}\"],\"register\":false,\"lmax\":6}"
+is "$STATUS $(count mixed-degrees)" '200 0' 'unless all are cut to the lowest'
+run geodesic "{\"from\":\"${UNIT[0]}\",\"to\":\"${HIGH[1]}\",\"steps\":2,\"method\":\"linear\",\"register\":false}"
+is "$STATUS $(count mixed-degrees)" '200 1' 'so in a pair'
+post_json /v1/cohorts "{\"name\":\"degrees\",\"members\":[{\"id\":\"${UNIT[2]}\",\"label\":\"ctl\"},
+    {\"id\":\"${HIGH[0]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[3]}\",\"label\":\"ctl\"},
+    {\"id\":\"${HIGH[1]}\",\"label\":\"pat\"},{\"id\":\"${UNIT[0]}\",\"label\":\"ctl\"}]}"
+run compare-groups '{"cohort":"degrees","register":false,"permutations":9}'
+is "$STATUS $(warned mixed-degrees | jq -c '.[0].figures')" '200 {"lowest":6,"highest":9,"labels":["ctl","pat"]}' \
+    'and where the degree goes with the label, that is said'
+like "$(warned mixed-degrees | jq -r '.[0].detail')" 'goes with the label: up to 6 for ctl, from 9 for pat' 'in words too'
+
+# ---- Units -------------------------------------------------------------------------------------------
+
+# The first two again, as if their files were in metres.
+METRES=()
+for i in 0 1; do
+    run encode "{\"mesh\":\"${MESH[i]}\",\"lmax\":6,\"parameterization\":\"area\",\"scale\":\"none\"}"
+    curl -s "$URL/v1/surfaces/$(json .surface.id)/mesh?format=obj" |
+        awk '/^v / {printf "v %.9g %.9g %.9g\n", $2 / 1000, $3 / 1000, $4 / 1000; next} /^f/' >"$SCRATCH/metres.obj"
+    post '/v1/meshes?format=obj' --data-binary "@$SCRATCH/metres.obj"
+    METRES+=("$(encode "$(json .id)" 6)")
+done
+members() { # THE-THREE-OF-PAT..
+    local out='' i
+    for i in 0 1 2; do
+        out="$out,{\"id\":\"${UNIT[i]}\",\"label\":\"ctl\"}"
+    done
+    for i in "$@"; do
+        out="$out,{\"id\":\"$i\",\"label\":\"pat\"}"
+    done
+    echo "[${out#,}]"
+}
+post_json /v1/cohorts "{\"name\":\"units\",\"members\":$(members "${METRES[@]}" "${UNIT[3]}")}"
+run classify '{"cohort":"units","method":"harmonic-nn","scale":"shape-and-size"}'
+is "$STATUS $(count mixed-units)" '200 1' 'members in metres among others in millimetres are warned of'
+compare "$(warned mixed-units | jq '.[0].figures | .greatest / .least')" '>' 900 'with the figures'
+run classify '{"cohort":"units","method":"harmonic-nn"}'
+is "$STATUS $(count mixed-units)" '200 0' 'unless sizes do not count'
+run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${METRES[1]}\",\"target\":\"${UNIT[2]}\",\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 1' 'so in the ratio of sizes of a transfer'
+run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${UNIT[1]}\",\"target\":\"${METRES[0]}\",\"register\":false}"
+is "$STATUS $(count mixed-units)" '200 0' 'where the target has its own units'
+
+done_testing
