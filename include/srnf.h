@@ -46,5 +46,6 @@
 #include "srnf/pullback.h"
 #include "srnf/classify.h"
 #include "srnf/typicality.h"
+#include "srnf/twins.h"
 
 #endif

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/group_doubts.h"
 #include "api/handedness.h"
 #include "api/permutation_test.h"
 #include "api/process_group.h"
@@ -448,6 +449,25 @@ static void typed_inputs(const json_t *inputs, const struct compute_classify_met
     typed->methods = methods;
 }
 
+/* What the members and classes are doubted for, those apart that classify tells of by itself; false
+   with the problem set. */
+static bool warn_members(struct jobs_run *run, const json_t *cohort,
+                         const struct compute_classify_inputs *typed, const struct classes *classes,
+                         json_t *document, struct jobs_result *result)
+{
+    const struct group_doubts doubts = {.surfaces = json_object_get(cohort, "surfaces"),
+                                        .cohort = cohort,
+                                        .group = typed->group,
+                                        .pairs = typed->pairs,
+                                        .classes = classes->labels,
+                                        .n_classes = classes->count,
+                                        .names = classes->names,
+                                        .rotates = !typed->comparison.registration.common_pose,
+                                        .mirrors = true};
+
+    return group_doubts_warn(run, &doubts, document, result);
+}
+
 /* What multiplies each member back to its size; srnf_free. */
 static double *find_scales(struct jobs_run *run, const char *const *ids,
                            const struct compute_group *group)
@@ -473,7 +493,8 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     const char **ids = NULL;
     const struct compute_mirrored mirrored = group_mirrored(inputs);
     struct compute_origin *origins = NULL;
-    double *found = NULL;
+    double *found = NULL, *pairs = NULL;
+    json_t *document = NULL;
     bool with_size, ready;
     size_t n, missing;
 
@@ -495,9 +516,11 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
         goto out;
     }
     found = with_size ? find_scales(run, ids, &group) : NULL;
-    ready = !with_size || found;
+    pairs = srnf_alloc(n, n * sizeof(double));
+    ready = pairs && (!with_size || found);
     jobs_run_phase(run, 100.0);
     typed.group = &group;
+    typed.pairs = pairs;
     typed.scales = found;
     typed.labels = classes.labels;
     typed.n_classes = classes.count;
@@ -505,10 +528,15 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     if (!ready) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the sizes");
     } else if (compute_classify(run, &typed, results, typicality, result) == 0) {
-        process_finish(run, results_json(run, inputs, &typed, &classes, ids, results, typicality),
-                       inputs, result);
+        document = results_json(run, inputs, &typed, &classes, ids, results, typicality);
+        if (warn_members(run, cohort, &typed, &classes, document, result)) {
+            process_finish(run, document, inputs, result);
+        } else {
+            json_decref(document);
+        }
     }
 out:
+    srnf_free(pairs);
     for (size_t m = 0; m < COMPUTE_CLASSIFY_METHODS; m++) {
         srnf_classification_clear(&results[m]);
         srnf_folds_typicality_clear(&typicality[m]);

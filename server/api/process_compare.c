@@ -358,6 +358,35 @@ static json_t *comparison_json(const json_t *inputs, const struct compute_mean_o
     return document;
 }
 
+/* What the members and the two groups are doubted for; false with the problem set. */
+static bool warn_members(struct jobs_run *run, const json_t *cohort,
+                         const struct compute_comparison_inputs *typed,
+                         const struct compute_mean_outputs *mean, json_t *document,
+                         struct jobs_result *result)
+{
+    const json_t *groups = json_object_get(cohort, "groups");
+    const char *titles[2] = {json_string_value(json_array_get(groups, 0)),
+                             json_string_value(json_array_get(groups, 1))};
+    size_t *classes = srnf_alloc(mean->mean.n, sizeof *classes);
+    const struct group_doubts doubts = {.surfaces = json_object_get(cohort, "surfaces"),
+                                        .cohort = cohort,
+                                        .classes = classes,
+                                        .n_classes = 2,
+                                        .names = titles};
+    bool good = classes != NULL;
+
+    for (size_t i = 0; classes && i < mean->mean.n; i++) {
+        classes[i] = (size_t)typed->group[i];
+    }
+    if (classes) {
+        good = mean_warn(run, &typed->mean, mean, doubts, document, result);
+    } else {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "comparing the members");
+    }
+    srnf_free(classes);
+    return good;
+}
+
 void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
 {
     json_t *inputs = process_parse(text, result), *document, *surface = NULL;
@@ -407,7 +436,11 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         typicality_warn_poses(warnings_of(document), &mean, design.subjects, NULL);
         covariates_warn(warnings_of(document), json_object_get(inputs, "covariates"), n,
                         design.subjects, design.group, design.covariates);
-        process_finish(run, document, inputs, result);
+        if (warn_members(run, cohort, &typed, &mean, document, result)) {
+            process_finish(run, document, inputs, result);
+        } else {
+            json_decref(document);
+        }
     }
 out:
     srnf_free(typed.mean.origins);

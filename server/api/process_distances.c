@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/group_doubts.h"
 #include "api/handedness.h"
 #include "api/process_group.h"
 #include "api/process_routes.h"
@@ -128,6 +129,8 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
         document, "registration",
         registration_json(typed.metric <= SRNF_METRIC_SRM ? typed.registration : NULL));
     group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"), NULL);
+    group_doubts_warn_twins(json_object_get(inputs, "cohort"), n, matrix, registration != NULL,
+                            document);
     process_finish(run, document, inputs, result);
 out:
     group_sides_clear(&sides);

@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/group_doubts.h"
 #include "api/handedness.h"
 #include "api/json_memory.h"
 #include "api/models.h"
@@ -219,11 +220,24 @@ void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
     routes_set_bridged(document, typed->n, typed->ids, outputs->group.bridged);
 }
 
-/* What the results of mean and pca tell beside. */
-static void set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
-                        const struct compute_mean_inputs *typed,
-                        const struct compute_mean_outputs *outputs)
+bool mean_warn(struct jobs_run *run, const struct compute_mean_inputs *typed,
+               const struct compute_mean_outputs *outputs, struct group_doubts doubts,
+               json_t *document, struct jobs_result *result)
 {
+    doubts.group = &outputs->group;
+    doubts.pairs = outputs->pairs;
+    doubts.rotates = typed->registration && !typed->registration->common_pose;
+    doubts.members = doubts.mirrors = true;
+    return group_doubts_warn(run, &doubts, document, result);
+}
+
+/* What the results of mean and pca tell beside; false with the problem set. */
+static bool set_members(struct jobs_run *run, json_t *document, const json_t *inputs,
+                        const struct compute_mean_inputs *typed,
+                        const struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    const struct group_doubts doubts = {.surfaces = json_object_get(inputs, "surfaces"),
+                                        .cohort = json_object_get(inputs, "cohort")};
     const struct srnf_mean *mean = &outputs->mean;
     json_t *labels = group_labels(run, inputs);
 
@@ -236,6 +250,7 @@ static void set_members(struct jobs_run *run, json_t *document, const json_t *in
                                                json_object_get(inputs, "cohort")));
     group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
                           (const char(*)[STORE_ID_MAX])outputs->group.contents);
+    return mean_warn(run, typed, outputs, doubts, document, result);
 }
 
 /* What the mean in the pulled-back metric came to; null for the other method. */
@@ -272,8 +287,11 @@ void mean_run(struct jobs_run *run, void *api, const char *text, struct jobs_res
         document = json_object();
         (void)json_object_set_new(document, "surface", surface);
         (void)json_object_set_new(document, "pullback", pullback_document(&outputs.pullback));
-        set_members(run, document, inputs, &typed, &outputs);
-        process_finish(run, document, inputs, result);
+        if (set_members(run, document, inputs, &typed, &outputs, result)) {
+            process_finish(run, document, inputs, result);
+        } else {
+            json_decref(document);
+        }
     }
 out:
     compute_mean_clear(&outputs);
@@ -431,8 +449,11 @@ void pca_run(struct jobs_run *run, void *api, const char *text, struct jobs_resu
         document = json_object();
         (void)json_object_set_new(document, "model", record);
         (void)json_object_set_new(document, "compactness", compactness_json(&outputs.pca));
-        set_members(run, document, inputs, &typed, &outputs);
-        process_finish(run, document, inputs, result);
+        if (set_members(run, document, inputs, &typed, &outputs, result)) {
+            process_finish(run, document, inputs, result);
+        } else {
+            json_decref(document);
+        }
     }
 out:
     compute_mean_clear(&outputs);

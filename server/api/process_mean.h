@@ -5,6 +5,7 @@
 #ifndef SRNFD_API_PROCESS_MEAN_H
 #define SRNFD_API_PROCESS_MEAN_H
 
+#include "api/group_doubts.h"
 #include "api/process_group.h"
 #include "jobs/compute_mean.h"
 
@@ -31,5 +32,11 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
    bridgedSurfaces of the result. */
 void mean_set_members(json_t *document, const struct compute_mean_inputs *typed,
                       const struct compute_mean_outputs *outputs);
+
+/* Adds the warnings of group_doubts.h, of which `doubts` has the ids, the cohort and the classes.
+   False with the problem set. */
+bool mean_warn(struct jobs_run *run, const struct compute_mean_inputs *typed,
+               const struct compute_mean_outputs *outputs, struct group_doubts doubts,
+               json_t *document, struct jobs_result *result);
 
 #endif

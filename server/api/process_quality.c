@@ -191,6 +191,8 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
                               struct srnf_quality_options *options, struct jobs_result *result)
 {
     const json_t *subjects = json_object_get(json_object_get(inputs, "cohort"), "subjects");
+    const struct group_doubts doubts = {.surfaces = json_object_get(inputs, "surfaces"),
+                                        .cohort = json_object_get(inputs, "cohort")};
     struct compute_mean_inputs typed = {0};
     struct compute_mean_outputs mean = {0};
     struct srnf_register_options registration;
@@ -211,6 +213,10 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
         group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, numbers, NULL);
+        if (!mean_warn(run, &typed, &mean, doubts, document, result)) {
+            json_decref(document);
+            document = NULL;
+        }
     }
     srnf_quality_clear(&quality);
     compute_mean_clear(&mean);

@@ -16,6 +16,8 @@
 #include "api/warnings.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
+/* Limit from which the others do not share a pose: group_doubts.c tells of that. */
+#define POSES_ALIKE (90.0 / DEGREES)
 #define POSED_MIN 4 /* members of which one can be told from the others */
 
 static const char *const trait_names[] = {
@@ -188,14 +190,16 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
         struct srnf_typicality t;
         char name[128];
 
-        if (judge_angle(outputs->angles, subjects, weights, n, i, others, &t)) {
+        if (judge_angle(outputs->angles, subjects, weights, n, i, others, &t) &&
+            t.limit < POSES_ALIKE) {
             name_member(name, i, labels);
             warning_add(warnings, "pose-differs",
                         json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
                                   DEGREES * t.value, "limit", json_finite(DEGREES * t.limit)),
-                        "%s is turned by %.3g degrees against the mean of the others, in space or "
-                        "in its parameterisation; their own turns allow for %.3g, and nothing is "
-                        "rotated. Bring it into their pose, or let rotations be sought (register "
+                        "%s lies in another pose than the others: turned by about %.0f degrees "
+                        "against their mean, in space or in its parameterisation, where one of "
+                        "them in a thousand would be turned by more than %.0f. Nothing is rotated "
+                        "here: bring it into their pose, or let rotations be sought (register "
                         "true, commonPose false).",
                         name, DEGREES * t.value, DEGREES * t.limit);
         }

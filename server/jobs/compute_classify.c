@@ -157,12 +157,26 @@ static int classify_all(struct stage *stage, const struct compute_classify_input
     return status;
 }
 
+/* The distance of two members is the lesser of those in the folds that leave one of them out. */
+static void keep_pairs(const struct srnf_folds *comparison, double *pairs)
+{
+    size_t n = comparison->n;
+
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < n; j++) {
+            pairs[i * n + j] =
+                fmin(comparison->distances[i * n + j], comparison->distances[j * n + i]);
+        }
+    }
+}
+
 static int compare_all(struct jobs_run *run, const struct compute_classify_inputs *inputs,
                        const struct srnf_sht *sht, const struct srnf_classify_options *options,
                        struct srnf_classification *results,
                        struct srnf_folds_typicality *typicality, struct jobs_result *result)
 {
     struct stage stage = {.inner = jobs_run_context(run), .all = seconds_of_all(inputs)};
+    bool kept = false;
     int status = 0;
 
     for (size_t i = 0; i < METRICS && status == 0; i++) {
@@ -180,6 +194,10 @@ static int compare_all(struct jobs_run *run, const struct compute_classify_input
         if (status) {
             (void)compute_fail(result, status, &error, "comparing the surfaces");
         } else {
+            if (inputs->pairs && !kept) {
+                keep_pairs(&comparison, inputs->pairs);
+                kept = true;
+            }
             status = classify_all(&stage, inputs, metric, &comparison, options, results, typicality,
                                   result);
             srnf_folds_clear(&comparison);

@@ -25,6 +25,7 @@ struct compute_classify_inputs {
     const struct compute_classify_method *const *methods; /* [n_methods] */
     struct srnf_folds_options comparison;
     struct srnf_classify_options classifier; /* log_scale is set from scales */
+    double *pairs; /* [n][n], gets the distances of the first comparison; NULL: not */
 };
 
 /*

@@ -31,7 +31,8 @@ void compute_mean_clear(struct compute_mean_outputs *outputs)
     srnf_calibration_clear(&outputs->calibration);
     srnf_free(outputs->residuals);
     srnf_free(outputs->angles);
-    outputs->residuals = NULL;
+    srnf_free(outputs->pairs);
+    outputs->residuals = outputs->pairs = NULL;
     outputs->angles = NULL;
 }
 
@@ -218,6 +219,19 @@ static int measure_angles(const struct srnf_grid *grid, const struct compute_mea
     return status < 0 ? compute_fail(result, status, NULL, "comparing poses") : 0;
 }
 
+static int measure_pairs(const struct srnf_grid *grid, struct compute_mean_outputs *outputs,
+                         struct jobs_result *result)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+    int status = SRNF_ENOMEM;
+
+    outputs->pairs = srnf_alloc(mean->n, mean->n * sizeof(double));
+    if (outputs->pairs) {
+        status = srnf_twins_distances(grid, mean->n, mean->registered_q, outputs->pairs);
+    }
+    return status ? compute_fail(result, status, NULL, "comparing the members") : 0;
+}
+
 /* Mean, and components where they are asked for, of the group that was loaded. */
 static int analyse(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
                    struct compute_mean_outputs *outputs, struct jobs_result *result)
@@ -244,6 +258,9 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
         goto out;
     }
     status = measure_angles(srnf_sht_grid(sht), inputs, outputs, result);
+    if (status == 0) {
+        status = measure_pairs(srnf_sht_grid(sht), outputs, result);
+    }
     if (status == 0 && components) {
         status = fit_components(run, sht, inputs, outputs, result);
     }

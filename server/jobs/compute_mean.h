@@ -29,6 +29,7 @@ struct compute_mean_outputs {
     struct srnf_pca pca;                   /* of compute_pca only */
     double *residuals; /* [n] of each surface beyond the components, owned; of compute_pca only */
     struct srnf_calibration calibration; /* of compute_pca of 3 subjects or more; n 0 otherwise */
+    double *pairs;                       /* [n][n] distances of the registered members, owned */
     double
         *angles; /* [n] turns against the mean of other subjects, owned; NULL where values rotate,
                        and of one subject */

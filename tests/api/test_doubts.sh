@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # srnfd-test: slow
 #
-# test_doubts.sh - groups whose members do not belong together: of two scales (refused), of several degrees, in
-# several units. Small surfaces of nuclei, compared as they are parameterised.
+# test_doubts.sh - what records tell of a group that does not belong together: surfaces of two scales (refused), of
+# several degrees, in several units. Small surfaces of nuclei.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -1,0 +1,31 @@
+/*
+ * group_doubts.h - warnings of a group whose members do not belong together (compute_likeness.h):
+ * the same subject twice, members unlike the others, mirror images, other poses.
+ */
+#ifndef SRNFD_API_GROUP_DOUBTS_H
+#define SRNFD_API_GROUP_DOUBTS_H
+
+#include "api/process.h"
+#include "jobs/compute_likeness.h"
+
+struct group_doubts {
+    const json_t *surfaces, *cohort; /* canonical: ids; labels, subjects, mirrored, or null */
+    const struct compute_group *group;
+    const double *pairs;   /* [n][n] */
+    const size_t *classes; /* [n] below n_classes; NULL: none */
+    size_t n_classes;
+    const char *const *names; /* [n_classes] */
+    bool rotates;             /* as the process was asked */
+    bool members;             /* whether members far from the others are told of here */
+    bool mirrors;             /* whether mirror images are looked for */
+};
+
+/* Adds the warnings to the document; false with the problem set. pairs NULL: none. */
+bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, json_t *document,
+                       struct jobs_result *result);
+/* near-duplicates alone, from a matrix of distances double[n][n]. Where nothing rotates, members of
+   one pose are near to each other; more pairs than members are then taken for that. */
+void group_doubts_warn_twins(const json_t *cohort, size_t n, const double *pairs, bool rotates,
+                             json_t *document);
+
+#endif
