@@ -10,10 +10,10 @@
  * become 0, and two members so near are twins anyhow.
  *
  * A pair is one of twins where its distance is below SRNF_TWINS_SHARE of the lower quartile of all
- * pairs', or of all that are of one class. Not of the median: where a group falls into two kinds far
- * from each other, half of all pairs are of one kind, and no twins. A group in which every member
- * has a twin is found out as well as one with a single pair, since of n (n - 1) / 2 pairs no more
- * than n / 2 are of twins.
+ * pairs', or of all that are of one class. Not of the median: where a group falls into two kinds
+ * far from each other, half of all pairs are of one kind, and no twins. A group in which every
+ * member has a twin is found out as well as one with a single pair, since of n (n - 1) / 2 pairs no
+ * more than n / 2 are of twins.
  *
  * Cost: n^2 3 P / 2 multiply-adds, and n^2 log n.
  */

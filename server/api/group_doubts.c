@@ -8,7 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "api/json_memory.h"
 #include "api/process_group.h"
 #include "api/warnings.h"
 
@@ -83,6 +82,19 @@ static void warn_mirrored(const struct compute_match *match, const char *first, 
                 "%s looks like a mirror image: rigidly matched with %s it would be %.3g away "
                 "mirrored, and is %.3g as it is. %s",
                 second, first, match->mirrored, match->plain, advice);
+}
+
+/* Names may have told of two sides before. */
+static bool is_told(const json_t *warnings, const char *code)
+{
+    bool told = false;
+
+    for (size_t i = 0; i < json_array_size(warnings) && !told; i++) {
+        const char *other = json_string_value(json_object_get(json_array_get(warnings, i), "code"));
+
+        told = other && strcmp(other, code) == 0;
+    }
+    return told;
 }
 
 /* Whether a whole class is mirrored: its members are then not told one by one. */
@@ -187,37 +199,20 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
     }
 }
 
-void group_doubts_warn_twins(const json_t *cohort, size_t n, const double *pairs, bool rotates,
-                             json_t *document)
-{
-    size_t count, largest;
-    size_t *numbers =
-        group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
-    struct srnf_twins twins;
-
-    if (numbers && srnf_twins_find(n, pairs, numbers, NULL, &twins) == SRNF_OK) {
-        if (rotates || twins.count <= n) { /* or it is that the others are turned */
-            warn_twins(&twins, warnings_of(document));
-        }
-    } else {
-        json_memory_fail(); /* a warning may be missing */
-    }
-    srnf_free(numbers);
-}
-
 bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, json_t *document,
                        struct jobs_result *result)
 {
     const json_t *subjects = json_object_get(doubts->cohort, "subjects");
     size_t n = doubts->group->n, count, largest;
     size_t *numbers = group_subject_numbers(subjects, n, &count, &largest);
-    const struct compute_likeness_inputs inputs = {.group = doubts->group,
-                                                   .pairs = doubts->pairs,
-                                                   .subjects = numbers,
-                                                   .classes = doubts->classes,
-                                                   .n_classes = doubts->n_classes,
-                                                   .rotates = doubts->rotates,
-                                                   .mirrors = doubts->mirrors};
+    const struct compute_likeness_inputs inputs = {
+        .group = doubts->group,
+        .pairs = doubts->pairs,
+        .subjects = numbers,
+        .classes = doubts->classes,
+        .n_classes = doubts->n_classes,
+        .rotates = doubts->rotates,
+        .mirrors = doubts->mirrors && !is_told(warnings_of(document), "mirror-images")};
     json_t *named = json_pack("{s:O}", "surfaces", doubts->surfaces), *names;
     struct compute_likeness likeness = {0};
     json_t *warnings = warnings_of(document);

@@ -23,9 +23,5 @@ struct group_doubts {
 /* Adds the warnings to the document; false with the problem set. pairs NULL: none. */
 bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, json_t *document,
                        struct jobs_result *result);
-/* near-duplicates alone, from a matrix of distances double[n][n]. Where nothing rotates, members of
-   one pose are near to each other; more pairs than members are then taken for that. */
-void group_doubts_warn_twins(const json_t *cohort, size_t n, const double *pairs, bool rotates,
-                             json_t *document);
 
 #endif

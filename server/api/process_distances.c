@@ -103,12 +103,16 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     struct compute_distances_inputs typed = {.metric = SRNF_METRIC_SRNF};
     struct compute_distances_outputs outputs = {.matrix = NULL};
     struct compute_origin *origins = NULL;
+    struct group_doubts doubts;
     const char **ids = NULL;
 
     (void)api;
     if (!inputs) {
         return;
     }
+    doubts = (struct group_doubts){.surfaces = json_object_get(inputs, "surfaces"),
+                                   .cohort = json_object_get(inputs, "cohort"),
+                                   .mirrors = handedness_checked(inputs)};
     ids = group_ids(inputs, &typed.n);
     if (!read_handedness(run, inputs, &sides, &handedness) || !ids ||
         !(origins = routes_bridges(run, inputs, typed.n, ids))) {
@@ -129,9 +133,14 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
         document, "registration",
         registration_json(typed.metric <= SRNF_METRIC_SRM ? typed.registration : NULL));
     group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"), NULL);
-    group_doubts_warn_twins(json_object_get(inputs, "cohort"), n, matrix, registration != NULL,
-                            document);
-    process_finish(run, document, inputs, result);
+    doubts.group = &outputs.group;
+    doubts.pairs = outputs.matrix;
+    doubts.rotates = typed.registration != NULL;
+    if (group_doubts_warn(run, &doubts, document, result)) {
+        process_finish(run, document, inputs, result);
+    } else {
+        json_decref(document);
+    }
 out:
     group_sides_clear(&sides);
     compute_distances_clear(&outputs);

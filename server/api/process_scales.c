@@ -215,7 +215,7 @@ static void tally_degree(void *user, const char *id, const char *label)
     widen(&tally->labels[i], degree);
 }
 
-/* Two labels, of PARTED_MIN members or more, whose degrees are all below and all above each other. */
+/* Two labels, of PARTED_MIN members or more: all degrees of one are below all of the other. */
 static void find_parted(struct degree_tally *tally)
 {
     for (size_t i = 0; i < tally->n_labels; i++) {

@@ -158,19 +158,20 @@ static int judge_members(const struct compute_likeness_inputs *inputs,
 {
     size_t n = inputs->group->n;
     double *values = srnf_alloc(n, 2 * sizeof(double));
-    double *others = values + n;
-    int status = values ? 0 : SRNF_ENOMEM;
+    double *others;
+    int status = 0;
 
     likeness->distances = srnf_alloc(n, sizeof *likeness->distances);
     if (!values || !likeness->distances) {
         status = SRNF_ENOMEM;
         goto out;
     }
+    others = values + n;
     measure_distances(n, inputs->pairs, values);
     for (size_t i = 0; i < n && status == 0; i++) {
         memcpy(others, values, i * sizeof(double));
         memcpy(others + i, values + i + 1, (n - i - 1) * sizeof(double));
-        status = srnf_typicality_of(SRNF_TRAIT_DISTANCE, n - 1, others, values[i],
+        status = srnf_typicality_of(SRNF_TRAIT_DISTANCE, n - 1, others, NULL, values[i],
                                     SRNF_TYPICAL_ALPHA_GROUP, &likeness->distances[i]);
     }
 out:
@@ -230,7 +231,7 @@ static int match_members(const struct likeness_run *l, struct compute_likeness *
 
 /* ---- Classes --------------------------------------------------------------------------------- */
 
-/* The members that stand for each class: [n_classes][LIKENESS_OF_CLASS], n where there are fewer. */
+/* The members that stand for each class, n where there are fewer. chosen: [n_classes]. */
 static void choose_members(const struct compute_likeness_inputs *inputs,
                            size_t chosen[][LIKENESS_OF_CLASS])
 {

@@ -137,6 +137,21 @@ static int run_repeated_comparison(void)
     return status;
 }
 
+static int run_twins_distances(void)
+{
+    double pairs[N * N];
+
+    return srnf_twins_distances(g.grid, N, fields + 3 * g.points, pairs);
+}
+
+static int run_twins(void)
+{
+    static const double pairs[N * N] = {0.0, 1.0, 2.0, 1.0, 0.0, 1.0, 2.0, 1.0, 0.0};
+    struct srnf_twins twins;
+
+    return srnf_twins_find(N, pairs, NULL, NULL, &twins);
+}
+
 static int run_calibration(void)
 {
     struct srnf_calibration calibration = {0};
@@ -215,6 +230,8 @@ static void typicality_survives(void **state)
     assert_int_equal(srnf_pca_fit(g.grid, COMPARED, fields, compared, 0, &repeated_model), SRNF_OK);
     refusing_sweep("leave-one-out values of repeated subjects", run_repeated_calibration, EACH, 1);
     srnf_pca_clear(&repeated_model);
+    refusing_sweep("distances of registered members", run_twins_distances, EACH, 1);
+    refusing_sweep("members that repeat", run_twins, EACH, 1);
     refusing_sweep("pose angles", run_pose, EACH, 1);
     refusing_sweep("a value among others", run_typicality, EACH, 1);
     refusing_sweep("members among others", run_folds_typicality, EACH, 1);
