@@ -15,6 +15,11 @@
  * member has a twin is found out as well as one with a single pair, since of n (n - 1) / 2 pairs no
  * more than n / 2 are of twins.
  *
+ * In few dimensions, as samples of a model of a few components have, near pairs come by chance: of
+ * N pairs about (N / 4) (t / quartile)^d are nearer than t. The dimension d is read off the pairs
+ * from .25 to .5 quartiles, and the k nearest pairs are of twins only where chance would leave less
+ * than k / 50.
+ *
  * Cost: n^2 3 P / 2 multiply-adds, and n^2 log n.
  */
 #include "stats.h"
@@ -23,6 +28,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#define CHANCE 0.02           /* pairs by chance for each that is taken for one of twins */
 #define N_MAX ((size_t)30000) /* members: n^2 is an int for BLAS */
 
 int srnf_twins_distances(const struct srnf_grid *grid, size_t n, const double *registered_q,
@@ -73,25 +79,38 @@ static double median_of(const double *sorted, size_t count)
     return count % 2 ? sorted[count / 2] : 0.5 * (sorted[count / 2 - 1] + sorted[count / 2]);
 }
 
-/* Pairs of different subjects that are nearer than the limit. */
-static size_t count_below(size_t n, const double *distances, const size_t *subjects, double limit)
+/* d, from the n sorted distances: of a quarter of them, the share r (1 - r) lies from .25 to .5
+   quartiles, r = 2^-d. One more is counted than there are, so that d is finite and few pairs speak for few dimensions. */
+static double dimension_of(size_t n, const double *sorted, double quartile)
 {
-    size_t count = 0;
+    size_t between = 0;
+    double x;
 
-    for (size_t i = 0; i < n; i++) {
-        for (size_t j = i + 1; j < n; j++) {
-            bool same = subjects && subjects[i] == subjects[j];
-
-            count += !same && distances[i * n + j] < limit;
-        }
+    for (size_t k = 0; k < n; k++) {
+        between += sorted[k] >= SRNF_TWINS_SHARE * quartile && sorted[k] < 0.5 * quartile;
     }
-    return count;
+    x = fmin(0.25, 4.0 * (double)(between + 1) / (double)n);
+    return -log2(0.5 * (1.0 - sqrt(1.0 - 4.0 * x)));
+}
+
+/* Of all `count` sorted distances between different subjects. */
+static size_t count_twins(size_t count, const double *sorted, double quartile, double dimension)
+{
+    size_t twins = 0;
+
+    for (size_t k = 0; k < count && sorted[k] < SRNF_TWINS_SHARE * quartile; k++) {
+        double expected = 0.25 * (double)count * pow(sorted[k] / quartile, dimension);
+
+        twins = expected < CHANCE * (double)(k + 1) ? k + 1 : twins;
+    }
+    return twins;
 }
 
 int srnf_twins_find(size_t n, const double *distances, const size_t *subjects,
                     const size_t *classes, struct srnf_twins *twins)
 {
     double *others;
+    double *all;
     size_t count = 0;
     size_t alike = 0;
 
@@ -99,10 +118,11 @@ int srnf_twins_find(size_t n, const double *distances, const size_t *subjects,
     if (n > N_MAX) {
         return SRNF_EINVAL;
     }
-    others = srnf_alloc(n * n + 1, sizeof(double));
+    others = srnf_alloc(n * n + 1, 2 * sizeof(double));
     if (!others) {
         return SRNF_ENOMEM;
     }
+    all = others + n * n;
     for (size_t i = 0; i < n; i++) {
         for (size_t j = i + 1; j < n; j++) {
             double d = distances[i * n + j];
@@ -115,7 +135,7 @@ int srnf_twins_find(size_t n, const double *distances, const size_t *subjects,
                 twins->first = i;
                 twins->second = j;
             }
-            count++;
+            all[count++] = d;
             if (!classes || classes[i] == classes[j]) {
                 others[alike++] = d;
             }
@@ -125,7 +145,9 @@ int srnf_twins_find(size_t n, const double *distances, const size_t *subjects,
         qsort(others, alike, sizeof *others, compare_doubles);
         twins->median = median_of(others, alike);
         twins->quartile = others[alike / 4];
-        twins->count = count_below(n, distances, subjects, SRNF_TWINS_SHARE * twins->quartile);
+        qsort(all, count, sizeof *all, compare_doubles);
+        twins->count =
+            count_twins(count, all, twins->quartile, dimension_of(alike, others, twins->quartile));
     }
     srnf_free(others);
     return SRNF_OK;

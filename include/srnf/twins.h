@@ -40,8 +40,9 @@ SRNF_CHECKED int srnf_twins_distances(const struct srnf_grid *grid, size_t n,
                                       const double *registered_q, double *distances);
 
 /*
- * The pairs of different subjects whose distance is below SRNF_TWINS_SHARE of their lower quartile;
- * where that is of fewer than SRNF_TWINS_PAIRS pairs, none.
+ * The pairs of different subjects whose distance is below SRNF_TWINS_SHARE of their lower quartile
+ * and too small to come by chance (core/stats/twins.c); where the quartile is of fewer than
+ * SRNF_TWINS_PAIRS pairs, none.
  *   distances  [in] double[n][n], symmetric; entries that are not finite count for nothing
  *   subjects   [in] [n] numbers, the same for members of one subject; NULL: each its own
  *   classes    [in] [n] numbers: the quartile is of the pairs of one class; NULL: of all

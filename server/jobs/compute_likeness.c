@@ -17,7 +17,6 @@
 
 #define MATCH_DEGREE ((size_t)8)
 #define CLEARLY 0.8 /* of the distance as it is, below which another match is much nearer */
-#define HALF 0.5    /* the same where the values hardly turn, and so the parameterisation does */
 #define TURNED (30.0 * 3.14159265358979323846 / 180.0)
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
@@ -37,7 +36,7 @@ bool compute_match_mirrored(const struct compute_match *match)
 
 bool compute_match_turned(const struct compute_match *match)
 {
-    return match->plain < (match->angle > TURNED ? CLEARLY : HALF) * match->unturned;
+    return match->angle > TURNED && match->plain < CLEARLY * match->unturned;
 }
 
 void compute_likeness_clear(struct compute_likeness *likeness)

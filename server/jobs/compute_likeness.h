@@ -53,8 +53,7 @@ void compute_likeness_clear(struct compute_likeness *likeness);
 
 /* The mirrored match is much nearer. */
 bool compute_match_mirrored(const struct compute_match *match);
-/* The two are turned against each other by more than 30 degrees, or their parameterisations are,
-   and much nearer turned back. */
+/* The two are turned against each other by more than 30 degrees, and much nearer turned back. */
 bool compute_match_turned(const struct compute_match *match);
 
 #endif

@@ -3,6 +3,7 @@
  * nearer to each other than the others.
  */
 #include "core/stats/group.h"
+#include "support/random.h"
 
 #define DEGREE 5
 #define N ((size_t)8)
@@ -92,9 +93,38 @@ static void test_classes(void **state)
     fill(places, N, pairs);
     assert_int_equal(srnf_twins_find(N, pairs, NULL, classes, &twins), SRNF_OK);
     assert_int_equal(twins.count, 0);
-    pairs[4 * N] = pairs[4] = 0.01; /* a scan of each kind, of one subject */
+    pairs[4 * N] = pairs[4] = 0.001; /* a scan of each kind, of one subject */
     assert_int_equal(srnf_twins_find(N, pairs, NULL, classes, &twins), SRNF_OK);
     assert_int_equal(twins.count, 1);
+}
+
+/* Points in a square: near pairs come by chance, and are not told of. */
+static void test_dimension(void **state)
+{
+    enum { MANY = 60 };
+    static double pairs[MANY * MANY];
+    struct srnf_twins twins;
+    double at[MANY][2];
+    size_t told = 0;
+
+    (void)state;
+    for (uint64_t seed = 0; seed < 20; seed++) {
+        struct test_random random = test_random_seed(seed);
+
+        for (size_t i = 0; i < MANY; i++) {
+            at[i][0] = test_random_normal(&random);
+            at[i][1] = test_random_normal(&random);
+        }
+        for (size_t i = 0; i < MANY; i++) {
+            for (size_t j = 0; j < MANY; j++) {
+                pairs[i * MANY + j] = hypot(at[i][0] - at[j][0], at[i][1] - at[j][1]);
+            }
+        }
+        assert_int_equal(srnf_twins_find(MANY, pairs, NULL, NULL, &twins), SRNF_OK);
+        assert_true(twins.nearest < 0.25 * twins.quartile);
+        told += twins.count > 0;
+    }
+    assert_true(told <= 2);
 }
 
 static void test_refusals(void **state)
@@ -116,9 +146,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_distances),
-        cmocka_unit_test(test_find),
-        cmocka_unit_test(test_classes),
+        cmocka_unit_test(test_distances), cmocka_unit_test(test_find),
+        cmocka_unit_test(test_classes),   cmocka_unit_test(test_dimension),
         cmocka_unit_test(test_refusals),
     };
 
