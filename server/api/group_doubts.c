@@ -148,9 +148,9 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
                                                   "angle", DEGREES * match->angle));
         }
     }
-    if (!most) {
+    if (!most || (count == 1 && is_told(warnings, "pose-differs"))) { /* by its angle */
         json_decref(members);
-        return false;
+        return most != NULL;
     }
     name_member(name, most->second, labels);
     name_member(medoid, most->first, labels);
