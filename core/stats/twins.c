@@ -80,7 +80,8 @@ static double median_of(const double *sorted, size_t count)
 }
 
 /* d, from the n sorted distances: of a quarter of them, the share r (1 - r) lies from .25 to .5
-   quartiles, r = 2^-d. One more is counted than there are, so that d is finite and few pairs speak for few dimensions. */
+   quartiles, r = 2^-d. One more is counted than there are, so that d is finite and few pairs
+   speak for few dimensions. */
 static double dimension_of(size_t n, const double *sorted, double quartile)
 {
     size_t between = 0;

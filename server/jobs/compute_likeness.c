@@ -17,6 +17,8 @@
 
 #define MATCH_DEGREE ((size_t)8)
 #define CLEARLY 0.8 /* of the distance as it is, below which another match is much nearer */
+/* The same of turning back: shapes that look alike from two sides are not turned. */
+#define TURNED_BACK 0.5
 #define TURNED (30.0 * 3.14159265358979323846 / 180.0)
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
@@ -36,7 +38,7 @@ bool compute_match_mirrored(const struct compute_match *match)
 
 bool compute_match_turned(const struct compute_match *match)
 {
-    return match->angle > TURNED && match->plain < CLEARLY * match->unturned;
+    return match->angle > TURNED && match->plain < TURNED_BACK * match->unturned;
 }
 
 void compute_likeness_clear(struct compute_likeness *likeness)
