@@ -90,7 +90,8 @@ FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 .PHONY: all help demo run check quick nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install install-service install-library deb test-deb deps clean build-tests \
         build-threaded \
         build-benches unit format
-.SECONDARY:
+# Kept, but not "secondary": then an object whose header is gone would not be made anew.
+.PRECIOUS: $(O)/%.o
 .DELETE_ON_ERROR:
 all: $(B)/srnfd
 

@@ -6,8 +6,8 @@
  * Jacobi's method (C. G. J. Jacobi 1846; G. Golub, C. Van Loan, Matrix Computations, 8.5). Slivers
  * that meet in a point fill a wedge, which a box holds badly near its point: there many boxes
  * would lie over each other. So two slabs more lie along the sides of the wedge. Their normals are
- * in the plane of the two longer axes, across those long edges that turn the farthest to the one side
- * and to the other.
+ * in the plane of the two longer axes, across those long edges that turn the farthest to the one
+ * side and to the other.
  *
  * Any slab that holds all corners is a bound, whatever its direction. Hence axes are in
  * single precision, and only their limits, which are rounded outwards, have to be right.
@@ -201,8 +201,8 @@ void index_box_fit(const struct srnf_mesh *mesh, const uint32_t *faces, size_t n
             box->axis[s][k] = (float)axes[s][k];
         }
         for (size_t s = 0; s < 2; s++) {
-            box->axis[INDEX_BOX_AXES + s][k] = (float)((axes[1][k] - slopes[s] * axes[0][k]) /
-                                                       sqrt(1.0 + slopes[s] * slopes[s]));
+            box->axis[INDEX_BOX_AXES + s][k] =
+                (float)((axes[1][k] - slopes[s] * axes[0][k]) / sqrt(1.0 + slopes[s] * slopes[s]));
         }
     }
     find_limits(mesh, faces, n, box);

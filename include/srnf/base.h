@@ -72,7 +72,7 @@ struct srnf_error {
 struct srnf_context {
     void *user;
     void (*progress)(void *user, double fraction, const char *message);
-    bool (*canceled)(void *user);
+    bool (*canceled)(void *user); /* once it is true it stays true */
     void (*parallel_for)(void *user, size_t count, void (*body)(void *argument, size_t index),
                          void *argument);
     double (*seconds)(void *user); /* a monotonic clock, for histories; NULL: all 0 */
@@ -80,10 +80,10 @@ struct srnf_context {
        `count` doubles, by the series that they belong to and their place in it. recall: whether
        there is such a part of that many; then into values. keep: here is one, or, with count 0 and
        values NULL, the parts of the series are wanted no more. Both from any thread; NULL: nothing
-       is kept. Kept are the distances of registered pairs (srnf_distances, srnf_metric_distances for
-       srnf and srm), the registrations of srnf_folds_compare of one round, and the reconstructions
-       and samples of srnf_model_quality. What is recalled has the bits that were kept, so that the
-       result has those that it would have without. */
+       is kept. Kept are the distances of registered pairs (srnf_distances, srnf_metric_distances
+       for srnf and srm), the registrations of srnf_folds_compare of one round, and the
+       reconstructions and samples of srnf_model_quality. What is recalled has the bits that were
+   kept, so that the     result has those that it would have without. */
     bool (*recall)(void *user, uint64_t series, uint64_t index, size_t count, double *values);
     void (*keep)(void *user, uint64_t series, uint64_t index, size_t count, const double *values);
 };

@@ -3,9 +3,9 @@
  * beside them.
  *
  * When the daemon dies, the rows of the jobs that ran say no more than that they ran. What ended it
- * may have been a request, another job, the system or somebody. So all of them are put back, and the
- * death is counted with each; from the JOBS_DEATHS_MAX-th on a job is claimed alone. If the daemon
- * dies with it then, it was the job, which has failed; otherwise it ends as any other.
+ * may have been a request, another job, the system or somebody. So all of them are put back, and
+ * the death is counted with each; from the JOBS_DEATHS_MAX-th on a job is claimed alone. If the
+ * daemon dies with it then, it was the job, which has failed; otherwise it ends as any other.
  *
  *   before engine start + calm_seconds   such jobs wait, the others run
  *   then, while such a job waits         no other job starts; those that run end
@@ -15,8 +15,8 @@
  * Without the first line somebody who ends the daemon again and again would make jobs fail: each
  * dies soon with jobs that happen to run alone. So a daemon must have lived for a while first.
  *
- * Jobs come to this state by recovery only (store_job_recover), so their number is known when the engine
- * opens, and falls. They have no tickets. Lock: jobs->mutex (rank 20).
+ * Jobs come to this state by recovery only (store_job_recover), so their number is known when the
+ * engine opens, and falls. They have no tickets. Lock: jobs->mutex (rank 20).
  */
 #include "jobs/internal.h"
 

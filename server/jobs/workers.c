@@ -247,9 +247,8 @@ void *jobs_worker_main(void *argument)
 /* Seconds until the lane may be taken; 0: now. jobs->mutex is held. */
 static double lane_wait(const struct jobs *jobs)
 {
-    double wait = jobs->lane == JOBS_NO_LANE
-                      ? 0.0
-                      : jobs->lane_since + JOBS_EXPRESS_PATIENCE - jobs_now();
+    double wait =
+        jobs->lane == JOBS_NO_LANE ? 0.0 : jobs->lane_since + JOBS_EXPRESS_PATIENCE - jobs_now();
 
     return wait > 0.0 ? wait : 0.0;
 }

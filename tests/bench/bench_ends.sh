@@ -67,7 +67,7 @@ while read -r name process inputs; do
         sleep "$((RANDOM % LATEST)).$((RANDOM % 10))"
         post "/v1/jobs/$id/cancel"
         poll_job "$id" 300
-        lags+=($(lag "$id"))
+        mapfile -t -O ${#lags[@]} lags < <(lag "$id")
     done
     if [ ${#lags[@]} -eq 0 ]; then
         printf '%-28s %8s %8s\n' "$name" - 'ended'

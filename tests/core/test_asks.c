@@ -1,10 +1,10 @@
 /*
- * test_asks.c - everything that takes long asks for cancellation all the time: at the highest degree
- * no function goes on for longer than a fraction of a second without asking, and each ends within
- * that time once it is told to stop, with SRNF_ECANCELED.
+ * test_asks.c - everything that takes long asks for cancellation all the time: at the highest
+ * degree no function goes on for longer than a fraction of a second without asking, and each ends
+ * within that time once it is told to stop, with SRNF_ECANCELED.
  *
- * Each function is stopped after some tenths of a second of work, at moments drawn at random, so that
- * the test takes no longer at degree 127 than at 12. Times are processor times of this thread.
+ * Each function is stopped after some tenths of a second of work, at moments drawn at random, so
+ * that the test takes no longer at degree 127 than at 12. Times are processor times of this thread.
  *
  *   SRNFD_ASKS_SECONDS=0.5   the latest moment to stop at    SRNFD_ASKS_SEED=1   of the moments
  */
@@ -131,8 +131,8 @@ static int run_invert(const struct srnf_context *context)
 static int run_geodesic(const struct srnf_context *context)
 {
     struct srnf_geodesic geodesic;
-    int status = srnf_geodesic(g.s[0].sht, g.surfaces[0], g.surfaces[1], NULL, context, &geodesic,
-                               NULL);
+    int status =
+        srnf_geodesic(g.s[0].sht, g.surfaces[0], g.surfaces[1], NULL, context, &geodesic, NULL);
 
     if (status >= 0) {
         srnf_geodesic_clear(&geodesic);

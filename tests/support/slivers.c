@@ -136,8 +136,10 @@ static struct srnf_mesh stacked(size_t faces)
 }
 
 const struct sliver_family sliver_families[] = {
-    {"sphere", sphere, true},       {"bipyramid", bipyramid, true}, {"lens", lens, true},
-    {"spindle", spindle, true},     {"fan", fan, true},             {"blades", blades, true},
-    {"needles", needles, true},     {"stretched", stretched, true}, {"tube", tube, true},
-    {"twisted tube", twisted, false}, {"stacked", stacked, true},   {NULL, NULL, false},
+    {"sphere", sphere, true},   {"bipyramid", bipyramid, true},
+    {"lens", lens, true},       {"spindle", spindle, true},
+    {"fan", fan, true},         {"blades", blades, true},
+    {"needles", needles, true}, {"stretched", stretched, true},
+    {"tube", tube, true},       {"twisted tube", twisted, false},
+    {"stacked", stacked, true}, {NULL, NULL, false},
 };

@@ -1,7 +1,7 @@
 /*
- * test_slivers.c - what long thin faces cost: a ray and a distance in a mesh of slivers take no more
- * than a bounded multiple of what they take in one of even triangles, and are right; and ordinary
- * meshes have the tree that they would have if no mesh had slivers.
+ * test_slivers.c - what long thin faces cost: a ray and a distance in a mesh of slivers take no
+ * more than a bounded multiple of what they take in one of even triangles, and are right; and
+ * ordinary meshes have the tree that they would have if no mesh had slivers.
  *
  * Times are processor times of this thread, and only their ratios are judged.
  */
@@ -24,8 +24,8 @@
 #define FACES ((size_t)40000)
 #define QUERIES ((size_t)1000)
 
-/* Of what the even triangles take, 18 at most are measured; with boxes along the axes of space alone
-   blades took 100 times as much, and twice that for twice the faces. */
+/* Of what the even triangles take, 18 at most are measured; with boxes along the axes of space
+   alone blades took 100 times as much, and twice that for twice the faces. */
 #define RATIO_MAX 40.0
 
 struct cost {
@@ -125,8 +125,7 @@ static void test_answers_are_those_of_all_faces(void **state)
                 if (srnf_index_ray(parts[p], origin, direction, &own, NULL)) {
                     best = compare_max(best, own);
                 }
-                nearest =
-                    compare_min(nearest, srnf_index_distance2(parts[p], origin, NULL, NULL));
+                nearest = compare_min(nearest, srnf_index_distance2(parts[p], origin, NULL, NULL));
             }
             assert_int_equal(srnf_index_ray(whole, origin, direction, &t, NULL), best >= 0.0);
             assert_true(t == best);

@@ -63,10 +63,8 @@ static void sound_shapes_pass(void **state)
                 verdict_of(&subject, SRNF_PARAMETERIZATION_AREA, degrees[d]);
 
             assert_true(verdict != SRNF_UNFAITHFUL);
-            if (degrees[d] >= 15 || (degrees[d] == 8 && i == 2)) {
+            if (degrees[d] >= 8) {
                 assert_int_equal(verdict, SRNF_FAITHFUL);
-            } else if (degrees[d] == 8) {
-                assert_int_equal(verdict, SRNF_POOR); /* 6 and 7 % of the area are missing */
             }
         }
         srnf_mesh_clear(&subject.mesh);
@@ -139,7 +137,7 @@ static void each_figure_counts(void **state)
     struct subject subject = subject_of(meshes_star(10));
     /* Sound, poor and unfaithful values of the fit, volume, area and energy at degree 10. */
     static const double values[4][3] = {
-        {0.02, 0.03, 0.17}, {0.96, 0.94, 0.5}, {0.97, 0.94, 0.2}, {30.0, 60.0, 2e5}};
+        {0.02, 0.03, 0.17}, {0.96, 0.94, 0.5}, {0.92, 0.88, 0.2}, {30.0, 60.0, 2e5}};
     struct srnf_encoded encoded;
     struct srnf_judgement judgement;
     (void)state;

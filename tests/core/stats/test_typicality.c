@@ -182,7 +182,8 @@ static bool is_canceled(void *user)
 {
     size_t *left = user;
 
-    return (*left)-- == 0;
+    *left -= *left > 0;
+    return *left == 0; /* and so for good: who has said stop says so again */
 }
 
 /* Asked to stop at any time it does, with nothing left behind. */
@@ -195,7 +196,7 @@ static void calibration_stops_when_asked(void **state)
     (void)state;
     open_model(&m, N, N, 0);
     while (status == SRNF_ECANCELED) {
-        size_t left = asked++;
+        size_t left = ++asked;
         const struct srnf_context context = {.user = &left, .canceled = is_canceled};
         struct srnf_calibration calibration = {0};
 

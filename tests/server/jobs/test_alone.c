@@ -1,7 +1,7 @@
 /*
  * test_alone.c - jobs that the daemon has died with: they are put back, after the third death they
- * wait until the engine has lived for a while, and then run with no other job beside them, one after
- * the other; what came in the meantime runs before and after.
+ * wait until the engine has lived for a while, and then run with no other job beside them, one
+ * after the other; what came in the meantime runs before and after.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -109,8 +109,8 @@ static void die(struct store *store, int times, size_t n)
 /* The row follows the run. */
 static void await_success(struct store *store, const char *id)
 {
-    for (int ms = 0;
-         ms < ENGINE_WAIT_MS && fixture_status(store, id) != STORE_JOB_SUCCESSFUL; ms += 2) {
+    for (int ms = 0; ms < ENGINE_WAIT_MS && fixture_status(store, id) != STORE_JOB_SUCCESSFUL;
+         ms += 2) {
         engine_pause_ms(2);
     }
     assert_int_equal(fixture_status(store, id), STORE_JOB_SUCCESSFUL);
@@ -167,8 +167,8 @@ static void a_suspect_is_dismissed(void **state)
     assert_int_equal(job.status, STORE_JOB_DISMISSED);
     store_job_clear(&job);
     engine_pause_ms((int)(1500 * CALM) % 1000);
-    assert_int_equal(
-        jobs_submit(world->engine.jobs, "short", "other", NULL, NULL, &job, &how), JOBS_OK);
+    assert_int_equal(jobs_submit(world->engine.jobs, "short", "other", NULL, NULL, &job, &how),
+                     JOBS_OK);
     store_job_clear(&job);
     engine_await(&world->ended, 1);
     assert_int_equal(atomic_load(&world->alone_ended), 0);
