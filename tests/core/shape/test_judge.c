@@ -158,7 +158,7 @@ static void each_figure_counts(void **state)
     assert_int_equal(changed(&subject, &encoded, 1, 1.5), SRNF_UNFAITHFUL);
     assert_int_equal(changed(&subject, &encoded, 2, 1.6), SRNF_UNFAITHFUL);
 
-    assert_int_equal(changed(&subject, &encoded, 2, 1.06), SRNF_POOR);
+    assert_int_equal(changed(&subject, &encoded, 2, 1.12), SRNF_POOR);
     assert_int_equal(changed(&subject, &encoded, 4, 0.09), SRNF_FAITHFUL);
     assert_int_equal(changed(&subject, &encoded, 4, 0.11), SRNF_POOR);
     assert_int_equal(changed(&subject, &encoded, 4, NAN), SRNF_POOR);
