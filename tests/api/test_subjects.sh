@@ -123,8 +123,9 @@ post /v1/meshes --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 MESH=$(json .id)
 execute encode "{\"mesh\":\"$MESH\",\"lmax\":$LMAX}"
 execute distances "{\"surfaces\":[\"$MESH\",$(json .surface.id | jq -R .),$(jq '.[3]' <<<"$PALLIDA")],\"register\":false}"
-is "$(json '[.warnings[] | .code, .figures.content] | tojson')" "[\"duplicate-content\",\"$MESH\"]" \
+is "$(json '[.warnings[] | select(.code == "duplicate-content") | .figures.content] | tojson')" "[\"$MESH\"]" \
     'a mesh and its surface are the same content'
+is "$(warned mixed-degrees)" 1 'at two degrees'
 
 post_json /v1/cohorts "{\"name\": \"images\", \"members\": [{\"id\": \"$MESH\"}, {\"id\": \"$MESH\", \"mirror\": true},
     {\"id\": $(jq '.[3]' <<<"$PALLIDA")}, {\"id\": $(jq '.[3]' <<<"$PALLIDA"), \"mirror\": true}]}"
