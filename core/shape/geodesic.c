@@ -165,6 +165,9 @@ static int walk(struct geodesic_work *work, const double *from, const double *to
     for (size_t k = 0; k <= last; k++) {
         double *f = result->coefficients + k * work->count;
 
+        if (srnf_is_canceled(context)) {
+            return SRNF_ECANCELED;
+        }
         result->times[k] = (double)k / (double)last;
         prepare_point(work, from, to, result, k);
         if (k > 0 && k < last) {
@@ -181,7 +184,8 @@ static int walk(struct geodesic_work *work, const double *from, const double *to
 }
 
 /* Sum of the distances between neighbours, in the two field buffers that are free by then. */
-static void measure_length(struct geodesic_work *work, struct srnf_geodesic *result)
+static int measure_length(struct geodesic_work *work, const struct srnf_context *context,
+                          struct srnf_geodesic *result)
 {
     double *here = work->q_from;
     double *next = work->q_to;
@@ -190,11 +194,15 @@ static void measure_length(struct geodesic_work *work, struct srnf_geodesic *res
     for (size_t k = 1; k < result->steps; k++) {
         double *swap = here;
 
+        if (srnf_is_canceled(context)) {
+            return SRNF_ECANCELED;
+        }
         srnf_field(work->sht, result->coefficients + k * work->count, next, work->workspace);
         result->length += distance(work, here, next, work->field);
         here = next;
         next = swap;
     }
+    return SRNF_OK;
 }
 
 int srnf_geodesic(const struct srnf_sht *sht, const double *from, const double *to,
@@ -236,7 +244,7 @@ int srnf_geodesic(const struct srnf_sht *sht, const double *from, const double *
     result->energy_linear = result->times + 3 * steps;
     status = walk(&work, from, to, options, context, result);
     if (status == SRNF_OK) {
-        measure_length(&work, result);
+        status = measure_length(&work, context, result);
         result->transforms = work.system->transforms;
     }
 out:

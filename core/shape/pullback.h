@@ -22,6 +22,7 @@ struct pullback_node {
     double degree;                /* number of edges */
     double pivot;                 /* of the elimination of the Laplacian; free nodes only */
     double edge;                  /* energy of the edge to the parent */
+    double *memory;               /* of the fields below */
     double *q, *trial;            /* [3][P] the field, and that of a candidate */
     double *f_theta, *f_phi, *unit, *inverse, *image; /* free nodes only */
 };
@@ -131,8 +132,9 @@ double pullback_distance(const struct srnf_grid *grid, const double *a, const do
                          double *difference);
 /* Figures of a path, double[segments + 1][count]; speeds may be NULL. SRNF_ENOMEM, SRNF_ENUMERIC.
    */
-SRNF_CHECKED int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *path,
-                                  double *speeds, struct srnf_path_figures *figures);
+SRNF_CHECKED int pullback_measure(const struct srnf_sht *sht, const struct srnf_context *context,
+                                  size_t segments, const double *path, double *speeds,
+                                  struct srnf_path_figures *figures);
 /* SRNF_EINVAL, naming the surface, where a coefficient is not finite. */
 SRNF_CHECKED int pullback_check_surface(const struct srnf_sht *sht, const double *surface,
                                         const char *name, struct srnf_error *error);

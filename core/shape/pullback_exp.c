@@ -276,7 +276,8 @@ int srnf_pullback_exp(const struct srnf_sht *sht, const double *from, const doub
         result->residual = s.worst;
         result->iterations = s.iterations;
         result->transforms = s.system->transforms;
-        status = pullback_measure(sht, segments, result->coefficients, NULL, &result->path);
+        status =
+            pullback_measure(sht, context, segments, result->coefficients, NULL, &result->path);
     }
     destroy(&s);
     if (status) {

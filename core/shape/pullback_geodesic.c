@@ -150,7 +150,7 @@ static int compare(const struct srnf_sht *sht, const struct srnf_context *contex
     if (status < 0) {
         return status;
     }
-    status = pullback_measure(sht, m, line.coefficients, NULL, &result->inverted);
+    status = pullback_measure(sht, context, m, line.coefficients, NULL, &result->inverted);
     srnf_geodesic_clear(&line);
     return status;
 }
@@ -184,18 +184,20 @@ static int fill(const struct srnf_sht *sht, const double *from, const double *to
     ends = result->coefficients;
     shape_copy(count, from, ends);
     shape_copy(count, to, ends + count);
-    status = pullback_measure(sht, 1, ends, NULL, &chord);
+    status = pullback_measure(sht, context, 1, ends, NULL, &chord);
     for (size_t k = 0; k <= m; k++) {
         result->times[k] = (double)k / (double)m;
         pullback_mix(count, result->times[k], from, to, result->coefficients + k * count);
     }
     shape_copy(count, to, result->coefficients + m * count);
     result->distance = chord.length;
-    status =
-        status ? status : pullback_measure(sht, m, result->coefficients, NULL, &result->linear);
+    status = status
+                 ? status
+                 : pullback_measure(sht, context, m, result->coefficients, NULL, &result->linear);
     status = status ? status : solve_path(sht, options, context, result);
     status = status ? status
-                    : pullback_measure(sht, m, result->coefficients, result->speeds, &result->path);
+                    : pullback_measure(sht, context, m, result->coefficients, result->speeds,
+                                       &result->path);
     if (status == SRNF_OK && options->compare) {
         status = compare(sht, context, result, error);
     }

@@ -252,7 +252,7 @@ static int finish(const struct pullback_group *group, struct srnf_pullback_mean 
     }
     shape_copy(group->count, mean->extrinsic, pair);
     shape_copy(group->count, mean->coefficients, pair + group->count);
-    status = pullback_measure(group->sht, 1, pair, NULL, &moved);
+    status = pullback_measure(group->sht, group->context, 1, pair, NULL, &moved);
     mean->moved = moved.length;
     mean->variance = shape_dot(group->n, mean->distances, mean->distances) / (double)group->n;
     srnf_free(pair);

@@ -58,8 +58,9 @@ static void summarise(size_t segments, const double *lengths, struct srnf_path_f
         figures->length > 0.0 ? sqrt(deviation / m) * m / figures->length : 0.0;
 }
 
-int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *path,
-                     double *speeds, struct srnf_path_figures *figures)
+int pullback_measure(const struct srnf_sht *sht, const struct srnf_context *context,
+                     size_t segments, const double *path, double *speeds,
+                     struct srnf_path_figures *figures)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t field = 3 * grid->n_theta * grid->n_phi;
@@ -69,6 +70,7 @@ int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *
     double *here = memory;
     double *next;
     double *lengths;
+    int status = SRNF_OK;
 
     if (!memory || !workspace) {
         srnf_free(memory);
@@ -81,6 +83,10 @@ int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *
     for (size_t k = 0; k < segments; k++) {
         double *swap = here;
 
+        if (srnf_is_canceled(context)) {
+            status = SRNF_ECANCELED;
+            break;
+        }
         srnf_field(sht, path + (k + 1) * count, next, workspace);
         lengths[k] = pullback_distance(grid, here, next, memory + 2 * field);
         if (speeds) {
@@ -89,10 +95,13 @@ int pullback_measure(const struct srnf_sht *sht, size_t segments, const double *
         here = next;
         next = swap;
     }
-    summarise(segments, lengths, figures);
+    if (status == SRNF_OK) {
+        summarise(segments, lengths, figures);
+        status = isfinite(figures->energy) ? SRNF_OK : SRNF_ENUMERIC;
+    }
     srnf_free(memory);
     srnf_free(workspace);
-    return isfinite(figures->energy) ? SRNF_OK : SRNF_ENUMERIC;
+    return status;
 }
 
 int pullback_check_surface(const struct srnf_sht *sht, const double *surface, const char *name,

@@ -59,28 +59,43 @@ static size_t workspace_bytes(const struct srnf_sht *sht)
     return (srnf_sht_workspace_size(sht, 3) + 63) / 64 * 64;
 }
 
-static void hand_out(struct pullback_graph *graph)
+/* The fields of the nodes, a block for each: all together may be a gigabyte, which takes seconds to
+   clear. */
+static int fill_nodes(struct pullback_graph *graph)
+{
+    size_t field = 3 * graph->points;
+
+    for (size_t i = 0; i < graph->nodes; i++) {
+        struct pullback_node *node = &graph->node[i];
+        bool fixed = node->unknown == SIZE_MAX;
+
+        if (srnf_is_canceled(graph->context)) {
+            return SRNF_ECANCELED;
+        }
+        node->memory =
+            srnf_alloc(fixed ? FIXED_FIELDS : FREE_FIELDS, graph->points * sizeof(double));
+        if (!node->memory) {
+            return SRNF_ENOMEM;
+        }
+        node->q = node->trial = node->memory;
+        if (!fixed) {
+            node->trial = node->memory + field;
+            node->f_theta = node->trial + field;
+            node->f_phi = node->f_theta + field;
+            node->unit = node->f_phi + field;
+            node->image = node->unit + field;
+            node->inverse = node->image + field;
+        }
+    }
+    return SRNF_OK;
+}
+
+static void fill_slots(struct pullback_graph *graph)
 {
     size_t field = 3 * graph->points;
     size_t bytes = workspace_bytes(graph->sht);
     double *next = graph->memory;
 
-    for (size_t i = 0; i < graph->nodes; i++) {
-        struct pullback_node *node = &graph->node[i];
-
-        node->q = next;
-        next += field;
-        node->trial = node->q;
-        if (node->unknown != SIZE_MAX) {
-            node->trial = next;
-            node->f_theta = next + field;
-            node->f_phi = next + 2 * field;
-            node->unit = next + 3 * field;
-            node->image = next + 4 * field;
-            node->inverse = next + 5 * field;
-            next += 5 * field + graph->points;
-        }
-    }
     for (size_t k = 0; k < graph->slots; k++) {
         graph->slot[k] = (struct pullback_slot){.w_theta = next,
                                                 .w_phi = next + field,
@@ -93,18 +108,13 @@ static void hand_out(struct pullback_graph *graph)
     }
 }
 
-static int allocate(struct pullback_graph *graph, const bool *fixed)
+static int allocate(struct pullback_graph *graph)
 {
-    size_t fields = 0;
-
-    for (size_t i = 0; i < graph->nodes; i++) {
-        fields += fixed[i] ? FIXED_FIELDS : FREE_FIELDS;
-    }
     graph->node = srnf_alloc(graph->nodes, sizeof *graph->node);
     graph->free_node = srnf_alloc(graph->nodes, sizeof *graph->free_node);
     graph->child = srnf_alloc(graph->nodes, sizeof *graph->child);
     graph->slot = srnf_alloc(graph->slots, sizeof *graph->slot);
-    graph->memory = srnf_alloc(fields + graph->slots * SLOT_FIELDS, graph->points * sizeof(double));
+    graph->memory = srnf_alloc(graph->slots * SLOT_FIELDS, graph->points * sizeof(double));
     graph->weight = srnf_alloc(graph->points, sizeof(double));
     graph->diagonal = srnf_alloc(graph->count, sizeof(double));
     graph->workspaces = srnf_alloc(graph->slots, workspace_bytes(graph->sht));
@@ -120,6 +130,7 @@ int pullback_graph_create(struct pullback_graph **out, const struct srnf_sht *sh
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     struct pullback_graph *graph = srnf_alloc(1, sizeof *graph);
+    int status;
 
     *out = NULL;
     if (!graph) {
@@ -133,14 +144,18 @@ int pullback_graph_create(struct pullback_graph **out, const struct srnf_sht *sh
     graph->nodes = nodes;
     graph->slots = nodes < SLOTS_MAX ? nodes : SLOTS_MAX;
     graph->edge_weight = edge_weight;
-    if (allocate(graph, fixed)) {
-        pullback_graph_destroy(graph);
-        return SRNF_ENOMEM;
+    status = allocate(graph);
+    if (status == SRNF_OK) {
+        shape_weights(grid, graph->weight);
+        shape_diagonal(graph->degree, 1.0, 0.25, graph->diagonal);
+        link_nodes(graph, parents, fixed);
+        fill_slots(graph);
+        status = fill_nodes(graph);
     }
-    shape_weights(grid, graph->weight);
-    shape_diagonal(graph->degree, 1.0, 0.25, graph->diagonal);
-    link_nodes(graph, parents, fixed);
-    hand_out(graph);
+    if (status) {
+        pullback_graph_destroy(graph);
+        return status;
+    }
     *out = graph;
     return SRNF_OK;
 }
@@ -149,6 +164,9 @@ void pullback_graph_destroy(struct pullback_graph *graph)
 {
     if (!graph) {
         return;
+    }
+    for (size_t i = 0; graph->node && i < graph->nodes; i++) {
+        srnf_free(graph->node[i].memory);
     }
     srnf_free(graph->node);
     srnf_free(graph->free_node);

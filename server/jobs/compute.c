@@ -204,6 +204,7 @@ void compute_move(size_t degree, double *coefficients, struct srnf_surface_measu
 int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,
                     struct srnf_surface_measures *measures, struct jobs_result *result)
 {
+    const struct srnf_context *context = jobs_run_context(run);
     struct jobs *jobs = jobs_run_jobs(run);
     const struct srnf_sht *sht = NULL;
     void *workspace = NULL;
@@ -218,6 +219,10 @@ int compute_measure(struct jobs_run *run, size_t degree, size_t count, const dou
         goto out;
     }
     for (size_t i = 0; i < count; i++) {
+        if (context->canceled(context->user)) {
+            status = SRNF_ECANCELED;
+            break;
+        }
         srnf_surface_measure(sht, coefficients + i * 3 * srnf_coefficient_count(degree),
                              &measures[i], workspace);
     }

@@ -87,7 +87,8 @@ static int register_end(struct jobs_run *run, const struct compute_geodesic_inpu
 }
 
 /* Squared distances of the surfaces of the path from the straight line in Q. */
-static int measure_energies(const struct srnf_sht *sht, struct srnf_geodesic *geodesic)
+static int measure_energies(const struct srnf_context *context, const struct srnf_sht *sht,
+                            struct srnf_geodesic *geodesic)
 {
     const struct srnf_grid *grid = srnf_sht_grid(sht);
     size_t field = 3 * grid->n_theta * grid->n_phi;
@@ -102,7 +103,7 @@ static int measure_energies(const struct srnf_sht *sht, struct srnf_geodesic *ge
     }
     srnf_field(sht, geodesic->coefficients, q, workspace);
     srnf_field(sht, geodesic->coefficients + last * count, q + field, workspace);
-    for (size_t i = 0; i <= last; i++) {
+    for (size_t i = 0; i <= last && !context->canceled(context->user); i++) {
         double t = geodesic->times[i];
         for (size_t k = 0; k < field; k++) {
             q[2 * field + k] = (1.0 - t) * q[k] + t * q[field + k];
@@ -112,7 +113,7 @@ static int measure_energies(const struct srnf_sht *sht, struct srnf_geodesic *ge
     }
     srnf_free(q);
     srnf_free(workspace);
-    return 0;
+    return context->canceled(context->user) ? SRNF_ECANCELED : 0;
 }
 
 /* The geodesic of the pulled-back metric; a path that was not straight in time is a result too. */
@@ -124,12 +125,14 @@ static int follow_pullback(struct jobs_run *run, const struct srnf_sht *sht, con
     struct srnf_geodesic_options line = inputs->options;
     struct srnf_geodesic *geodesic = &outputs->geodesic;
     struct srnf_pullback_geodesic *pullback = &outputs->pullback;
+    struct srnf_context quiet = *jobs_run_context(run);
     double *straight;
     int status;
 
     options.segments = inputs->options.steps - 1;
     line.method = SRNF_GEODESIC_LINEAR;
-    status = srnf_geodesic(sht, from, to, &line, NULL, geodesic, error);
+    quiet.progress = NULL;
+    status = srnf_geodesic(sht, from, to, &line, &quiet, geodesic, error);
     if (status >= 0) {
         status =
             srnf_pullback_geodesic(sht, from, to, &options, jobs_run_context(run), pullback, error);
@@ -142,7 +145,7 @@ static int follow_pullback(struct jobs_run *run, const struct srnf_sht *sht, con
     pullback->coefficients = straight;
     geodesic->length = pullback->path.length;
     geodesic->transforms += pullback->transforms;
-    return measure_energies(sht, geodesic);
+    return measure_energies(&quiet, sht, geodesic);
 }
 
 /* The path itself, between ends already loaded. */
