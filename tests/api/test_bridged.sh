@@ -2,6 +2,8 @@
 # test_bridged.sh - groups whose members came by star and by area, where mixedRoutes allows it: members by star are
 # compared by the encodings of their meshes by area, so that the numbers are those of a group by area, to the last
 # digit, also after kill -9; what cannot be encoded again is told.
+# srnfd-test: release-only
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
