@@ -58,8 +58,8 @@ OPT_fuzz    := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,fuzze
 OPT_coverage := -O1 -g --coverage -fprofile-update=atomic -DTESTS_COUNT_LINES
 OPT         := $(OPT_$(CONFIG))
 
-# Hot loops of core/sphere and core/shape are compiled for several instruction sets and chosen at run time
-# (see core/sphere/simd.h); everything else is built for the baseline of the architecture.
+# Hot loops over grids are compiled for several instruction sets and chosen at run time (see
+# core/harmonics/simd.h); everything else is built for the baseline of the architecture.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(WARN) $(OPT) -fno-math-errno -ffp-contract=off -fstack-protector-strong
 CPPFLAGS = -Iinclude -Icore -Iserver -Itests -I. -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
@@ -125,13 +125,14 @@ $(O)/%.o: %.c
 # The core becomes libsrnf.so as well as libsrnf.a, from the same objects: only what include/ declares is seen.
 $(O)/core/%.o: CFLAGS += -fPIC -fvisibility=hidden -fno-semantic-interposition
 
-# The transforms and what is built on them may fuse multiply and add; exact predicates in core/mesh may not.
-$(O)/core/sphere/%.o $(O)/core/shape/%.o: CFLAGS += -ffp-contract=fast -fno-trapping-math
+# The transforms and what is built on them may fuse multiply and add; the exact predicates of the meshes may not.
+FUSED := harmonics linear srnf surface inversion registration geodesic pullback
+$(foreach folder,$(FUSED),$(O)/core/$(folder)/%.o): CFLAGS += -ffp-contract=fast -fno-trapping-math
 
 $(CORE_LIB): $(call obj,$(CORE_SRC))
 	@rm -f $@
 	$(call say,AR,$@)
-	$(Q)ar rcs $@ $^
+	$(Q)ar qcs $@ $^
 
 # Part of the numeric build id, and so of every cache key: whatever of another core, or of another reading of
 # inputs and writing of results, made an answer is computed anew. A file too many costs a few answers made
@@ -194,7 +195,7 @@ $(O)/embedded.o: $(O)/embedded.c
 $(SERVER_LIB): $(call obj,$(SERVER_SRC)) $(O)/embedded.o
 	@rm -f $@
 	$(call say,AR,$@)
-	$(Q)ar rcs $@ $^
+	$(Q)ar qcs $@ $^
 
 # Under ThreadSanitizer the daemon has the core of the release build: instrumented it is 15 to 25 times slower,
 # and it neither makes threads nor waits for any. What it does in loops that others spread over threads is for

@@ -12,6 +12,9 @@
 __attribute__((format(printf, 4, 5))) int srnf_fail(struct srnf_error *error, int status,
                                                     int64_t element, const char *format, ...);
 
+/* True where all n numbers are finite; otherwise error names the first that is not. */
+bool srnf_check_finite(size_t n, const double *values, const char *what, struct srnf_error *error);
+
 static inline bool srnf_is_canceled(const struct srnf_context *context)
 {
     return context && context->canceled && context->canceled(context->user);

@@ -5,7 +5,7 @@
 . "$(dirname "$0")/support/lib.sh"
 
 COPY=$SCRATCH/project
-mkdir -p "$COPY"/core/{sphere,mesh,shape} "$COPY"/server/{http,api,jobs,store} "$COPY/tests" "$COPY/api"
+mkdir -p "$COPY"/core/{harmonics,mesh,surface} "$COPY"/server/{http,api,jobs,store} "$COPY/tests" "$COPY/api"
 cp -r Makefile .clang-format "$COPY"
 cp -r tests/lint "$COPY/tests"
 if [ -f "$SRNFD_BUILD/lint/installed.json" ]; then
@@ -39,21 +39,21 @@ finds() { # CHECK REGEX NAME
     like "$OUTPUT" "$2" "$1: and it says where"
 }
 
-echo "/* $(printf '%94s' x) */" | file core/sphere/bad.c
+echo "/* $(printf '%94s' x) */" | file core/harmonics/bad.c
 clean columns
-echo "/* $(printf '%95s' x) */" | file core/sphere/bad.c
+echo "/* $(printf '%95s' x) */" | file core/harmonics/bad.c
 finds columns 'bad.c:2: more than 100' 'a line of 101 columns is too long'
-echo "/* $(printf '%93s' x)ä */" | file core/sphere/bad.c
+echo "/* $(printf '%93s' x)ä */" | file core/harmonics/bad.c
 clean columns
-rm "$COPY/core/sphere/bad.c"
+rm "$COPY/core/harmonics/bad.c"
 cp -r core/memory.c core/internal.h "$COPY/core"
 cp -r include "$COPY"
 
-file core/sphere/grid.h <<'END'
+file core/harmonics/grid.h <<'END'
 int grid(int x);
 END
-file core/sphere/grid.c <<'END'
-#include "sphere/grid.h"
+file core/harmonics/grid.c <<'END'
+#include "harmonics/grid.h"
 #include "internal.h"
 
 int grid(int x)
@@ -61,7 +61,7 @@ int grid(int x)
     return x;
 }
 END
-cp "$COPY/core/sphere/grid.c" "$SCRATCH/grid.c"
+cp "$COPY/core/harmonics/grid.c" "$SCRATCH/grid.c"
 for name in http api jobs store; do
     file "server/$name/$name.h" </dev/null
 done
@@ -72,7 +72,7 @@ for name in c-rules layers core-symbols core-globals paths shell lockfile; do
 done
 
 # Calls to strcpy( and sprintf( in comments and strings are no calls.
-file core/sphere/words.c <<'END'
+file core/harmonics/words.c <<'END'
 /* strcpy(a, b)
    and gets(a) */
 const char *words(void);
@@ -82,9 +82,9 @@ const char *words(void) // rand()
 }
 END
 clean c-rules
-rm "$COPY/core/sphere/words.c"
+rm "$COPY/core/harmonics/words.c"
 
-file core/sphere/bad.c <<'END'
+file core/harmonics/bad.c <<'END'
 void bad(char *x);
 void bad(char *x)
 {
@@ -94,11 +94,11 @@ void bad(char *x)
 END
 finds c-rules 'bad.c:6: strcpy \[forbidden-calls\]' 'a forbidden call is found'
 for call in strcat sprintf vsprintf atoi strtok alloca gets rand; do
-    echo "int y = $call(x);" | file core/sphere/bad.c
+    echo "int y = $call(x);" | file core/harmonics/bad.c
     lint c-rules
     like "$OUTPUT" "bad.c:2: $call" "c-rules: $call is forbidden"
 done
-echo 'int brand(x), my_atoi(y);' | file core/sphere/bad.c
+echo 'int brand(x), my_atoi(y);' | file core/harmonics/bad.c
 clean c-rules
 
 long_function() { # LINES, braces included
@@ -107,25 +107,25 @@ long_function() { # LINES, braces included
     yes '    ;' | head -n $(($1 - 2))
     echo '}'
 }
-long_function 100 | file core/sphere/bad.c
+long_function 100 | file core/harmonics/bad.c
 clean c-rules
 like "$OUTPUT" 'function of 100 lines' 'but a function of more than 60 lines is noted'
-long_function 101 | file core/sphere/bad.c
+long_function 101 | file core/harmonics/bad.c
 finds c-rules 'bad.c.*101 lines.*function-length' 'a function of 101 lines is too long'
 
-yes 'int x;' | head -n 799 | file core/sphere/bad.c
+yes 'int x;' | head -n 799 | file core/harmonics/bad.c
 clean c-rules
-yes 'int x;' | head -n 800 | file core/sphere/bad.c
+yes 'int x;' | head -n 800 | file core/harmonics/bad.c
 finds c-rules 'bad.c:801: 801 lines.*file-length' 'a file of 801 lines is too long'
-echo 'int x;' >"$COPY/core/sphere/bad.c"
+echo 'int x;' >"$COPY/core/harmonics/bad.c"
 finds c-rules 'bad.c:1:.*file-header' 'a file must say what it is'
 
-rm "$COPY/core/sphere/bad.c"
+rm "$COPY/core/harmonics/bad.c"
 
 if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
-    echo 'int  x;' | file core/sphere/bad.c
+    echo 'int  x;' | file core/harmonics/bad.c
     finds formatting 'bad.c:2: not formatted' 'what is not formatted is found'
-    rm "$COPY/core/sphere/bad.c"
+    rm "$COPY/core/harmonics/bad.c"
 else
     skip 'formatting' 'clang-format 14 is not installed'
 fi
@@ -153,21 +153,21 @@ refused server/api/x.c '"http/http.h"'
 refused server/jobs/x.c '"api/api.h"'
 refused server/store/x.c '"jobs/jobs.h"'
 refused server/store/x.c '"internal.h"'
-refused server/store/x.c '"sphere/grid.h"'
+refused server/store/x.c '"harmonics/grid.h"'
 refused server/store/x.c '"../jobs/jobs.h"'
 refused server/api/x.c '<microhttpd.h>'
 refused server/jobs/x.c '<jansson.h>'
 refused server/jobs/x.c '<sqlite3.h>'
 refused server/common.c '"store/store.h"'
-allowed core/shape/x.c '"sphere/grid.h"'
-refused core/sphere/x.c '"shape/x.h"'
-refused core/sphere/x.c '"store/store.h"'
-refused core/sphere/x.c '"embedded.h"'
-refused core/sphere/x.c '<pthread.h>'
-refused core/sphere/x.c '<sys/stat.h>'
-refused core/x.c '"sphere/grid.h"'
+allowed core/surface/x.c '"harmonics/grid.h"'
+refused core/harmonics/x.c '"surface/x.h"'
+refused core/harmonics/x.c '"store/store.h"'
+refused core/harmonics/x.c '"embedded.h"'
+refused core/harmonics/x.c '<pthread.h>'
+refused core/harmonics/x.c '<sys/stat.h>'
+refused core/x.c '"harmonics/grid.h"'
 allowed include/srnf/x.h '"srnf/base.h"'
-refused include/srnf/x.h '"sphere/grid.h"'
+refused include/srnf/x.h '"harmonics/grid.h"'
 refused include/srnf/x.h '<pthread.h>'
 
 clean headers
@@ -180,14 +180,14 @@ rm "$COPY/include/srnf/x.h"
 # The core's objects: a statement in one function, and what the check says of the call it makes.
 call() { # HEADER STATEMENT
     {
-        printf '#include "sphere/grid.h"\n#include <%s>\n' "$1"
+        printf '#include "harmonics/grid.h"\n#include <%s>\n' "$1"
         printf 'int grid(int x)\n{\n    %s\n    return x;\n}\n' "$2"
-    } | file core/sphere/grid.c
+    } | file core/harmonics/grid.c
     lint core-symbols
 }
 symbol() { # NAME HEADER STATEMENT
     call "$2" "$3"
-    like "$RESULT$OUTPUT" "^1.*core/sphere/grid.o: calls .*$1" "core-symbols: $1 is found"
+    like "$RESULT$OUTPUT" "^1.*core/harmonics/grid.o: calls .*$1" "core-symbols: $1 is found"
 }
 symbol printf stdio.h 'printf("%d", x);'
 symbol puts stdio.h 'printf("hello\n");'
@@ -208,8 +208,8 @@ is "$RESULT" 0 'core-symbols: snprintf is allowed'
 call assert.h 'assert(x);'
 is "$RESULT" 0 'core-symbols: assert is allowed'
 
-file core/sphere/grid.c <<'END'
-#include "sphere/grid.h"
+file core/harmonics/grid.c <<'END'
+#include "harmonics/grid.h"
 
 int grid(int x)
 {
@@ -219,15 +219,15 @@ END
 finds core-symbols 'does not compile' 'a core that does not compile is no pass'
 
 variable() { # NAME DECLARATION
-    printf '#include "sphere/grid.h"\n%s\nint grid(int x)\n{\n    return x + (state += x);\n}\n' "$2" |
-        file core/sphere/grid.c
-    finds core-globals 'core/sphere/grid.o: mutable state' "$1 is found"
+    printf '#include "harmonics/grid.h"\n%s\nint grid(int x)\n{\n    return x + (state += x);\n}\n' "$2" |
+        file core/harmonics/grid.c
+    finds core-globals 'core/harmonics/grid.o: mutable state' "$1 is found"
 }
 variable 'a zeroed variable' 'static int state;'
 variable 'an initialised variable' 'static int state = 5;'
 variable 'a thread-local variable' 'static _Thread_local int state;'
-file core/sphere/grid.c <<'END'
-#include "sphere/grid.h"
+file core/harmonics/grid.c <<'END'
+#include "harmonics/grid.h"
 
 static const char *const words[] = {"a", "b"};
 
@@ -237,7 +237,7 @@ int grid(int x)
 }
 END
 clean core-globals
-cp "$SCRATCH/grid.c" "$COPY/core/sphere/grid.c"
+cp "$SCRATCH/grid.c" "$COPY/core/harmonics/grid.c"
 
 mkdir -p "$COPY/tests/core"
 {

@@ -13,6 +13,16 @@
 #include "mesh_geometry.h"
 
 #include <float.h>
+#include <string.h>
+
+void srnf_mesh_clear(struct srnf_mesh *mesh)
+{
+    if (mesh) {
+        srnf_free(mesh->vertices);
+        srnf_free(mesh->faces);
+        memset(mesh, 0, sizeof *mesh);
+    }
+}
 
 /* Bounding box of the vertices; false when there are none or one is beyond
    SRNF_MESH_COORDINATE_MAX. */

@@ -1,6 +1,6 @@
 /*
- * mesh_geometry.h - what the files of core/mesh and core/shape/fit.c share beyond srnf.h: vectors,
- * corners of faces, a stable sort, the topology of a mesh and its measures.
+ * mesh_geometry.h - what the files of core/mesh and core/surface/fit.c share beyond srnf.h:
+ * vectors, corners of faces, a stable sort, the topology of a mesh and its measures.
  */
 #ifndef SRNF_MESH_GEOMETRY_H
 #define SRNF_MESH_GEOMETRY_H
@@ -129,7 +129,7 @@ SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh
                                         size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);
 
-/* srnf_star_kernel that can be canceled (star.c). */
+/* srnf_star_kernel that can be canceled (star_kernel.c). */
 SRNF_CHECKED int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context,
                              struct srnf_star *star);
 

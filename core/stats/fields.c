@@ -2,7 +2,7 @@
  * fields.c - the surfaces of a group and their SRNFs as vectors of L2.
  */
 #include "stats.h"
-#include "shape/shape.h"
+#include "srnf/field.h"
 
 #include <cblas.h>
 #include <math.h>
@@ -44,7 +44,7 @@ static int field_of_one(void *argument, size_t i, const struct srnf_context *con
     if (!workspace) {
         return SRNF_ENOMEM;
     }
-    shape_represent(loop->sht, loop->representation, loop->surfaces[i],
+    field_represent(loop->sht, loop->representation, loop->surfaces[i],
                     loop->q + i * 3 * stats_points(srnf_sht_grid(loop->sht)), workspace);
     srnf_free(workspace);
     return SRNF_OK;

@@ -12,7 +12,7 @@
 
 #include "stats.h"
 #include "subjects.h"
-#include "shape/registration.h"
+#include "registration/registration.h"
 
 /* All subjects registered to one target (folds_align.c). */
 struct alignment {

@@ -6,7 +6,7 @@
  *   G = (1/n) sum_i [ ||mu - O_i (q_i, gamma_i)||^2 / N + R(gamma_i) ],   N = (1/n) sum_i
  *   ||q_i||^2,
  *
- * with the penalties R of registration_objective.c. N does not change, so neither does the weight
+ * with the penalties R of registration/objective.c. N does not change, so neither does the weight
  * of the penalties, and every part of an iteration lowers one and the same G:
  *
  *   descend  mean_step.c: one Gauss-Newton step of all warps together, refused unless G falls
@@ -21,7 +21,7 @@
 #define SRNF_STATS_MEAN_H
 
 #include "stats.h"
-#include "shape/registration.h"
+#include "registration/registration.h"
 
 #define MEAN_PROGRESS_LOOP 0.95 /* of all progress: the iterations; then the inversion */
 

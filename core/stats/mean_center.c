@@ -257,7 +257,7 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
                                center->potentials);
         }
         take_back(center);
-        shape_scale(2 * center->count, 0.5, center->potentials);
+        linear_scale(2 * center->count, 0.5, center->potentials);
         *moved *= 0.5;
     }
     *moved = 0.0;

@@ -40,13 +40,13 @@ static int move(const struct mean_run *run, size_t i, double length,
     if (!scratch) {
         return SRNF_ENOMEM;
     }
-    shape_scale(2 * fields->count, length, potentials);
+    linear_scale(2 * fields->count, length, potentials);
     for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN) && !srnf_is_canceled(context); k++) {
         least = fields_apply(fields, potentials, n, run->old_gamma + 3 * i * n,
                              run->old_jacobian + i * n, run->gamma + 3 * i * n,
                              run->jacobian + i * n, scratch);
         if (!(least >= STEP_JACOBIAN_MIN) && k < SHORTENINGS_MAX) {
-            shape_scale(2 * fields->count, 0.5, potentials);
+            linear_scale(2 * fields->count, 0.5, potentials);
         } else if (!(least >= STEP_JACOBIAN_MIN)) {
             memset(potentials, 0, 2 * fields->count * sizeof(double));
         }

@@ -14,7 +14,8 @@
  * pair, as in distances.c.
  */
 #include "stats.h"
-#include "shape/registration.h"
+#include "registration/registration.h"
+#include "surface/surface.h"
 
 #include <math.h>
 
@@ -43,7 +44,7 @@ static int prepare_harmonic(struct comparison *c, size_t i)
 {
     double *f = c->surfaces + 3 * i * c->each;
 
-    shape_copy(3 * c->each, c->given[i], f);
+    linear_copy(3 * c->each, c->given[i], f);
     f[0] = f[c->each] = f[2 * c->each] = 0.0;
     return SRNF_OK;
 }
@@ -63,7 +64,7 @@ static int prepare_srm(struct comparison *c, size_t i)
     int status = srnf_normalize(c->sht, c->given[i], f, &log_scale);
 
     if (status == SRNF_OK) {
-        shape_scale(3 * c->each, exp(log_scale), f);
+        linear_scale(3 * c->each, exp(log_scale), f);
     }
     return status;
 }
@@ -89,7 +90,7 @@ static int measure_harmonic(const struct comparison *c, size_t i, size_t j,
     (void)context;
     (void)error;
     for (size_t k = 0; k < 9; k++) {
-        moments[k] = shape_dot(c->each, a + k / 3 * c->each, b + k % 3 * c->each);
+        moments[k] = linear_dot(c->each, a + k / 3 * c->each, b + k % 3 * c->each);
     }
     if (c->aligned) {
         (void)registration_closest_rotation(moments, rotation);

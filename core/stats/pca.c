@@ -16,7 +16,7 @@
  * scores. Memory beside the result: two copies of the centred fields and n^2.
  */
 #include "stats.h"
-#include "shape/shape.h"
+#include "linear/linear.h"
 
 #include <cblas.h>
 #include <float.h>
@@ -54,7 +54,7 @@ static double product(const struct srnf_grid *grid, const double *q, const doubl
                 for (size_t k = 0; k < count; k++) {
                     difference[k] = q[first + k] - mean[first + k];
                 }
-                sum += grid->weight[row] * shape_dot(count, difference, mode + first);
+                sum += grid->weight[row] * linear_dot(count, difference, mode + first);
             }
         }
     }

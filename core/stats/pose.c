@@ -12,7 +12,7 @@
  */
 #include "stats.h"
 #include "subjects.h"
-#include "shape/registration.h"
+#include "registration/registration.h"
 
 #include <math.h>
 #include <string.h>

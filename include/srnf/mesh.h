@@ -220,9 +220,9 @@ struct srnf_icp {
 };
 
 /*
- * Rigid alignment by iterated closest points (core/shape/icp.c). The residual counts both ways, so
- * that the distance of (a, b) and (b, a) differs by rounding alone. A local minimum, sought from
- * the pose at hand and from the four in which the principal axes agree.
+ * Rigid alignment by iterated closest points (core/registration/icp.c). The residual counts both
+ * ways, so that the distance of (a, b) and (b, a) differs by rounding alone. A local minimum,
+ * sought from the pose at hand and from the four in which the principal axes agree.
  *   options  [in] NULL: defaults
  * Neither mesh has to be closed. Errors: SRNF_EINVAL (an index out of range, a coordinate not
  * finite, options), SRNF_EDEGENERATE (no area), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
@@ -243,10 +243,10 @@ struct srnf_spherical_map {
 
 /*
  * Low-distortion spherical parameterisation by progressive insertion with a barrier energy (method
- * and sources in core/mesh/spherical.h). The rotation of the map is canonical: in another pose or
- * numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on the unit
- * sphere), or, if it is symmetric to that, another choice of axes. The same mesh always gives the
- * same bits.
+ * and sources in core/sphere_map/sphere_map.h). The rotation of the map is canonical: in another
+ * pose or numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on
+ * the unit sphere), or, if it is symmetric to that, another choice of axes. The same mesh always
+ * gives the same bits.
  *   mesh  [in] closed, manifold, oriented, connected, of genus 0
  * Errors: SRNF_ENOT_CLOSED .. SRNF_EDEGENERATE (the mesh is not what it has to be, or has no
  * area), SRNF_EINVAL (an index out of range, a vertex without faces, too many faces),

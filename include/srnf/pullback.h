@@ -1,5 +1,5 @@
 /*
- * pullback.h - the metric pulled back by Q to the space of surfaces (core/shape/pullback*.c).
+ * pullback.h - the metric pulled back by Q to the space of surfaces (core/pullback).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *
@@ -56,7 +56,7 @@ struct srnf_pullback_geodesic {
     struct srnf_path_figures linear;   /* of (1 - t) f_0 + t f_1 */
     struct srnf_path_figures inverted; /* of srnf_geodesic's path; all 0 unless asked for */
     double distance;                   /* ||q_1 - q_0||: at most path.length */
-    double gradient; /* relative: sqrt(<g, P g> / E), core/shape/pullback_solve.c */
+    double gradient;                   /* relative: sqrt(<g, P g> / E), core/pullback/solve.c */
     size_t iterations;
     bool converged;
     double transforms; /* of the path alone */

@@ -1,5 +1,5 @@
 /*
- * register.h - elastic registration of two surfaces (core/shape).
+ * register.h - elastic registration of two surfaces (core/registration).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  */
@@ -77,7 +77,7 @@ SRNF_CHECKED int srnf_warp_apply(const struct srnf_warp *warp, size_t n, const d
 
 /*
  * The warp between two maps of one mesh to the sphere: with f_from and f_to the surface by either,
- * f_from = f_to o gamma (core/shape/registration_known.c).
+ * f_from = f_to o gamma (core/registration/known.c).
  *   mesh      [in]  faces and the number of vertices are used
  *   from, to  [in]  double[n_vertices][3]: where each vertex goes, as a vector from the centre of
  *                   any length; both bijections, as of srnf_encode_points
@@ -122,8 +122,8 @@ void srnf_registration_clear(struct srnf_registration *registration);
 
 /*
  * Registers a moving surface to a template: min over O in SO(3) and gamma in Diff+(S^2) of
- * ||q1 - O (q2, gamma)|| with penalties (core/shape/registration.h). Every accepted step keeps
- * orientation.
+ * ||q1 - O (q2, gamma)|| with penalties (core/registration/registration.h). Every accepted step
+ * keeps orientation.
  *   sht               [in] degree and grid of both surfaces
  *   template_surface  [in] double[3][(L+1)^2], or NULL when template_q is given
  *   template_q        [in] double[3][n_theta][n_phi], or NULL: from template_surface

@@ -1,5 +1,6 @@
 /*
- * shape.h - SRNFs, their differential, inversion, geodesics (core/shape).
+ * shape.h - SRNFs, their differential, inversion, geodesics (core/srnf, core/inversion,
+ * core/geodesic).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  */

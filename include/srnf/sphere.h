@@ -1,5 +1,5 @@
 /*
- * sphere.h - grids, harmonic transforms, evaluation at points (core/sphere).
+ * core/harmonics/harmonics.h - grids, harmonic transforms, evaluation at points (core/harmonics).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  */

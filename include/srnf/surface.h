@@ -1,5 +1,5 @@
 /*
- * surface.h - surfaces of a degree, and encoding a mesh as one (core/shape).
+ * surface.h - surfaces of a degree, and encoding a mesh as one (core/surface).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  */
@@ -31,7 +31,7 @@ SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficie
                                           double **normals);
 
 /*
- * The mirror image in the plane x = 0, in place (core/shape/mirror.c). A mesh is reflected, x to
+ * The mirror image in the plane x = 0, in place (core/surface/mirror.c). A mesh is reflected, x to
  * -x, and its faces are turned: they stay counter-clockwise seen from outside if they were. A
  * surface f(e) becomes M f(M e), M = diag(-1, 1, 1): orientation, area and volume are kept, its
  * SRNF is M Q(f) o M, and distances between surfaces are those between their mirror images. Either
@@ -141,7 +141,7 @@ struct srnf_judgement {
 
 /*
  * Judges an encoding by how far it is from its mesh; the limits, and what they were set by, stand
- * in core/shape/judge.c. A pure function of a few numbers: any thread, no errors.
+ * in core/surface/judge.c. A pure function of a few numbers: any thread, no errors.
  *   encoded   [in]  of srnf_encode, as it came
  *   report    [in]  of the mesh that was encoded
  *   smoothed  [in]  the encoding was damped (options->smoothing > 0): then it is never refused for

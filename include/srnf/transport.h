@@ -1,6 +1,6 @@
 /*
  * transport.h - shooting, parallel transport and deformation transfer in the space of SRNFs
- * (core/shape).
+ * (core/geodesic).
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *

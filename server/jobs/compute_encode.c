@@ -5,7 +5,7 @@
  * 6,000 faces takes a few milliseconds. Parsing was found possible at the upload, so a failure
  * here means other limits or damage, and is reported like any other. What is repaired in a mesh is
  * repaired in its sphere too, so that the two still correspond. Every encoding is judged, whoever
- * wants it (core/shape/judge.c): one that has become another shape fails the job, a poor one
+ * wants it (core/surface/judge.c): one that has become another shape fails the job, a poor one
  * becomes a doubt of the run, which its results tell (process_finish), or of the caller.
  */
 #include "jobs/compute_encode.h"

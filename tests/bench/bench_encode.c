@@ -9,8 +9,8 @@
  * Gauss-Legendre grid with twice the rows of the working grid. Structures without a star centre
  * go by area only.
  */
-#include "mesh/spherical.h"
-#include "shape/fit.h"
+#include "sphere_map/sphere_map.h"
+#include "surface/fit.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 #include "support/timing.h"

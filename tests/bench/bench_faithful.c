@@ -1,6 +1,6 @@
 /*
  * bench_faithful.c - how far encodings of sound meshes are from their meshes: what the limits of
- * srnf_encode_judge (core/shape/judge.c) were set by.
+ * srnf_encode_judge (core/surface/judge.c) were set by.
  *
  *   bench_faithful [FILE ...]      rows for these meshes; without files: those of the project and,
  *                                  where they are at hand, of ../shared/data, and long thin shapes

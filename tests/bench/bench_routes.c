@@ -20,7 +20,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "core/shape/registrations.h"
+#include "core/registration/registrations.h"
 #include "support/timing.h"
 #include "support/triangulations.h"
 

@@ -19,7 +19,7 @@
 
 #include <fftw3.h>
 
-#include "core/shape/figures.h"
+#include "core/figures.h"
 #include "support/compare.h"
 #include "support/timing.h"
 #include "support/transfers.h"

@@ -7,7 +7,7 @@
  * at unit area. Says so, with status 1, where more is left than the floor explains: for .7 and .5
  * a tenth more, and the rounding of registration; for .3 the figures are printed alone.
  */
-#include "core/shape/truncations.h"
+#include "core/surface/truncations.h"
 #include "support/timing.h"
 
 #define VENTRICLE "../shared/data/lv_endocardium_ed/lv_asymp_0083.ply"

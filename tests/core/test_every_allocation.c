@@ -7,7 +7,7 @@
  * routes through them that those do not take; tests/lint/lint.sh sees to it that none is left out.
  * srnfd-test: slow
  */
-#include "core/shape/registrations.h"
+#include "core/registration/registrations.h"
 #include "core/stats/group.h"
 #include "support/refusing.h"
 

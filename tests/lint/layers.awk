@@ -9,14 +9,16 @@
 #            in turn includes no layer's header. Each library has its home: libmicrohttpd in http, jansson in
 #            api, SQLite in store; only what lies directly in server/ may name them too, as it tells their
 #            versions.
-#   core/    sphere -> mesh -> shape -> stats, in the order in which data flows. A folder includes its own
-#            headers, those of the folders before it, srnf.h and internal.h; never a header of server/,
-#            and no system header for files, processes, threads or clocks.
+#   core/    harmonics -> linear -> mesh -> formats -> sphere_map -> srnf -> surface -> inversion ->
+#            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
+#            folders before it, srnf.h and internal.h; never a header of server/, and no system header for
+#            files, processes, threads or clocks.
 #   include/ the public headers include each other, and of the system's those that core/ may.
 
 BEGIN {
     number_of("main http api jobs store", layer)
-    number_of("sphere mesh shape stats", stage)
+    number_of("harmonics linear mesh formats sphere_map srnf surface inversion registration geodesic pullback stats", \
+              stage)
     home["microhttpd.h"] = "http"
     home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
     home["jansson.h"] = "api"

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "shape/fit.h"
+#include "surface/fit.h"
 #include "support/correspondence.h"
 #include "support/folders.h"
 #include "support/meshes.h"

@@ -2,7 +2,7 @@
  * test_geometry_allocation.c - preparation, star kernel, index, geodesic sphere and fit error when
  * memory runs out: each allocation in turn is refused; the call fails cleanly and nothing leaks.
  */
-#include "shape/fit.h"
+#include "surface/fit.h"
 #include "support/meshes.h"
 #include "support/refusing.h"
 

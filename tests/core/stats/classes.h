@@ -7,7 +7,7 @@
 #ifndef TESTS_STATS_CLASSES_H
 #define TESTS_STATS_CLASSES_H
 
-#include "core/stats/group.h"
+#include "group.h"
 
 static inline void classes_clear(struct srnf_folds *c)
 {

@@ -6,7 +6,7 @@
 #ifndef TESTS_STATS_GROUP_H
 #define TESTS_STATS_GROUP_H
 
-#include "core/shape/figures.h"
+#include "core/figures.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

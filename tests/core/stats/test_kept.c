@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include "core/stats/group.h"
+#include "group.h"
 
 #define N 4
 #define MEMBERS 6

@@ -2,7 +2,7 @@
  * test_metrics.c - distances by the other metrics: what each must not see (pose, and for some the
  * turn of the domain), what it must, symmetry, threads, and wrong arguments.
  */
-#include "core/shape/registrations.h"
+#include "core/registration/registrations.h"
 #include "group.h"
 
 #include <fftw3.h>

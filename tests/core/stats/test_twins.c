@@ -2,7 +2,7 @@
  * test_twins.c - members that repeat: distances by the Gram matrix, and the pairs that are far
  * nearer to each other than the others.
  */
-#include "core/stats/group.h"
+#include "group.h"
 #include "support/random.h"
 
 #define DEGREE 5

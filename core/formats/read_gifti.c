@@ -1,0 +1,352 @@
+/*
+ * read_gifti.c - GIfTI surfaces (.surf.gii): the XML, read by expat.
+ *
+ *     <GIFTI> ... <DataArray Intent="NIFTI_INTENT_POINTSET" DataType="NIFTI_TYPE_FLOAT32"
+ *         Dimensionality="2"
+ *         Dim0="n" Dim1="3" ArrayIndexingOrder="RowMajorOrder" Encoding="GZipBase64Binary"
+ *         Endian="LittleEndian" ...> ... <Data>...</Data></DataArray>
+ *     <DataArray Intent="NIFTI_INTENT_TRIANGLE" ...> ... </DataArray> ... </GIFTI>
+ *
+ * Source: "GIFTI Surface Data Format", version 1.0, 2008. Needed are one point set and one array
+ * of triangles; others are passed over without being decoded. The coordinates are taken as they
+ * stand: the point set's CoordinateSystemTransformMatrix, which would carry them to another space,
+ * is not applied. External files are refused.
+ *
+ * What XML can do to a reader: a document type with declarations inside the file is refused at its
+ * bracket, so that there are neither entities to expand nor attributes by default; the external
+ * one that GIfTI files name is never fetched. The depth of elements is bounded. The input is given
+ * to expat in one piece, which it reads in place and once. expat salts its hash tables itself,
+ * which no result depends on.
+ */
+#include "gifti.h"
+
+#include <expat.h>
+#include <limits.h>
+#include <string.h>
+
+#define DEPTH_MAX 64
+#define SNIFF_BYTES ((size_t)4096)
+
+enum { ARRAY_POINTS, ARRAY_TRIANGLES, ARRAY_COUNT };
+
+struct gifti {
+    struct mesh_reader *reader;
+    XML_Parser parser;
+    int status;
+    size_t depth, n_arrays;
+    struct gifti_array arrays[ARRAY_COUNT];
+    bool seen[ARRAY_COUNT];
+    struct gifti_array *current; /* that the parser is inside of, if it is wanted */
+    bool in_data;
+    struct gifti_decoder decoder;
+};
+
+/* ---- expat's memory: from srnf_alloc, with the size in front for realloc --------------------- */
+
+#define BLOCK_HEADER ((size_t)64) /* keeps the alignment of srnf_alloc */
+
+static void *xml_malloc(size_t size)
+{
+    unsigned char *block =
+        size > SIZE_MAX - BLOCK_HEADER ? NULL : srnf_alloc(size + BLOCK_HEADER, 1);
+
+    if (!block) {
+        return NULL;
+    }
+    memcpy(block, &size, sizeof size);
+    return block + BLOCK_HEADER;
+}
+
+static void xml_free(void *pointer)
+{
+    if (pointer) {
+        srnf_free((unsigned char *)pointer - BLOCK_HEADER);
+    }
+}
+
+static void *xml_realloc(void *pointer, size_t size)
+{
+    void *grown = xml_malloc(size);
+
+    if (grown && pointer) {
+        size_t old;
+
+        memcpy(&old, (unsigned char *)pointer - BLOCK_HEADER, sizeof old);
+        memcpy(grown, pointer, old < size ? old : size);
+        xml_free(pointer);
+    }
+    return grown;
+}
+
+/* ---- Arrays ---------------------------------------------------------------------------------- */
+
+/* Which of the two arrays the Intent names, or ARRAY_COUNT. */
+static size_t wanted_array(const XML_Char **pairs)
+{
+    for (; pairs[0]; pairs += 2) {
+        if (strcmp(pairs[0], "Intent") == 0) {
+            if (strcmp(pairs[1], "NIFTI_INTENT_POINTSET") == 0) {
+                return ARRAY_POINTS;
+            }
+            return strcmp(pairs[1], "NIFTI_INTENT_TRIANGLE") == 0 ? ARRAY_TRIANGLES : ARRAY_COUNT;
+        }
+    }
+    return ARRAY_COUNT;
+}
+
+static int begin_array(struct gifti *gifti, const XML_Char **pairs)
+{
+    size_t which = wanted_array(pairs), number = gifti->n_arrays++;
+    struct gifti_array *array;
+    int status = SRNF_OK;
+
+    if (which == ARRAY_COUNT) {
+        return SRNF_OK;
+    }
+    if (gifti->seen[which]) {
+        return srnf_fail(gifti->reader->error, SRNF_EPARSE, (int64_t)number,
+                         "DataArray %zu: there is another %s before it", number,
+                         which == ARRAY_POINTS ? "point set" : "array of triangles");
+    }
+    array = &gifti->arrays[which];
+    array->number = number;
+    gifti->seen[which] = true;
+    gifti->current = array;
+    for (; pairs[0] && status == SRNF_OK; pairs += 2) {
+        status = gifti_set_attribute(gifti->reader, array, pairs[0], pairs[1]);
+    }
+    if (status == SRNF_OK) {
+        status = gifti_check_attributes(gifti->reader, array);
+    }
+    return status;
+}
+
+static int begin_data(struct gifti *gifti)
+{
+    struct gifti_array *array = gifti->current;
+    bool is_points = array == &gifti->arrays[ARRAY_POINTS];
+    const struct srnf_mesh_limits *limits = &gifti->reader->limits;
+    size_t limit = is_points ? limits->max_vertices : limits->max_faces;
+    int status;
+
+    if (array->raw) {
+        return srnf_fail(gifti->reader->error, SRNF_EPARSE, (int64_t)array->number,
+                         "DataArray %zu: there is more than one Data", array->number);
+    }
+    status = gifti_decode_open(&gifti->decoder, gifti->reader, array, limit,
+                               is_points ? "vertices" : "faces");
+    gifti->in_data = true;
+    return status;
+}
+
+/* ---- Handlers -------------------------------------------------------------------------------- */
+
+static void stop(struct gifti *gifti, int status)
+{
+    if (status != SRNF_OK && gifti->status == SRNF_OK) {
+        gifti->status = status;
+        (void)XML_StopParser(gifti->parser, XML_FALSE);
+    }
+}
+
+static void on_start(void *user, const XML_Char *name, const XML_Char **pairs)
+{
+    struct gifti *gifti = user;
+    int status = SRNF_OK;
+
+    if (gifti->status != SRNF_OK) {
+        return;
+    }
+    gifti->depth++;
+    if (gifti->depth == 1 && strcmp(name, "GIFTI") != 0) {
+        status = srnf_fail(gifti->reader->error, SRNF_EPARSE, 0, "the root element is not GIFTI");
+    } else if (gifti->depth > DEPTH_MAX) {
+        status = srnf_fail(gifti->reader->error, SRNF_ELIMIT, DEPTH_MAX,
+                           "XML elements are nested deeper than %d", DEPTH_MAX);
+    } else if (gifti->in_data) {
+        status = srnf_fail(gifti->reader->error, SRNF_EPARSE, (int64_t)gifti->current->number,
+                           "DataArray %zu: an element stands inside Data", gifti->current->number);
+    } else if (gifti->depth == 2 && strcmp(name, "DataArray") == 0) {
+        status = begin_array(gifti, pairs);
+    } else if (gifti->depth == 3 && gifti->current && strcmp(name, "Data") == 0) {
+        status = begin_data(gifti);
+    }
+    stop(gifti, status);
+}
+
+static void on_end(void *user, const XML_Char *name)
+{
+    struct gifti *gifti = user;
+    int status = SRNF_OK;
+
+    (void)name;
+    if (gifti->status != SRNF_OK) {
+        return;
+    }
+    if (gifti->in_data) {
+        status = gifti_decode_end(&gifti->decoder);
+        gifti_decode_close(&gifti->decoder);
+        gifti->in_data = false;
+    }
+    gifti->depth--;
+    if (gifti->depth == 1) {
+        gifti->current = NULL;
+    }
+    stop(gifti, status);
+}
+
+static void on_text(void *user, const XML_Char *text, int size)
+{
+    struct gifti *gifti = user;
+
+    if (gifti->status == SRNF_OK && gifti->in_data) {
+        stop(gifti, gifti_decode(&gifti->decoder, (const unsigned char *)text, (size_t)size));
+    }
+}
+
+static void on_doctype(void *user, const XML_Char *name, const XML_Char *system,
+                       const XML_Char *public, int has_internal_subset)
+{
+    struct gifti *gifti = user;
+
+    (void)name;
+    (void)system;
+    (void)public;
+    if (has_internal_subset) {
+        stop(gifti,
+             srnf_fail(gifti->reader->error, SRNF_EPARSE, -1,
+                       "a document type with declarations (entities) inside the file is refused"));
+    }
+}
+
+/* ---- The file -------------------------------------------------------------------------------- */
+
+static bool contains(const unsigned char *bytes, size_t size, const char *text)
+{
+    return memmem(bytes, size < SNIFF_BYTES ? size : SNIFF_BYTES, text, strlen(text)) != NULL;
+}
+
+bool mesh_sniff_gifti(const unsigned char *bytes, size_t size)
+{
+    struct scan scan;
+    struct token word;
+
+    scan_begin(&scan, bytes, size);
+    return scan_word(&scan, &word) && word.text[0] == '<' &&
+           (contains(bytes, size, "<GIFTI") || contains(bytes, size, "<!DOCTYPE GIFTI"));
+}
+
+static int parse(struct gifti *gifti)
+{
+    static const XML_Memory_Handling_Suite memory = {xml_malloc, xml_realloc, xml_free};
+    struct mesh_reader *reader = gifti->reader;
+    enum XML_Status result;
+
+    if (reader->size > INT_MAX) {
+        return srnf_fail(reader->error, SRNF_ELIMIT, -1, "GIfTI files above %d bytes are not read",
+                         INT_MAX);
+    }
+    gifti->parser = XML_ParserCreate_MM(NULL, &memory, NULL);
+    if (!gifti->parser) {
+        return srnf_fail(reader->error, SRNF_ENOMEM, -1, "not enough memory");
+    }
+    XML_SetUserData(gifti->parser, gifti);
+    XML_SetElementHandler(gifti->parser, on_start, on_end);
+    XML_SetCharacterDataHandler(gifti->parser, on_text);
+    XML_SetStartDoctypeDeclHandler(gifti->parser, on_doctype);
+    result = XML_Parse(gifti->parser, (const char *)reader->bytes, (int)reader->size, XML_TRUE);
+    if (gifti->status == SRNF_OK && result != XML_STATUS_OK) {
+        enum XML_Error code = XML_GetErrorCode(gifti->parser);
+
+        gifti->status =
+            code == XML_ERROR_NO_MEMORY
+                ? srnf_fail(reader->error, SRNF_ENOMEM, -1, "not enough memory")
+                : srnf_fail(reader->error, SRNF_EPARSE,
+                            (int64_t)XML_GetCurrentByteIndex(gifti->parser), "XML, line %lu: %s",
+                            XML_GetCurrentLineNumber(gifti->parser), XML_ErrorString(code));
+    }
+    gifti_decode_close(&gifti->decoder);
+    XML_ParserFree(gifti->parser);
+    return gifti->status;
+}
+
+static int add_vertices(struct mesh_reader *reader, const struct gifti_array *points)
+{
+    int status = SRNF_OK;
+
+    for (size_t i = 0; i < (size_t)points->rows && status == SRNF_OK; i++) {
+        double position[3];
+
+        for (size_t k = 0; k < 3; k++) {
+            position[k] = gifti_value(points, i, k);
+        }
+        status = mesh_add_vertex(reader, position);
+    }
+    return status;
+}
+
+static int add_faces(struct mesh_reader *reader, const struct gifti_array *triangles)
+{
+    int status = SRNF_OK;
+
+    for (size_t i = 0; i < (size_t)triangles->rows; i++) {
+        for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
+            int64_t index = 0;
+
+            if (!gifti_index(triangles, i, k, &index)) {
+                status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
+                                   "face %zu: an index is not a whole number", i);
+            } else {
+                status = mesh_add_corner(reader, i, k, index);
+            }
+        }
+    }
+    return status;
+}
+
+/* Two arrays become a mesh; the points are given back before the faces are made. */
+static int build(struct gifti *gifti)
+{
+    struct mesh_reader *reader = gifti->reader;
+    struct gifti_array *points = &gifti->arrays[ARRAY_POINTS];
+    struct gifti_array *triangles = &gifti->arrays[ARRAY_TRIANGLES];
+    int status;
+
+    if (!points->raw || !triangles->raw) {
+        return srnf_fail(reader->error, SRNF_EPARSE, -1, "the file has no %s with data",
+                         points->raw ? "array of triangles" : "point set");
+    }
+    status = mesh_expect(reader, (size_t)points->rows, 0);
+    if (status == SRNF_OK) {
+        status = add_vertices(reader, points);
+    }
+    mesh_release(reader, points->raw, points->size, 1);
+    points->raw = NULL;
+    if (status == SRNF_OK) {
+        status = mesh_expect(reader, (size_t)points->rows, (size_t)triangles->rows);
+    }
+    if (status == SRNF_OK) {
+        status = add_faces(reader, triangles);
+    }
+    return status;
+}
+
+int mesh_read_gifti(struct mesh_reader *reader)
+{
+    struct gifti *gifti = mesh_alloc(reader, 1, sizeof *gifti);
+    int status;
+
+    if (!gifti) {
+        return reader->status;
+    }
+    gifti->reader = reader;
+    status = parse(gifti);
+    if (status == SRNF_OK) {
+        status = build(gifti);
+    }
+    for (size_t i = 0; i < ARRAY_COUNT; i++) {
+        mesh_release(reader, gifti->arrays[i].raw, gifti->arrays[i].size, 1);
+    }
+    mesh_release(reader, gifti, 1, sizeof *gifti);
+    return status;
+}

@@ -1,0 +1,203 @@
+/*
+ * read_stl.c - STL, text and binary.
+ *
+ *     solid NAME                                  80 bytes of anything
+ *       facet normal nx ny nz                     uint32 number of triangles
+ *         outer loop                              each: float32 normal[3], corners[3][3],
+ *           vertex x y z    three times           uint16 attribute; all little-endian
+ *         endloop
+ *       endfacet
+ *     endsolid NAME
+ *
+ * Source: 3D Systems, "StereoLithography Interface Specification", 1988. Many binary files begin
+ * with "solid" too: the size, which follows from the number of triangles, tells, and failing that
+ * a zero byte near the beginning. Each triangle comes with three vertices of its own; joining them
+ * is the work of srnf_mesh_prepare. Normals are not read: they follow from the corners. Words may
+ * be in either case, and several solids one after the other are one mesh.
+ */
+#include "formats.h"
+
+#include <string.h>
+
+#define HEADER_SIZE ((size_t)84)
+#define RECORD_SIZE ((size_t)50)
+#define RECORD_CORNERS ((size_t)12) /* offset of the first corner */
+#define TEXT_PROBE ((size_t)1024)
+
+static bool has_binary_size(const unsigned char *bytes, size_t size)
+{
+    int64_t count = 0;
+
+    return size >= HEADER_SIZE &&
+           scalar_index(SCALAR_UINT32, bytes + HEADER_SIZE - 4, false, &count) &&
+           (size - HEADER_SIZE) % RECORD_SIZE == 0 &&
+           (size - HEADER_SIZE) / RECORD_SIZE == (size_t)count;
+}
+
+static bool is_text(const unsigned char *bytes, size_t size)
+{
+    struct scan scan;
+    struct token word;
+
+    scan_begin(&scan, bytes, size);
+    return !has_binary_size(bytes, size) && scan_word(&scan, &word) && token_is(word, "solid") &&
+           !memchr(bytes, '\0', size < TEXT_PROBE ? size : TEXT_PROBE);
+}
+
+/* A binary file of no triangles is 84 bytes with four zeros: too little to know it by. */
+bool mesh_sniff_stl(const unsigned char *bytes, size_t size)
+{
+    return (size > HEADER_SIZE && has_binary_size(bytes, size)) || is_text(bytes, size);
+}
+
+#define CUT_FACTOR 4 /* between what is there and what is promised: else the promise is chance */
+
+bool mesh_is_cut_stl(const unsigned char *bytes, size_t size)
+{
+    int64_t count = 0;
+    size_t there = size > HEADER_SIZE ? (size - HEADER_SIZE) / RECORD_SIZE : 0;
+
+    if (there == 0 || !scalar_index(SCALAR_UINT32, bytes + HEADER_SIZE - 4, false, &count)) {
+        return false;
+    }
+    return (size_t)count / CUT_FACTOR <= there && there <= (size_t)count * CUT_FACTOR &&
+           memchr(bytes, '\0', size < TEXT_PROBE ? size : TEXT_PROBE) != NULL;
+}
+
+static int add_corners(struct mesh_reader *reader, size_t face)
+{
+    int status = SRNF_OK;
+
+    reader->vertex_total = reader->mesh.n_vertices;
+    for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
+        status = mesh_add_corner(reader, face, k, (int64_t)(3 * face + k));
+    }
+    return status;
+}
+
+static int read_binary(struct mesh_reader *reader)
+{
+    const unsigned char *record = reader->bytes + HEADER_SIZE;
+    int64_t count = 0;
+    int status;
+
+    if (reader->size < HEADER_SIZE) {
+        return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)reader->size,
+                         "the file ends at byte %zu of the STL header of %zu bytes", reader->size,
+                         HEADER_SIZE);
+    }
+    (void)scalar_index(SCALAR_UINT32, record - 4, false, &count);
+    status = mesh_promise(reader, "faces", count, RECORD_SIZE, reader->size - HEADER_SIZE);
+    if (status == SRNF_OK && !has_binary_size(reader->bytes, reader->size)) {
+        size_t end = HEADER_SIZE + (size_t)count * RECORD_SIZE;
+
+        status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)end,
+                           "byte %zu: something follows behind the last of %lld faces", end,
+                           (long long)count);
+    }
+    if (status == SRNF_OK) {
+        status = mesh_expect(reader, 3 * (size_t)count, (size_t)count);
+    }
+    for (size_t i = 0; i < (size_t)count && status == SRNF_OK; i++) {
+        for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
+            const unsigned char *corner = record + RECORD_CORNERS + 12 * k;
+            double position[3];
+
+            for (size_t d = 0; d < 3; d++) {
+                position[d] = scalar_value(SCALAR_FLOAT32, corner + 4 * d, false);
+            }
+            status = mesh_add_vertex(reader, position);
+        }
+        if (status == SRNF_OK) {
+            status = add_corners(reader, i);
+        }
+        record += RECORD_SIZE;
+    }
+    return status;
+}
+
+/* ---- Text ------------------------------------------------------------------------------------ */
+
+/* A word of a facet: a keyword that must stand there, or, where NULL, a number: of a normal, which
+   is not looked at, or of a corner. */
+static const struct {
+    const char *keyword;
+    bool is_coordinate;
+} facet_words[] = {
+    {"normal", false}, {NULL, false},     {NULL, false}, {NULL, false},      {"outer", false},
+    {"loop", false},   {"vertex", false}, {NULL, true},  {NULL, true},       {NULL, true},
+    {"vertex", false}, {NULL, true},      {NULL, true},  {NULL, true},       {"vertex", false},
+    {NULL, true},      {NULL, true},      {NULL, true},  {"endloop", false}, {"endfacet", false},
+};
+#define FACET_WORDS (sizeof facet_words / sizeof facet_words[0])
+
+static int read_facet(struct mesh_reader *reader, struct scan *scan, size_t face)
+{
+    double position[3];
+    size_t coordinate = 0;
+    struct token word;
+
+    for (size_t i = 0; i < FACET_WORDS; i++) {
+        const char *keyword = facet_words[i].keyword;
+
+        if (!scan_word(scan, &word)) {
+            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)face, "the file ends in face %zu",
+                             face);
+        }
+        if (keyword && !token_is(word, keyword)) {
+            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)face,
+                             "face %zu: '%s' stands where '%s' should", face,
+                             token_quote(word).text, keyword);
+        }
+        if (!facet_words[i].is_coordinate) {
+            continue;
+        }
+        if (!token_number(word, reader->locale, &position[coordinate % 3])) {
+            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)face,
+                             "face %zu: '%s' is not a number", face, token_quote(word).text);
+        }
+        coordinate++;
+        if (coordinate % 3 == 0) {
+            int status = mesh_add_vertex(reader, position);
+
+            if (status != SRNF_OK) {
+                return status;
+            }
+        }
+    }
+    return add_corners(reader, face);
+}
+
+static int read_text(struct mesh_reader *reader)
+{
+    struct scan scan;
+    struct token word, line;
+    size_t faces = 0;
+    bool in_solid = false;
+    int status = SRNF_OK;
+
+    scan_begin(&scan, reader->bytes, reader->size);
+    while (status == SRNF_OK && scan_word(&scan, &word)) {
+        if (token_is(word, in_solid ? "endsolid" : "solid")) {
+            in_solid = !in_solid;
+            (void)scan_line(&scan, &line);
+        } else if (in_solid && token_is(word, "facet")) {
+            status = read_facet(reader, &scan, faces++);
+        } else {
+            status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)(word.text - reader->bytes),
+                               "byte %zu: '%s' stands between faces %s a solid",
+                               (size_t)(word.text - reader->bytes), token_quote(word).text,
+                               in_solid ? "of" : "outside");
+        }
+    }
+    if (status == SRNF_OK && in_solid) {
+        status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)faces,
+                           "the file ends behind face %zu without 'endsolid'", faces);
+    }
+    return status;
+}
+
+int mesh_read_stl(struct mesh_reader *reader)
+{
+    return is_text(reader->bytes, reader->size) ? read_text(reader) : read_binary(reader);
+}

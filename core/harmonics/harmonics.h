@@ -1,0 +1,89 @@
+/*
+ * harmonics.h - what the files of core/harmonics share: the transform object, its tables and its
+ * kernels.
+ */
+#ifndef SRNF_SPHERE_H
+#define SRNF_SPHERE_H
+
+#include <fftw3.h>
+
+#include "internal.h"
+
+/* Fields that one pass of a Legendre kernel carries: three coordinates, cosine and sine parts. */
+#define PASS_FIELDS ((size_t)3)
+#define PASS_COLUMNS (2 * PASS_FIELDS)
+
+/* Northern rows that one pass of the Fourier stage carries, with as many southern ones. */
+#define BLOCK_ROWS ((size_t)4)
+
+/*
+ * Tables are held per order m, for l = m .. L, with the northern rows (the equator last, if there
+ * is one) contiguous and padded with zeros:
+ *
+ *   scalar[m][l - m][row]         P_lm(theta), real orthonormal, row < scalar_rows (a multiple of
+ *   8) spin[m][l - m][sign][row]     T+ and T-, each half_rows long: (dP_lm/dtheta -+ m P_lm / sin
+ *   theta) / 2
+ *
+ * m P_lm / sin theta comes from a recurrence without division, so that rows at a pole are exact.
+ */
+struct srnf_sht {
+    struct srnf_grid grid;
+    size_t degree;
+    size_t north;       /* rows on the northern hemisphere, equator included */
+    bool equator;       /* n_theta is odd: row north - 1 is its own mirror image */
+    size_t half_rows;   /* north padded to BLOCK_ROWS */
+    size_t scalar_rows; /* north padded to 8 */
+    double *nodes;      /* theta, cos, sin, weight: 4 x n_theta */
+    double *scalar, *spin;
+    fftw_plan backward, forward;  /* 2 BLOCK_ROWS complex rows */
+    fftw_plan to_real, from_real; /* one real row */
+};
+
+/* Offset, in rows of the table, of order m. */
+static inline size_t sphere_order_offset(size_t degree, size_t m)
+{
+    return m * (degree + 1) - m * (m - 1) / 2 * (m > 0);
+}
+
+/* gauss.c: nodes and weights for x = cos theta, north to south. weight sums to 2. */
+void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine, double *weight);
+void sphere_clenshaw_curtis(size_t n, double *theta, double *cosine, double *sine, double *weight);
+
+/*
+ * legendre.c: normalised associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with
+ * the normalisation of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
+ */
+void sphere_legendre(size_t degree, double cosine, double sine, double *p);
+/* From p, at the same colatitude: dP_lm/dtheta and m P_lm / sin theta of the real harmonics (sqrt 2
+   included). */
+void sphere_legendre_gradient(const double *p, size_t l, size_t m, double *d_theta,
+                              double *m_over_sin);
+
+/*
+ * kernel.c: out[column][row] = sum_k table[k][row] x[k][column] over k = first, first + 2, ... <
+ * count.
+ *   rows     multiple of 8; both tables and out are dense in rows
+ *   columns  2, 4 or 6
+ */
+void sphere_kernel_forward(size_t rows, size_t columns, size_t first, size_t count,
+                           const double *table, const double *x, double *out);
+/* Its transpose: x[k][column] = sum_row table[k][row] in[column][row], same k. */
+void sphere_kernel_adjoint(size_t rows, size_t columns, size_t first, size_t count,
+                           const double *table, const double *in, double *x);
+
+/* sht.c: coefficients of order m of `fields` fields, (cos, sin) per field: x[l - m][2 fields], and
+   back. */
+void sphere_pack(size_t degree, size_t m, size_t fields, const double *coefficients, double *x);
+void sphere_unpack(size_t degree, size_t m, size_t fields, const double *x, double *coefficients);
+
+/* Doubles of workspace for x, the folded rows of all orders, and the row buffers. */
+size_t sphere_workspace_doubles(const struct srnf_sht *sht);
+struct sphere_workspace {
+    double *x;      /* (degree + 1) x PASS_COLUMNS */
+    double *folded; /* [degree + 1][2 parities][PASS_COLUMNS][2 half_rows or scalar_rows] */
+    double *rows;   /* 2 BLOCK_ROWS rows of n_phi complex numbers */
+    double *rows2;
+};
+struct sphere_workspace sphere_workspace_split(const struct srnf_sht *sht, void *workspace);
+
+#endif

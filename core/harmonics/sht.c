@@ -1,0 +1,256 @@
+/*
+ * sht.c - the transform object: nodes, Legendre tables, FFTW plans, workspace, and packing of
+ * coefficients.
+ *
+ * Tables take (L + 1)(L + 2) / 2 rows of 3 n_theta / 2 doubles: 0.6 MB at degree 31, 19 MB at 127.
+ * Plans are made with FFTW_ESTIMATE, which consults no clock: the same machine always gets the same
+ * plan and the same bits.
+ */
+#include "harmonics.h"
+
+#include <math.h>
+
+static size_t round_up(size_t n, size_t multiple)
+{
+    return (n + multiple - 1) / multiple * multiple;
+}
+
+static size_t orders_total(size_t degree)
+{
+    return (degree + 1) * (degree + 2) / 2;
+}
+
+/* Fills both tables, one northern row after the other. p: scratch, orders_total(degree). */
+static void fill_tables(struct srnf_sht *sht, double *p)
+{
+    size_t degree = sht->degree;
+
+    for (size_t row = 0; row < sht->north; row++) {
+        sphere_legendre(degree, sht->grid.cos_theta[row], sht->grid.sin_theta[row], p);
+        for (size_t m = 0; m <= degree; m++) {
+            size_t offset = sphere_order_offset(degree, m);
+
+            for (size_t l = m; l <= degree; l++) {
+                size_t k = offset + l - m;
+                double factor = m > 0 ? sqrt(2.0) : 1.0;
+                double d_theta = 0.0;
+                double m_over_sin = 0.0;
+                double *spin = sht->spin + k * 2 * sht->half_rows;
+
+                if (l > 0) {
+                    sphere_legendre_gradient(p, l, m, &d_theta, &m_over_sin);
+                }
+                sht->scalar[k * sht->scalar_rows + row] = factor * p[l * (l + 1) / 2 + m];
+                spin[row] = 0.5 * (d_theta - m_over_sin);
+                spin[sht->half_rows + row] = 0.5 * (d_theta + m_over_sin);
+            }
+        }
+    }
+}
+
+static int make_plans(struct srnf_sht *sht)
+{
+    int n = (int)sht->grid.n_phi;
+    int many = (int)(2 * BLOCK_ROWS);
+    size_t row = 2 * sht->grid.n_phi;
+    double *memory = srnf_alloc(2 * 2 * BLOCK_ROWS * row, sizeof(double));
+    fftw_complex *a = (fftw_complex *)(void *)memory;
+    fftw_complex *b;
+
+    if (!memory) {
+        return SRNF_ENOMEM;
+    }
+    b = (fftw_complex *)(void *)(memory + 2 * BLOCK_ROWS * row);
+    sht->backward =
+        fftw_plan_many_dft(1, &n, many, a, NULL, 1, n, b, NULL, 1, n, FFTW_BACKWARD, FFTW_ESTIMATE);
+    sht->forward =
+        fftw_plan_many_dft(1, &n, many, a, NULL, 1, n, b, NULL, 1, n, FFTW_FORWARD, FFTW_ESTIMATE);
+    sht->to_real = fftw_plan_dft_c2r_1d(n, a, (double *)b, FFTW_ESTIMATE | FFTW_UNALIGNED);
+    sht->from_real = fftw_plan_dft_r2c_1d(n, (double *)a, b, FFTW_ESTIMATE | FFTW_UNALIGNED);
+    srnf_free(memory);
+    return sht->backward && sht->forward && sht->to_real && sht->from_real ? SRNF_OK : SRNF_ENOMEM;
+}
+
+static int make_nodes(struct srnf_sht *sht)
+{
+    size_t n = sht->grid.n_theta;
+    double *theta;
+
+    sht->nodes = srnf_alloc(4 * n, sizeof(double));
+    if (!sht->nodes) {
+        return SRNF_ENOMEM;
+    }
+    theta = sht->nodes;
+    if (sht->grid.kind == SRNF_GRID_GAUSS_LEGENDRE) {
+        sphere_gauss_legendre(n, theta, theta + n, theta + 2 * n, theta + 3 * n);
+    } else {
+        sphere_clenshaw_curtis(n, theta, theta + n, theta + 2 * n, theta + 3 * n);
+    }
+    for (size_t i = 0; i < n; i++) {
+        theta[3 * n + i] *= 2.0 * SRNF_PI / (double)sht->grid.n_phi;
+    }
+    sht->grid.theta = theta;
+    sht->grid.cos_theta = theta + n;
+    sht->grid.sin_theta = theta + 2 * n;
+    sht->grid.weight = theta + 3 * n;
+    return SRNF_OK;
+}
+
+static bool shape_is_valid(size_t degree, enum srnf_grid_kind kind, size_t n_theta, size_t n_phi)
+{
+    size_t least = kind == SRNF_GRID_EQUIANGULAR ? 2 * degree + 1 : degree + 1;
+
+    if (kind != SRNF_GRID_GAUSS_LEGENDRE && kind != SRNF_GRID_EQUIANGULAR) {
+        return false;
+    }
+    if (degree > SRNF_TRANSFORM_DEGREE_MAX || n_theta > SRNF_GRID_ROWS_MAX ||
+        n_phi > 4 * SRNF_GRID_ROWS_MAX) {
+        return false;
+    }
+    return n_theta >= least && n_theta >= 2 && n_phi >= 2 * degree + 1;
+}
+
+int srnf_sht_create(struct srnf_sht **out, size_t degree, enum srnf_grid_kind kind, size_t n_theta,
+                    size_t n_phi)
+{
+    int status = SRNF_ENOMEM;
+    struct srnf_sht *sht = NULL;
+    double *p = NULL;
+
+    *out = NULL;
+    if (n_theta == 0 && degree <= SRNF_TRANSFORM_DEGREE_MAX) {
+        n_theta = kind == SRNF_GRID_EQUIANGULAR ? 2 * degree + 1 : srnf_working_rows(degree);
+        n_theta = n_theta < 2 ? 2 : n_theta;
+    }
+    if (n_phi == 0 && n_theta <= SRNF_GRID_ROWS_MAX) {
+        n_phi = 2 * n_theta;
+    }
+    if (!shape_is_valid(degree, kind, n_theta, n_phi)) {
+        return SRNF_EINVAL;
+    }
+    sht = srnf_alloc(1, sizeof *sht);
+    if (!sht) {
+        goto out;
+    }
+    sht->degree = degree;
+    sht->grid.kind = kind;
+    sht->grid.n_theta = n_theta;
+    sht->grid.n_phi = n_phi;
+    sht->north = (n_theta + 1) / 2;
+    sht->equator = n_theta % 2 == 1;
+    sht->half_rows = round_up(sht->north, BLOCK_ROWS);
+    sht->scalar_rows = round_up(sht->north, 8);
+    sht->scalar = srnf_alloc(orders_total(degree) * sht->scalar_rows, sizeof(double));
+    sht->spin = srnf_alloc(orders_total(degree) * 2 * sht->half_rows, sizeof(double));
+    p = srnf_alloc(orders_total(degree), sizeof(double));
+    if (!sht->scalar || !sht->spin || !p) {
+        goto out;
+    }
+    status = make_nodes(sht);
+    if (status) {
+        goto out;
+    }
+    fill_tables(sht, p);
+    status = make_plans(sht);
+out:
+    srnf_free(p);
+    if (status) {
+        srnf_sht_destroy(sht);
+    } else {
+        *out = sht;
+    }
+    return status;
+}
+
+void srnf_sht_destroy(struct srnf_sht *sht)
+{
+    if (!sht) {
+        return;
+    }
+    fftw_destroy_plan(sht->backward);
+    fftw_destroy_plan(sht->forward);
+    fftw_destroy_plan(sht->to_real);
+    fftw_destroy_plan(sht->from_real);
+    srnf_free(sht->nodes);
+    srnf_free(sht->scalar);
+    srnf_free(sht->spin);
+    srnf_free(sht);
+}
+
+const struct srnf_grid *srnf_sht_grid(const struct srnf_sht *sht)
+{
+    return &sht->grid;
+}
+
+size_t srnf_sht_degree(const struct srnf_sht *sht)
+{
+    return sht->degree;
+}
+
+static size_t x_doubles(const struct srnf_sht *sht)
+{
+    return round_up((sht->degree + 1) * PASS_COLUMNS, 8);
+}
+
+static size_t folded_doubles(const struct srnf_sht *sht)
+{
+    return (sht->degree + 1) * 2 * PASS_COLUMNS * 2 * round_up(sht->half_rows, 8);
+}
+
+static size_t rows_doubles(const struct srnf_sht *sht)
+{
+    return round_up(2 * BLOCK_ROWS * 2 * sht->grid.n_phi, 8);
+}
+
+size_t sphere_workspace_doubles(const struct srnf_sht *sht)
+{
+    return x_doubles(sht) + folded_doubles(sht) + 2 * rows_doubles(sht);
+}
+
+size_t srnf_sht_workspace_size(const struct srnf_sht *sht, size_t batch)
+{
+    (void)batch; /* fields are carried three at a time, whatever their number */
+    return sphere_workspace_doubles(sht) * sizeof(double);
+}
+
+struct sphere_workspace sphere_workspace_split(const struct srnf_sht *sht, void *workspace)
+{
+    struct sphere_workspace parts;
+
+    parts.x = workspace;
+    parts.folded = parts.x + x_doubles(sht);
+    parts.rows = parts.folded + folded_doubles(sht);
+    parts.rows2 = parts.rows + rows_doubles(sht);
+    return parts;
+}
+
+void sphere_pack(size_t degree, size_t m, size_t fields, const double *coefficients, double *x)
+{
+    size_t count = srnf_coefficient_count(degree);
+
+    for (size_t l = m; l <= degree; l++) {
+        for (size_t f = 0; f < fields; f++) {
+            const double *c = coefficients + f * count + l * l + l;
+
+            *x++ = c[m];
+            *x++ = m > 0 ? *(c - m) : 0.0;
+        }
+    }
+}
+
+void sphere_unpack(size_t degree, size_t m, size_t fields, const double *x, double *coefficients)
+{
+    size_t count = srnf_coefficient_count(degree);
+
+    for (size_t l = m; l <= degree; l++) {
+        for (size_t f = 0; f < fields; f++) {
+            double *c = coefficients + f * count + l * l + l;
+
+            if (m > 0) {
+                *(c - m) = x[1];
+            }
+            c[m] = x[0];
+            x += 2;
+        }
+    }
+}

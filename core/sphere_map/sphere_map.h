@@ -1,0 +1,112 @@
+/*
+ * sphere_map.h - what the files of the spherical parameterisation share.
+ *
+ * The scheme is progressive: E. Praun and H. Hoppe, "Spherical parametrization and remeshing",
+ * SIGGRAPH 2003; X. Hu, X.-M. Fu, L. Liu, "Advanced hierarchical spherical parameterizations", IEEE
+ * TVCG 2018. The mesh is collapsed to a tetrahedron, which is put on the sphere; the vertices come
+ * back in reverse order, each placed where the star energy of its neighbourhood is least, with
+ * sweeps of relaxation on the way. Every step keeps every spherical triangle oriented, so there is
+ * nothing to untangle.
+ */
+#ifndef SRNF_SPHERICAL_H
+#define SRNF_SPHERICAL_H
+
+#include "mesh/mesh_geometry.h"
+
+/* Neighbours of a vertex, counter-clockwise seen from outside; faces are (v, at[i], at[i + 1]). */
+struct ring {
+    uint32_t *at;
+    uint32_t count, capacity;
+};
+
+/* Memory for rings that grow: chunks that are freed together. */
+struct ring_pool {
+    struct ring_chunk *chunks;
+};
+
+struct spherical {
+    const struct srnf_mesh *mesh;
+    size_t n;           /* vertices */
+    double *positions;  /* [n][3], the mesh about its centre in units of its diagonal */
+    double *points;     /* [n][3] on the unit sphere, valid for vertices that are present */
+    struct ring *rings; /* of the vertices that are present */
+    bool *present;
+    size_t n_present;
+    struct ring_pool pool;
+    double
+        floor_edge; /* triangles with a longest edge below this count as equilateral of that side */
+    double sliver;  /* least height of a triangle, relative to its longest edge */
+    double quality; /* weight of the shape of triangles against the quadric error in collapses */
+    double total_area; /* of the triangles of the present level, by the robust metric */
+    uint32_t *record;  /* of the collapses: v, u, count, ring of v from u on */
+    size_t record_size, record_capacity;
+    double *star; /* scratch for one star, grown by spherical_star_room */
+    size_t star_capacity;
+    const struct srnf_context *context;
+};
+
+/* accept.c: refuses what is no connected triangulation of the sphere. */
+SRNF_CHECKED int spherical_accept(const struct srnf_mesh *mesh, struct srnf_error *error);
+
+/* rings.c */
+SRNF_CHECKED int spherical_rings_build(struct spherical *s);
+void spherical_pool_clear(struct ring_pool *pool);
+/* Makes room for count neighbours, keeping what is there. */
+SRNF_CHECKED int spherical_ring_reserve(struct spherical *s, struct ring *ring, uint32_t count);
+/* Position of a neighbour in a ring; count when it is not there. */
+uint32_t spherical_ring_find(const struct ring *ring, uint32_t vertex);
+static inline uint32_t spherical_ring_get(const struct ring *ring, uint32_t i)
+{
+    return ring->at[i < ring->count ? i : i - ring->count];
+}
+
+/* metric.c: cotangents at a, b, c and the area of the triangle, robust to slivers. */
+struct triangle_metric {
+    double cot[3], area;
+};
+void spherical_metric(const struct spherical *s, const double *a, const double *b, const double *c,
+                      struct triangle_metric *metric);
+
+/* distortion.c */
+/* Positions about the centre of the bounding box, in units of its diagonal, and floor_edge. Errors:
+   SRNF_EDEGENERATE (no area). */
+SRNF_CHECKED int spherical_normalise(struct spherical *s);
+/* Of a map of the normalised mesh; leaves flipped alone. */
+void spherical_measure(const struct spherical *s, const double *points,
+                       struct srnf_distortion *distortion);
+/* Of any map, flips counted exactly: points are unit vectors, [n_vertices][3]. Errors: as
+   spherical_normalise, SRNF_ENOMEM. */
+SRNF_CHECKED int spherical_distortion(const struct srnf_mesh *mesh, const double *points,
+                                      struct srnf_distortion *distortion);
+
+/* collapse.c: down to a tetrahedron; fills the record. */
+SRNF_CHECKED int spherical_collapse(struct spherical *s);
+
+/* vertex_star.c */
+/* Loads the star of v: for each face the opposite edge on the sphere and the metric. */
+SRNF_CHECKED int spherical_star_load(struct spherical *s, uint32_t v);
+/* Energy of the loaded star with its centre at p; infinite when a triangle is not positively
+   oriented. */
+double spherical_star_energy(const struct spherical *s, uint32_t v, const double p[3]);
+/* One guarded Newton step of v on the loaded star; returns the relative gain, 0 when it stays. */
+double spherical_star_step(struct spherical *s, uint32_t v);
+
+/* insert.c: puts the last vertex of the record back and places it. */
+SRNF_CHECKED int spherical_insert(struct spherical *s);
+/* relax.c: active-set Gauss-Seidel sweeps over all present vertices. */
+SRNF_CHECKED int spherical_relax(struct spherical *s, size_t max_sweeps);
+
+/* verify.c */
+/* Sign of det(a, b, c), exact. */
+int spherical_orientation(const double a[3], const double b[3], const double c[3]);
+/* Every face positively oriented and the solid angles sum to 4 pi; counts the flipped faces. */
+bool spherical_verify(const struct srnf_mesh *mesh, const double *points, size_t *flipped);
+
+/* sample.c: the mesh at every node of the grid, values double[3][n_theta][n_phi]. points
+   as of srnf_spherical_map. Errors: SRNF_ENUMERIC (the map leaves a node uncovered),
+   SRNF_ENOMEM. */
+SRNF_CHECKED int spherical_sample(const struct srnf_mesh *mesh, const double *points,
+                                  const struct srnf_grid *grid, const struct srnf_context *context,
+                                  double *values);
+
+#endif
