@@ -10,6 +10,7 @@
  * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
  */
 #include "api/handler.h"
+#include "processes/processes.h"
 #include "api/json_memory.h"
 #include "api/routes.h"
 #include "build.h"
@@ -127,8 +128,8 @@ static int start_jobs(struct service *service, const struct config *config)
                                .metrics = service->metrics};
     size_t n = 0;
 
-    for (; api_processes[n] && n < PROCESSES_MAX - 1; n++) {
-        service->table[n].id = api_processes[n]->id;
+    for (; processes.rows[n] && n < PROCESSES_MAX - 1; n++) {
+        service->table[n].id = processes.rows[n]->id;
         service->table[n].run = process_run;
     }
     build_numeric_id(service->numeric_build);
@@ -138,7 +139,8 @@ static int start_jobs(struct service *service, const struct config *config)
 static int start(struct service *service, const struct config *config, char *message, size_t size)
 {
     char reason[300] = "";
-    struct api_config api = {.max_body = (size_t)config->max_body,
+    struct api_config api = {.processes = &processes,
+                             .max_body = (size_t)config->max_body,
                              .sync_wait_seconds = config->sync_wait_seconds,
                              .least_free_bytes = config->least_free,
                              .upload_memory = (size_t)config->upload_memory,
@@ -383,8 +385,8 @@ static int print_processes(int n_arguments, char **arguments)
 {
     (void)n_arguments;
     (void)arguments;
-    for (size_t i = 0; api_processes[i]; i++) {
-        char *line = process_description(api_processes[i]);
+    for (size_t i = 0; processes.rows[i]; i++) {
+        char *line = process_description(processes.rows[i]);
 
         if (!line || puts(line) == EOF) {
             return 1;

@@ -5,7 +5,7 @@
 . "$(dirname "$0")/support/lib.sh"
 
 COPY=$SCRATCH/project
-mkdir -p "$COPY"/core/{harmonics,mesh,surface} "$COPY"/server/{http,api,jobs,store} "$COPY/tests" "$COPY/api"
+mkdir -p "$COPY"/core/{harmonics,mesh,surface} "$COPY"/server/{processes,toolkit,http,api,compute,jobs,store} "$COPY/tests" "$COPY/api"
 cp -r Makefile .clang-format "$COPY"
 cp -r tests/lint "$COPY/tests"
 if [ -f "$SRNFD_BUILD/lint/installed.json" ]; then
@@ -62,7 +62,7 @@ int grid(int x)
 }
 END
 cp "$COPY/core/harmonics/grid.c" "$SCRATCH/grid.c"
-for name in http api jobs store; do
+for name in processes toolkit http api compute jobs store; do
     file "server/$name/$name.h" </dev/null
 done
 file server/embedded.h </dev/null

@@ -25,8 +25,8 @@ one_each() {
         done
     done
 }
-for file in server/api/process_*.c server/api/process.h server/api/registration_options.c server/api/json_numbers.c \
-    server/api/surfaces_record.c server/jobs/compute*.c server/jobs/transforms.c $(one_each); do
+for file in server/processes/*.[ch] server/toolkit/*.[ch] server/api/json_numbers.c server/api/surfaces_record.c \
+    server/compute/*.c server/jobs/transforms.c $(one_each); do
     cp "$COPY/$file" "$SCRATCH/kept"
     echo '/* another answer */' >>"$COPY/$file"
     [ "$(digest)" != "$first" ] || same+=" $file"

@@ -9,13 +9,13 @@
 /* transport.c: the vector at the state whose Q_* is nearest to a field, as srnf_transport has it,
    down to `tolerance` on the gradient. tangent is untouched on failure. */
 SRNF_CHECKED int transport_pull_velocity(struct gauss_newton *system, const double *velocity,
-                                     double tolerance, const struct srnf_context *context,
-                                     struct srnf_tangent *tangent);
+                                         double tolerance, const struct srnf_context *context,
+                                         struct srnf_tangent *tangent);
 
 /* shoot.c: as srnf_shoot, with a start for the surface at the only time, or NULL. */
 SRNF_CHECKED int geodesic_shoot(const struct srnf_sht *sht, const double *surface,
-                             const double *velocity, size_t n, const double *times,
-                             const double *hint, const struct srnf_context *context,
-                             struct srnf_shot *shot, struct srnf_error *error);
+                                const double *velocity, size_t n, const double *times,
+                                const double *hint, const struct srnf_context *context,
+                                struct srnf_shot *shot, struct srnf_error *error);
 
 #endif

@@ -8,7 +8,7 @@
 #include "srnf/gauss_newton.h"
 #include "linear/linear.h"
 
-/* ---- normal_equations.c: (J' W J + lambda D) x = b at the state, D = diag(1 + l (l + 1) / 4) -- */
+/* ---- normal_equations.c: (J' W J + lambda D) x = b, D = diag(1 + l (l + 1) / 4) ------------- */
 
 struct normal_equations {
     double *memory;
@@ -22,7 +22,7 @@ void normal_equations_destroy(struct normal_equations *conjugate);
 /* From x = 0, down to `tolerance` in the preconditioned norm, at most `cap` products. b and x must
    not overlap. Returns SRNF_OK whether that was reached or not, or SRNF_ECANCELED. */
 int normal_equations_solve(struct normal_equations *conjugate, struct gauss_newton *system,
-                          const double *b, double lambda, double tolerance, size_t cap, double *x);
+                           const double *b, double lambda, double tolerance, size_t cap, double *x);
 
 /* ---- Runs ------------------------------------------------------------------------------------ */
 
@@ -54,7 +54,8 @@ struct levenberg_options {
     double inner_tolerance; /* 0: max(1e-6, min(.1, sqrt(relative E))) */
     double decrease;        /* stop when an accepted step lowers E by less than this part */
 };
-SRNF_CHECKED int inversion_levenberg(struct inversion_run *run, const struct levenberg_options *options);
+SRNF_CHECKED int inversion_levenberg(struct inversion_run *run,
+                                     const struct levenberg_options *options);
 
 /* continuation.c */
 struct continuation {
@@ -64,17 +65,15 @@ struct continuation {
 };
 /* Inverts the target of the system into f, which holds a surface nearby on entry. E never rises.
    energy: E at the end. */
-SRNF_CHECKED int inversion_continue(struct gauss_newton *system,
-                                        const struct continuation *options,
-                                        const struct srnf_context *context, double *f,
-                                        double *energy);
+SRNF_CHECKED int inversion_continue(struct gauss_newton *system, const struct continuation *options,
+                                    const struct srnf_context *context, double *f, double *energy);
 
 /* descent.c */
 SRNF_CHECKED int inversion_descend(struct inversion_run *run);
 
 /* spectral.c: the linear eigenproblem of inversion. */
 SRNF_CHECKED int spectral_start(struct inversion_run *run, const double *start, double *f,
-                                      double *mu);
+                                double *mu);
 SRNF_CHECKED int spectral_dense(struct inversion_run *run, const double *start, double *f);
 SRNF_CHECKED int spectral_certify(struct inversion_run *run, struct srnf_certificate *certificate);
 /* singular.c: smallest singular value of Q_* at the state, off the translations. */

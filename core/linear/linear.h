@@ -42,7 +42,7 @@ struct linear_figures {
 /* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns SRNF_OK whether the
    tolerance was reached or not, or SRNF_ECANCELED. */
 int linear_conjugate_gradients(const struct linear_problem *problem, double *r, double *x,
-                              double *work, struct linear_figures *figures);
+                               double *work, struct linear_figures *figures);
 /* gmres.c; precondition is not used. work: linear_gmres_doubles. Returns the products. */
 size_t linear_gmres_doubles(size_t n, size_t cap);
 size_t linear_gmres(const struct linear_problem *problem, const double *b, double *x, double *work);
@@ -63,6 +63,6 @@ struct linear_eigen {
 /* x: start and result, M-normalised. residual: ||A x - mu M x|| in the norm of the preconditioner.
    */
 SRNF_CHECKED int linear_lobpcg(const struct linear_eigen *problem, double *x, double *mu,
-                              double *residual);
+                               double *residual);
 
 #endif

@@ -25,10 +25,12 @@
 #include "store/token.h"
 
 struct api;
+struct api_processes; /* handler.h */
 
 struct api_config {
     struct store *store;
     struct jobs *jobs;
+    const struct api_processes *processes;
     size_t max_body;          /* bytes; default 256 MiB */
     double sync_wait_seconds; /* of an execution without Prefer; default 30 */
     const char *tokens;       /* the directory with the file of tokens; NULL: none are asked for */

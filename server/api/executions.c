@@ -194,7 +194,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (!inputs) {
         goto out;
     }
-    canonical = process_canonicalise(process, call, inputs, &problems);
+    canonical = call->api->config.processes->canonicalise(process, call, inputs, &problems);
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {
@@ -316,7 +316,7 @@ static void log_submission(const struct api_request *request, const struct store
 
 void executions_create(struct api_call *call)
 {
-    const struct api_process *process = api_process_find(call->parameters[0]);
+    const struct api_process *process = api_process_find(call->api, call->parameters[0]);
     struct execution_wait *wait = NULL;
     struct store_job job = {0};
     char digest[65], *inputs = NULL;
@@ -358,7 +358,18 @@ out:
 
 /* ---- GET /v1/processes ----------------------------------------------------------------------- */
 
-static json_t *process_record(const struct api_process *process, bool whole)
+const struct api_process *api_process_find(const struct api *api, const char *id)
+{
+    const struct api_process *const *rows = api->config.processes->rows;
+
+    while (*rows && strcmp((*rows)->id, id) != 0) {
+        rows++;
+    }
+    return *rows;
+}
+
+static json_t *process_record(const struct api_processes *all, const struct api_process *process,
+                              bool whole)
 {
     json_t *document = json_object(), *links = json_object();
     char path[96];
@@ -374,8 +385,8 @@ static json_t *process_record(const struct api_process *process, bool whole)
     (void)json_object_set_new(document, "jobControlOptions",
                               json_pack("[s,s,s]", "sync-execute", "async-execute", "dismiss"));
     if (whole) {
-        (void)json_object_set_new(document, "inputs", process_inputs_schema(process));
-        (void)json_object_set_new(document, "outputs", process_outputs_schema(process));
+        (void)json_object_set_new(document, "inputs", all->inputs_schema(process));
+        (void)json_object_set_new(document, "outputs", all->outputs_schema(process));
     }
     (void)json_object_set_new(document, "links", links);
     return document;
@@ -383,22 +394,23 @@ static json_t *process_record(const struct api_process *process, bool whole)
 
 void processes_list(struct api_call *call)
 {
+    const struct api_processes *all = call->api->config.processes;
     json_t *items = json_array();
 
-    for (size_t i = 0; api_processes[i]; i++) {
-        (void)json_array_append_new(items, process_record(api_processes[i], false));
+    for (size_t i = 0; all->rows[i]; i++) {
+        (void)json_array_append_new(items, process_record(all, all->rows[i], false));
     }
     respond_json(call, 200, json_pack("{s:o,s:n}", "items", items, "next"));
 }
 
 void processes_get(struct api_call *call)
 {
-    const struct api_process *process = api_process_find(call->parameters[0]);
+    const struct api_process *process = api_process_find(call->api, call->parameters[0]);
 
     if (!process) {
         (void)problem_respond(call, "no-such-process", "There is no process \"%.60s\".",
                               call->parameters[0]);
         return;
     }
-    respond_json(call, 200, process_record(process, true));
+    respond_json(call, 200, process_record(call->api->config.processes, process, true));
 }

@@ -31,7 +31,7 @@ struct api {
 
 /* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
 /* What the inputs of an execution name, noted while they are read: what a job's expected time is
-   computed from (process_seconds.h). */
+   computed from (toolkit/seconds.h). */
 struct api_work {
     size_t surfaces, meshes; /* meshes are to be encoded */
     int64_t faces;           /* of these meshes together */
@@ -159,9 +159,9 @@ const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
 json_t *job_record(const struct store_job *job, const char *cache);
 
-/* ---- Processes (process_*.c): the table of what can be executed ------------------------------ */
+/* ---- Processes (server/processes): the table of what can be executed ------------------------ */
 
-struct process_table; /* process_table.h */
+struct process_table; /* toolkit/table.h */
 
 struct api_process {
     const char *id, *title, *description;
@@ -180,17 +180,18 @@ struct api_process {
     /* Seconds that a job with these canonical inputs is expected to take. */
     double (*seconds)(const struct api_work *work, const json_t *inputs);
 };
-extern const struct api_process *const api_processes[]; /* ended by NULL */
-/* The canonical inputs, as canonicalise above; and the JSON Schemas (new references). */
-json_t *process_canonicalise(const struct api_process *process, struct api_call *call,
-                             const json_t *inputs, struct problem_list *list);
-json_t *process_inputs_schema(const struct api_process *process);
-json_t *process_outputs_schema(const struct api_process *process);
-/* Runs a job of any process, on a worker: what the job engine has for each. */
-void process_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-/* Id and both schemas as a line of JSON, for free(); NULL: no memory. */
-char *process_description(const struct api_process *process);
-const struct api_process *api_process_find(const char *id);
+/* The processes that a service offers, and what is the same for each: this layer knows none of
+   them by name. */
+struct api_processes {
+    const struct api_process *const *rows; /* ended by NULL */
+    /* The canonical inputs, as canonicalise above; and the JSON Schemas (new references). */
+    json_t *(*canonicalise)(const struct api_process *process, struct api_call *call,
+                            const json_t *inputs, struct problem_list *list);
+    json_t *(*inputs_schema)(const struct api_process *process);
+    json_t *(*outputs_schema)(const struct api_process *process);
+};
+/* executions.c: by its id, or NULL. */
+const struct api_process *api_process_find(const struct api *api, const char *id);
 
 /* ---- Handlers, one per route ----------------------------------------------------------------- */
 

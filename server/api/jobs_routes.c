@@ -3,7 +3,7 @@
  *
  * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
  * process wrote and are handed on unparsed, but for a matrix of distances, which is served as CSV
- * and .npy too (process_distances.c). Asking for the results of a job that has not ended is
+ * and .npy too (processes/distances.c). Asking for the results of a job that has not ended is
  * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
  * dismissed 410.
  */
@@ -247,8 +247,9 @@ static bool add_job(void *user, const struct store_job *job)
     return list_add(user, job_record(job, NULL), job->created_ms, job->id);
 }
 
-static bool known_status(const char *name)
+static bool known_status(const struct api_call *call, const char *name)
 {
+    (void)call;
     for (int status = STORE_JOB_ACCEPTED; status <= STORE_JOB_DISMISSED; status++) {
         if (strcmp(store_job_status_name((enum store_job_status)status), name) == 0) {
             return true;
@@ -259,7 +260,7 @@ static bool known_status(const char *name)
 
 /* Reads one filter into buffer: "" where it is absent. False when a problem was answered. */
 static bool read_filter(struct api_call *call, const char *name, char buffer[48],
-                        bool (*known)(const char *value))
+                        bool (*known)(const struct api_call *call, const char *value))
 {
     struct problem_list problems = {.errors = NULL};
     char pointer[24];
@@ -269,7 +270,7 @@ static bool read_filter(struct api_call *call, const char *name, char buffer[48]
     if (!query_get(call, name, buffer, 48, &refused)) {
         return !refused;
     }
-    if (known(buffer)) {
+    if (known(call, buffer)) {
         return true;
     }
     (void)snprintf(pointer, sizeof pointer, "/%s", name);
@@ -278,9 +279,9 @@ static bool read_filter(struct api_call *call, const char *name, char buffer[48]
     return false;
 }
 
-static bool known_process(const char *name)
+static bool known_process(const struct api_call *call, const char *name)
 {
-    return api_process_find(name) != NULL;
+    return api_process_find(call->api, name) != NULL;
 }
 
 /* The items of a page that wait for their place, by id; borrowed. */

@@ -4,7 +4,7 @@
  * On the wire a vector field is [nTheta][nPhi][3]; the core keeps the three coordinates in blocks,
  * [3][nTheta][nPhi]. JSON has no word for an infinite or undefined number: those become null.
  */
-#include "api/process.h"
+#include "api/json_numbers.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
-#include "jobs/compute.h"
+#include "compute/compute.h"
 
 static void set_repair(json_t *repairs, const char *code, size_t count)
 {

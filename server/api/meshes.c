@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "jobs/compute.h"
+#include "compute/compute.h"
 
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {

@@ -8,6 +8,7 @@
  *   scores, CSV   label, then one column for each component
  *   modes, CSV    component, theta, phi, x, y, z: one line for each node of the grid
  */
+#include "compute/compute.h"
 #include "api/models.h"
 
 #include <stdio.h>
@@ -15,7 +16,7 @@
 #include <string.h>
 
 #include "api/npy.h"
-#include "api/process.h"
+#include "api/json_numbers.h"
 #include "api/routes.h"
 #include "api/surfaces.h"
 #include "api/tables.h"

@@ -7,6 +7,8 @@
 
 #include "api/handler.h"
 
+/* The degree of a surface where none is asked for. */
+#define SURFACE_DEGREE_DEFAULT 31
 /* Numbers in one JSON answer; larger fields are asked for as .npy. */
 #define SURFACE_JSON_NUMBERS_MAX ((size_t)300000)
 /* Rows of a grid that can be asked for or sent. */
@@ -26,7 +28,7 @@ struct surface_description {
     const struct srnf_surface_measures *measures;
     /* "star", "area", "given", or "inherited" from what it was made of. */
     const char *parameterization;
-    const char *route; /* "star", "area" or "given"; NULL: not known (process_routes.h) */
+    const char *route; /* "star", "area" or "given"; NULL: not known (toolkit/routes.h) */
     json_t *source, *fit, *star;
     json_t *warnings;              /* an array, taken over; NULL: the record has none */
     const double *smoothing;       /* of surfaces that encode made; NULL: the record has none */
@@ -51,5 +53,10 @@ double surface_record_number(const struct store_surface *surface, const char *na
                              double fallback);
 /* Whether the record of a stored surface says that it is a mirror image. */
 bool surface_record_mirrored(const struct store_surface *surface);
+
+/* Members of records and results. */
+json_t *surface_fit_json(const struct srnf_fit *fit);
+json_t *surface_star_json(const struct srnf_star *star);
+json_t *surface_distortion_json(const struct srnf_distortion *distortion);
 
 #endif

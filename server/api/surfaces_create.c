@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compute/compute.h"
 #include "api/npy.h"
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
@@ -99,7 +100,7 @@ static void choose_degree(const struct surface_grid *grid, struct given *given,
     size_t limit = surface_grid_degree(grid);
 
     if (given->degree == 0) {
-        given->degree = limit < PROCESS_DEGREE_DEFAULT ? limit : PROCESS_DEGREE_DEFAULT;
+        given->degree = limit < SURFACE_DEGREE_DEFAULT ? limit : SURFACE_DEGREE_DEFAULT;
     }
     if (given->degree > limit || given->degree < SRNF_DEGREE_MIN) {
         problem_add(list, "/lmax",
@@ -361,7 +362,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
         (void)problem_respond_list(call, "invalid-input", list);
         return;
     }
-    description.fit = given->has_fit ? process_fit_json(&given->fit) : NULL;
+    description.fit = given->has_fit ? surface_fit_json(&given->fit) : NULL;
     status = surface_save(call->api->config.store, &owner, &description, &record, &created);
     if (status) {
         (void)problem_respond_store(call, status, NULL, "keeping the surface");

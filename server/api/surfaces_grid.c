@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "jobs/compute.h"
+#include "compute/compute.h"
 
 static const char *const kinds[] = {
     [SRNF_GRID_GAUSS_LEGENDRE] = "gauss-legendre",

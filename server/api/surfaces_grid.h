@@ -5,7 +5,7 @@
 #ifndef SRNFD_API_SURFACES_GRID_H
 #define SRNFD_API_SURFACES_GRID_H
 
-#include "api/process.h"
+#include "api/json_numbers.h"
 #include "api/surfaces.h"
 
 /* A grid that was asked for or sent, within the limits that the degree sets. */

@@ -15,7 +15,7 @@
 
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
-#include "jobs/compute.h"
+#include "compute/compute.h"
 
 static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
 #define FORMATS (sizeof formats / sizeof formats[0])

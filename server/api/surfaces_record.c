@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "api/json_memory.h"
-#include "api/process.h"
+#include "api/json_numbers.h"
 
 static const struct {
     const char *relation, *suffix;
@@ -191,4 +191,29 @@ out:
     json_decref(own);
     store_surface_clear(&surface);
     return status;
+}
+
+json_t *surface_fit_json(const struct srnf_fit *fit)
+{
+    double scale = fit->diagonal > 0.0 ? 1.0 / fit->diagonal : 0.0;
+
+    return json_pack("{s:o, s:o, s:o, s:{s:o, s:o, s:o}}", "rms", json_finite(fit->rms), "p95",
+                     json_finite(fit->p95), "max", json_finite(fit->max), "relativeToDiagonal",
+                     "rms", json_finite(fit->rms * scale), "p95", json_finite(fit->p95 * scale),
+                     "max", json_finite(fit->max * scale));
+}
+
+json_t *surface_star_json(const struct srnf_star *star)
+{
+    return json_pack("{s:b, s:o, s:o, s:o}", "value", star->value, "center",
+                     json_vector(star->center, 3), "margin", json_finite(star->margin),
+                     "violatingAreaFraction", json_finite(star->violating_area_fraction));
+}
+
+json_t *surface_distortion_json(const struct srnf_distortion *distortion)
+{
+    return json_pack("{s:o, s:o, s:I}", "symmetricDirichlet",
+                     json_finite(distortion->symmetric_dirichlet), "logAreaDeviation",
+                     json_finite(distortion->log_area_deviation), "flipped",
+                     (json_int_t)distortion->flipped);
 }

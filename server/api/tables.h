@@ -36,7 +36,7 @@ void table_respond_npy(struct api_call *call, const double *values, size_t n_dim
                        const size_t *shape, const char *name);
 
 /* The matrix in the results of a successful job of the process distances, as CSV or .npy
-   (process_distances.c). */
+   (processes/distances.c). */
 void distances_respond(struct api_call *call, const struct store_job *job, enum table_form form);
 
 #endif

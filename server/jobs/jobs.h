@@ -174,7 +174,7 @@ void jobs_run_keep_parts(struct jobs_run *run);
 #define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */
 struct jobs_doubt {
     char mesh[STORE_ID_MAX];
-    char surface[STORE_ID_MAX]; /* that the encoding stood in for (compute_bridge.h), or "" */
+    char surface[STORE_ID_MAX]; /* that the encoding stood in for (compute/bridge.h), or "" */
     size_t degree;
     double coarseness; /* of the mesh */
     struct srnf_judgement judgement;

@@ -2,7 +2,7 @@
  * bench_pairs.c - what registration tells of ten pairs of real surfaces at degrees 8, 15 and 31, by
  * their area-preserving maps: the distance one way, from either side, and both ways; the truncation
  * error and its share of the distance; the range of the Jacobian; ambiguity; why it stopped. The
- * bounds of the warnings about registration (server/api/registration_report.h) and the table in
+ * bounds of the warnings about registration (server/toolkit/registration_report.h) and the table in
  * core/README.md are from here.
  */
 #include "support/meshes.h"

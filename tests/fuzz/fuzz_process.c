@@ -5,7 +5,7 @@
  * neither: the fixture holds that, and ends the program where it is not so.
  */
 #include "fuzz/fuzz_require.h"
-#include "server/api/process_fixture.h"
+#include "server/toolkit/process_fixture.h"
 
 #define TEXT_MAX 4096
 
@@ -20,7 +20,7 @@ static size_t count_processes(void)
 {
     size_t n = 0;
 
-    while (api_processes[n]) {
+    while (processes.rows[n]) {
         n++;
     }
     return n;
@@ -44,7 +44,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     expand(fixture, text, whole, sizeof whole);
     inputs = json_loads(whole, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, NULL);
     if (inputs) {
-        outcome = canonicalise(fixture, api_processes[data[0] % count_processes()]->id, inputs);
+        outcome = canonicalise(fixture, processes.rows[data[0] % count_processes()]->id, inputs);
         outcome_clear(&outcome);
         json_decref(inputs);
     }

@@ -4,10 +4,11 @@
 #
 # prints "file:line: what" for every #include that goes against the layers:
 #
-#   server/  main (main.c and commands.c) -> http -> api -> jobs -> store. A layer includes its own headers,
-#            those of the layers after it, srnf.h, and what lies directly in server/ (embedded.h, ..), which
-#            in turn includes no layer's header. Each library has its home: libmicrohttpd in http, jansson in
-#            api, SQLite in store; only what lies directly in server/ may name them too, as it tells their
+#   server/  main (main.c and commands.c) -> processes -> toolkit -> http -> api -> compute -> jobs -> store. A
+#            layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
+#            server/ (embedded.h, ..), which in turn includes no layer's header; processes and toolkit pass
+#            http over. Each library has its home: libmicrohttpd in http, jansson in api and the two before
+#            it, SQLite in store; only what lies directly in server/ may name them too, as it tells their
 #            versions.
 #   core/    harmonics -> linear -> mesh -> formats -> sphere_map -> srnf -> surface -> inversion ->
 #            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
@@ -16,12 +17,12 @@
 #   include/ the public headers include each other, and of the system's those that core/ may.
 
 BEGIN {
-    number_of("main http api jobs store", layer)
+    number_of("main processes toolkit http api compute jobs store", layer)
     number_of("harmonics linear mesh formats sphere_map srnf surface inversion registration geodesic pullback stats", \
               stage)
     home["microhttpd.h"] = "http"
     home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
-    home["jansson.h"] = "api"
+    home["jansson.h"] = "api toolkit processes"
     home["sqlite3.h"] = "store"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
               "fcntl.h dirent.h syslog.h omp.h", list, " ")
@@ -51,7 +52,7 @@ function check_server(header,    parts) {
             violation("\"" header "\" is no header of a layer")
         else if (place == "common")
             violation("\"" header "\" is of a layer, and this file belongs to none")
-        else if (layer[parts[1]] < layer[place])
+        else if (layer[parts[1]] < layer[place] || parts[1] == "http" && place ~ /^(processes|toolkit)$/)
             violation(place " includes \"" header "\", which is of a layer before it")
     } else if (!exists(folder "/" header) && !exists("server/" header)) {
         violation("\"" header "\" is neither in its own folder nor in server/")
@@ -97,7 +98,7 @@ FNR == 1 {
     header = $0
     gsub(/^[^<]*<|>.*$/, "", header)
     if (top == "server" && header in home && place in layer && place != "main" &&
-        place != home[header])
+        (" " home[header] " ") !~ (" " place " "))
         violation("<" header "> belongs to server/" home[header])
     if ((top == "core" || top == "include") && (header in impure || header ~ /^sys\//))
         violation("<" header "> has no place in " top "/")

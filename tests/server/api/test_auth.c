@@ -11,6 +11,7 @@
 #include "../store/fixture.h"
 #include "api/respond.h"
 #include "api/routes.h"
+#include "processes/processes.h"
 
 #define RATE 5
 
@@ -43,7 +44,8 @@ static int teardown(void **state)
 
 static void open_api(struct door *door)
 {
-    const struct api_config config = {.tokens = door->fixture->path, .max_body = 5000};
+    const struct api_config config = {
+        .processes = &processes, .tokens = door->fixture->path, .max_body = 5000};
 
     assert_int_equal(api_create(&door->api, &config), 0);
 }

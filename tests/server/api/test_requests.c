@@ -13,7 +13,8 @@
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
-#include "jobs/compute.h"
+#include "compute/compute.h"
+#include "processes/processes.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +25,7 @@ static struct api *api;
 
 static int set_up(void **state)
 {
-    const struct api_config config = {.max_body = LIMIT};
+    const struct api_config config = {.processes = &processes, .max_body = LIMIT};
 
     (void)state;
     return api_create(&api, &config);

@@ -1,0 +1,323 @@
+/*
+ * likeness.c - members that repeat, stand out, are mirrored or turned.
+ *
+ * Of the mean of the others, m, of n - 1, a member is as far as
+ *
+ *     ||q_i - m||^2 = sum_j d_ij^2 / (n - 1) - sum_{j < k; j, k != i} d_jk^2 / (n - 1)^2,
+ *
+ * which takes the distances alone. What is beyond its robust limit (srnf_typicality_of) stands out.
+ * Whether it is mirrored or turned is asked of rigid registration at degree 8, which
+ * mirror.c has found to be enough.
+ */
+#include "compute/likeness.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MATCH_DEGREE ((size_t)8)
+#define CLEARLY 0.8 /* of the distance as it is, below which another match is much nearer */
+/* The same of turning back: shapes that look alike from two sides are not turned. */
+#define TURNED_BACK 0.5
+#define TURNED (30.0 * 3.14159265358979323846 / 180.0)
+#define NOTICED 1.1 /* times the median distance from which a member is tried */
+
+struct likeness_run {
+    struct jobs_run *run;
+    const struct compute_likeness_inputs *inputs;
+    const struct srnf_sht *sht; /* of MATCH_DEGREE, or of the group where that is lower */
+    struct srnf_context context;
+    size_t degree, count;
+    double *ends; /* two surfaces at that degree */
+};
+
+bool compute_match_mirrored(const struct compute_match *match)
+{
+    return match->mirrored < CLEARLY * match->plain;
+}
+
+bool compute_match_turned(const struct compute_match *match)
+{
+    return match->angle > TURNED && match->plain < TURNED_BACK * match->unturned;
+}
+
+void compute_likeness_clear(struct compute_likeness *likeness)
+{
+    srnf_free(likeness->distances);
+    *likeness = (struct compute_likeness){0};
+}
+
+/* ---- Matches --------------------------------------------------------------------------------- */
+
+static double angle_of(const double o[9])
+{
+    double cosine = 0.5 * (o[0] + o[4] + o[8] - 1.0);
+
+    return acos(fmax(-1.0, fmin(1.0, cosine)));
+}
+
+/* Of what stands in ends; angle and unturned may be NULL. */
+static int match_ends(const struct likeness_run *l, double *distance, double *unturned,
+                      double *angle, struct srnf_error *error)
+{
+    struct srnf_register_options options = srnf_register_options_defaults();
+    struct srnf_registration registration;
+    int status;
+
+    options.reparameterization = false;
+    options.start = SRNF_START_RIGID;
+    status = srnf_register(l->sht, l->ends, NULL, l->ends + l->count, &options, NULL, &l->context,
+                           &registration, error);
+    if (status < 0) {
+        return status;
+    }
+    *distance = registration.distance;
+    if (unturned) {
+        *unturned = registration.distance_before;
+        *angle = angle_of(registration.rotation);
+    }
+    srnf_registration_clear(&registration);
+    return 0;
+}
+
+/* Adds the match of members i and j, as the share-th part of it, to the figures. */
+static int match(const struct likeness_run *l, size_t i, size_t j, double share,
+                 struct compute_match *match, struct srnf_error *error)
+{
+    const struct compute_group *group = l->inputs->group;
+    double plain, mirrored, unturned, angle;
+    int status;
+
+    compute_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
+    compute_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
+    status = match_ends(l, &plain, &unturned, &angle, error);
+    mirrored = plain;
+    if (status == 0 && l->inputs->mirrors) {
+        srnf_surface_mirror(l->degree, l->ends + l->count);
+        status = match_ends(l, &mirrored, NULL, NULL, error);
+    }
+    if (status < 0) {
+        return status;
+    }
+    match->plain += share * plain;
+    match->mirrored += share * mirrored;
+    match->unturned += share * unturned;
+    match->angle = angle < match->angle ? angle : match->angle;
+    return 0;
+}
+
+/* ---- Members --------------------------------------------------------------------------------- */
+
+/* The member of a class (or of all: classes NULL) that is nearest to the others of it, of those
+   that are not taken; n where there is none. */
+static size_t find_medoid(const struct compute_likeness_inputs *inputs, const size_t *classes,
+                          size_t which, const bool *taken)
+{
+    size_t n = inputs->group->n, best = n;
+    double least = INFINITY;
+
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0.0;
+
+        if ((classes && classes[i] != which) || (taken && taken[i])) {
+            continue;
+        }
+        for (size_t j = 0; j < n; j++) {
+            sum += !classes || classes[j] == which ? inputs->pairs[i * n + j] : 0.0;
+        }
+        if (sum < least) {
+            least = sum;
+            best = i;
+        }
+    }
+    return best;
+}
+
+/* values: [n] distances to the mean of the others. */
+static void measure_distances(size_t n, const double *pairs, double *values)
+{
+    double all = 0.0;
+
+    for (size_t i = 0; i < n; i++) {
+        values[i] = 0.0;
+        for (size_t j = 0; j < n; j++) {
+            values[i] += pairs[i * n + j] * pairs[i * n + j];
+        }
+        all += 0.5 * values[i];
+    }
+    for (size_t i = 0; i < n; i++) {
+        double others = (double)(n - 1);
+        double square = values[i] / others - (all - values[i]) / (others * others);
+
+        values[i] = square > 0.0 ? sqrt(square) : 0.0;
+    }
+}
+
+/* Each member's distance against those of the others. */
+static int judge_members(const struct compute_likeness_inputs *inputs,
+                         struct compute_likeness *likeness)
+{
+    size_t n = inputs->group->n;
+    double *values = srnf_alloc(n, 2 * sizeof(double));
+    double *others;
+    int status = 0;
+
+    likeness->distances = srnf_alloc(n, sizeof *likeness->distances);
+    if (!values || !likeness->distances) {
+        status = SRNF_ENOMEM;
+        goto out;
+    }
+    others = values + n;
+    measure_distances(n, inputs->pairs, values);
+    for (size_t i = 0; i < n && status == 0; i++) {
+        memcpy(others, values, i * sizeof(double));
+        memcpy(others + i, values + i + 1, (n - i - 1) * sizeof(double));
+        status = srnf_typicality_of(SRNF_TRAIT_DISTANCE, n - 1, others, NULL, values[i],
+                                    SRNF_TYPICAL_ALPHA_GROUP, &likeness->distances[i]);
+    }
+out:
+    srnf_free(values);
+    return status;
+}
+
+static double median_distance(const struct compute_likeness *likeness)
+{
+    for (size_t i = 0; i < likeness->n; i++) {
+        if (fabs(likeness->distances[i].percentile - 50.0) < 50.0 / (double)likeness->n + 1e-9) {
+            return likeness->distances[i].value;
+        }
+    }
+    return 0.0;
+}
+
+/* The furthest member that was not tried; n where there is none worth it. */
+static size_t next_member(const struct compute_likeness_inputs *inputs,
+                          const struct compute_likeness *likeness, double from, const bool *taken)
+{
+    size_t best = likeness->n;
+
+    for (size_t i = 0; i < likeness->n; i++) {
+        const struct srnf_typicality *t = &likeness->distances[i];
+
+        if (!taken[i] && (t->far || t->value > from || !inputs->rotates) &&
+            (best == likeness->n || t->value > likeness->distances[best].value)) {
+            best = i;
+        }
+    }
+    return best;
+}
+
+static int match_members(const struct likeness_run *l, struct compute_likeness *likeness,
+                         struct srnf_error *error)
+{
+    bool taken[COMPUTE_GROUP_MAX] = {false};
+    double from = NOTICED * median_distance(likeness);
+    int status = 0;
+
+    taken[likeness->medoid] = true;
+    while (likeness->n_members < LIKENESS_TRIED_MAX && status == 0) {
+        size_t i = next_member(l->inputs, likeness, from, taken);
+        struct compute_match *m = &likeness->members[likeness->n_members];
+
+        if (i == likeness->n) {
+            break;
+        }
+        taken[i] = true;
+        *m = (struct compute_match){.first = likeness->medoid, .second = i, .angle = INFINITY};
+        status = match(l, likeness->medoid, i, 1.0, m, error);
+        likeness->n_members++;
+    }
+    return status;
+}
+
+/* ---- Classes --------------------------------------------------------------------------------- */
+
+/* The members that stand for each class, n where there are fewer. chosen: [n_classes]. */
+static void choose_members(const struct compute_likeness_inputs *inputs,
+                           size_t chosen[][LIKENESS_OF_CLASS])
+{
+    bool taken[COMPUTE_GROUP_MAX] = {false};
+
+    for (size_t c = 0; c < inputs->n_classes; c++) {
+        for (size_t k = 0; k < LIKENESS_OF_CLASS; k++) {
+            chosen[c][k] = find_medoid(inputs, inputs->classes, c, taken);
+            if (chosen[c][k] < inputs->group->n) {
+                taken[chosen[c][k]] = true;
+            }
+        }
+    }
+}
+
+static int match_classes(const struct likeness_run *l, struct compute_likeness *likeness,
+                         struct srnf_error *error)
+{
+    size_t chosen[LIKENESS_CLASSES_MAX][LIKENESS_OF_CLASS], n = l->inputs->group->n;
+    int status = 0;
+
+    choose_members(l->inputs, chosen);
+    for (size_t a = 0; a < l->inputs->n_classes; a++) {
+        for (size_t b = a + 1; b < l->inputs->n_classes && status == 0; b++) {
+            struct compute_match *m = &likeness->classes[likeness->n_classes++];
+            size_t count = 0;
+
+            while (count < LIKENESS_OF_CLASS && chosen[a][count] < n && chosen[b][count] < n) {
+                count++;
+            }
+            *m = (struct compute_match){.first = a, .second = b, .angle = INFINITY};
+            for (size_t k = 0; k < count && status == 0; k++) {
+                status = match(l, chosen[a][k], chosen[b][k], 1.0 / (double)count, m, error);
+            }
+        }
+    }
+    return status;
+}
+
+static int match_all(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
+                     struct compute_likeness *likeness, struct srnf_error *error)
+{
+    size_t degree = inputs->group->degree;
+    struct likeness_run l = {.run = run,
+                             .inputs = inputs,
+                             .context = *jobs_run_context(run),
+                             .degree = degree < MATCH_DEGREE ? degree : MATCH_DEGREE};
+    int status = jobs_transform_acquire(jobs_run_jobs(run), l.degree, SRNF_GRID_GAUSS_LEGENDRE, 0,
+                                        0, &l.sht);
+
+    if (status) {
+        return status;
+    }
+    l.context.progress = NULL;
+    l.count = 3 * srnf_coefficient_count(l.degree);
+    l.ends = srnf_alloc(2 * l.count, sizeof(double));
+    status = l.ends ? 0 : SRNF_ENOMEM;
+    if (status == 0 && likeness->distances) {
+        status = match_members(&l, likeness, error);
+    }
+    if (status == 0 && inputs->classes && inputs->n_classes <= LIKENESS_CLASSES_MAX) {
+        status = match_classes(&l, likeness, error);
+    }
+    srnf_free(l.ends);
+    jobs_transform_release(jobs_run_jobs(run), l.sht);
+    return status;
+}
+
+int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
+                     struct compute_likeness *likeness, struct jobs_result *result)
+{
+    struct srnf_error error = {0};
+    size_t n = inputs->group->n;
+    int status;
+
+    *likeness = (struct compute_likeness){.n = n};
+    status = srnf_twins_find(n, inputs->pairs, inputs->subjects, inputs->classes, &likeness->twins);
+    likeness->medoid = find_medoid(inputs, NULL, 0, NULL);
+    if (status == 0 && n >= LIKENESS_MEMBERS_MIN && likeness->medoid < n) {
+        status = judge_members(inputs, likeness);
+        status = status ? status : match_all(run, inputs, likeness, &error);
+    }
+    if (status) {
+        compute_likeness_clear(likeness);
+        return compute_fail(result, status, &error, "comparing the members with each other");
+    }
+    return 0;
+}

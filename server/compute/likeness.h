@@ -1,0 +1,59 @@
+/*
+ * likeness.h - do the members of a group belong together? From the distances between them,
+ * which a process has at hand, and a few rigid matches of members cut to a low degree.
+ */
+#ifndef SRNFD_COMPUTE_LIKENESS_H
+#define SRNFD_COMPUTE_LIKENESS_H
+
+#include "compute/group.h"
+
+#define LIKENESS_MEMBERS_MIN 5 /* below which none can be told from the others */
+#define LIKENESS_TRIED_MAX 6   /* members that are matched with the medoid */
+#define LIKENESS_CLASSES_MAX 4 /* between which medoids are matched */
+#define LIKENESS_OF_CLASS 3    /* members of a class that stand for it: the nearest to its middle */
+
+struct compute_likeness_inputs {
+    const struct compute_group *group;
+    const double *pairs;    /* double[n][n] */
+    const size_t *subjects; /* [n], NULL: each its own */
+    const size_t *classes;  /* [n] below n_classes; NULL: none */
+    size_t n_classes;
+    bool rotates; /* the process lets values rotate; if not, poses are doubted too */
+    bool mirrors; /* whether mirror images are looked for */
+};
+
+/* Rigid matches of `first` with `second`, members or classes; of classes the means of several. */
+struct compute_match {
+    size_t first, second;
+    double plain;    /* distance, rotated as it is best */
+    double mirrored; /* the same with one of them mirrored; plain where that was not tried */
+    double unturned; /* not rotated */
+    double angle;    /* of the rotation of the values, radians; the least of several */
+};
+
+struct compute_likeness {
+    size_t n;
+    struct srnf_twins twins;
+    struct srnf_typicality *distances; /* [n] to the mean of the others, owned; NULL: too few */
+    size_t medoid;                     /* the member that all are nearest to */
+    size_t n_members, n_classes;
+    struct compute_match members[LIKENESS_TRIED_MAX];
+    struct compute_match classes[LIKENESS_CLASSES_MAX * (LIKENESS_CLASSES_MAX - 1) / 2];
+};
+
+/*
+ * A member is matched with the medoid where it is further from the mean of the others than is
+ * usual, the furthest first; where nothing rotates, the furthest ones in any case. It costs about
+ * half a second of processor time for each match, at any degree.
+ * Returns 0, or a negative status with the problem in result; compute_likeness_clear in any case.
+ */
+int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
+                     struct compute_likeness *likeness, struct jobs_result *result);
+void compute_likeness_clear(struct compute_likeness *likeness);
+
+/* The mirrored match is much nearer. */
+bool compute_match_mirrored(const struct compute_match *match);
+/* The two are turned against each other by more than 30 degrees, and much nearer turned back. */
+bool compute_match_turned(const struct compute_match *match);
+
+#endif

@@ -1,0 +1,32 @@
+/*
+ * seconds.h - how long the parts of a job take, in seconds of one processor: what the queue
+ * is ordered by (toolkit/seconds.c), and what weighs the phases of a job's progress.
+ *
+ * Measured as the processor time of a daemon with one worker, for jobs of one kind on the
+ * subcortical meshes of tests/data, on a machine of 2026; between the degrees that were measured it
+ * goes with a power of the degree. That is right within a factor of two or three.
+ *
+ *   degree                              8      15      31      63     127
+ *   encoding                         0.03    0.04    0.05    0.27     1.8
+ *   registration                     0.4     0.65    1.2
+ *   inversion, from nothing          0.02    0.065   0.5
+ *   2,000 permutations of a Gaussian classifier, 12 subjects of two classes: 0.08
+ *   folds of 12 subjects at degree 15: 8.5 with registration
+ */
+#ifndef SRNFD_COMPUTE_SECONDS_H
+#define SRNFD_COMPUTE_SECONDS_H
+
+#include <stddef.h>
+
+#include "srnf.h"
+
+/* Of so many meshes, with so many faces together. */
+double seconds_of_encodings(double degree, double meshes, double faces);
+/* Of one surface to another, one way. */
+double seconds_of_registration(double degree);
+double seconds_of_inversion(double degree);
+/* Each of n subjects compared with the others in a fold of its own. */
+double seconds_of_folds(enum srnf_metric metric, double n, double degree);
+double seconds_of_label_permutations(bool gauss, double n, double classes, double permutations);
+
+#endif

@@ -1,0 +1,251 @@
+/*
+ * processes.c - the table of the processes that can be executed.
+ *
+ * A row is all that the service knows of a process: the routes, the job engine's table and the
+ * self-description are made from it. Processes with a table of their inputs (toolkit/table.h) have
+ * their row in their own file; the others have it here.
+ */
+#include <string.h>
+
+#include "processes/processes.h"
+#include "toolkit/process.h"
+#include "toolkit/seconds.h"
+#include "toolkit/table.h"
+
+static const struct api_process encode_process = {
+    .id = "encode",
+    .title = "Encode a mesh",
+    .description =
+        "From a triangle mesh of genus zero to a surface: harmonic coefficients over the sphere, "
+        "centred "
+        "and scaled, with the distance between the two.",
+    .inputs_schema = encode_inputs_schema,
+    .outputs_schema = encode_outputs_schema,
+    .canonicalise = encode_canonicalise,
+    .run = encode_run,
+    .seconds = encode_seconds,
+};
+
+static const struct api_process invert_process = {
+    .id = "invert",
+    .title = "Invert a square-root normal field",
+    .description =
+        "From an SRNF to the surface that has it, with the energy that is left, what proves the "
+        "surface "
+        "right and how far off it can be.",
+    .inputs_schema = invert_inputs_schema,
+    .outputs_schema = invert_outputs_schema,
+    .canonicalise = invert_canonicalise,
+    .run = invert_run,
+    .seconds = invert_seconds,
+};
+
+static const struct api_process geodesic_process = {
+    .id = "geodesic",
+    .title = "Geodesic between two surfaces",
+    .description = "The path between two surfaces, the second registered to the first unless that "
+                   "is not wanted: "
+                   "each point of the straight line between their SRNFs, inverted.",
+    .inputs_schema = geodesic_inputs_schema,
+    .outputs_schema = geodesic_outputs_schema,
+    .canonicalise = geodesic_canonicalise,
+    .run = geodesic_run,
+    .seconds = geodesic_seconds,
+};
+
+static const struct api_process register_process = {
+    .id = "register",
+    .title = "Register a surface to another",
+    .description = "The rotation and the warp of the sphere that lay one surface on another, "
+                   "elastically, by their SRNFs; the surface so laid, and how far it then is.",
+    .inputs_schema = register_inputs_schema,
+    .outputs_schema = register_outputs_schema,
+    .canonicalise = register_canonicalise,
+    .run = register_run,
+    .seconds = register_seconds,
+};
+
+static const struct api_process distances_process = {
+    .id = "distances",
+    .title = "Distances between surfaces",
+    .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
+                   "registered pair by pair or as they are parameterised.",
+    .inputs_schema = distances_inputs_schema,
+    .outputs_schema = distances_outputs_schema,
+    .canonicalise = distances_canonicalise,
+    .run = distances_run,
+    .seconds = distances_seconds,
+};
+
+static const struct api_process mean_process = {
+    .id = "mean",
+    .title = "Mean of a group",
+    .description =
+        "The Karcher mean: all surfaces registered to the mean SRNF, averaged, and so on "
+        "until it rests; then inverted once.",
+    .inputs_schema = mean_inputs_schema,
+    .outputs_schema = mean_outputs_schema,
+    .canonicalise = mean_canonicalise,
+    .run = mean_run,
+    .seconds = mean_seconds,
+};
+
+static const struct api_process pca_process = {
+    .id = "pca",
+    .title = "Principal components of a group",
+    .description =
+        "The mean and the principal components of the registered SRNFs about it, as a model "
+        "that is kept.",
+    .inputs_schema = pca_inputs_schema,
+    .outputs_schema = pca_outputs_schema,
+    .canonicalise = pca_canonicalise,
+    .run = pca_run,
+    .seconds = mean_seconds,
+};
+
+static const struct api_process evaluate_process = {
+    .id = "evaluate-model",
+    .title = "Quality of a model",
+    .description = "Compactness, generalisation and specificity of a model or of the model that a "
+                   "group makes, "
+                   "as curves over the number of components with standard errors.",
+    .inputs_schema = evaluate_inputs_schema,
+    .outputs_schema = evaluate_outputs_schema,
+    .canonicalise = evaluate_canonicalise,
+    .run = evaluate_run,
+    .seconds = evaluate_seconds,
+};
+
+static const struct api_process compare_process = {
+    .id = "compare-groups",
+    .title = "Comparison of two groups",
+    .description =
+        "A permutation test of the difference between the means of two groups, and a map of where "
+        "they differ, corrected for multiple comparisons, with covariates regressed out.",
+    .inputs_schema = compare_inputs_schema,
+    .outputs_schema = compare_outputs_schema,
+    .canonicalise = compare_canonicalise,
+    .run = compare_run,
+    .seconds = compare_seconds,
+};
+
+static const struct api_process shoot_process = {
+    .id = "shoot",
+    .title = "Shoot from a surface",
+    .description = "The surfaces along the geodesic from a surface with a velocity: toward another "
+                   "surface, or "
+                   "given by numbers.",
+    .inputs_schema = shoot_inputs_schema,
+    .outputs_schema = shoot_outputs_schema,
+    .canonicalise = shoot_canonicalise,
+    .run = shoot_run,
+    .seconds = shoot_seconds,
+};
+
+static const struct api_process transport_process = {
+    .id = "transport",
+    .title = "Parallel transport of a vector",
+    .description =
+        "A vector at one surface carried to another, and the surface that it leads to from there.",
+    .inputs_schema = transport_inputs_schema,
+    .outputs_schema = transport_outputs_schema,
+    .canonicalise = transport_canonicalise,
+    .run = transport_run,
+    .seconds = transport_seconds,
+};
+
+static const struct api_process transfer_process = {
+    .id = "transfer",
+    .title = "Transfer of a deformation",
+    .description = "A surface deformed as another one was, its size included.",
+    .inputs_schema = transfer_inputs_schema,
+    .outputs_schema = transfer_outputs_schema,
+    .canonicalise = transfer_canonicalise,
+    .run = transfer_run,
+    .seconds = transfer_seconds,
+};
+
+static const struct api_process classify_process = {
+    .id = "classify",
+    .title = "Classification of a labelled cohort",
+    .description =
+        "Each member classified by those of other subjects, by one method or several; how often "
+        "that is right, and how often by chance.",
+    .inputs_schema = classify_inputs_schema,
+    .outputs_schema = classify_outputs_schema,
+    .canonicalise = classify_canonicalise,
+    .run = classify_run,
+    .seconds = classify_seconds,
+};
+
+static const struct api_process *const rows[] = {
+    &encode_process,
+    &invert_process,
+    &geodesic_process,
+    &register_process,
+    &distances_process,
+    &mean_process,
+    &pca_process,
+    &modes_process,
+    &sample_process,
+    &project_process,
+    &evaluate_process,
+    &compare_process,
+    &shoot_process,
+    &transport_process,
+    &transfer_process,
+    &classify_process,
+    NULL,
+};
+
+static const struct api_process *find(const char *id)
+{
+    for (size_t i = 0; rows[i]; i++) {
+        if (strcmp(rows[i]->id, id) == 0) {
+            return rows[i];
+        }
+    }
+    return NULL;
+}
+
+static json_t *canonicalise(const struct api_process *process, struct api_call *call,
+                            const json_t *inputs, struct problem_list *list)
+{
+    return process->table ? table_canonicalise(process->table, call, inputs, list)
+                          : process->canonicalise(call, inputs, list);
+}
+
+static json_t *inputs_schema(const struct api_process *process)
+{
+    return process->table ? table_inputs_schema(process->table)
+                          : json_loads(process->inputs_schema, JSON_REJECT_DUPLICATES, NULL);
+}
+
+static json_t *outputs_schema(const struct api_process *process)
+{
+    return process->table ? table_outputs_schema(process->table)
+                          : json_loads(process->outputs_schema, JSON_REJECT_DUPLICATES, NULL);
+}
+
+const struct api_processes processes = {rows, canonicalise, inputs_schema, outputs_schema};
+
+void process_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result)
+{
+    const struct api_process *process = find(jobs_run_process(run));
+
+    if (process && process->table) {
+        table_run(process->table, run, inputs, result);
+    } else if (process) {
+        process->run(run, api, inputs, result);
+    }
+}
+
+char *process_description(const struct api_process *process)
+{
+    json_t *document = json_pack("{s:s, s:o, s:o}", "id", process->id, "inputs",
+                                 inputs_schema(process), "outputs", outputs_schema(process));
+    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+
+    json_decref(document);
+    return text;
+}

@@ -1,0 +1,35 @@
+/*
+ * covariates.h - the covariates of a comparison: read by name, and judged by what they
+ * leave of the groups.
+ */
+#ifndef SRNFD_TOOLKIT_COVARIATES_H
+#define SRNFD_TOOLKIT_COVARIATES_H
+
+#include "toolkit/process.h"
+
+/*
+ * The values of a covariate of all members, an array of numbers; NULL with a problem noted at the
+ * pointer, which says who has none of that name and which names there are.
+ */
+json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const char *name,
+                         const char *pointer);
+
+/*
+ * Notes a problem for each covariate that is the same for all members, or a sum of multiples of a
+ * constant and those before it.
+ *   names   [in] of the covariates
+ *   values  [in] an array of arrays, as covariate_values gives them
+ */
+void covariates_check(struct process_inputs *inputs, const json_t *names, const json_t *values);
+
+/*
+ * Warns (covariates-collinear) where constant and covariates explain nine tenths of the variance of
+ * the group or more between subjects: its variance inflation factor is then ten at least.
+ *   subjects    [in] [n] numbers below n, the same for members of one subject
+ *   group       [in] [n] 0 or 1, the same for members of one subject
+ *   covariates  [in] [n][m], m the length of names
+ */
+void covariates_warn(json_t *warnings, const json_t *names, size_t n, const size_t *subjects,
+                     const int *group, const double *covariates);
+
+#endif

@@ -1,0 +1,453 @@
+/*
+ * group.c - a group of surfaces among the inputs of a process: named one by one, or by the
+ * cohort that they make up.
+ */
+#include "toolkit/group.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "api/cohorts.h"
+#include "api/json_memory.h"
+#include "toolkit/routes.h"
+#include "api/warnings.h"
+
+#define MIB 1048576.0
+
+/* Checks one id; it goes into the canonical surfaces. */
+static bool add_surface(struct process_inputs *inputs, const json_t *value, const char *pointer,
+                        json_t *surfaces, long *degree)
+{
+    long own = 0;
+    const char *id = inputs_surface_at(inputs, value, pointer, &own);
+
+    if (!id) {
+        return false;
+    }
+    *degree = own > *degree ? own : *degree;
+    (void)json_array_append_new(surfaces, json_string(id));
+    return true;
+}
+
+static bool check_count(struct process_inputs *inputs, const char *pointer, size_t count)
+{
+    if (count < PROCESS_GROUP_MIN || count > PROCESS_GROUP_MAX) {
+        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %d to %d", count,
+                    PROCESS_GROUP_MIN, PROCESS_GROUP_MAX);
+        return false;
+    }
+    return true;
+}
+
+static bool read_surfaces(struct process_inputs *inputs, const json_t *value, json_t *surfaces,
+                          long *degree)
+{
+    char pointer[64];
+    size_t count = json_array_size(value);
+
+    if (!json_is_array(value)) {
+        problem_add(inputs->list, "/inputs/surfaces", "must be an array of ids");
+        return false;
+    }
+    if (!check_count(inputs, "/inputs/surfaces", count)) {
+        return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        (void)snprintf(pointer, sizeof pointer, "/inputs/surfaces/%zu", i);
+        if (!add_surface(inputs, json_array_get(value, i), pointer, surfaces, degree) &&
+            inputs->answered) {
+            return false;
+        }
+    }
+    return !inputs->list->errors;
+}
+
+/* The stored cohort; false with a problem noted or answered. */
+static bool find_cohort(struct process_inputs *inputs, const json_t *value,
+                        struct store_cohort *cohort)
+{
+    const char *name = json_string_value(value);
+    char owner[STORE_OWNER_MAX];
+    int status;
+
+    if (!cohort_name_valid(name)) {
+        problem_add(inputs->list, "/inputs/cohort", "must be the name of a cohort");
+        return false;
+    }
+    if (inputs->answered) {
+        return false;
+    }
+    if (!cohort_owner(inputs->call, name, true, owner)) {
+        inputs->answered = true;
+        return false;
+    }
+    status = store_cohort_get_as(inputs->call->api->config.store, owner, name, cohort);
+    if (status) {
+        (void)problem_respond_store(inputs->call, status, "no-such-cohort", name);
+        inputs->answered = true;
+    }
+    return status == 0;
+}
+
+static bool read_cohort(struct process_inputs *inputs, const json_t *value, json_t *surfaces,
+                        long *degree)
+{
+    struct store_cohort cohort = {.record = NULL};
+    json_t *members = NULL, *labels = json_array(), *subjects = json_array();
+    json_t *mirrored = json_array();
+    bool good = find_cohort(inputs, value, &cohort) &&
+                check_count(inputs, "/inputs/cohort", cohort.n_members);
+
+    if (good) {
+        members = cohort_members(&cohort);
+    }
+    for (size_t i = 0; good && i < json_array_size(members); i++) {
+        const json_t *member = json_array_get(members, i);
+
+        good =
+            add_surface(inputs, json_object_get(member, "id"), "/inputs/cohort", surfaces, degree);
+        (void)json_array_append(labels, json_object_get(member, "label"));
+        (void)json_array_append(subjects, json_object_get(member, "subject"));
+        (void)json_array_append(mirrored, json_object_get(member, "mirror"));
+    }
+    (void)json_object_set_new(inputs->canonical, "cohort",
+                              json_pack("{s:s, s:o, s:o, s:o}", "name", cohort.name, "labels",
+                                        labels, "subjects", subjects, "mirrored", mirrored));
+    json_decref(members);
+    store_cohort_clear(&cohort);
+    return good;
+}
+
+size_t inputs_group(struct process_inputs *inputs, long *degree)
+{
+    const json_t *listed = json_object_get(inputs->given, "surfaces");
+    const json_t *cohort = json_object_get(inputs->given, "cohort");
+    bool has_list = listed != NULL, has_cohort = cohort && !json_is_null(cohort);
+    json_t *surfaces = json_array();
+    bool good = false;
+
+    *degree = 0;
+    if (has_list == has_cohort) {
+        problem_add(inputs->list, has_list ? "/inputs/cohort" : "/inputs/surfaces",
+                    "surfaces or a cohort must be given, and not both");
+    } else if (has_list) {
+        good = read_surfaces(inputs, listed, surfaces, degree);
+        (void)json_object_set_new(inputs->canonical, "cohort", json_null());
+    } else {
+        good = read_cohort(inputs, cohort, surfaces, degree);
+    }
+    good = inputs_routes(inputs, surfaces) && good;
+    (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
+    return good ? json_array_size(surfaces) : 0;
+}
+
+void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies)
+{
+    size_t rows = srnf_working_rows((size_t)degree);
+    double bytes = (double)n * (double)copies * 3.0 * (double)rows * 2.0 * (double)rows * 8.0;
+
+    if (bytes > PROCESS_MEMORY_MAX) {
+        problem_add(inputs->list, "/inputs",
+                    "%zu surfaces of degree %ld need about %.0f MiB; the limit is %.0f MiB: take "
+                    "fewer of them or a lower degree",
+                    n, degree, bytes / MIB, PROCESS_MEMORY_MAX / MIB);
+    }
+}
+
+const char **group_ids(const json_t *inputs, size_t *n)
+{
+    const json_t *surfaces = json_object_get(inputs, "surfaces");
+    const char **ids;
+
+    *n = json_array_size(surfaces);
+    ids = srnf_alloc(*n ? *n : 1, sizeof *ids);
+    for (size_t i = 0; ids && i < *n; i++) {
+        const char *id = json_string_value(json_array_get(surfaces, i));
+        ids[i] = id ? id : "";
+    }
+    return ids;
+}
+
+struct compute_mirrored group_mirrored(const json_t *inputs)
+{
+    const json_t *flags = json_object_get(json_object_get(inputs, "cohort"), "mirrored");
+    struct compute_mirrored mirrored = {{false}};
+
+    for (size_t i = 0; i < json_array_size(flags) && i < COMPUTE_GROUP_MAX; i++) {
+        mirrored.member[i] = json_is_true(json_array_get(flags, i));
+    }
+    return mirrored;
+}
+
+/* The name that a mesh or surface has, or its id. */
+static json_t *name_of(struct jobs_run *run, const char *id)
+{
+    struct store *store = jobs_run_store(run);
+    const char *owner = jobs_run_owner(run);
+    struct store_surface surface = {0};
+    struct store_mesh mesh = {0};
+    json_t *name = NULL;
+
+    if (strncmp(id, "mesh-", 5) == 0) {
+        if (store_mesh_get_as(store, owner, id, &mesh) == 0 && mesh.name && mesh.name[0]) {
+            name = json_string(mesh.name);
+        }
+        store_mesh_clear(&mesh);
+    } else {
+        if (store_surface_get_as(store, owner, id, false, &surface) == 0 && surface.name &&
+            surface.name[0]) {
+            name = json_string(surface.name);
+        }
+        store_surface_clear(&surface);
+    }
+    return name ? name : json_string(id);
+}
+
+/* Whether another name is the same as the i-th. */
+static bool is_taken(const json_t *names, size_t i)
+{
+    for (size_t k = 0; k < json_array_size(names); k++) {
+        if (k != i && json_equal(json_array_get(names, k), json_array_get(names, i))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Names that several members have, each with what follows it in brackets, and that which is still
+   the same with the number of the member. */
+static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const json_t *names)
+{
+    json_t *parted = json_array(), *distinct = json_array();
+
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        json_t *name = json_array_get(names, i);
+        const char *id = json_string_value(json_array_get(surfaces, i));
+
+        if (is_taken(names, i)) {
+            json_t *own = name_of(run, id);
+
+            (void)json_array_append_new(
+                parted, json_sprintf("%s (%s)", json_string_value(name),
+                                     json_equal(own, name) ? id : json_string_value(own)));
+            json_decref(own);
+        } else {
+            (void)json_array_append(parted, name);
+        }
+    }
+    for (size_t i = 0; i < json_array_size(parted); i++) {
+        json_t *name = json_array_get(parted, i);
+
+        if (is_taken(parted, i)) {
+            name = json_sprintf("%s #%zu", json_string_value(name), i);
+            (void)json_array_append_new(distinct, name);
+        } else {
+            (void)json_array_append(distinct, name);
+        }
+    }
+    json_decref(parted);
+    return distinct;
+}
+
+json_t *group_labels(struct jobs_run *run, const json_t *inputs)
+{
+    const json_t *surfaces = json_object_get(inputs, "surfaces");
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    json_t *names = json_array(), *labels;
+
+    for (size_t i = 0; i < json_array_size(surfaces); i++) {
+        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+
+        if (json_is_string(subject)) {
+            (void)json_array_append(names, subject);
+        } else {
+            (void)json_array_append_new(
+                names, name_of(run, json_string_value(json_array_get(surfaces, i))));
+        }
+    }
+    labels = part_names(run, surfaces, names);
+    json_decref(names);
+    return labels;
+}
+
+json_t *group_groups(const json_t *inputs)
+{
+    json_t *labels = json_object_get(json_object_get(inputs, "cohort"), "labels");
+
+    return json_is_array(labels) ? json_incref(labels) : json_null();
+}
+
+json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
+{
+    const json_t *surfaces = json_object_get(cohort, "surfaces");
+    json_t *subjects = json_array();
+
+    for (size_t i = 0; i < json_array_size(surfaces); i++) {
+        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+
+        if (json_is_string(subject)) {
+            (void)json_array_append(subjects, subject);
+        } else {
+            (void)json_array_append_new(
+                subjects, name_of(run, json_string_value(json_array_get(surfaces, i))));
+        }
+    }
+    return subjects;
+}
+
+/* ---- Subjects -------------------------------------------------------------------------------- */
+
+size_t *group_subject_numbers(const json_t *subjects, size_t n, size_t *count, size_t *largest)
+{
+    size_t *numbers = srnf_alloc(n ? n : 1, 2 * sizeof *numbers);
+    size_t *sizes = numbers ? numbers + n : NULL;
+
+    *count = *largest = 0;
+    for (size_t i = 0; numbers && i < n; i++) {
+        const char *own = json_string_value(json_array_get(subjects, i));
+        size_t first = own ? 0 : i;
+
+        while (first < i) {
+            const char *other = json_string_value(json_array_get(subjects, first));
+
+            if (other && strcmp(own, other) == 0) {
+                break;
+            }
+            first++;
+        }
+        numbers[i] = first;
+        *count += first == i;
+        sizes[first]++;
+        *largest = sizes[first] > *largest ? sizes[first] : *largest;
+    }
+    return numbers;
+}
+
+bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, const json_t *labels,
+                        const char *advice)
+{
+    size_t n = json_array_size(labels), count, largest;
+    size_t *numbers = group_subject_numbers(subjects, n, &count, &largest);
+    bool good = numbers != NULL;
+
+    for (size_t i = 0; good && i < n; i++) {
+        const char *own = json_string_value(json_array_get(labels, i));
+        const char *first = json_string_value(json_array_get(labels, numbers[i]));
+
+        if (own && first && strcmp(own, first) != 0) {
+            (void)problem_respond(
+                inputs->call, "labels-within-subject",
+                "Members %zu and %zu are the same subject, \"%.60s\", with the labels "
+                "\"%.60s\" and \"%.60s\". %s",
+                numbers[i], i, json_string_value(json_array_get(subjects, i)), first, own, advice);
+            inputs->answered = true;
+            good = false;
+        }
+    }
+    if (!numbers) {
+        problem_add(inputs->list, "/inputs/cohort", "is too large for the memory there is");
+    }
+    srnf_free(numbers);
+    return good;
+}
+
+/* What two members are compared by: a sign, - for a mirror image, and an id; empty: none. */
+struct content {
+    char surface[STORE_ID_MAX + 1];
+    char mesh[STORE_ID_MAX + 1]; /* that it is, or comes from */
+};
+
+static void set_content(char out[STORE_ID_MAX + 1], bool mirrored, const char *id)
+{
+    if (id) {
+        (void)snprintf(out, STORE_ID_MAX + 1, "%c%s", mirrored ? '-' : '+', id);
+    }
+}
+
+/* known: the id that the surface has as it is computed with, mirrored or not; or NULL. */
+static void find_content(struct jobs_run *run, const char *id, bool mirrored, const char *known,
+                         struct content *content)
+{
+    struct store_surface surface = {0};
+    json_t *record = NULL;
+
+    set_content(content->surface, false, known);
+    if (strncmp(id, "mesh-", 5) == 0) {
+        set_content(content->mesh, mirrored, id);
+        return;
+    }
+    if (!known) {
+        set_content(content->surface, mirrored, id);
+    }
+    if (process_read(
+            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        set_content(content->mesh, mirrored != json_is_true(json_object_get(record, "mirrored")),
+                    json_string_value(json_object_get(json_object_get(record, "source"), "mesh")));
+    }
+    json_decref(record);
+    store_surface_clear(&surface);
+}
+
+static bool is_same(const char *a, const char *b)
+{
+    return a[0] && strcmp(a, b) == 0;
+}
+
+static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t first, size_t i,
+                           const char *content)
+{
+    const char *a = json_string_value(json_array_get(subjects, first));
+    const char *b = json_string_value(json_array_get(subjects, i));
+    json_t *figures = json_pack("{s:[I, I], s:s}", "members", (json_int_t)first, (json_int_t)i,
+                                "content", content);
+
+    if (a && b && strcmp(a, b) == 0) {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu, both of subject %.60s, have the same content, %s: it "
+                    "counts twice. Take one of them out, unless that is meant.",
+                    first, i, a, content);
+    } else if (a && b) {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu have the same content, %s, under two subjects, %.60s and "
+                    "%.60s: one of them is likely mistaken, and what is left out under one name "
+                    "stays in under the other.",
+                    first, i, content, a, b);
+    } else {
+        warning_add(warnings, "duplicate-content", figures,
+                    "Members %zu and %zu have the same content, %s, and count as two subjects. "
+                    "Take one of them out, or give both the same subject in a cohort.",
+                    first, i, content);
+    }
+}
+
+void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
+                           const json_t *cohort, const char (*contents)[STORE_ID_MAX])
+{
+    const json_t *ids = json_object_get(group, "surfaces");
+    const json_t *mirrored = json_object_get(cohort, "mirrored");
+    size_t n = json_array_size(ids);
+    struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
+
+    if (!all) {
+        json_memory_fail(); /* a warning may be missing */
+    }
+    for (size_t i = 0; all && i < n; i++) {
+        const char *id = json_string_value(json_array_get(ids, i));
+        size_t first = 0;
+
+        find_content(run, id ? id : "", json_is_true(json_array_get(mirrored, i)),
+                     contents ? contents[i] : NULL, &all[i]);
+        while (first < i && !is_same(all[first].surface, all[i].surface) &&
+               !is_same(all[first].mesh, all[i].mesh)) {
+            first++;
+        }
+        if (first < i) {
+            bool surface = is_same(all[first].surface, all[i].surface);
+
+            warn_duplicate(warnings_of(document), json_object_get(cohort, "subjects"), first, i,
+                           (surface ? all[i].surface : all[i].mesh) + 1);
+        }
+    }
+    srnf_free(all);
+}

@@ -1,0 +1,240 @@
+/*
+ * group_doubts.c - near-duplicates, far-from-group, mirror-images and pose-differs of the processes
+ * on groups, from what compute/likeness.h found.
+ */
+#include "toolkit/group_doubts.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "toolkit/group.h"
+#include "api/warnings.h"
+
+#define DEGREES (180.0 / 3.14159265358979323846)
+
+/* "Member 3 (Ada)", as far as it has a name. */
+static void name_member(char text[128], size_t i, const json_t *labels)
+{
+    const char *name = json_string_value(json_array_get(labels, i));
+
+    (void)snprintf(text, 128, name ? "Member %zu (%.80s)" : "Member %zu", i, name);
+}
+
+static void warn_twins(const struct srnf_twins *twins, json_t *warnings)
+{
+    if (twins->count == 0) {
+        return;
+    }
+    warning_add(warnings, "near-duplicates",
+                json_pack("{s:I, s:o, s:o, s:I, s:I}", "pairs", (json_int_t)twins->count, "nearest",
+                          json_finite(twins->nearest), "median", json_finite(twins->median),
+                          "first", (json_int_t)twins->first, "second", (json_int_t)twins->second),
+                "%zu pairs of members are far nearer to each other than the rest: the nearest, "
+                "members %zu and %zu, is %.3g apart where half of all pairs are %.3g and more. "
+                "Scans of one subject count as several subjects here, which makes p-values and "
+                "accuracies too good: name their subject in a cohort, or keep one of each.",
+                twins->count, twins->first, twins->second, twins->nearest, twins->median);
+}
+
+static const struct compute_match *match_of(const struct compute_likeness *likeness, size_t member)
+{
+    for (size_t k = 0; k < likeness->n_members; k++) {
+        if (likeness->members[k].second == member) {
+            return &likeness->members[k];
+        }
+    }
+    return NULL;
+}
+
+/* Members beyond their limit that no other reason explains. */
+static void warn_far(const struct compute_likeness *likeness, const struct group_doubts *doubts,
+                     const json_t *labels, json_t *warnings)
+{
+    for (size_t i = 0; likeness->distances && i < likeness->n; i++) {
+        const struct srnf_typicality *t = &likeness->distances[i];
+        const struct compute_match *match = match_of(likeness, i);
+        char name[128];
+
+        if (!t->far || (match && compute_match_mirrored(match)) ||
+            (match && !doubts->rotates && compute_match_turned(match))) {
+            continue;
+        }
+        name_member(name, i, labels);
+        warning_add(warnings, "far-from-group",
+                    json_pack("{s:I, s:{s:o, s:o, s:f}}", "member", (json_int_t)i, "distance",
+                              "value", json_finite(t->value), "limit", json_finite(t->limit),
+                              "percentile", t->percentile),
+                    "%s is unlike all other members: %.3g from their mean, where one in a thousand "
+                    "would be beyond %.3g. It moves means, components and p-values; see whether it "
+                    "belongs to the group.",
+                    name, t->value, t->limit);
+    }
+}
+
+static void warn_mirrored(const struct compute_match *match, const char *first, const char *second,
+                          const char *advice, json_t *warnings)
+{
+    warning_add(warnings, "mirror-images",
+                json_pack("{s:I, s:I, s:o, s:o}", "first", (json_int_t)match->first, "second",
+                          (json_int_t)match->second, "distance", json_finite(match->plain),
+                          "mirrored", json_finite(match->mirrored)),
+                "%s looks like a mirror image: rigidly matched with %s it would be %.3g away "
+                "mirrored, and is %.3g as it is. %s",
+                second, first, match->mirrored, match->plain, advice);
+}
+
+/* Names may have told of two sides before. */
+static bool is_told(const json_t *warnings, const char *code)
+{
+    bool told = false;
+
+    for (size_t i = 0; i < json_array_size(warnings) && !told; i++) {
+        const char *other = json_string_value(json_object_get(json_array_get(warnings, i), "code"));
+
+        told = other && strcmp(other, code) == 0;
+    }
+    return told;
+}
+
+/* Whether a whole class is mirrored: its members are then not told one by one. */
+static bool of_class(const struct compute_likeness *likeness)
+{
+    bool mirrored = false;
+
+    for (size_t k = 0; k < likeness->n_classes; k++) {
+        mirrored = mirrored || compute_match_mirrored(&likeness->classes[k]);
+    }
+    return mirrored;
+}
+
+static void warn_members(const struct compute_likeness *likeness, const json_t *labels,
+                         json_t *warnings)
+{
+    for (size_t k = 0; k < likeness->n_members; k++) {
+        const struct compute_match *match = &likeness->members[k];
+        char name[128], medoid[128];
+
+        if (!compute_match_mirrored(match) || of_class(likeness)) {
+            continue;
+        }
+        name_member(name, match->second, labels);
+        name_member(medoid, match->first, labels);
+        medoid[0] = 'm';
+        warn_mirrored(match, medoid, name,
+                      "See whether its file is of the other side or its axes are turned over; set "
+                      "mirror of the member in the cohort, or encode it with mirror = true.",
+                      warnings);
+    }
+}
+
+/* One warning of all members that lie in another pose; whether there is one. */
+static bool warn_poses(const struct compute_likeness *likeness, const json_t *labels,
+                       json_t *warnings)
+{
+    const struct compute_match *most = NULL;
+    json_t *members = json_array();
+    size_t count = 0;
+    char name[128], medoid[128];
+
+    for (size_t k = 0; k < likeness->n_members; k++) {
+        const struct compute_match *match = &likeness->members[k];
+
+        if (compute_match_turned(match)) {
+            most = most && most->angle >= match->angle ? most : match;
+            count++;
+            (void)json_array_append_new(members,
+                                        json_pack("{s:I, s:f}", "member", (json_int_t)match->second,
+                                                  "angle", DEGREES * match->angle));
+        }
+    }
+    if (!most || (count == 1 && is_told(warnings, "pose-differs"))) { /* by its angle */
+        json_decref(members);
+        return most != NULL;
+    }
+    name_member(name, most->second, labels);
+    name_member(medoid, most->first, labels);
+    medoid[0] = 'm';
+    warning_add(
+        warnings, "pose-differs",
+        json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
+                  (json_int_t)count, "members", members),
+        "Nothing is rotated here, and %zu of the %zu members that were tried lie in other "
+        "poses, in space or in their parameterisation. %s matches %s turned by about %.0f "
+        "degrees, and is then %.3g from it instead of %.3g. Bring all into one pose, or let "
+        "rotations be sought (register true, commonPose false).",
+        count, likeness->n_members, name, medoid, DEGREES * most->angle, most->plain,
+        most->unturned);
+    return true;
+}
+
+static void warn_classes(const struct compute_likeness *likeness, const struct group_doubts *doubts,
+                         json_t *warnings)
+{
+    for (size_t k = 0; k < likeness->n_classes; k++) {
+        const struct compute_match *match = &likeness->classes[k];
+        char first[80], second[80];
+
+        (void)snprintf(first, sizeof first, "the group %.60s", doubts->names[match->first]);
+        (void)snprintf(second, sizeof second, "The group %.60s", doubts->names[match->second]);
+        if (compute_match_mirrored(match)) {
+            warn_mirrored(match, first, second,
+                          "The groups then differ by their handedness: set mirror of the members "
+                          "of one in the cohort, or encode them with mirror = true.",
+                          warnings);
+        } else if (!doubts->rotates && compute_match_turned(match)) {
+            warning_add(
+                warnings, "pose-differs",
+                json_pack("{s:[s, s], s:f}", "groups", doubts->names[match->first],
+                          doubts->names[match->second], "angle", DEGREES * match->angle),
+                "Nothing is rotated here, and the group %.60s lies in another pose than %s, in "
+                "space "
+                "or in its parameterisation: turned by about "
+                "%.0f degrees, its members are %.3g from those instead of %.3g. What looks like a "
+                "difference of the groups may be no more than that. Bring all into one pose, or "
+                "let rotations be sought (register true, commonPose false).",
+                doubts->names[match->second], first, DEGREES * match->angle, match->plain,
+                match->unturned);
+        }
+    }
+}
+
+bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, json_t *document,
+                       struct jobs_result *result)
+{
+    const json_t *subjects = json_object_get(doubts->cohort, "subjects");
+    size_t n = doubts->group->n, count, largest;
+    size_t *numbers = group_subject_numbers(subjects, n, &count, &largest);
+    const struct compute_likeness_inputs inputs = {
+        .group = doubts->group,
+        .pairs = doubts->pairs,
+        .subjects = numbers,
+        .classes = doubts->classes,
+        .n_classes = doubts->n_classes,
+        .rotates = doubts->rotates,
+        .mirrors = doubts->mirrors && !is_told(warnings_of(document), "mirror-images")};
+    json_t *named = json_pack("{s:O}", "surfaces", doubts->surfaces), *names;
+    struct compute_likeness likeness = {0};
+    json_t *warnings = warnings_of(document);
+    int status = numbers ? 0 : compute_fail(result, SRNF_ENOMEM, NULL, "comparing the members");
+
+    names = group_labels(run, named); /* of the files: labels say little of a member */
+    if (status == 0 && doubts->pairs) {
+        status = compute_likeness(run, &inputs, &likeness, result);
+    }
+    if (status == 0 && doubts->pairs) {
+        if (doubts->rotates || !warn_poses(&likeness, names, warnings)) {
+            warn_twins(&likeness.twins, warnings); /* poses in common make members near */
+        }
+        warn_members(&likeness, names, warnings);
+        if (doubts->members) {
+            warn_far(&likeness, doubts, names, warnings);
+        }
+        warn_classes(&likeness, doubts, warnings);
+    }
+    compute_likeness_clear(&likeness);
+    json_decref(named);
+    json_decref(names);
+    srnf_free(numbers);
+    return status == 0;
+}

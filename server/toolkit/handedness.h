@@ -1,0 +1,50 @@
+/*
+ * handedness.h - warnings of mirror images: what members' labels, subjects and names tell of sides,
+ * and what trials with mirrored surfaces came to.
+ */
+#ifndef SRNFD_API_HANDEDNESS_H
+#define SRNFD_API_HANDEDNESS_H
+
+#include "toolkit/process.h"
+#include "toolkit/sides.h"
+#include "compute/mirror.h"
+
+/* The input handedness: "check", the default, or "ignore". */
+void inputs_handedness(struct process_inputs *inputs);
+/* Whether canonical inputs ask for the check. */
+bool handedness_checked(const json_t *inputs);
+
+/* Where a member may tell of its side. */
+#define SIDES_TEXTS 3
+
+struct group_sides {
+    size_t n;
+    struct side_reading (*readings)[SIDES_TEXTS]; /* [n] of label, subject and name; of what is
+                                                     mirrored, the other side */
+};
+
+/*
+ * Reads the sides of the members of canonical inputs: surfaces, an array of ids, and the cohort
+ * with their labels, subjects and mirrored members, or null. A mirrored member, and a surface whose
+ * record says that it is mirrored, is of the other side. False without memory; sides are then empty
+ * and cleared.
+ */
+bool group_sides_read(struct jobs_run *run, const json_t *surfaces, const json_t *cohort,
+                      struct group_sides *sides);
+void group_sides_clear(struct group_sides *sides);
+/* Whether a label, a subject or a name makes members i and j the left and the right one of the
+   same. sides: struct group_sides. */
+bool group_sides_opposite(const void *sides, size_t i, size_t j);
+
+/* The warnings of a group whose opposite pairs were tried: of those that match clearly better with
+   one mirrored. labels: an array of texts. New reference. */
+json_t *handedness_of_trials(const json_t *labels, const struct compute_handedness *handedness);
+/* The warnings of a group that has left and right ones, by what they are called alone. */
+json_t *handedness_of_names(struct jobs_run *run, const json_t *surfaces, const json_t *cohort);
+/* Whether the names of two surfaces or meshes make them the left and the right one of the same. */
+bool handedness_opposite(struct jobs_run *run, const char *first, const char *second);
+/* The warnings of such a pair, or of any; trial may have been left out (distance 0). */
+json_t *handedness_of_pair(struct jobs_run *run, const char *first, const char *second,
+                           bool opposite, const struct compute_mirror_trial *trial);
+
+#endif

@@ -1,0 +1,200 @@
+/*
+ * results.c - what the results of all processes have in common: the inputs after
+ * defaulting, the numeric build that made them, and the parts of surface records.
+ */
+#include "toolkit/process.h"
+#include "api/json_memory.h"
+#include "toolkit/routes.h"
+#include "toolkit/scales.h"
+#include "api/surfaces.h"
+#include "api/warnings.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+json_t *process_parse(const char *inputs, struct jobs_result *result)
+{
+    json_t *document;
+
+    json_memory_begin();
+    document = json_memory_load(inputs, strlen(inputs), 0, NULL, NULL);
+    if (!document) {
+        result->problem_code = json_memory_failed() ? "out-of-memory" : "internal-error";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The stored inputs of the job cannot be read.");
+    }
+    return document;
+}
+
+static void warn_poor(json_t *warnings, const struct jobs_doubt *doubt)
+{
+    const struct srnf_judgement *j = &doubt->judgement;
+    const char *surface = doubt->surface;
+
+    warning_add(
+        warnings, "encoding-poor",
+        json_pack("{s:s, s:s*, s:I, s:o, s:o, s:o, s:o, s:o}", "mesh", doubt->mesh, "standsFor",
+                  surface[0] ? surface : NULL, "lmax", (json_int_t)doubt->degree, "fit",
+                  json_finite(j->fit), "max", json_finite(j->max), "volume", json_finite(j->volume),
+                  "area", json_finite(j->area), "energy", json_finite(j->energy)),
+        "%s%sThe surface of %s at degree %zu%s is %.3g %% of the diagonal from it (root mean "
+        "square; %.3g %% at most), with %.3g times its volume and %.3g times its area, and the map "
+        "to the sphere has an energy of %.3g (4 is least). A higher lmax, less smoothing or "
+        "another "
+        "parameterization may do better.",
+        surface, surface[0] ? " is compared through its mesh by area. " : "", doubt->mesh,
+        doubt->degree, surface[0] ? " by area" : "", 100.0 * j->fit, 100.0 * j->max, j->volume,
+        j->area, j->energy);
+}
+
+json_t *process_doubts(struct jobs_run *run)
+{
+    const struct jobs_doubt *doubts;
+    size_t count = jobs_run_doubts(run, &doubts);
+    json_t *warnings = json_array();
+
+    for (size_t i = 0; i < count; i++) {
+        if (doubts[i].coarseness >= JOBS_COARSE) {
+            warning_coarse(warnings, doubts[i].mesh, doubts[i].coarseness);
+        }
+        if (doubts[i].judgement.verdict != SRNF_FAITHFUL) {
+            warn_poor(warnings, &doubts[i]);
+        }
+    }
+    return warnings;
+}
+
+void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
+                    struct jobs_result *result)
+{
+    json_t *doubts = process_doubts(run);
+
+    routes_warn(run, inputs, document);
+    degrees_warn(run, inputs, document);
+    units_warn(run, inputs, document);
+    warnings_merge(warnings_of(document), doubts);
+    json_decref(doubts);
+    (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));
+    (void)json_object_set(document, "inputs", inputs);
+    result->results =
+        document ? json_memory_dumps(document, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    if (!result->results) {
+        result->problem_code = "out-of-memory";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The results could not be written.");
+    }
+    json_decref(document);
+}
+
+bool process_finite(size_t count, const double *values, const char *what,
+                    struct jobs_result *result)
+{
+    bool finite = true;
+
+    for (size_t i = 0; i < count && finite; i++) {
+        finite = isfinite(values[i]);
+    }
+    if (!finite) {
+        result->problem_code = "numerical-failure";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "%s: there are numbers beyond the range of double precision.", what);
+    }
+    return finite;
+}
+
+/* Finite numbers and an area. */
+static bool surface_sound(const struct surface_description *description, const char *what,
+                          struct jobs_result *result)
+{
+    const struct srnf_surface_measures *measures = description->measures;
+    const double sizes[] = {measures->area, measures->volume, description->scale};
+
+    if (!process_finite(3, sizes, what, result) ||
+        !process_finite(3 * srnf_coefficient_count(description->degree), description->coefficients,
+                        what, result)) {
+        return false;
+    }
+    if (!(measures->area > DBL_MIN)) {
+        result->problem_code = "not-converged";
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "%s: the surface that was reached has shrunk to a point.", what);
+        return false;
+    }
+    return true;
+}
+
+json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
+                             const char *what, struct jobs_result *result)
+{
+    struct store_owner owner = {.name = NULL};
+    json_t *record = NULL;
+    int status;
+
+    if (!surface_sound(description, what, result)) {
+        json_decref(description->source);
+        json_decref(description->fit);
+        json_decref(description->star);
+        json_decref(description->warnings);
+        return NULL;
+    }
+    owner.name = jobs_run_owner(run);
+    owner.bytes_max = STORE_BYTES_KEPT;
+    status = surface_save(jobs_run_store(run), &owner, description, &record, NULL);
+    if (status) {
+        (void)compute_fail_kept(run, result, status, what);
+    }
+    return record;
+}
+
+json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
+                       const char *reference)
+{
+    json_t *source = json_object();
+
+    (void)json_object_set_new(source, "mesh", mesh ? json_string(mesh) : json_null());
+    (void)json_object_set_new(source, "process", json_string(process));
+    (void)json_object_set_new(source, "job", json_string(jobs_run_job_id(run)));
+    if (reference) {
+        (void)json_object_set_new(source, "reference", json_string(reference));
+    }
+    return source;
+}
+
+bool process_read(int status)
+{
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
+        json_memory_fail();
+    }
+    return status == STORE_OK;
+}
+
+double process_scale(struct jobs_run *run, const char *id, double known)
+{
+    struct store_surface surface = {0};
+    double scale = known;
+
+    if (scale > 0.0) {
+        return scale;
+    }
+    if (process_read(store_surface_get(jobs_run_store(run), id, false, &surface))) {
+        scale = surface_record_number(&surface, "scale", 1.0);
+    }
+    store_surface_clear(&surface);
+    return scale > 0.0 ? scale : 1.0;
+}
+
+bool process_mirrored(struct jobs_run *run, const char *id)
+{
+    struct store_surface surface = {0};
+    bool mirrored = false;
+
+    if (!compute_is_mesh(id) &&
+        process_read(
+            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        mirrored = surface_record_mirrored(&surface);
+    }
+    store_surface_clear(&surface);
+    return mirrored;
+}

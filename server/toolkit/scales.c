@@ -1,0 +1,363 @@
+/*
+ * scales.c - scales, degrees and sizes of what a process compares, from the records.
+ */
+#include "toolkit/scales.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "api/warnings.h"
+
+/* Of the area of an encoded surface, which was divided by it: rounding, and the figures of its
+   record. */
+#define AREA_EXACT 1e-6
+#define AREA_NEAR 2.0 /* factor within which a made surface counts as one of unit area */
+#define AREA_FAR 10.0 /* factor beyond which it does not */
+#define LABEL_SHOWN 60
+#define PARTED_MIN 2      /* members of a label that a degree can go with */
+#define UNITS_FACTOR 10.0 /* between roots of areas: more than any growth, less than mm and cm */
+
+/* ---- What is compared ------------------------------------------------------------------------ */
+
+/* Calls visit for each surface, mesh or model that canonical inputs compare with others, with the
+   label that it has in the cohort or NULL. */
+static void each_input(const json_t *inputs, bool with_transfer,
+                       void (*visit)(void *user, const char *id, const char *label), void *user)
+{
+    static const char *const single[] = {"model",  "surface", "from",     "to",    "template",
+                                         "moving", "source",  "deformed", "target"};
+    static const char *const velocities[] = {"velocity", "vector"};
+    const size_t count = sizeof single / sizeof single[0] - (with_transfer ? 0 : 3);
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *groups[] = {json_object_get(inputs, "surfaces"),
+                              json_object_get(cohort, "surfaces")};
+    const json_t *labels = json_object_get(cohort, "labels");
+    const size_t which = groups[1] ? 1 : 0;
+
+    for (size_t i = 0; i < count; i++) {
+        visit(user, json_string_value(json_object_get(inputs, single[i])), NULL);
+    }
+    for (size_t i = 0; i < sizeof velocities / sizeof velocities[0]; i++) {
+        visit(user,
+              json_string_value(json_object_get(json_object_get(inputs, velocities[i]), "toward")),
+              NULL);
+    }
+    for (size_t i = 0; i < json_array_size(groups[which]); i++) {
+        visit(user, json_string_value(json_array_get(groups[which], i)),
+              json_string_value(json_array_get(labels, i)));
+    }
+}
+
+struct traits {
+    bool known, encoded;
+    double area;
+    int64_t degree;
+};
+
+static void read_surface(struct store *store, const char *id, struct traits *traits)
+{
+    struct store_surface surface = {0};
+    json_t *record = NULL;
+    const char *process;
+
+    if (!process_read(store_surface_get(store, id, false, &surface))) {
+        return;
+    }
+    record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+    process = json_string_value(json_object_get(json_object_get(record, "source"), "process"));
+    *traits = (struct traits){.known = true,
+                              .encoded = process && strcmp(process, "encode") == 0,
+                              .area = json_number_value(json_object_get(record, "area")),
+                              .degree = surface.lmax};
+    json_decref(record);
+    store_surface_clear(&surface);
+}
+
+/* A mesh is encoded with the default options; of a model the mean counts. */
+static struct traits find_traits(struct store *store, const char *id)
+{
+    struct traits traits = {.known = false};
+    struct store_model model = {.record = NULL};
+
+    if (!id) {
+        return traits;
+    }
+    if (compute_is_mesh(id)) {
+        return (struct traits){
+            .known = true, .encoded = true, .area = 1.0, .degree = PROCESS_DEGREE_DEFAULT};
+    }
+    if (strncmp(id, "model-", 6) != 0) {
+        read_surface(store, id, &traits);
+    } else if (process_read(store_model_get(store, id, 0, &model))) {
+        read_surface(store, model.mean, &traits);
+        store_model_clear(&model);
+    }
+    return traits;
+}
+
+/* ---- Scales ---------------------------------------------------------------------------------- */
+
+enum scale_kind {
+    SCALE_UNIT,      /* encoded at unit area */
+    SCALE_NEAR_UNIT, /* made, with about that area */
+    SCALE_NEAR_OWN,  /* encoded in its own units, with about that area */
+    SCALE_OWN,       /* of another area */
+    SCALE_KINDS,
+    SCALE_UNKNOWN = SCALE_KINDS
+};
+
+struct scale_tally {
+    struct store *store;
+    size_t n[SCALE_KINDS + 1];
+    char first[SCALE_KINDS + 1][STORE_ID_MAX];
+    double area[SCALE_KINDS + 1]; /* of the first */
+};
+
+static enum scale_kind kind_of(const struct traits *traits)
+{
+    double factor = fmax(traits->area, 1.0 / traits->area);
+
+    if (!traits->known || !(traits->area > 0.0)) {
+        return SCALE_UNKNOWN;
+    }
+    if (traits->encoded) {
+        return factor < 1.0 + AREA_EXACT ? SCALE_UNIT
+               : factor < AREA_NEAR      ? SCALE_NEAR_OWN
+                                         : SCALE_OWN;
+    }
+    return factor < AREA_NEAR ? SCALE_NEAR_UNIT : factor > AREA_FAR ? SCALE_OWN : SCALE_UNKNOWN;
+}
+
+static void tally_scale(void *user, const char *id, const char *label)
+{
+    struct scale_tally *tally = user;
+    const struct traits traits = find_traits(tally->store, id);
+    enum scale_kind kind = kind_of(&traits);
+
+    (void)label;
+    if (tally->n[kind]++ == 0 && id) {
+        (void)snprintf(tally->first[kind], STORE_ID_MAX, "%s", id);
+        tally->area[kind] = traits.area;
+    }
+}
+
+bool inputs_scales(struct process_inputs *inputs)
+{
+    struct scale_tally tally = {.store = inputs->call->api->config.store};
+    enum scale_kind unit = SCALE_UNIT, own = SCALE_OWN;
+
+    each_input(inputs->canonical, false, tally_scale, &tally);
+    if (tally.n[SCALE_UNIT] == 0) {
+        unit = SCALE_NEAR_UNIT;
+    } else if (tally.n[SCALE_OWN] == 0) {
+        own = SCALE_NEAR_OWN;
+    }
+    if (tally.n[unit] == 0 || tally.n[own] == 0) {
+        return true;
+    }
+    (void)problem_respond(inputs->call, "mixed-scales",
+                          "The surfaces are of two scales: %zu of unit area (%s) and %zu of a size "
+                          "of their own (%s has the area %.6g). Their sizes would count as "
+                          "differences in shape. Encode all meshes again with one scale; meshes "
+                          "among the inputs are encoded at unit area.",
+                          tally.n[SCALE_UNIT] + tally.n[SCALE_NEAR_UNIT], tally.first[unit],
+                          tally.n[own], tally.first[own], tally.area[own]);
+    inputs->answered = true;
+    return false;
+}
+
+/* ---- Degrees --------------------------------------------------------------------------------- */
+
+struct degree_range {
+    const char *label; /* borrowed from the inputs */
+    int64_t lowest, highest;
+    size_t n;
+};
+
+struct degree_tally {
+    struct store *store;
+    int64_t most; /* beyond which all are cut off; 0: nothing is */
+    struct degree_range all;
+    struct degree_range first, other; /* of the two labels that are furthest from each other */
+    bool parted;
+    struct degree_range *labels; /* [n_labels] */
+    size_t n_labels, capacity;
+};
+
+static void widen(struct degree_range *range, int64_t degree)
+{
+    range->lowest = range->n == 0 || degree < range->lowest ? degree : range->lowest;
+    range->highest = degree > range->highest ? degree : range->highest;
+    range->n++;
+}
+
+static void tally_degree(void *user, const char *id, const char *label)
+{
+    struct degree_tally *tally = user;
+    const struct traits traits = find_traits(tally->store, id);
+    int64_t degree = tally->most && traits.degree > tally->most ? tally->most : traits.degree;
+    size_t i = 0;
+
+    if (!traits.known) {
+        return;
+    }
+    widen(&tally->all, degree);
+    while (label && i < tally->n_labels && strcmp(tally->labels[i].label, label) != 0) {
+        i++;
+    }
+    if (!label || i == tally->capacity) {
+        return;
+    }
+    tally->n_labels += i == tally->n_labels;
+    tally->labels[i].label = label;
+    widen(&tally->labels[i], degree);
+}
+
+/* Two labels, of PARTED_MIN members or more: all degrees of one are below all of the other. */
+static void find_parted(struct degree_tally *tally)
+{
+    for (size_t i = 0; i < tally->n_labels; i++) {
+        for (size_t j = 0; j < tally->n_labels && !tally->parted; j++) {
+            if (tally->labels[i].n >= PARTED_MIN && tally->labels[j].n >= PARTED_MIN &&
+                tally->labels[i].highest < tally->labels[j].lowest) {
+                tally->parted = true;
+                tally->first = tally->labels[i];
+                tally->other = tally->labels[j];
+            }
+        }
+    }
+}
+
+static void add_degrees(const struct degree_tally *tally, json_t *document)
+{
+    json_t *figures = json_pack("{s:I, s:I}", "lowest", (json_int_t)tally->all.lowest, "highest",
+                                (json_int_t)tally->all.highest);
+    char parted[320] = "";
+
+    if (tally->parted) {
+        (void)snprintf(parted, sizeof parted,
+                       " The degree goes with the label: up to %lld for %.*s, from %lld for %.*s; "
+                       "what looks like a difference of these groups may be no more than that.",
+                       (long long)tally->first.highest, LABEL_SHOWN, tally->first.label,
+                       (long long)tally->other.lowest, LABEL_SHOWN, tally->other.label);
+        (void)json_object_set_new(figures, "labels",
+                                  json_pack("[s, s]", tally->first.label, tally->other.label));
+    }
+    warning_add(warnings_of(document), "mixed-degrees", figures,
+                "What is compared was made at degrees from %lld to %lld: finer detail of some "
+                "counts as a difference in shape.%s Encode all meshes with one lmax (a mesh among "
+                "the inputs is encoded at %d), or take lmax %lld where the process has it.",
+                (long long)tally->all.lowest, (long long)tally->all.highest, parted,
+                PROCESS_DEGREE_DEFAULT, (long long)tally->all.lowest);
+}
+
+void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
+{
+    const json_t *cohort = json_object_get(inputs, "cohort");
+    size_t members = json_array_size(json_object_get(cohort, "labels"));
+    struct degree_tally tally = {
+        .store = jobs_run_store(run),
+        .most = json_integer_value(json_object_get(inputs, "lmax")),
+        .labels = srnf_alloc(members ? members : 1, sizeof *tally.labels),
+        .capacity = members,
+    };
+
+    if (!tally.labels) {
+        json_memory_fail(); /* a warning may be missing */
+        return;
+    }
+    each_input(inputs, true, tally_degree, &tally);
+    find_parted(&tally);
+    if (tally.all.n > 1 && tally.all.lowest < tally.all.highest) {
+        add_degrees(&tally, document);
+    }
+    srnf_free(tally.labels);
+}
+
+/* ---- Sizes ----------------------------------------------------------------------------------- */
+
+struct size_tally {
+    struct store *store;
+    char id[2][STORE_ID_MAX]; /* of the least and the greatest */
+    double size[2];
+    size_t n;
+};
+
+/* What a record calls area and scale; of a mesh the area that its report has. */
+static double size_of(struct store *store, const char *id)
+{
+    struct store_surface surface = {0};
+    struct store_mesh mesh = {0};
+    json_t *record = NULL;
+    double size = 0.0;
+
+    if (compute_is_mesh(id)) {
+        if (process_read(store_mesh_get(store, id, &mesh))) {
+            record = json_loads(mesh.report ? mesh.report : "{}", 0, NULL);
+            size = sqrt(json_number_value(json_object_get(record, "area")));
+        }
+        store_mesh_clear(&mesh);
+    } else if (process_read(store_surface_get(store, id, false, &surface))) {
+        record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        size = sqrt(json_number_value(json_object_get(record, "area"))) *
+               json_number_value(json_object_get(record, "scale"));
+    }
+    store_surface_clear(&surface);
+    json_decref(record);
+    return size;
+}
+
+static void tally_size(void *user, const char *id, const char *label)
+{
+    struct size_tally *tally = user;
+    double size = id && strncmp(id, "model-", 6) != 0 ? size_of(tally->store, id) : 0.0;
+
+    (void)label;
+    if (!(size > 0.0) || !isfinite(size)) {
+        return;
+    }
+    for (int end = 0; end < 2; end++) {
+        if (tally->n == 0 || (end ? size > tally->size[1] : size < tally->size[0])) {
+            tally->size[end] = size;
+            (void)snprintf(tally->id[end], STORE_ID_MAX, "%s", id);
+        }
+    }
+    tally->n++;
+}
+
+/* Of a transfer the target has its own units, unless sizes are absolute. */
+static void tally_transfer(struct size_tally *tally, const json_t *inputs)
+{
+    const char *size = json_string_value(json_object_get(inputs, "size"));
+
+    tally_size(tally, json_string_value(json_object_get(inputs, "source")), NULL);
+    tally_size(tally, json_string_value(json_object_get(inputs, "deformed")), NULL);
+    if (size && strcmp(size, "absolute") == 0) {
+        tally_size(tally, json_string_value(json_object_get(inputs, "target")), NULL);
+    }
+}
+
+void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
+{
+    struct size_tally tally = {.store = jobs_run_store(run)};
+    const char *scale = json_string_value(json_object_get(inputs, "scale"));
+
+    if (json_object_get(inputs, "deformed")) {
+        tally_transfer(&tally, inputs);
+    } else if (scale && strcmp(scale, "shape-and-size") == 0) {
+        each_input(inputs, true, tally_size, &tally);
+    }
+    if (tally.n < 2 || !(tally.size[1] >= UNITS_FACTOR * tally.size[0])) {
+        return;
+    }
+    warning_add(
+        warnings_of(document), "mixed-units",
+        json_pack("{s:o, s:s, s:o, s:s}", "least", json_finite(tally.size[0]), "smallest",
+                  tally.id[0], "greatest", json_finite(tally.size[1]), "largest", tally.id[1]),
+        "Sizes count here, and %s is %.3g times as large as %s (roots of their areas: %.4g "
+        "and %.4g). Are the files in one unit, and not some in millimetres and others in "
+        "metres?",
+        tally.id[1], tally.size[1] / tally.size[0], tally.id[0], tally.size[1], tally.size[0]);
+}

@@ -1,0 +1,190 @@
+/*
+ * seconds.c - the expected time of each process: so many encodings, registrations and
+ * inversions of what its inputs name (compute/seconds.h).
+ *
+ * Where inputs leave open how long a job takes, such as a tolerance, the guess is a long one, so
+ * that the express worker is not held up.
+ */
+#include "toolkit/seconds.h"
+
+#include <string.h>
+
+#include "compute/classify.h"
+#include "compute/seconds.h"
+
+#define PULLBACK 50.0 /* a path or a mean in the pulled-back metric, in inversions for each step */
+#define LONG 60.0     /* what the inputs leave open */
+
+/* ---- Parts ----------------------------------------------------------------------------------- */
+
+static double number(const json_t *inputs, const char *name)
+{
+    return json_number_value(json_object_get(inputs, name));
+}
+
+static bool is(const json_t *inputs, const char *name, const char *value)
+{
+    const char *text = json_string_value(json_object_get(inputs, name));
+
+    return text && strcmp(text, value) == 0;
+}
+
+static double degree_of(const struct api_work *work, const json_t *inputs)
+{
+    double asked = number(inputs, "lmax");
+
+    return asked > 0.0 ? asked : (double)work->degree;
+}
+
+/* Of the meshes that are given where surfaces are wanted. */
+static double first(const struct api_work *work)
+{
+    return seconds_of_encodings((double)work->degree, (double)work->meshes, (double)work->faces);
+}
+
+/* The same for a group, with the encodings that bridge its routes. */
+static double first_of_group(const struct api_work *work, bool registered)
+{
+    return first(work) + (registered
+                              ? seconds_of_encodings((double)work->degree, (double)work->bridges,
+                                                     (double)work->bridged_faces)
+                              : 0.0);
+}
+
+static double of_members(const struct api_work *work)
+{
+    return (double)(work->surfaces + work->meshes);
+}
+
+/* A path from a surface to another in `steps` inversions, registered before. */
+static double path(const struct api_work *work, const json_t *inputs, double registered,
+                   double steps)
+{
+    double degree = degree_of(work, inputs);
+    double each =
+        seconds_of_inversion(degree) * (is(inputs, "method", "pullback") ? PULLBACK : 0.2);
+
+    return first(work) + steps * each +
+           (json_is_true(json_object_get(inputs, "register"))
+                ? registered * seconds_of_registration(degree)
+                : 0.0);
+}
+
+/* ---- Processes ------------------------------------------------------------------------------- */
+
+double encode_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return seconds_of_encodings(number(inputs, "lmax"), 1.0, (double)work->faces);
+}
+
+double invert_seconds(const struct api_work *work, const json_t *inputs)
+{
+    (void)work;
+    (void)inputs;
+    return LONG;
+}
+
+double geodesic_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return path(work, inputs, 1.0, number(inputs, "steps"));
+}
+
+double register_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double times = json_is_true(json_object_get(inputs, "symmetric")) ? 2.0 : 1.0;
+
+    return first(work) + times * seconds_of_registration((double)work->degree) *
+                             (json_is_true(json_object_get(inputs, "exact")) ? 4.0 : 1.0);
+}
+
+double distances_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), pairs = 0.5 * n * (n - 1.0), degree = degree_of(work, inputs);
+    bool registered = json_is_true(json_object_get(inputs, "register"));
+
+    return first_of_group(work, registered) +
+           pairs * (registered ? 2.0 * seconds_of_registration(degree) : 1e-6 * degree * degree);
+}
+
+double mean_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), degree = degree_of(work, inputs);
+    bool registered = json_is_true(json_object_get(inputs, "register"));
+    bool pullback = is(inputs, "method", "pullback");
+
+    return first_of_group(work, registered) +
+           seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
+           n * (registered ? seconds_of_registration(degree) * (pullback ? 2.0 : 1.0)
+                           : 1e-4 * degree * degree);
+}
+
+double modes_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double points = (double)json_array_size(json_object_get(inputs, "coefficients"));
+
+    return points * seconds_of_inversion((double)work->degree);
+}
+
+double sample_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return number(inputs, "count") * 2.0 * seconds_of_inversion((double)work->degree);
+}
+
+/* Models of surfaces as they are parameterised take less; the inputs do not say. */
+double project_seconds(const struct api_work *work, const json_t *inputs)
+{
+    (void)inputs;
+    return first(work) + seconds_of_registration((double)work->degree);
+}
+
+double evaluate_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), degree = degree_of(work, inputs);
+
+    return (n > 0.0 ? mean_seconds(work, inputs) : 0.0) +
+           3.0 * number(inputs, "samples") * seconds_of_inversion(degree);
+}
+
+double compare_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), degree = degree_of(work, inputs);
+
+    return mean_seconds(work, inputs) +
+           4e-9 * number(inputs, "permutations") * n * 2.0 * degree * degree * 3.0;
+}
+
+double shoot_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return path(work, inputs, 1.0, (double)json_array_size(json_object_get(inputs, "times")));
+}
+
+double transport_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return path(work, inputs, 2.0, 4.0);
+}
+
+double transfer_seconds(const struct api_work *work, const json_t *inputs)
+{
+    return path(work, inputs, 2.0, 4.0);
+}
+
+double classify_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), degree = degree_of(work, inputs);
+    const json_t *name, *names = json_object_get(inputs, "method");
+    double seconds = first_of_group(work, true);
+    size_t i;
+
+    json_array_foreach(names, i, name)
+    {
+        const struct compute_classify_method *method = compute_classify_methods;
+
+        while (method->name && strcmp(method->name, json_string_value(name)) != 0) {
+            method++;
+        }
+        seconds +=
+            seconds_of_folds(method->metric, n, degree) +
+            seconds_of_label_permutations(method->gauss, n, 2.0, number(inputs, "permutations"));
+    }
+    return seconds;
+}

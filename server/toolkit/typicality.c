@@ -1,0 +1,274 @@
+/*
+ * typicality.c - members of result documents that say how a surface compares with a group.
+ *
+ * Every trait is {"value", "limit", "percentile"}: the limit is the value beyond which a member
+ * falls once in 200 (of a group whose members are judged by one another, once in 1000), null where
+ * the others are too few to set one; percentile the share of the others below the value. Angles are
+ * in degrees here, in radians in the core.
+ */
+#include "toolkit/typicality.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "api/warnings.h"
+
+#define DEGREES (180.0 / 3.14159265358979323846)
+/* Limit from which the others do not share a pose: group_doubts.c tells of that. */
+#define POSES_ALIKE (90.0 / DEGREES)
+#define POSED_MIN 4 /* members of which one can be told from the others */
+
+static const char *const trait_names[] = {
+    [SRNF_TRAIT_RESIDUAL] = "residual",       [SRNF_TRAIT_DISTANCE] = "distance",
+    [SRNF_TRAIT_MAHALANOBIS] = "mahalanobis", [SRNF_TRAIT_ANGLE] = "angle",
+    [SRNF_TRAIT_NEAREST] = "nearest",
+};
+
+/* "Member 3 (Ada)", as far as it has a name. labels may be NULL. */
+static void name_member(char text[128], size_t i, const json_t *labels)
+{
+    const char *name = json_string_value(json_array_get(labels, i));
+
+    (void)snprintf(text, 128, name ? "Member %zu (%.80s)" : "Member %zu", i, name);
+}
+
+static json_t *verdict_json(const struct srnf_typicality *t, double unit)
+{
+    return json_pack("{s:o, s:o, s:f}", "value", json_finite(unit * t->value), "limit",
+                     json_finite(unit * t->limit), "percentile", t->percentile);
+}
+
+/* "residual 0.51 (limit 0.06), .." of the traits beyond their limits. */
+static void append_trait(char *text, size_t size, enum srnf_trait trait,
+                         const struct srnf_typicality *t)
+{
+    size_t length = strlen(text);
+
+    (void)snprintf(text + length, size - length, "%s%s %.3g (limit %.3g)", length ? ", " : "",
+                   trait_names[trait], t->value, t->limit);
+}
+
+/* ---- Projections ----------------------------------------------------------------------------- */
+
+static json_t *projection_json(const struct compute_projection *projection)
+{
+    json_t *object;
+
+    if (!projection->calibrated) {
+        return json_null();
+    }
+    object = json_pack("{s:I, s:I}", "subjects", (json_int_t)projection->subjects, "components",
+                       (json_int_t)projection->counted);
+    for (size_t t = 0; t < SRNF_CALIBRATION_TRAITS; t++) {
+        bool angle = t == SRNF_TRAIT_ANGLE;
+
+        (void)json_object_set_new(
+            object, trait_names[t],
+            angle && !projection->poses
+                ? json_null()
+                : verdict_json(&projection->typicality[t], angle ? DEGREES : 1.0));
+    }
+    return object;
+}
+
+static void warn_far(json_t *warnings, const struct compute_projection *projection)
+{
+    char traits[256] = "";
+    json_t *figures = json_object();
+
+    for (size_t t = 0; t < SRNF_TRAIT_ANGLE; t++) {
+        if (projection->typicality[t].far) {
+            append_trait(traits, sizeof traits, (enum srnf_trait)t, &projection->typicality[t]);
+            (void)json_object_set_new(figures, trait_names[t],
+                                      verdict_json(&projection->typicality[t], 1.0));
+        }
+    }
+    if (*traits) {
+        warning_add(warnings, "far-from-model", figures,
+                    "The surface is unlike those that the model was made from: %s. The limits are "
+                    "those of the model's %zu subjects, each left out in turn. Its scores do not "
+                    "describe it.",
+                    traits, projection->subjects);
+    } else {
+        json_decref(figures);
+    }
+}
+
+static void warn_turned(json_t *warnings, const struct compute_projection *projection)
+{
+    const struct srnf_typicality *t = &projection->typicality[SRNF_TRAIT_ANGLE];
+    char move[96] = "";
+
+    if (!projection->poses || !t->far) {
+        return;
+    }
+    if (projection->turn_back > 0.0) {
+        (void)snprintf(move, sizeof move,
+                       " Turned back, its scores would move by up to %.2g standard deviations.",
+                       projection->turn_back);
+    }
+    warning_add(
+        warnings, "pose-differs",
+        json_pack("{s:f, s:o, s:f}", "angle", DEGREES * t->value, "limit",
+                  json_finite(DEGREES * t->limit), "standardDeviations", projection->turn_back),
+        "The surface is turned by %.3g degrees against the model's mean, in space or in "
+        "its parameterisation; its subjects' own turns allow for %.3g, and the model "
+        "rotates nothing.%s Bring it into the pose of the others, or use a model that is made "
+        "with rotations (register true, commonPose false).",
+        DEGREES * t->value, DEGREES * t->limit, move);
+}
+
+void typicality_set_projection(json_t *document, const struct compute_projection *projection)
+{
+    json_t *warnings = warnings_of(document);
+
+    (void)json_object_set_new(document, "mahalanobis", json_finite(projection->mahalanobis));
+    (void)json_object_set_new(document, "typicality", projection_json(projection));
+    if (!projection->calibrated) {
+        warning_add(warnings, "model-uncalibrated", NULL,
+                    "Nothing says whether the surface is like those that the model was made from: "
+                    "the model has no leave-one-out values. It was made from fewer than three "
+                    "subjects, or by an older version: then make it again.");
+        return;
+    }
+    warn_far(warnings, projection);
+    warn_turned(warnings, projection);
+    if (projection->subjects < TYPICALITY_SUBJECTS_FEW) {
+        warning_add(warnings, "few-subjects",
+                    json_pack("{s:I}", "subjects", (json_int_t)projection->subjects),
+                    "The limits in typicality rest on %zu subjects only and are wide: a surface "
+                    "within them may be foreign all the same.",
+                    projection->subjects);
+    }
+}
+
+/* ---- Groups ---------------------------------------------------------------------------------- */
+
+double *typicality_weights(size_t n, const size_t *subjects)
+{
+    double *weights = srnf_alloc(n ? n : 1, 2 * sizeof(double));
+
+    for (size_t i = 0; weights && i < n; i++) {
+        weights[n + subjects[i]] += 1.0;
+    }
+    for (size_t i = 0; weights && i < n; i++) {
+        weights[i] = 1.0 / weights[n + subjects[i]];
+    }
+    return weights;
+}
+
+/* The angle of member i among those of members of other subjects. others: [2][n] scratch. */
+static bool judge_angle(const double *angles, const size_t *subjects, const double *weights,
+                        size_t n, size_t i, double *others, struct srnf_typicality *t)
+{
+    size_t count = 0;
+
+    for (size_t j = 0; j < n; j++) {
+        if (subjects[j] != subjects[i]) {
+            others[count] = angles[j];
+            others[n + count++] = weights[j];
+        }
+    }
+    return srnf_typicality_of(SRNF_TRAIT_ANGLE, count, others, others + n, angles[i],
+                              SRNF_TYPICAL_ALPHA_GROUP, t) == SRNF_OK &&
+           t->far;
+}
+
+void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
+                           const size_t *subjects, const json_t *labels)
+{
+    size_t n = outputs->angles ? outputs->mean.n : 0;
+    double *others = n >= POSED_MIN ? srnf_alloc(n, 2 * sizeof(double)) : NULL;
+    double *weights = others ? typicality_weights(n, subjects) : NULL;
+
+    if (n >= POSED_MIN && !weights) {
+        json_memory_fail(); /* a warning may be missing */
+    }
+    for (size_t i = 0; i < n && weights; i++) {
+        struct srnf_typicality t;
+        char name[128];
+
+        if (judge_angle(outputs->angles, subjects, weights, n, i, others, &t) &&
+            t.limit < POSES_ALIKE) {
+            name_member(name, i, labels);
+            warning_add(warnings, "pose-differs",
+                        json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
+                                  DEGREES * t.value, "limit", json_finite(DEGREES * t.limit)),
+                        "%s lies in another pose than the others: turned by about %.0f degrees "
+                        "against their mean, in space or in its parameterisation, where one of "
+                        "them in a thousand would be turned by more than %.0f. Nothing is rotated "
+                        "here: bring it into their pose, or let rotations be sought (register "
+                        "true, commonPose false).",
+                        name, DEGREES * t.value, DEGREES * t.limit);
+        }
+    }
+    srnf_free(weights);
+    srnf_free(others);
+}
+
+json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member)
+{
+    json_t *object = json_object();
+
+    for (size_t t = 0; t < typicality->traits; t++) {
+        (void)json_object_set_new(
+            object, trait_names[typicality->trait[t]],
+            verdict_json(&typicality->verdicts[member * typicality->traits + t], 1.0));
+    }
+    return object;
+}
+
+/* The traits of a member that are beyond their limits, as text; figures gets them. */
+static void list_far(const struct srnf_folds_typicality *typicality, size_t member, char *text,
+                     size_t size, json_t *figures)
+{
+    *text = '\0';
+    for (size_t t = 0; t < typicality->traits; t++) {
+        const struct srnf_typicality *verdict =
+            &typicality->verdicts[member * typicality->traits + t];
+
+        if (verdict->far) {
+            append_trait(text, size, typicality->trait[t], verdict);
+            (void)json_object_set_new(figures, trait_names[typicality->trait[t]],
+                                      verdict_json(verdict, 1.0));
+        }
+    }
+}
+
+void typicality_warn_members(json_t *warnings, size_t n_methods,
+                             const struct srnf_folds_typicality *typicality,
+                             const char *const *methods, const json_t *subjects)
+{
+    size_t n = n_methods ? typicality[0].n : 0;
+
+    for (size_t i = 0; i < n; i++) {
+        json_t *by_method = json_object();
+        char first[256] = "";
+        char name[128];
+
+        for (size_t m = 0; m < n_methods; m++) {
+            char text[256];
+            json_t *figures = json_object();
+
+            list_far(&typicality[m], i, text, sizeof text, figures);
+            if (*text) {
+                (void)json_object_set(by_method, methods[m], figures);
+            }
+            if (*text && !*first) {
+                (void)snprintf(first, sizeof first, "%.230s", text);
+            }
+            json_decref(figures);
+        }
+        if (json_object_size(by_method)) {
+            name_member(name, i, subjects);
+            warning_add(warnings, "far-from-group",
+                        json_pack("{s:I, s:O}", "member", (json_int_t)i, "methods", by_method),
+                        "%s is unlike all other members, of whatever class: %s. What class it is "
+                        "put into says nothing; see whether it belongs to the cohort.",
+                        name, first);
+        }
+        json_decref(by_method);
+    }
+}

@@ -1,0 +1,34 @@
+/*
+ * typicality.h - in result documents: how a surface compares with the members of a group, and the
+ * warnings where it does not belong to them.
+ */
+#ifndef SRNFD_API_TYPICALITY_H
+#define SRNFD_API_TYPICALITY_H
+
+#include "toolkit/process.h"
+#include "compute/mean.h"
+#include "compute/model.h"
+
+/* Subjects below which a model's limits are wide enough to be told of. */
+#define TYPICALITY_SUBJECTS_FEW 30
+
+/* mahalanobis and typicality of a projection, and its warnings. */
+void typicality_set_projection(json_t *document, const struct compute_projection *projection);
+
+/* Appends a warning for each member that is turned far against those of other subjects. subjects:
+   [n] numbers of theirs; labels: their names. */
+void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *outputs,
+                           const size_t *subjects, const json_t *labels);
+/* 1 / m for each of the m members of a subject, by their numbers, each below n (srnf_free); NULL
+   without memory. */
+double *typicality_weights(size_t n, const size_t *subjects);
+
+/* The verdicts on one member of a comparison (new reference). */
+json_t *typicality_member(const struct srnf_folds_typicality *typicality, size_t member);
+/* Appends a warning for each member that is far from all classes by one method or more.
+   typicality: [n_methods]; subjects: names of the members. */
+void typicality_warn_members(json_t *warnings, size_t n_methods,
+                             const struct srnf_folds_typicality *typicality,
+                             const char *const *methods, const json_t *subjects);
+
+#endif
