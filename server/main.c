@@ -120,6 +120,7 @@ static int start_jobs(struct service *service, const struct config *config)
                                .max_queued = (size_t)config->max_queued,
                                .job_seconds = config->job_seconds,
                                .job_memory = (size_t)config->job_memory,
+                               .kept_encodings = config->kept_encodings,
                                .retention_days = config->retention_days,
                                .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,

@@ -1,7 +1,9 @@
 /*
- * encode.c - reads a stored mesh again and encodes it.
+ * encode.c - reads a stored mesh again and encodes it, or finds that it was done before.
  *
- * The mesh is parsed and prepared afresh: the store keeps the original bytes only, and reading
+ * An encoding is kept for the jobs that need it later (jobs/encodings.c), whatever process they
+ * are of, as long as owner, build and all options are the same; so a mesh is read once for each.
+ * Otherwise it is parsed and prepared afresh: the store keeps the original bytes only, and reading
  * 6,000 faces takes a few milliseconds. Parsing was found possible at the upload, so a failure
  * here means other limits or damage, and is reported like any other. What is repaired in a mesh is
  * repaired in its sphere too, so that the two still correspond. Every encoding is judged, whoever
@@ -12,6 +14,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "compute/compute.h"
 
@@ -81,29 +84,24 @@ static int load_prepared(struct jobs_run *run, const struct compute_encode_input
     return status < 0 ? compute_fail(result, status, NULL, inputs->mesh) : 0;
 }
 
-/* Is the surface still the mesh? If not the job fails; if just about, the run has a doubt. */
-static int judge(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                 const struct srnf_mesh_report *report, const struct srnf_encoded *encoded,
+/* Is the surface still the mesh? If not the job fails; if just about, there is a doubt. */
+static int judge(const struct compute_encode_inputs *inputs, const struct srnf_mesh_report *report,
+                 const struct srnf_encoded *encoded, struct compute_doubt *doubt,
                  struct jobs_result *result)
 {
-    struct jobs_doubt doubt = {.degree = encoded->degree, .coarseness = report->coarseness};
-    const struct srnf_judgement *j = &doubt.judgement;
+    const struct srnf_judgement *j = &doubt->doubt.judgement;
 
-    (void)snprintf(doubt.mesh, sizeof doubt.mesh, "%s", inputs->mesh);
-    switch (srnf_encode_judge(encoded, report, inputs->options.smoothing > 0.0, &doubt.judgement)) {
+    *doubt = (struct compute_doubt){
+        .doubt = {.degree = encoded->degree, .coarseness = report->coarseness}};
+    (void)snprintf(doubt->doubt.mesh, sizeof doubt->doubt.mesh, "%s", inputs->mesh);
+    switch (srnf_encode_judge(encoded, report, inputs->options.smoothing > 0.0,
+                              &doubt->doubt.judgement)) {
     case SRNF_FAITHFUL:
-        if (!(report->coarseness >= JOBS_COARSE)) {
-            return 0;
-        }
-        /* fall through */
+        doubt->any = report->coarseness >= JOBS_COARSE;
+        return 0;
     case SRNF_POOR:
-        if (inputs->aside) {
-            *inputs->aside = (struct compute_doubt){.any = true, .doubt = doubt};
-            return 0;
-        }
-        return jobs_run_doubt(run, &doubt)
-                   ? 0
-                   : compute_fail(result, SRNF_ENOMEM, NULL, "noting a doubt");
+        doubt->any = true;
+        return 0;
     case SRNF_UNFAITHFUL:
         break;
     }
@@ -118,9 +116,10 @@ static int judge(struct jobs_run *run, const struct compute_encode_inputs *input
     return SRNF_ENUMERIC;
 }
 
-int compute_encode(struct jobs_run *run, const struct srnf_context *context,
-                   const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
-                   struct jobs_result *result)
+/* Reads and encodes the mesh. */
+static int make(struct jobs_run *run, const struct srnf_context *context,
+                const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
+                struct compute_doubt *doubt, struct jobs_result *result)
 {
     struct srnf_encode_options options = inputs->options;
     struct srnf_mesh mesh = {0}, sphere = {0};
@@ -136,7 +135,7 @@ int compute_encode(struct jobs_run *run, const struct srnf_context *context,
         status = srnf_encode(&mesh, &report, &options, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
         if (status == 0) {
-            status = judge(run, inputs, &report, encoded, result);
+            status = judge(inputs, &report, encoded, doubt, result);
             if (status) {
                 srnf_free(encoded->coefficients);
                 *encoded = (struct srnf_encoded){0};
@@ -150,4 +149,98 @@ int compute_encode(struct jobs_run *run, const struct srnf_context *context,
     srnf_mesh_clear(&sphere);
     srnf_mesh_clear(&mesh);
     return status;
+}
+
+/* ---- Kept encodings: this struct, of the same build, and the coefficients after it ----------- */
+
+struct kept {
+    struct srnf_encoded encoded; /* without its coefficients */
+    struct compute_doubt doubt;
+};
+
+#define OPTIONS_MAX 400
+
+/* All that decides the encoding of the mesh, as text. */
+static void write_options(const struct compute_encode_inputs *inputs, char text[OPTIONS_MAX])
+{
+    const struct srnf_encode_options *o = &inputs->options;
+
+    (void)snprintf(text, OPTIONS_MAX, "%s %d %zu %d %d %a %a %a %d %a", inputs->sphere,
+                   inputs->mirror, o->degree, (int)o->parameterization, o->center_given,
+                   o->center[0], o->center[1], o->center[2], o->unit_area, o->smoothing);
+}
+
+static size_t coefficient_bytes(size_t degree)
+{
+    return 3 * srnf_coefficient_count(degree) * sizeof(double);
+}
+
+static bool recall(struct jobs_run *run, const struct compute_encode_inputs *inputs,
+                   const char *options, struct srnf_encoded *encoded, struct compute_doubt *doubt)
+{
+    size_t bytes = coefficient_bytes(inputs->options.degree), size = 0;
+    unsigned char *value = NULL;
+    struct kept kept;
+    bool found = false;
+
+    if (!jobs_run_encoding_recall(run, inputs->mesh, options, sizeof kept, &value, &size)) {
+        return false;
+    }
+    memcpy(&kept, value, sizeof kept);
+    if (size == sizeof kept + bytes && kept.encoded.degree == inputs->options.degree) {
+        kept.encoded.coefficients = srnf_alloc(bytes, 1);
+        found = kept.encoded.coefficients != NULL;
+    }
+    if (found) {
+        memcpy(kept.encoded.coefficients, value + sizeof kept, bytes);
+        *encoded = kept.encoded;
+        *doubt = kept.doubt;
+    }
+    free(value);
+    return found;
+}
+
+static void keep(struct jobs_run *run, const struct compute_encode_inputs *inputs,
+                 const char *options, const struct srnf_encoded *encoded,
+                 const struct compute_doubt *doubt)
+{
+    size_t bytes = coefficient_bytes(encoded->degree);
+    unsigned char *value = calloc(1, sizeof(struct kept) + bytes);
+    struct kept kept = {.encoded = *encoded, .doubt = *doubt};
+
+    if (value) {
+        kept.encoded.coefficients = NULL;
+        memcpy(value, &kept, sizeof kept);
+        memcpy(value + sizeof kept, encoded->coefficients, bytes);
+        jobs_run_encoding_keep(run, inputs->mesh, options, value, sizeof kept + bytes);
+        free(value);
+    }
+}
+
+int compute_encode(struct jobs_run *run, const struct srnf_context *context,
+                   const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
+                   struct jobs_result *result)
+{
+    struct compute_doubt doubt = {.any = false};
+    char options[OPTIONS_MAX];
+    int status = 0;
+
+    write_options(inputs, options);
+    if (!recall(run, inputs, options, encoded, &doubt)) {
+        status = make(run, context, inputs, encoded, &doubt, result);
+        if (status == 0) {
+            keep(run, inputs, options, encoded, &doubt);
+        }
+    }
+    if (status || !doubt.any) {
+        return status;
+    }
+    if (inputs->aside) {
+        *inputs->aside = doubt;
+    } else if (!jobs_run_doubt(run, &doubt.doubt)) {
+        srnf_free(encoded->coefficients);
+        *encoded = (struct srnf_encoded){0};
+        return compute_fail(result, SRNF_ENOMEM, NULL, "noting a doubt");
+    }
+    return 0;
 }

@@ -58,6 +58,7 @@ struct jobs_config {
                                   worker's share of the machine (jobs/memory.h) */
     double calm_seconds;       /* a job that runs alone starts no sooner than this after the engine;
                                   0: JOBS_CALM_DEFAULT */
+    double kept_encodings;     /* bytes of encodings that are kept for later jobs; 0: none are */
     double retention_days;     /* ended jobs are removed after so long; 0: never */
     double sweep_seconds;      /* between two looks at what may go; 0: none */
     /* trace: the traceparent that the job came with, or "". */
@@ -169,6 +170,13 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
    MiB of them at most, in the run's checkpoint beside what was saved, about every second, and
    recalls those of earlier attempts. */
 void jobs_run_keep_parts(struct jobs_run *run);
+/* The encoding of a mesh that an earlier job of this owner has made with these options, which are
+   any text, and with the same numeric build; value: malloc, at least size_min bytes. keep puts one
+   there: what cannot be kept is made again. */
+bool jobs_run_encoding_recall(struct jobs_run *run, const char *mesh, const char *options,
+                              size_t size_min, unsigned char **value, size_t *size);
+void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *options,
+                            const void *value, size_t size);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge), or whose coordinates are
    coarse. */
 #define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */

@@ -63,6 +63,7 @@ struct store {
     struct store_writer writer;
     struct store_readers readers;
     struct store_recent *recent;
+    size_t encodings; /* of the writer thread: how many were put (encoding.c) */
 };
 
 /* ---- Statements (statement.c) ---------------------------------------------------------------- */

@@ -371,6 +371,20 @@ int store_checkpoint_put(struct store *store, const char *job, int64_t attempt, 
 /* bytes is allocated with malloc; STORE_NOT_FOUND when there is none. */
 int store_checkpoint_get(struct store *store, const char *job, unsigned char **bytes, size_t *size);
 
+/* ---- Encodings ------------------------------------------------------------------------------- */
+
+/*
+ * A cache of what meshes were encoded to. Values are opaque here.
+ *   name   64 hex digits, of all that decides the value
+ *   mesh   that was encoded; the encoding goes with it
+ *   limit  bytes of all values together, beyond which the oldest go; a few dozen may be more at
+ *          times
+ */
+int store_encoding_put(struct store *store, const char *name, const char *mesh, const void *value,
+                       size_t size, int64_t limit);
+/* value is allocated with malloc. STORE_NOT_FOUND: there is none, or it is damaged. */
+int store_encoding_get(struct store *store, const char *name, unsigned char **value, size_t *size);
+
 /* ---- Retention ------------------------------------------------------------------------------- */
 
 /* Removes the jobs that ended before this moment, as store_job_delete does. */
