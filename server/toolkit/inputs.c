@@ -243,6 +243,11 @@ static void note_surface(struct process_inputs *inputs, long degree)
     work->degree = degree > work->degree ? degree : work->degree;
 }
 
+static void note_degree(struct process_inputs *inputs, long degree)
+{
+    inputs->degree = degree > inputs->degree ? degree : inputs->degree;
+}
+
 static void note_mesh(struct process_inputs *inputs, int64_t faces)
 {
     struct api_work *work = &inputs->call->work;
@@ -309,6 +314,7 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
 
     if (is_content_id(id, "mesh-")) {
         *degree = PROCESS_DEGREE_DEFAULT;
+        note_degree(inputs, *degree);
         return check_mesh(inputs, id) ? id : NULL;
     }
     if (!is_content_id(id, "surf-")) {
@@ -331,6 +337,7 @@ const char *inputs_surface_at(struct process_inputs *inputs, const json_t *value
     }
     *degree = (long)surface.lmax;
     note_surface(inputs, *degree);
+    note_degree(inputs, *degree);
     store_surface_clear(&surface);
     return id;
 }

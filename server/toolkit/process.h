@@ -74,6 +74,7 @@ struct process_inputs {
     json_t *canonical; /* filled member by member */
     bool answered;     /* a problem of its own status (404, 422) is already the response */
     bool shape_only;   /* ids are judged by their form alone, and not looked up */
+    long degree;       /* the largest of the surfaces that were looked up */
 };
 
 /* ---- Reading (inputs.c). A problem leaves the member out of the canonical inputs. ---- */

@@ -15,9 +15,12 @@
 
 #define DIALECT "https://json-schema.org/draft/2020-12/schema"
 
-static bool is_reference(enum input_kind kind)
+static bool is_reference(const struct process_input *input)
 {
-    return kind == INPUT_MESH || kind == INPUT_SURFACE || kind == INPUT_MODEL;
+    enum input_kind kind = input->kind;
+
+    return kind == INPUT_MESH || kind == INPUT_SURFACE || kind == INPUT_MODEL ||
+           (kind == INPUT_OWN && input->own->refers);
 }
 
 /* ---- Validation ------------------------------------------------------------------------------ */
@@ -69,7 +72,9 @@ static void read_reference(struct process_inputs *inputs, const struct process_i
     struct store_model model;
     long degree;
 
-    if (input->nullable && (!value || json_is_null(value))) {
+    if (input->kind == INPUT_OWN) {
+        input->own->read(inputs, input);
+    } else if (input->nullable && (!value || json_is_null(value))) {
         (void)json_object_set_new(inputs->canonical, input->name, json_null());
     } else if (input->kind == INPUT_MESH) {
         (void)inputs_mesh(inputs, input->name);
@@ -103,13 +108,16 @@ json_t *table_canonicalise(const struct process_table *table, struct api_call *c
         return NULL;
     }
     for (const struct process_input *input = table->inputs; input->name; input++) {
-        if (!is_reference(input->kind)) {
+        if (!is_reference(input)) {
             read_input(&inputs, input);
         }
     }
+    if (table->check) {
+        table->check(&inputs);
+    }
     for (const struct process_input *input = table->inputs; input->name; input++) {
         inputs.shape_only = list->errors != NULL;
-        if (is_reference(input->kind) && !inputs.answered) {
+        if (is_reference(input) && !inputs.answered) {
             read_reference(&inputs, input);
         }
     }
@@ -242,9 +250,8 @@ json_t *table_inputs_schema(const struct process_table *table)
                      "additionalProperties", 0, "required", required, "properties", properties);
 }
 
-/* What every result has beside its own members. */
+/* What every result has beside its inputs and its own members. */
 static const struct process_output common_outputs[] = {
-    {"inputs", OUTPUT_OBJECT, "Every option after defaulting."},
     {"warnings",
      OUTPUT_ARRAY ",\"items\":{\"type\":\"object\",\"required\":[\"code\",\"detail\"],"
                   "\"properties\":{\"code\":{" OUTPUT_STRING "},\"detail\":{" OUTPUT_STRING "},"
@@ -255,12 +262,29 @@ static const struct process_output common_outputs[] = {
     {NULL, NULL, NULL},
 };
 
+/* Whether the result has an input in a shorter form. */
+static bool shortens(const struct process_table *table)
+{
+    bool any = false;
+
+    for (const struct process_input *input = table->inputs; input->name; input++) {
+        any = any || (input->kind == INPUT_OWN && input->own->echo);
+    }
+    return any;
+}
+
 json_t *table_outputs_schema(const struct process_table *table)
 {
-    const struct process_output *const lists[] = {table->outputs, common_outputs};
+    const struct process_output echoed[] = {
+        {"inputs", OUTPUT_OBJECT,
+         shortens(table) ? "Every option after defaulting; q by its digest."
+                         : "Every option after defaulting."},
+        {NULL, NULL, NULL},
+    };
+    const struct process_output *const lists[] = {table->outputs, echoed, common_outputs};
     json_t *properties = json_object();
 
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < 3; i++) {
         for (const struct process_output *output = lists[i]; output->name; output++) {
             (void)json_object_set_new(properties, output->name,
                                       described(fragment(output->schema), output->text));
@@ -353,6 +377,16 @@ void table_clear(const struct process_table *table, void *typed)
     }
 }
 
+/* Canonical inputs as the result has them. */
+static void echo(const struct process_table *table, json_t *inputs)
+{
+    for (const struct process_input *input = table->inputs; input->name; input++) {
+        if (input->kind == INPUT_OWN && input->own->echo) {
+            input->own->echo(json_object_get(inputs, input->name));
+        }
+    }
+}
+
 void table_run(const struct process_table *table, struct jobs_run *run, const char *text,
                struct jobs_result *result)
 {
@@ -364,6 +398,7 @@ void table_run(const struct process_table *table, struct jobs_run *run, const ch
     } else if (inputs) {
         document = table->run(run, typed, result);
         if (document) {
+            echo(table, inputs);
             process_finish(run, document, inputs, result);
         }
     }

@@ -40,6 +40,9 @@ struct input_own {
     /* The member of the typed inputs from the canonical value. False: no memory. */
     bool (*type)(const json_t *value, void *member);
     void (*clear)(void *member); /* may be NULL */
+    /* Shortens the canonical value for the result: numbers by their digest. May be NULL. */
+    void (*echo)(json_t *value);
+    bool refers; /* to the store: it is read after all that can be judged by itself */
 };
 
 struct process_input {
@@ -83,8 +86,11 @@ struct process_table {
     const struct process_input *inputs; /* ended by name NULL */
     const struct process_output *outputs;
     size_t size; /* of the typed inputs */
-    /* Checks what holds between inputs, and sets derived ones in inputs->canonical. Called when
-       each input is right by itself. May be NULL. */
+    /* Checks what holds between inputs before any that refers to the store is looked up; a wrong
+       one is missing in inputs->canonical. May be NULL. */
+    void (*check)(struct process_inputs *inputs);
+    /* The same when each input is right by itself and was found; sets derived ones in
+       inputs->canonical. May be NULL. */
     void (*complete)(struct process_inputs *inputs);
     /* Returns the result document (process_finish adds the rest), or NULL with the problem set. */
     json_t *(*run)(struct jobs_run *run, const void *typed, struct jobs_result *result);

@@ -10,7 +10,7 @@ struct tea {
     char surface[STORE_ID_MAX], mesh[STORE_ID_MAX], model[STORE_ID_MAX];
     long cups, spoons, cubes;
     double warmth;
-    bool milk;
+    bool milk, cup;
     int kind;
     struct input_numbers times;
     char *guest; /* owned */
@@ -34,9 +34,44 @@ static bool type_guest(const json_t *value, void *member)
     return *(char **)member != NULL;
 }
 
+static void echo_guest(json_t *value)
+{
+    (void)value;
+}
+
 static void clear_guest(void *member)
 {
     free(*(char **)member);
+}
+
+/* A surface, or none. */
+static void read_cup(struct process_inputs *inputs, const struct process_input *input)
+{
+    const json_t *value = json_object_get(inputs->given, input->name);
+    long degree;
+    const char *id = value ? inputs_surface_at(inputs, value, "/inputs/cup", &degree) : NULL;
+
+    if (id || !value) {
+        (void)json_object_set_new(inputs->canonical, input->name,
+                                  id ? json_string(id) : json_null());
+    }
+}
+
+static bool type_cup(const json_t *value, void *member)
+{
+    *(bool *)member = json_is_string(value);
+    return true;
+}
+
+/* Green tea has no milk. */
+static void check(struct process_inputs *inputs)
+{
+    const char *kind = json_string_value(json_object_get(inputs->canonical, "kind"));
+
+    if (kind && strcmp(kind, "green") == 0 &&
+        json_is_true(json_object_get(inputs->canonical, "milk"))) {
+        problem_add(inputs->list, "/inputs/milk", "must be false with green tea");
+    }
 }
 
 /* Cups, where absent, are two for each spoon; and no more than ten. */
@@ -54,6 +89,13 @@ static const struct input_own guest = {
     .read = read_guest,
     .type = type_guest,
     .clear = clear_guest,
+    .echo = echo_guest,
+};
+static const struct input_own cup = {
+    .schema = OUTPUT_STRING,
+    .read = read_cup,
+    .type = type_cup,
+    .refers = true,
 };
 #define AT(member) offsetof(struct tea, member)
 static const struct process_input inputs[] = {
@@ -70,6 +112,7 @@ static const struct process_input inputs[] = {
     {"kind", INPUT_CHOICE, AT(kind), "Of tea.", .choices = kinds},
     {"times", INPUT_NUMBERS, AT(times), "In hours.", .highest = 12, .most = 3, .numbers = &times},
     {"guest", INPUT_OWN, AT(guest), "Whose.", .required = true, .own = &guest},
+    {"cup", INPUT_OWN, AT(cup), "A cup.", .own = &cup},
     {.name = NULL},
 };
 static const struct process_output outputs[] = {
@@ -77,7 +120,13 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 static const struct process_table table = {
-    .inputs = inputs, .outputs = outputs, .size = sizeof(struct tea), .complete = complete};
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct tea),
+    .check = check,
+    .complete = complete,
+};
+
 static double minutes(const struct api_work *work, const json_t *canonical)
 {
     (void)work;
@@ -106,10 +155,10 @@ static void test_defaults_are_filled(void **state)
 {
     struct outcome outcome = brew(state, "{" LEAST "}");
     json_t *wanted =
-        json_pack("{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s}", "surface",
+        json_pack("{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s, s:n}", "surface",
                   ((struct fixture *)*state)->surface, "mesh", "model",
                   ((struct fixture *)*state)->model, "cups", 4, "spoons", 2, "cubes", "warmth",
-                  350.0, "milk", 1, "kind", "black", "times", 0.5, 1.0, "guest", "Ada");
+                  350.0, "milk", 1, "kind", "black", "times", 0.5, 1.0, "guest", "Ada", "cup");
 
     assert_true(json_equal(outcome.canonical, wanted));
     assert_true(outcome.seconds == 240.0);
@@ -183,6 +232,8 @@ static void test_each_input_is_checked(void **state)
         {LEAST ",\"times\":[1,2,3,4]", "/inputs/times"},
         {LEAST ",\"times\":[13]", "/inputs/times"},
         {LEAST ",\"sugar\":1", "/inputs/sugar"},
+        {LEAST ",\"cup\":7", "/inputs/cup"},
+        {LEAST ",\"cup\":\"" ABSENT_SURFACE "\",\"kind\":\"green\"", "/inputs/milk"},
     };
 
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
@@ -210,6 +261,9 @@ static void test_references_come_last(void **state)
     outcome_clear(&outcome);
     outcome = brew(state, "{\"surface\":\"" ABSENT_SURFACE "\",\"model\":\"%\",\"guest\":\"Ada\"}");
     assert_int_equal(outcome.status, 404);
+    assert_string_equal(outcome.code, "no-such-surface");
+    outcome_clear(&outcome);
+    outcome = brew(state, "{" LEAST ",\"cup\":\"" ABSENT_SURFACE "\"}");
     assert_string_equal(outcome.code, "no-such-surface");
     outcome_clear(&outcome);
 }
@@ -257,6 +311,9 @@ static void test_schemas(void **state)
                   "{\"type\":\"string\",\"maxLength\":9,\"description\":\"Whose.\"}");
     properties = json_object_get(results, "properties");
     assert_int_equal(json_object_size(properties), 4);
+    expect_schema(properties, "inputs",
+                  "{\"type\":\"object\",\"description\":\"Every option after defaulting; q by "
+                  "its digest.\"}");
     expect_schema(properties, "pot",
                   "{\"type\":[\"number\",\"null\"],\"description\":\"Litres.\"}");
     json_decref(required);
