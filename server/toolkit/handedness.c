@@ -13,18 +13,18 @@
 #include "api/json_memory.h"
 #include "api/warnings.h"
 
-static const char *const choices[] = {"check", "ignore", NULL};
+const char *const handedness_choices[] = {"check", "ignore", NULL};
 
 void inputs_handedness(struct process_inputs *inputs)
 {
-    (void)inputs_choice(inputs, "handedness", choices);
+    (void)inputs_choice(inputs, "handedness", handedness_choices);
 }
 
 bool handedness_checked(const json_t *inputs)
 {
     const char *choice = json_string_value(json_object_get(inputs, "handedness"));
 
-    return choice && strcmp(choice, choices[0]) == 0;
+    return choice && strcmp(choice, handedness_choices[HANDEDNESS_CHECK]) == 0;
 }
 
 /* ---- Sides of members ------------------------------------------------------------------------ */

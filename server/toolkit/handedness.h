@@ -2,12 +2,24 @@
  * handedness.h - warnings of mirror images: what members' labels, subjects and names tell of sides,
  * and what trials with mirrored surfaces came to.
  */
-#ifndef SRNFD_API_HANDEDNESS_H
-#define SRNFD_API_HANDEDNESS_H
+#ifndef SRNFD_TOOLKIT_HANDEDNESS_H
+#define SRNFD_TOOLKIT_HANDEDNESS_H
 
-#include "toolkit/process.h"
 #include "toolkit/sides.h"
+#include "toolkit/table.h"
 #include "compute/mirror.h"
+
+/* The input handedness in the table of a process, with a member handedness (int) of its typed
+   inputs. trial: what is tried, for the text ("the mirror image of .., and to warn where it"). */
+#define HANDEDNESS_INPUT(typed, trial)                                                  \
+    {                                                                                   \
+        "handedness", INPUT_CHOICE, offsetof(struct typed, handedness),                 \
+            "Whether to try " trial " matches clearly better (warning mirror-images); " \
+            "ignore saves that time.",                                                  \
+            .choices = handedness_choices                                               \
+    }
+enum handedness { HANDEDNESS_CHECK, HANDEDNESS_IGNORE };
+extern const char *const handedness_choices[];
 
 /* The input handedness: "check", the default, or "ignore". */
 void inputs_handedness(struct process_inputs *inputs);

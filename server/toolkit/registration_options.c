@@ -8,6 +8,22 @@
 
 const char *const registration_starts[] = {"tournament", "rigid", "identity", NULL};
 
+/* Replaces a canonical member, if there is one. */
+static void replace(struct process_inputs *inputs, const char *name, bool value)
+{
+    if (json_object_get(inputs->canonical, name)) {
+        (void)json_object_set_new(inputs->canonical, name, json_boolean(value));
+    }
+}
+
+void registration_one_spelling(struct process_inputs *inputs)
+{
+    if (json_is_false(json_object_get(inputs->canonical, "register"))) {
+        replace(inputs, "commonPose", false);
+        replace(inputs, "symmetric", true);
+    }
+}
+
 struct srnf_register_options registration_defaults(bool common_pose)
 {
     struct srnf_register_options options = srnf_register_options_defaults();

@@ -2,10 +2,23 @@
  * registration_report.h - what the results tell of a registration: its figures, in the same words
  * in every process that registers a pair, and the warnings that they give rise to.
  */
-#ifndef SRNFD_API_REGISTRATION_REPORT_H
-#define SRNFD_API_REGISTRATION_REPORT_H
+#ifndef SRNFD_TOOLKIT_REGISTRATION_REPORT_H
+#define SRNFD_TOOLKIT_REGISTRATION_REPORT_H
 
-#include "api/handler.h"
+#include "toolkit/table.h"
+
+/* Output: what registration_bridged sets. */
+#define BRIDGED_OUTPUT                                                                           \
+    {                                                                                            \
+        "bridged", OUTPUT_BOOLEAN,                                                               \
+            "Whether the surfaces came by different routes from meshes that are known and were " \
+            "registered through the encodings of those by area."                                 \
+    }
+/* What registration_figures gives, after "As" or "Each as", in the text of an output. */
+#define REGISTRATION_FIGURES_TEXT                                                                \
+    " register tells of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "     \
+    "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, symmetric " \
+    "(true), note, and its options; null where nothing was registered."
 
 /* The registered surface is off its SRNF by more than this part of the distance, and by more than
    this part of the norm: the bounds of the warning registration-truncated. */

@@ -16,8 +16,21 @@
 #ifndef SRNFD_TOOLKIT_ROUTES_H
 #define SRNFD_TOOLKIT_ROUTES_H
 
-#include "toolkit/process.h"
+#include "toolkit/table.h"
 #include "compute/bridge.h"
+
+/* Outputs: what routes_set_bridged sets. */
+#define BRIDGED_GROUP_OUTPUTS                                                                     \
+    {"bridged", OUTPUT_BOOLEAN,                                                                   \
+     "Whether registered members by star, beside others by area, were compared by the encodings " \
+     "of their meshes by area."},                                                                 \
+    {                                                                                             \
+        "bridgedSurfaces", "\"type\":\"array\",\"items\":{" OUTPUT_STRING "}",                    \
+            "Their ids: surfaces that encode made by star, of meshes that are known. Each was "   \
+            "encoded again by area, at its degree and with its other options, and the numbers "   \
+            "are "                                                                                \
+            "those of a group by area."                                                           \
+    }
 
 /* The route in a surface's record: "star", "area", "given", or NULL where it is not known. Static.
  */
