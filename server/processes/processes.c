@@ -53,18 +53,6 @@ static const struct api_process geodesic_process = {
     .seconds = geodesic_seconds,
 };
 
-static const struct api_process register_process = {
-    .id = "register",
-    .title = "Register a surface to another",
-    .description = "The rotation and the warp of the sphere that lay one surface on another, "
-                   "elastically, by their SRNFs; the surface so laid, and how far it then is.",
-    .inputs_schema = register_inputs_schema,
-    .outputs_schema = register_outputs_schema,
-    .canonicalise = register_canonicalise,
-    .run = register_run,
-    .seconds = register_seconds,
-};
-
 static const struct api_process distances_process = {
     .id = "distances",
     .title = "Distances between surfaces",

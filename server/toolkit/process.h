@@ -166,7 +166,7 @@ bool process_mirrored(struct jobs_run *run, const char *id);
 extern const char encode_inputs_schema[], encode_outputs_schema[];
 extern const char invert_inputs_schema[], invert_outputs_schema[];
 extern const char geodesic_inputs_schema[], geodesic_outputs_schema[];
-extern const char register_inputs_schema[], register_outputs_schema[];
+extern const struct api_process register_process;
 extern const char distances_inputs_schema[], distances_outputs_schema[];
 extern const char mean_inputs_schema[], mean_outputs_schema[];
 extern const char pca_inputs_schema[], pca_outputs_schema[];
@@ -183,8 +183,6 @@ extern const char classify_inputs_schema[], classify_outputs_schema[];
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *geodesic_canonicalise(struct api_call *call, const json_t *inputs,
-                              struct problem_list *list);
-json_t *register_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
                                struct problem_list *list);
@@ -204,7 +202,6 @@ json_t *transfer_canonicalise(struct api_call *call, const json_t *inputs,
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void register_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);

@@ -1,5 +1,5 @@
 /*
- * schemas_group.c - the inputs and outputs of registration and of the processes on groups
+ * schemas_group.c - the inputs and outputs of the processes on groups
  * and models as JSON Schema (2020-12). As schemas.c, which has the others; what several of
  * them have in common stands once, as macros that end inside an object, here or, where other files
  * have it too, in schemas.h.
@@ -10,9 +10,6 @@
 #define COMPONENTS_MAX_TEXT PROCESS_TEXT(PROCESS_COMPONENTS_MAX)
 #define PULLBACK_GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_PULLBACK_GROUP_MAX)
 #define GROUP_MIN_TEXT PROCESS_TEXT(PROCESS_GROUP_MIN)
-#define PENALTY_MAX_TEXT PROCESS_TEXT(PROCESS_PENALTY_MAX)
-#define WARP_DEGREE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_DEFAULT)
-#define WARP_DEGREE_MAX_TEXT PROCESS_TEXT(PROCESS_WARP_DEGREE_MAX)
 
 /* ---- What several schemas have in common ----------------------------------------------------- */
 
@@ -60,103 +57,6 @@
         REGISTRATION MADE_BY
 
 /* ---- Schemas --------------------------------------------------------------------------------- */
-
-const char register_inputs_schema[] = INPUTS_OPENING
-    "\"required\":[\"template\",\"moving\"],"
-    "\"properties\":{\"template\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\",\"description\":\"The surface to register to. A mesh is encoded with the "
-    "default options.\"},\"moving\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-    "\",\"description\":\"The surface that is moved. A mesh is encoded with the "
-    "default options.\"},\"rotation\":{\"type\":\"boolean\",\"default\":true,"
-    "\"description\":\"Rotate the moving surface.\"},"
-    "\"reparameterization\":{\"type\":\"boolean\",\"default\":true,"
-    "\"description\":\"Warp the sphere under it.\"},\"degree\":{\"type\":\"integer\","
-    "\"minimum\":1,\"maximum\":" WARP_DEGREE_MAX_TEXT ",\"default\":" WARP_DEGREE_DEFAULT_TEXT
-    ",\"description\":\"Of the fields that generate the warp.\"},"
-    "\"penalty\":{\"oneOf\":[{\"enum\":[\"default\",\"none\"]},{\"type\":\"object\","
-    "\"additionalProperties\":false,\"properties\":{\"jacobian\":{\"type\":\"number\","
-    "\"minimum\":0,\"maximum\":" PENALTY_MAX_TEXT
-    ",\"default\":0.003},\"displacement\":{\"type\":\"number\",\"minimum\":0,"
-    "\"maximum\":" PENALTY_MAX_TEXT
-    ",\"default\":0.01}}}],\"default\":\"default\",\"description\":\"Weights of the "
-    "integrals of (1 + J) (log J)^4 and of the squared displacement, against the "
-    "squared distance relative to the area of the template.\"},"
-    "\"start\":{\"enum\":[\"tournament\",\"rigid\",\"identity\"],"
-    "\"default\":\"tournament\",\"description\":\"tournament: many rotations, narrowed "
-    "down while the warps grow; rigid: the best rotation; identity: as the surfaces "
-    "are.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"
-    "\"description\":\"The surfaces share a pose: nothing is rotated, and the start is "
-    "identity.\"},\"symmetric\":{\"type\":\"boolean\",\"default\":false,"
-    "\"description\":\"Both ways, and the better one counts: the same distance from "
-    "either side, that of distances and geodesic, at twice the time. false searches one way "
-    "(of ten pairs of real surfaces the distance was up to 11 % "
-    "larger).\"},\"exact\":{\"type\":\"boolean\",\"default\":false,"
-    "\"description\":\"For surfaces that differ by a warp alone: no penalty, up to "
-    "degree 32.\"},"
-    "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
-    "Whether to try the mirror image of the moving surface as well, registered "
-    "where names or a quick rigid match suggest two sides, and to warn where it "
-    "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
-
-const char register_outputs_schema[] = OUTPUTS_OPENING
-    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the moving surface, "
-    "registered.\"},\"rotation\":{\"type\":\"array\",\"description\":\"3x3, row by row: of "
-    "the moving surface in "
-    "space.\"},\"distance\":{\"type\":[\"number\",\"null\"],\"description\":\"L2 distance "
-    "of the template's SRNF from the registered SRNF of the moving surface, before its "
-    "degree cuts anything off. 0 to 2 at unit area. It depends on degree and penalty "
-    "(registration); with symmetric and the defaults it is that of distances and "
-    "geodesic.\"},\"distanceBefore\":{\"type\":[\"number\",\"null\"],\"description\":\"The "
-    "same for the surfaces as they were given, in their poses and parameterisations: no "
-    "measure of shape, and none of what registration "
-    "achieved.\"},\"objective\":{\"type\":[\"number\",\"null\"],\"description\":\"What was "
-    "minimised: squared distance relative to the area of the template, and the "
-    "penalties.\"},\"minJacobian\":{\"type\":[\"number\",\"null\"],\"description\":\"Least "
-    "factor by which the warp scales areas of the sphere, on a grid finer by half; above "
-    "0, nothing folds. Ten pairs of brain structures, ventricles and asteroids, at degrees "
-    "8, 15 and 31, had 0.24 to 0.92. A tenth is doubtful: warning "
-    "registration-distorted.\"},\"maxJacobian\":{\"type\":[\"number\",\"null\"],\"description\":"
-    "\"The "
-    "largest factor. The same pairs had 1.1 to 3.4. Ten is doubtful: warning "
-    "registration-distorted.\"},\"inverseConsistency\":{\"type\":[\"number\",\"null\"],"
-    "\"description\":\"Relative "
-    "gap between the objectives of the two ways, before the better one was kept and "
-    "improved: how much one search may miss. The same pairs had up to 0.07. null unless "
-    "symmetric.\"},\"ambiguity\":{\"type\":\"object\",\"description\":\"objective: of the "
-    "best start in another basin, relative to the best, and angle, between the two maps in "
-    "radians; null where there was none. rotationalCurvature: smallest eigenvalue of the "
-    "energy over rotations of the sphere; null where none were tried. Up to 1.05, or a "
-    "curvature below 0.02 (real ventricles, nearly of revolution, 0.04 to 0.08; other "
-    "shapes above 0.1), pose and correspondence are one choice among several: warning "
-    "registration-ambiguous.\"},\"truncationError\":{\"type\":[\"number\",\"null\"],"
-    "\"description\":\"Distance "
-    "of the registered surface's own SRNF from the registered one, relative to the norm of "
-    "that, 1 at unit area: what the degree of the surface cuts off. Read it against "
-    "distance. Searched both ways, the same pairs had 0.24 to 2.4 of it at degree 8, 0.12 "
-    "to 2.7 at 15 and 0.08 to 1.8 at 31, ventricles at most 0.33, 0.22 and 0.14. Above "
-    "half of it the registered surface, and paths to it, say little (warning "
-    "registration-truncated): encode with a higher lmax. The distance is measured before "
-    "the cut.\"},\"iterations\":{\"type\":\"integer\",\"description\":\"Steps over all "
-    "starts, degrees and "
-    "ways.\"},\"converged\":{\"type\":\"boolean\",\"description\":\"False where stopped is "
-    "maxIterations: the steps ran out (warning "
-    "registration-not-converged).\"},\"stopped\":{\"enum\":[\"direct\",\"tolerance\","
-    "\"stationary\",\"stepRefused\",\"maxIterations\"],\"description\":\"Why "
-    "the search ended, at its highest degree; of both ways, where symmetric, the worse reason. "
-    "direct: there was none, nothing was warped "
-    "or rotated; tolerance: registered to rounding; stationary: the last steps gained too "
-    "little; stepRefused: no step, however short, gains anything; maxIterations: the steps "
-    "of that degree ran out.\"},\"symmetric\":{\"type\":\"boolean\",\"description\":\"Both "
-    "ways were searched: the distance is the same from either "
-    "side.\"},\"note\":{\"type\":\"string\",\"description\":\"How it was "
-    "searched, in a sentence.\"}," BRIDGED
-    "\"registration\":{\"type\":\"object\",\"description\":\"Degree, penalty "
-    "and all other options.\"},\"warp\":{\"type\":\"object\",\"description\":\"links: maps "
-    "of the sphere to be applied in order, each a rotation (matrix), or exp or exp-inverse "
-    "(p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; harmonic "
-    "coefficients of phi and psi), or series (p to g(p)/|g(p)|; harmonic coefficients x, y and z "
-    "of g); grid: where they take the nodes of the template's grid, "
-    "and their Jacobian there.\"}," MADE_BY;
 
 const char distances_inputs_schema[] = INPUTS_OPENING
     "\"required\":[],\"properties\":{" GROUP_INPUT

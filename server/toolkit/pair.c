@@ -1,0 +1,83 @@
+/*
+ * pair.c - two surfaces, brought to one degree and registered.
+ */
+#include "toolkit/pair.h"
+
+#include "toolkit/routes.h"
+
+/* Fills both up to the larger degree. */
+static int bring_to_one_degree(struct jobs_run *run, struct pair *pair, struct jobs_result *result)
+{
+    const struct compute_surface *ends = pair->ends;
+    int status;
+
+    pair->degree = ends[0].degree > ends[1].degree ? ends[0].degree : ends[1].degree;
+    pair->count = 3 * srnf_coefficient_count(pair->degree);
+    pair->coefficients = srnf_alloc(pair->count, 2 * sizeof(double));
+    if (!pair->coefficients) {
+        return compute_fail(result, SRNF_ENOMEM, NULL, "preparing the surfaces");
+    }
+    for (size_t i = 0; i < 2; i++) {
+        compute_change_degree(ends[i].degree, ends[i].coefficients, pair->degree,
+                              pair->coefficients + i * pair->count);
+    }
+    status = jobs_transform_acquire(jobs_run_jobs(run), pair->degree, SRNF_GRID_GAUSS_LEGENDRE, 0,
+                                    0, &pair->sht);
+    return status ? compute_fail(result, status, NULL, "preparing the harmonic transform") : 0;
+}
+
+int pair_load(struct jobs_run *run, const char *first, const char *second,
+              enum srnf_parameterization route, double share, struct pair *pair,
+              struct jobs_result *result)
+{
+    int status;
+
+    *pair = (struct pair){.degree = 0};
+    status = compute_surface_load_by(run, first, route, share, &pair->ends[0], result);
+    if (status == 0) {
+        status = compute_surface_load_by(run, second, route, share, &pair->ends[1], result);
+    }
+    return status ? status : bring_to_one_degree(run, pair, result);
+}
+
+int pair_register(struct jobs_run *run, struct pair *pair,
+                  const struct srnf_register_options *options, enum handedness handedness,
+                  struct jobs_result *result)
+{
+    const double *fixed = pair->coefficients, *moving = pair->coefficients + pair->count;
+    const char *first = pair->ends[0].id, *second = pair->ends[1].id;
+    struct compute_origin origins[2];
+    struct srnf_error error = {0};
+    int status;
+
+    routes_origin(run, first, &origins[0]);
+    routes_origin(run, second, &origins[1]);
+    status = compute_register_pair(run, pair->sht, fixed, moving, origins, options,
+                                   &pair->registration, &pair->bridged, result);
+    if (status == 0 && handedness == HANDEDNESS_CHECK) {
+        pair->opposite = handedness_opposite(run, first, second);
+        status = compute_mirror_pair(run, pair->sht, fixed, moving, options, pair->opposite,
+                                     pair->registration.distance, &pair->mirror, &error);
+        status =
+            status < 0 ? compute_fail(result, status, &error, "registering the mirror image") : 0;
+    }
+    return status;
+}
+
+json_t *pair_warnings(struct jobs_run *run, const struct pair *pair)
+{
+    return handedness_of_pair(run, pair->ends[0].id, pair->ends[1].id, pair->opposite,
+                              &pair->mirror);
+}
+
+void pair_clear(struct jobs_run *run, struct pair *pair)
+{
+    compute_surface_clear(&pair->ends[0]);
+    compute_surface_clear(&pair->ends[1]);
+    srnf_registration_clear(&pair->registration);
+    if (pair->sht) {
+        jobs_transform_release(jobs_run_jobs(run), pair->sht);
+    }
+    srnf_free(pair->coefficients);
+    *pair = (struct pair){.degree = 0};
+}

@@ -1,0 +1,40 @@
+/*
+ * pair.h - what processes on two surfaces share: both brought to one degree, and the second
+ * registered to the first.
+ */
+#ifndef SRNFD_TOOLKIT_PAIR_H
+#define SRNFD_TOOLKIT_PAIR_H
+
+#include "toolkit/handedness.h"
+#include "compute/bridge.h"
+
+struct pair {
+    struct compute_surface ends[2]; /* as loaded */
+    size_t degree;                  /* the larger of the two */
+    size_t count;                   /* coefficients of a surface: 3 (degree + 1)^2 */
+    const struct srnf_sht *sht;     /* of that degree, on its working grid */
+    double *coefficients;           /* [2][count] */
+    /* What pair_register adds: */
+    struct srnf_registration registration; /* of the second end to the first */
+    bool bridged;                          /* through the meshes of both, from route to route */
+    bool opposite;                         /* they are the left and the right one of the same */
+    struct compute_mirror_trial mirror;    /* zeros where it was not tried */
+};
+
+/*
+ * Loads two surfaces or meshes, each a phase of `share` percent of the job; meshes are encoded by
+ * this route. Returns 0, or a negative status with the problem set. pair_clear in any case.
+ */
+int pair_load(struct jobs_run *run, const char *first, const char *second,
+              enum srnf_parameterization route, double share, struct pair *pair,
+              struct jobs_result *result);
+/* Registers the second to the first, and its mirror image too if handedness is to be checked. As
+   pair_load; a registration that has not converged is a result. */
+int pair_register(struct jobs_run *run, struct pair *pair,
+                  const struct srnf_register_options *options, enum handedness handedness,
+                  struct jobs_result *result);
+/* The warnings of a mirror image that matches better. New reference. */
+json_t *pair_warnings(struct jobs_run *run, const struct pair *pair);
+void pair_clear(struct jobs_run *run, struct pair *pair);
+
+#endif
