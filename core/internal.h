@@ -7,6 +7,7 @@
 #include "srnf.h"
 
 #define SRNF_PI 3.14159265358979323846
+#define SRNF_SQRT_4_PI 3.5449077018110320546 /* a constant field c is this times c Y_00 */
 
 /* Fills error (may be NULL) and returns status, so that a failure is one statement. */
 __attribute__((format(printf, 4, 5))) int srnf_fail(struct srnf_error *error, int status,
@@ -31,6 +32,15 @@ static inline void srnf_report_progress(const struct srnf_context *context, doub
 static inline double srnf_seconds(const struct srnf_context *context)
 {
     return context && context->seconds ? context->seconds(context->user) : 0.0;
+}
+
+/* The context of one of several parts: without progress, since each would count from 0 again. */
+static inline struct srnf_context srnf_quiet(const struct srnf_context *context)
+{
+    struct srnf_context quiet = context ? *context : (struct srnf_context){0};
+
+    quiet.progress = NULL;
+    return quiet;
 }
 
 /* A parallel loop whose indexes are passed over once its context is canceled. */

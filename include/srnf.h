@@ -44,6 +44,7 @@
 #include "srnf/subjects.h"
 #include "srnf/groups.h"
 #include "srnf/pullback.h"
+#include "srnf/deform.h"
 #include "srnf/classify.h"
 #include "srnf/typicality.h"
 #include "srnf/twins.h"

@@ -12,6 +12,9 @@ SRNF_CHECKED int transport_pull_velocity(struct gauss_newton *system, const doub
                                          double tolerance, const struct srnf_context *context,
                                          struct srnf_tangent *tangent);
 
+/* shoot.c: SRNF_EINVAL where srnf_shoot does not take these times. */
+SRNF_CHECKED int geodesic_check_times(size_t n, const double *times, struct srnf_error *error);
+
 /* shoot.c: as srnf_shoot, with a start for the surface at the only time, or NULL. */
 SRNF_CHECKED int geodesic_shoot(const struct srnf_sht *sht, const double *surface,
                                 const double *velocity, size_t n, const double *times,

@@ -212,11 +212,8 @@ static int shoot(struct walk *walk, const double *surface, const double *times,
     return SRNF_OK;
 }
 
-static int check(const struct srnf_sht *sht, const double *surface, const double *velocity,
-                 size_t n, const double *times, struct srnf_error *error)
+int geodesic_check_times(size_t n, const double *times, struct srnf_error *error)
 {
-    const struct srnf_grid *grid = srnf_sht_grid(sht);
-
     if (n < 1 || n > SRNF_SHOOT_TIMES_MAX) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the number of times is %zu, not 1 to %zu", n,
                          SRNF_SHOOT_TIMES_MAX);
@@ -226,6 +223,18 @@ static int check(const struct srnf_sht *sht, const double *surface, const double
             return srnf_fail(error, SRNF_EINVAL, (int64_t)i, "time %zu is %g, not from -%g to %g",
                              i, times[i], SRNF_SHOOT_TIME_MAX, SRNF_SHOOT_TIME_MAX);
         }
+    }
+    return SRNF_OK;
+}
+
+static int check(const struct srnf_sht *sht, const double *surface, const double *velocity,
+                 size_t n, const double *times, struct srnf_error *error)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+    int status = geodesic_check_times(n, times, error);
+
+    if (status) {
+        return status;
     }
     return srnf_check_finite(3 * srnf_coefficient_count(srnf_sht_degree(sht)), surface,
                              "coefficient of the surface", error) &&

@@ -34,7 +34,7 @@ int inversion_continue(struct gauss_newton *system, const struct continuation *o
                                            .max_steps = LM_STEPS_FINE,
                                            .inner_cap = CAP_FINE,
                                            .decrease = DECREASE_FINE};
-    struct srnf_context quiet = context ? *context : (struct srnf_context){0};
+    struct srnf_context quiet = srnf_quiet(context); /* progress is told in surfaces */
     struct inversion_run run = {.system = system,
                                 .context = &quiet,
                                 .f = f,
@@ -42,7 +42,6 @@ int inversion_continue(struct gauss_newton *system, const struct continuation *o
                                 .max_iterations = LM_STEPS + LM_STEPS_FINE};
     int status;
 
-    quiet.progress = NULL; /* progress is told in surfaces, not in iterations */
     run.energy = gauss_newton_try(system, f);
     gauss_newton_accept(system);
     status = inversion_levenberg(&run, &coarse);

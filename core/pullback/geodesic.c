@@ -140,11 +140,10 @@ static int compare(const struct srnf_sht *sht, const struct srnf_context *contex
     size_t m = result->steps - 1;
     size_t count = 3 * srnf_coefficient_count(result->degree);
     struct srnf_geodesic_options options = {.method = SRNF_GEODESIC_SRNF, .steps = result->steps};
-    struct srnf_context quiet = context ? *context : (struct srnf_context){0};
+    struct srnf_context quiet = srnf_quiet(context);
     struct srnf_geodesic line;
     int status;
 
-    quiet.progress = NULL;
     status = srnf_geodesic(sht, result->coefficients, result->coefficients + m * count, &options,
                            &quiet, &line, error);
     if (status < 0) {

@@ -289,11 +289,10 @@ int srnf_pullback_mean(const struct srnf_sht *sht, size_t n, const double *const
         .surfaces = surfaces,
         .options = options ? options : &defaults,
         .context = context,
-        .quiet = context ? *context : (struct srnf_context){0},
+        .quiet = srnf_quiet(context),
     };
     int status;
 
-    group.quiet.progress = NULL;
     *mean = (struct srnf_pullback_mean){0};
     status = check(&group, error);
     status = status ? status : allocate(&group, mean);

@@ -121,8 +121,54 @@ void pullback_tangent_project(struct pullback_tangent *t, const double *field, d
                               double *image);
 double pullback_tangent_norm(const struct pullback_tangent *t, const double *field);
 
+/* ---- shoot.c, transfer.c: what srnf/deform.h does in this metric ---------------------------- */
+
+/*
+ * Surfaces and energies at n times, as srnf_shoot; paths->toward and shots are set.
+ *   line  [in] [3][n_theta][n_phi] the velocity as a field: energies are squared distances from
+ *              Q(surface) + t line
+ * This and what follows return SRNF_OK or an error with the results empty.
+ */
+SRNF_CHECKED int pullback_shoot(const struct srnf_sht *sht, const double *surface,
+                                const struct srnf_velocity *velocity, const double *line, size_t n,
+                                const double *times, const struct srnf_context *context,
+                                struct srnf_shot *shot, struct srnf_deform_paths *paths,
+                                struct srnf_error *error);
+/*
+ * The vector carried along the geodesic from `from` to `to`, and the surface that it leads to.
+ *   line     [out] [3][n_theta][n_phi] the vector at `to` as a field
+ *   tangent  [out] the vector at `to`; residual is what of a field was no motion of `from`
+ */
+SRNF_CHECKED int pullback_carry(const struct srnf_sht *sht, const double *from, const double *to,
+                                const struct srnf_velocity *vector,
+                                const struct srnf_context *context, double *line,
+                                struct srnf_tangent *tangent, struct srnf_shot *shot,
+                                struct srnf_deform_paths *paths, struct srnf_error *error);
+/* As srnf_transfer of source, deformed and target; energy is the squared distance from Q(target) +
+   Q(deformed) - Q(source). */
+SRNF_CHECKED int pullback_transfer_sized(const struct srnf_sht *sht, const double *const given[3],
+                                         enum srnf_transfer_size size,
+                                         const struct srnf_context *context,
+                                         struct srnf_transferred *transferred,
+                                         struct srnf_deform_paths *paths, struct srnf_error *error);
+
+void pullback_paths_clear(struct srnf_deform_paths *paths);
+
+/* Squared distance of the surface's SRNF from base + t line, and the same relative to the square of
+   that; scratch is a field, workspace as for srnf_field. */
+void pullback_measure_energy(const struct srnf_sht *sht, const double *surface, const double *base,
+                             double t, const double *line, double *scratch, void *workspace,
+                             double *energy, double *relative);
+
 /* ---- path.c: figures and small parts that several files need ------------------------ */
 
+/* Numbers of a field, 3 n_theta n_phi. */
+static inline size_t pullback_field_values(const struct srnf_sht *sht)
+{
+    const struct srnf_grid *grid = srnf_sht_grid(sht);
+
+    return 3 * grid->n_theta * grid->n_phi;
+}
 /* Parents and fixed ends of a chain of nodes: an array of each, to be freed with srnf_free. */
 SRNF_CHECKED int pullback_chain(size_t nodes, size_t **parents, bool **fixed);
 /* out = (1 - t) a + t b */

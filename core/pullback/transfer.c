@@ -4,17 +4,13 @@
  * v = log(source, deformed) is transported along the geodesic from source to target and followed
  * from there: exp(target, v'). All three with the same number of segments, so that a target equal
  * to the source gives the deformed surface back to the accuracy of exp(log).
+ *
+ * With shape and size apart that is done at unit area, and the surface that is reached gets the
+ * area of the target times the ratio of deformed to source.
  */
 #include "pullback.h"
 
-/* The context of one of three parts: silent, since each would count from 0 again. */
-static struct srnf_context quiet_context(const struct srnf_context *context)
-{
-    struct srnf_context quiet = context ? *context : (struct srnf_context){0};
-
-    quiet.progress = NULL;
-    return quiet;
-}
+#include <math.h>
 
 /* Fills velocity with that at the target. */
 static int carry(const struct srnf_sht *sht, const double *source, const double *target,
@@ -72,7 +68,7 @@ int srnf_pullback_transfer(const struct srnf_sht *sht, const double *source, con
                            struct srnf_pullback_transfer *result, struct srnf_error *error)
 {
     struct srnf_pullback_options defaults = srnf_pullback_options_defaults();
-    struct srnf_context quiet = quiet_context(context);
+    struct srnf_context quiet = srnf_quiet(context);
     struct srnf_pullback_log_figures log;
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
     int status;
@@ -116,4 +112,97 @@ void srnf_pullback_transfer_clear(struct srnf_pullback_transfer *result)
 {
     srnf_free(result->coefficients);
     *result = (struct srnf_pullback_transfer){0};
+}
+
+/* ---- With sizes ------------------------------------------------------------------------------ */
+
+/* Copies of source, deformed and target, at unit area or as they are; roots of their areas. */
+static int copy_surfaces(size_t count, const struct srnf_sht *sht, const double *const given[3],
+                         enum srnf_transfer_size size, double *copies, void *workspace,
+                         double sizes[3], struct srnf_error *error)
+{
+    for (size_t k = 0; k < 3; k++) {
+        struct srnf_surface_measures measures;
+
+        srnf_surface_measure(sht, given[k], &measures, workspace);
+        sizes[k] = sqrt(measures.area);
+        if (!(sizes[k] > 0.0) || !isfinite(sizes[k])) {
+            return srnf_fail(error, SRNF_EDEGENERATE, -1,
+                             "a surface has no area, or one beyond range");
+        }
+        for (size_t i = 0; i < count; i++) {
+            copies[k * count + i] =
+                size == SRNF_TRANSFER_RATIO ? given[k][i] / sizes[k] : given[k][i];
+        }
+    }
+    return SRNF_OK;
+}
+
+/* Energy against Q(target) + Q(deformed) - Q(source); fields is [4] fields of scratch. */
+static void measure_transfer(const struct srnf_sht *sht, const double *copies, double *fields,
+                             void *workspace, struct srnf_transferred *transferred)
+{
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    size_t values = pullback_field_values(sht);
+
+    for (size_t k = 0; k < 3; k++) {
+        srnf_field(sht, copies + k * count, fields + k * values, workspace);
+    }
+    for (size_t i = 0; i < values; i++) {
+        fields[values + i] -= fields[i];
+    }
+    pullback_measure_energy(sht, transferred->coefficients, fields + 2 * values, 1.0,
+                            fields + values, fields + 3 * values, workspace, &transferred->energy,
+                            &transferred->relative_energy);
+}
+
+/* Gives the shape the size of the target times the ratio of deformed to source. */
+static void resize(const struct srnf_sht *sht, const double sizes[3], void *workspace, double *f)
+{
+    struct srnf_surface_measures measures;
+
+    srnf_surface_measure(sht, f, &measures, workspace);
+    linear_scale(3 * srnf_coefficient_count(srnf_sht_degree(sht)),
+                 sizes[2] * sizes[1] / sizes[0] / sqrt(measures.area), f);
+}
+
+int pullback_transfer_sized(const struct srnf_sht *sht, const double *const given[3],
+                            enum srnf_transfer_size size, const struct srnf_context *context,
+                            struct srnf_transferred *transferred, struct srnf_deform_paths *paths,
+                            struct srnf_error *error)
+{
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_pullback_transfer moved = {0};
+    double *memory = srnf_alloc(3 * count + 4 * pullback_field_values(sht), sizeof(double));
+    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
+    double sizes[3];
+    int status;
+
+    options.segments = SRNF_DEFORM_SEGMENTS;
+    status = memory && workspace
+                 ? copy_surfaces(count, sht, given, size, memory, workspace, sizes, error)
+                 : pullback_told(SRNF_ENOMEM, error);
+    if (status == SRNF_OK) {
+        status = srnf_pullback_transfer(sht, memory, memory + count, memory + 2 * count, &options,
+                                        context, &moved, error);
+    }
+    if (status >= 0) {
+        *transferred = (struct srnf_transferred){.coefficients = moved.coefficients,
+                                                 .size_ratio = sizes[1] / sizes[0],
+                                                 .transforms = moved.transforms};
+        measure_transfer(sht, memory, memory + 3 * count, workspace, transferred);
+        if (size == SRNF_TRANSFER_RATIO) {
+            resize(sht, sizes, workspace, transferred->coefficients);
+        }
+        *paths = (struct srnf_deform_paths){.norm_from = moved.norm_from,
+                                            .norm = moved.norm,
+                                            .deformation = moved.deformation,
+                                            .distance = moved.distance,
+                                            .converged = moved.converged};
+        status = SRNF_OK;
+    }
+    srnf_free(memory);
+    srnf_free(workspace);
+    return status;
 }

@@ -127,10 +127,9 @@ static int invert(const struct mean_run *run, const double *start, struct srnf_m
 {
     struct srnf_invert_options options = srnf_invert_options_defaults();
     struct srnf_inversion inversion = {0};
-    struct srnf_context quiet = run->context ? *run->context : (struct srnf_context){0};
+    struct srnf_context quiet = srnf_quiet(run->context);
     int status;
 
-    quiet.progress = NULL;
     options.initial = SRNF_INITIAL_SURFACE;
     options.surface = start;
     options.certify = false;

@@ -24,6 +24,11 @@ size_t srnf_surface_workspace_size(const struct srnf_sht *sht);
 void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients,
                           struct srnf_surface_measures *measures, void *workspace);
 
+/* Moves the surface so that its area centroid, which measures holds, becomes target; that of
+   measures too. */
+void srnf_surface_place(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
+                        const double target[3]);
+
 /* The surface as a triangle mesh over srnf_mesh_icosphere(frequency), with its exact unit normals
    (double[n_vertices][3], freed with srnf_free) when normals is not NULL. */
 SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficients,

@@ -55,6 +55,46 @@ static int run_transfer(struct srnf_error *error)
     return status;
 }
 
+static int run_deform_shoot(struct srnf_error *error)
+{
+    const struct srnf_deform_options options = {.pullback = true};
+    const struct srnf_velocity toward = {.toward = g.f[1]};
+    const double times[] = {0.5, 0.0};
+    struct srnf_deform_shoot shot;
+    int status = srnf_deform_shoot(g.sht, g.f[0], &toward, 2, times, &options, NULL, &shot, error);
+
+    srnf_deform_shoot_clear(&shot);
+    return status;
+}
+
+/* Only the values are turned first: registering has a sweep of its own. */
+static int run_deform_transport(struct srnf_error *error)
+{
+    struct srnf_register_options registration = srnf_register_options_defaults();
+    const struct srnf_deform_options options = {.registration = &registration, .pullback = true};
+    const struct srnf_velocity vector = {.motion = velocity};
+    struct srnf_deform_transport moved;
+    int status;
+
+    registration.reparameterization = false;
+    registration.start = SRNF_START_IDENTITY;
+    status = srnf_deform_transport(g.sht, g.f[0], g.f[1], &vector, &options, NULL, &moved, error);
+    srnf_deform_transport_clear(&moved);
+    return status;
+}
+
+static int run_deform_transfer(struct srnf_error *error)
+{
+    const struct srnf_deform_options options = {.pullback = true};
+    const double scales[3] = {1.0, 1.0, 1.0};
+    struct srnf_deform_transfer transfer;
+    int status = srnf_deform_transfer(g.sht, g.surfaces, scales, SRNF_TRANSFER_RATIO, &options,
+                                      NULL, &transfer, error);
+
+    srnf_deform_transfer_clear(&transfer);
+    return status;
+}
+
 static int mean_by(enum srnf_pullback_mean_method method, struct srnf_error *error)
 {
     struct srnf_pullback_mean_options options = srnf_pullback_mean_defaults(method);
@@ -95,8 +135,15 @@ static void survives_each_refusal(void **state)
         const char *name;
         int (*run)(struct srnf_error *error);
     } subjects[] = {
-        {"geodesic", run_geodesic}, {"exponential", run_exp},   {"transport", run_transport},
-        {"transfer", run_transfer}, {"mean, graph", run_graph}, {"mean, log-exp", run_steps},
+        {"geodesic", run_geodesic},
+        {"exponential", run_exp},
+        {"transport", run_transport},
+        {"transfer", run_transfer},
+        {"mean, graph", run_graph},
+        {"mean, log-exp", run_steps},
+        {"shooting between surfaces", run_deform_shoot},
+        {"transport between surfaces", run_deform_transport},
+        {"transfer between surfaces", run_deform_transfer},
     };
     (void)state;
 
