@@ -8,6 +8,7 @@
  */
 #include "toolkit/table.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +24,27 @@ static bool is_reference(const struct process_input *input)
            (kind == INPUT_OWN && input->own->refers);
 }
 
+/* Whether the inputs, given or canonical, have something else in the stead of this one. */
+static bool is_replaced(const struct process_input *input, const json_t *inputs)
+{
+    const json_t *other = input->unless ? json_object_get(inputs, input->unless) : NULL;
+
+    return other && !json_is_null(other);
+}
+
 /* ---- Validation ------------------------------------------------------------------------------ */
+
+static void read_replaced(struct process_inputs *inputs, const struct process_input *input)
+{
+    const json_t *given = json_object_get(inputs->given, input->name);
+    char pointer[64];
+
+    if (given && !json_is_null(given)) {
+        (void)snprintf(pointer, sizeof pointer, "/inputs/%s", input->name);
+        problem_add(inputs->list, pointer, "must be left out where %s is given", input->unless);
+    }
+    (void)json_object_set_new(inputs->canonical, input->name, json_null());
+}
 
 static void read_input(struct process_inputs *inputs, const struct process_input *input)
 {
@@ -108,7 +129,9 @@ json_t *table_canonicalise(const struct process_table *table, struct api_call *c
         return NULL;
     }
     for (const struct process_input *input = table->inputs; input->name; input++) {
-        if (!is_reference(input)) {
+        if (is_replaced(input, given)) {
+            read_replaced(&inputs, input);
+        } else if (!is_reference(input)) {
             read_input(&inputs, input);
         }
     }
@@ -117,7 +140,7 @@ json_t *table_canonicalise(const struct process_table *table, struct api_call *c
     }
     for (const struct process_input *input = table->inputs; input->name; input++) {
         inputs.shape_only = list->errors != NULL;
-        if (is_reference(input) && !inputs.answered) {
+        if (is_reference(input) && !is_replaced(input, given) && !inputs.answered) {
             read_reference(&inputs, input);
         }
     }
@@ -363,7 +386,10 @@ bool table_type(const struct process_table *table, const json_t *canonical, void
     for (const struct process_input *input = table->inputs; input->name; input++) {
         const json_t *value = json_object_get(canonical, input->name);
 
-        whole = value && type_input(input, value, (char *)typed + input->member) && whole;
+        whole = value &&
+                (is_replaced(input, canonical) ||
+                 type_input(input, value, (char *)typed + input->member)) &&
+                whole;
     }
     return whole;
 }

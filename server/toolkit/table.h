@@ -58,6 +58,8 @@ struct process_input {
     bool derived;  /* the default follows from other inputs: complete sets it */
     bool open;     /* the upper limit follows from other inputs: complete checks it, highest is the
                       largest that it can be */
+    const char *unless; /* another input: where that is given, this one must be left out or null,
+                           is null in canonical form, and zero when typed; NULL: none */
     const char *const *choices;          /* of CHOICE, ended by NULL */
     size_t most;                         /* of NUMBERS: elements */
     const struct input_numbers *numbers; /* of NUMBERS: the default */

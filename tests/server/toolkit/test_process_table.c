@@ -11,7 +11,7 @@ struct tea {
     long cups, spoons, cubes;
     double warmth;
     bool milk, cup;
-    int kind;
+    int kind, lemon;
     struct input_numbers times;
     char *guest; /* owned */
 };
@@ -83,6 +83,7 @@ static void complete(struct process_inputs *inputs)
 }
 
 static const char *const kinds[] = {"black", "green", NULL};
+static const char *const lemons[] = {"none", "slice", NULL};
 static const struct input_numbers times = {2, {0.5, 1.0}};
 static const struct input_own guest = {
     .schema = "\"type\":\"string\",\"maxLength\":9",
@@ -113,6 +114,7 @@ static const struct process_input inputs[] = {
     {"times", INPUT_NUMBERS, AT(times), "In hours.", .highest = 12, .most = 3, .numbers = &times},
     {"guest", INPUT_OWN, AT(guest), "Whose.", .required = true, .own = &guest},
     {"cup", INPUT_OWN, AT(cup), "A cup.", .own = &cup},
+    {"lemon", INPUT_CHOICE, AT(lemon), "Not with the mesh.", .choices = lemons, .unless = "mesh"},
     {.name = NULL},
 };
 static const struct process_output outputs[] = {
@@ -154,11 +156,11 @@ static struct outcome brew(void **state, const char *text)
 static void test_defaults_are_filled(void **state)
 {
     struct outcome outcome = brew(state, "{" LEAST "}");
-    json_t *wanted =
-        json_pack("{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s, s:n}", "surface",
-                  ((struct fixture *)*state)->surface, "mesh", "model",
-                  ((struct fixture *)*state)->model, "cups", 4, "spoons", 2, "cubes", "warmth",
-                  350.0, "milk", 1, "kind", "black", "times", 0.5, 1.0, "guest", "Ada", "cup");
+    json_t *wanted = json_pack(
+        "{s:s, s:n, s:s, s:i, s:i, s:n, s:f, s:b, s:s, s:[f,f], s:s, s:n, s:s}", "surface",
+        ((struct fixture *)*state)->surface, "mesh", "model", ((struct fixture *)*state)->model,
+        "cups", 4, "spoons", 2, "cubes", "warmth", 350.0, "milk", 1, "kind", "black", "times", 0.5,
+        1.0, "guest", "Ada", "cup", "lemon", "none");
 
     assert_true(json_equal(outcome.canonical, wanted));
     assert_true(outcome.seconds == 240.0);
@@ -189,6 +191,26 @@ static void test_typed(void **state)
     assert_string_equal(tea.guest, "Ada");
     table_clear(&table, &tea);
     outcome_clear(&outcome);
+}
+
+/* Of two inputs one takes the other's place: that is null then, and zero when typed. */
+static void test_typed_without_what_is_replaced(void **state)
+{
+    static const char *const texts[] = {
+        "{" LEAST ",\"mesh\":\"" GOOD_MESH "\"}",
+        "{" LEAST ",\"mesh\":\"" GOOD_MESH "\",\"lemon\":null}",
+    };
+    struct tea tea;
+
+    for (size_t i = 0; i < 2; i++) {
+        struct outcome outcome = brew(state, texts[i]);
+
+        assert_true(json_is_null(json_object_get(outcome.canonical, "lemon")));
+        assert_true(table_type(&table, outcome.canonical, &tea));
+        assert_int_equal(tea.lemon, 0);
+        table_clear(&table, &tea);
+        outcome_clear(&outcome);
+    }
 }
 
 /* null where there is none; and text that is not of this table, as an older version may have left,
@@ -231,6 +253,8 @@ static void test_each_input_is_checked(void **state)
         {LEAST ",\"kind\":\"white\"", "/inputs/kind"},
         {LEAST ",\"times\":[1,2,3,4]", "/inputs/times"},
         {LEAST ",\"times\":[13]", "/inputs/times"},
+        {LEAST ",\"lemon\":\"rind\"", "/inputs/lemon"},
+        {LEAST ",\"mesh\":\"" GOOD_MESH "\",\"lemon\":\"slice\"", "/inputs/lemon"},
         {LEAST ",\"sugar\":1", "/inputs/sugar"},
         {LEAST ",\"cup\":7", "/inputs/cup"},
         {LEAST ",\"cup\":\"" ABSENT_SURFACE "\",\"kind\":\"green\"", "/inputs/milk"},
@@ -344,9 +368,13 @@ static void test_names_are_unique(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_defaults_are_filled),  cmocka_unit_test(test_typed),
-        cmocka_unit_test(test_typed_of_old),         cmocka_unit_test(test_each_input_is_checked),
-        cmocka_unit_test(test_references_come_last), cmocka_unit_test(test_schemas),
+        cmocka_unit_test(test_defaults_are_filled),
+        cmocka_unit_test(test_typed),
+        cmocka_unit_test(test_typed_without_what_is_replaced),
+        cmocka_unit_test(test_typed_of_old),
+        cmocka_unit_test(test_each_input_is_checked),
+        cmocka_unit_test(test_references_come_last),
+        cmocka_unit_test(test_schemas),
         cmocka_unit_test(test_names_are_unique),
     };
 
