@@ -378,7 +378,8 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     const char *method_names[COMPUTE_CLASSIFY_METHODS] = {NULL};
     json_t *document = json_object(), *methods = json_object(), *order = json_array();
     const json_t *cohort = json_object_get(inputs, "cohort");
-    json_t *subjects = group_subjects(run, cohort);
+    json_t *subjects = group_subjects(run, json_object_get(cohort, "surfaces"),
+                                      json_object_get(cohort, "subjects"));
 
     for (size_t m = 0; m < typed->n_methods; m++) {
         method_names[m] = typed->methods[m]->name;
@@ -398,7 +399,7 @@ static json_t *results_json(struct jobs_run *run, const json_t *inputs,
     permutation_set_test(document, &results[0].test);
     permutation_warn(warnings_of(document), &results[0].test, "No p-value of this result can be");
     routes_set_bridged(document, typed->group->n, ids, typed->group->bridged);
-    group_warn_duplicates(run, document, cohort, cohort,
+    group_warn_duplicates(run, document, json_object_get(cohort, "surfaces"), cohort,
                           (const char(*)[STORE_ID_MAX])typed->group->contents);
     (void)json_object_set_new(document, "classes", order);
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)typed->group->degree));
@@ -491,7 +492,7 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     struct compute_group group = {0};
     struct classes classes = {0};
     const char **ids = NULL;
-    const struct compute_mirrored mirrored = group_mirrored(inputs);
+    const struct compute_mirrored mirrored = group_mirrored(cohort);
     struct compute_origin *origins = NULL;
     double *found = NULL, *pairs = NULL;
     json_t *document = NULL;
@@ -504,8 +505,10 @@ void classify_run(struct jobs_run *run, void *api, const char *text, struct jobs
     }
     typed_inputs(inputs, methods, &typed);
     with_size = is_choice(inputs, "scale", "shape-and-size");
-    ids = group_ids(cohort, &n);
-    origins = ids ? routes_bridges(run, inputs, n, ids) : NULL;
+    ids = group_ids(json_object_get(cohort, "surfaces"), &n);
+    origins =
+        ids ? routes_bridges(run, json_is_true(json_object_get(inputs, "mixedRoutes")), n, ids)
+            : NULL;
     if (!origins || !classes_find(cohort, &classes, &missing)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;

@@ -404,7 +404,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
     if (!inputs) {
         return;
     }
-    ids = group_ids(cohort, &n);
+    ids = group_ids(json_object_get(cohort, "surfaces"), &n);
     typed.options.permutations =
         (size_t)json_integer_value(json_object_get(inputs, "permutations"));
     typed.options.seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
@@ -431,7 +431,7 @@ void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_
         mean_set_members(document, &typed.mean, &mean);
         warnings_put(document,
                      handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
-        group_warn_duplicates(run, document, cohort, cohort,
+        group_warn_duplicates(run, document, json_object_get(cohort, "surfaces"), cohort,
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, design.subjects, NULL);
         covariates_warn(warnings_of(document), json_object_get(inputs, "covariates"), n,

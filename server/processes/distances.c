@@ -65,7 +65,8 @@ static bool read_handedness(struct jobs_run *run, const json_t *inputs, struct g
                             struct compute_handedness *handedness)
 {
     *sides = (struct group_sides){0};
-    *handedness = (struct compute_handedness){.mirrored = group_mirrored(inputs)};
+    *handedness =
+        (struct compute_handedness){.mirrored = group_mirrored(json_object_get(inputs, "cohort"))};
     if (!handedness_checked(inputs)) {
         return true;
     }
@@ -81,10 +82,12 @@ static json_t *result_document(struct jobs_run *run, const json_t *inputs, const
 {
     size_t n = outputs->group.n;
     const size_t shape[2] = {n, n};
-    json_t *document = json_object(), *labels = group_labels(run, inputs);
+    json_t *document = json_object(),
+           *labels = group_labels(run, json_object_get(inputs, "surfaces"),
+                                  json_object_get(json_object_get(inputs, "cohort"), "subjects"));
 
     (void)json_object_set_new(document, "labels", labels);
-    (void)json_object_set_new(document, "groups", group_groups(inputs));
+    (void)json_object_set_new(document, "groups", group_groups(json_object_get(inputs, "cohort")));
     (void)json_object_set_new(document, "matrix", json_nested(outputs->matrix, 2, shape));
     (void)json_object_set_new(document, "lmax", json_integer((json_int_t)outputs->group.degree));
     routes_set_bridged(document, n, ids, outputs->group.bridged);
@@ -113,9 +116,12 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     doubts = (struct group_doubts){.surfaces = json_object_get(inputs, "surfaces"),
                                    .cohort = json_object_get(inputs, "cohort"),
                                    .mirrors = handedness_checked(inputs)};
-    ids = group_ids(inputs, &typed.n);
+    ids = group_ids(json_object_get(inputs, "surfaces"), &typed.n);
     if (!read_handedness(run, inputs, &sides, &handedness) || !ids ||
-        !(origins = routes_bridges(run, inputs, typed.n, ids))) {
+        !(origins = routes_bridges(run,
+                                   json_is_true(json_object_get(inputs, "mixedRoutes")) &&
+                                       json_is_true(json_object_get(inputs, "register")),
+                                   typed.n, ids))) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
         goto out;
     }
@@ -132,7 +138,8 @@ void distances_run(struct jobs_run *run, void *api, const char *text, struct job
     (void)json_object_set_new(
         document, "registration",
         registration_json(typed.metric <= SRNF_METRIC_SRM ? typed.registration : NULL));
-    group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"), NULL);
+    group_warn_duplicates(run, document, json_object_get(inputs, "surfaces"),
+                          json_object_get(inputs, "cohort"), NULL);
     doubts.group = &outputs.group;
     doubts.pairs = outputs.matrix;
     doubts.rotates = typed.registration != NULL;

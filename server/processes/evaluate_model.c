@@ -199,7 +199,7 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
     struct srnf_quality quality = {0};
     json_t *document = NULL;
     size_t n = 0, *numbers = NULL;
-    const char **ids = group_ids(inputs, &n);
+    const char **ids = group_ids(json_object_get(inputs, "surfaces"), &n);
 
     if (mean_inputs(run, inputs, n, ids, &typed, &registration, result) &&
         set_subjects(subjects, n, options, &numbers, result)) {
@@ -210,7 +210,8 @@ static json_t *evaluate_group(struct jobs_run *run, const json_t *inputs,
         mean_set_members(document, &typed, &mean);
         warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                    json_object_get(inputs, "cohort")));
-        group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
+        group_warn_duplicates(run, document, json_object_get(inputs, "surfaces"),
+                              json_object_get(inputs, "cohort"),
                               (const char(*)[STORE_ID_MAX])mean.group.contents);
         typicality_warn_poses(warnings_of(document), &mean, numbers, NULL);
         if (!mean_warn(run, &typed, &mean, doubts, document, result)) {
@@ -238,7 +239,7 @@ static json_t *evaluate_model(struct jobs_run *run, const char *id,
     if (set_subjects(subjects, n, options, &numbers, result) &&
         compute_quality_model(run, id, total, options, &quality, result) == 0) {
         document = quality_json(&quality);
-        group_warn_duplicates(run, document, made, made, NULL);
+        group_warn_duplicates(run, document, json_object_get(made, "surfaces"), made, NULL);
     }
     srnf_quality_clear(&quality);
     srnf_free(numbers);

@@ -122,7 +122,7 @@ bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const cha
     *typed = (struct compute_mean_inputs){
         .n = n,
         .ids = ids,
-        .mirrored = group_mirrored(inputs),
+        .mirrored = group_mirrored(json_object_get(inputs, "cohort")),
         .degree = (size_t)json_integer_value(json_object_get(inputs, "lmax")),
         .tolerance = json_number_value(json_object_get(inputs, "tolerance")),
         .max_iterations = (size_t)json_integer_value(json_object_get(inputs, "maxIterations")),
@@ -132,7 +132,11 @@ bool mean_inputs(struct jobs_run *run, const json_t *inputs, size_t n, const cha
     if (json_is_true(json_object_get(inputs, "register"))) {
         typed->registration = options;
     }
-    typed->origins = ids ? routes_bridges(run, inputs, n, ids) : NULL;
+    typed->origins = ids ? routes_bridges(run,
+                                          json_is_true(json_object_get(inputs, "mixedRoutes")) &&
+                                              !json_is_false(json_object_get(inputs, "register")),
+                                          n, ids)
+                         : NULL;
     if (!typed->origins) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
@@ -152,7 +156,7 @@ static bool typed_inputs(struct jobs_run *run, const json_t *inputs,
 {
     size_t n = 0, count, largest;
 
-    borrowed->ids = group_ids(inputs, &n);
+    borrowed->ids = group_ids(json_object_get(inputs, "surfaces"), &n);
     if (!mean_inputs(run, inputs, n, borrowed->ids, typed, &borrowed->options, result)) {
         return false;
     }
@@ -239,16 +243,18 @@ static bool set_members(struct jobs_run *run, json_t *document, const json_t *in
     const struct group_doubts doubts = {.surfaces = json_object_get(inputs, "surfaces"),
                                         .cohort = json_object_get(inputs, "cohort")};
     const struct srnf_mean *mean = &outputs->mean;
-    json_t *labels = group_labels(run, inputs);
+    json_t *labels = group_labels(run, json_object_get(inputs, "surfaces"),
+                                  json_object_get(json_object_get(inputs, "cohort"), "subjects"));
 
     mean_set_members(document, typed, outputs);
     typicality_warn_poses(warnings_of(document), outputs, typed->subjects, labels);
     (void)json_object_set_new(document, "labels", labels);
-    (void)json_object_set_new(document, "groups", group_groups(inputs));
+    (void)json_object_set_new(document, "groups", group_groups(json_object_get(inputs, "cohort")));
     (void)json_object_set_new(document, "distances", json_vector(mean->distances, mean->n));
     warnings_put(document, handedness_of_names(run, json_object_get(inputs, "surfaces"),
                                                json_object_get(inputs, "cohort")));
-    group_warn_duplicates(run, document, inputs, json_object_get(inputs, "cohort"),
+    group_warn_duplicates(run, document, json_object_get(inputs, "surfaces"),
+                          json_object_get(inputs, "cohort"),
                           (const char(*)[STORE_ID_MAX])outputs->group.contents);
     return mean_warn(run, typed, outputs, doubts, document, result);
 }
@@ -332,10 +338,12 @@ static void record_texts(struct jobs_run *run, const json_t *inputs,
         "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
         json_finite(outputs->pca.total_variance), "madeFrom", "process", "pca", "job",
         jobs_run_job_id(run), "surfaces", json_object_get(inputs, "surfaces"), "cohort", cohort,
-        "subjects", subjects, "mirrored", mirrored, "labels", group_labels(run, inputs), "groups",
-        group_groups(inputs), "registration", registration_json(typed->registration), "contents",
-        contents_json(&outputs->group), "residuals",
-        json_vector(outputs->residuals, outputs->mean.n), "distances",
+        "subjects", subjects, "mirrored", mirrored, "labels",
+        group_labels(run, json_object_get(inputs, "surfaces"),
+                     json_object_get(json_object_get(inputs, "cohort"), "subjects")),
+        "groups", group_groups(json_object_get(inputs, "cohort")), "registration",
+        registration_json(typed->registration), "contents", contents_json(&outputs->group),
+        "residuals", json_vector(outputs->residuals, outputs->mean.n), "distances",
         json_vector(outputs->mean.distances, outputs->mean.n));
 
     *text = record ? dump(record) : NULL;

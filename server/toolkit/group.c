@@ -1,183 +1,14 @@
 /*
- * group.c - a group of surfaces among the inputs of a process: named one by one, or by the
- * cohort that they make up.
+ * group.c - the members of a group in results: what they are called, whose they are, and which of
+ * them have the same content.
  */
 #include "toolkit/group.h"
 
 #include <stdio.h>
 #include <string.h>
 
-#include "api/cohorts.h"
 #include "api/json_memory.h"
-#include "toolkit/routes.h"
 #include "api/warnings.h"
-
-#define MIB 1048576.0
-
-/* Checks one id; it goes into the canonical surfaces. */
-static bool add_surface(struct process_inputs *inputs, const json_t *value, const char *pointer,
-                        json_t *surfaces, long *degree)
-{
-    long own = 0;
-    const char *id = inputs_surface_at(inputs, value, pointer, &own);
-
-    if (!id) {
-        return false;
-    }
-    *degree = own > *degree ? own : *degree;
-    (void)json_array_append_new(surfaces, json_string(id));
-    return true;
-}
-
-static bool check_count(struct process_inputs *inputs, const char *pointer, size_t count)
-{
-    if (count < PROCESS_GROUP_MIN || count > PROCESS_GROUP_MAX) {
-        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %d to %d", count,
-                    PROCESS_GROUP_MIN, PROCESS_GROUP_MAX);
-        return false;
-    }
-    return true;
-}
-
-static bool read_surfaces(struct process_inputs *inputs, const json_t *value, json_t *surfaces,
-                          long *degree)
-{
-    char pointer[64];
-    size_t count = json_array_size(value);
-
-    if (!json_is_array(value)) {
-        problem_add(inputs->list, "/inputs/surfaces", "must be an array of ids");
-        return false;
-    }
-    if (!check_count(inputs, "/inputs/surfaces", count)) {
-        return false;
-    }
-    for (size_t i = 0; i < count; i++) {
-        (void)snprintf(pointer, sizeof pointer, "/inputs/surfaces/%zu", i);
-        if (!add_surface(inputs, json_array_get(value, i), pointer, surfaces, degree) &&
-            inputs->answered) {
-            return false;
-        }
-    }
-    return !inputs->list->errors;
-}
-
-/* The stored cohort; false with a problem noted or answered. */
-static bool find_cohort(struct process_inputs *inputs, const json_t *value,
-                        struct store_cohort *cohort)
-{
-    const char *name = json_string_value(value);
-    char owner[STORE_OWNER_MAX];
-    int status;
-
-    if (!cohort_name_valid(name)) {
-        problem_add(inputs->list, "/inputs/cohort", "must be the name of a cohort");
-        return false;
-    }
-    if (inputs->answered) {
-        return false;
-    }
-    if (!cohort_owner(inputs->call, name, true, owner)) {
-        inputs->answered = true;
-        return false;
-    }
-    status = store_cohort_get_as(inputs->call->api->config.store, owner, name, cohort);
-    if (status) {
-        (void)problem_respond_store(inputs->call, status, "no-such-cohort", name);
-        inputs->answered = true;
-    }
-    return status == 0;
-}
-
-static bool read_cohort(struct process_inputs *inputs, const json_t *value, json_t *surfaces,
-                        long *degree)
-{
-    struct store_cohort cohort = {.record = NULL};
-    json_t *members = NULL, *labels = json_array(), *subjects = json_array();
-    json_t *mirrored = json_array();
-    bool good = find_cohort(inputs, value, &cohort) &&
-                check_count(inputs, "/inputs/cohort", cohort.n_members);
-
-    if (good) {
-        members = cohort_members(&cohort);
-    }
-    for (size_t i = 0; good && i < json_array_size(members); i++) {
-        const json_t *member = json_array_get(members, i);
-
-        good =
-            add_surface(inputs, json_object_get(member, "id"), "/inputs/cohort", surfaces, degree);
-        (void)json_array_append(labels, json_object_get(member, "label"));
-        (void)json_array_append(subjects, json_object_get(member, "subject"));
-        (void)json_array_append(mirrored, json_object_get(member, "mirror"));
-    }
-    (void)json_object_set_new(inputs->canonical, "cohort",
-                              json_pack("{s:s, s:o, s:o, s:o}", "name", cohort.name, "labels",
-                                        labels, "subjects", subjects, "mirrored", mirrored));
-    json_decref(members);
-    store_cohort_clear(&cohort);
-    return good;
-}
-
-size_t inputs_group(struct process_inputs *inputs, long *degree)
-{
-    const json_t *listed = json_object_get(inputs->given, "surfaces");
-    const json_t *cohort = json_object_get(inputs->given, "cohort");
-    bool has_list = listed != NULL, has_cohort = cohort && !json_is_null(cohort);
-    json_t *surfaces = json_array();
-    bool good = false;
-
-    *degree = 0;
-    if (has_list == has_cohort) {
-        problem_add(inputs->list, has_list ? "/inputs/cohort" : "/inputs/surfaces",
-                    "surfaces or a cohort must be given, and not both");
-    } else if (has_list) {
-        good = read_surfaces(inputs, listed, surfaces, degree);
-        (void)json_object_set_new(inputs->canonical, "cohort", json_null());
-    } else {
-        good = read_cohort(inputs, cohort, surfaces, degree);
-    }
-    good = inputs_routes(inputs, surfaces) && good;
-    (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
-    return good ? json_array_size(surfaces) : 0;
-}
-
-void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies)
-{
-    size_t rows = srnf_working_rows((size_t)degree);
-    double bytes = (double)n * (double)copies * 3.0 * (double)rows * 2.0 * (double)rows * 8.0;
-
-    if (bytes > PROCESS_MEMORY_MAX) {
-        problem_add(inputs->list, "/inputs",
-                    "%zu surfaces of degree %ld need about %.0f MiB; the limit is %.0f MiB: take "
-                    "fewer of them or a lower degree",
-                    n, degree, bytes / MIB, PROCESS_MEMORY_MAX / MIB);
-    }
-}
-
-const char **group_ids(const json_t *inputs, size_t *n)
-{
-    const json_t *surfaces = json_object_get(inputs, "surfaces");
-    const char **ids;
-
-    *n = json_array_size(surfaces);
-    ids = srnf_alloc(*n ? *n : 1, sizeof *ids);
-    for (size_t i = 0; ids && i < *n; i++) {
-        const char *id = json_string_value(json_array_get(surfaces, i));
-        ids[i] = id ? id : "";
-    }
-    return ids;
-}
-
-struct compute_mirrored group_mirrored(const json_t *inputs)
-{
-    const json_t *flags = json_object_get(json_object_get(inputs, "cohort"), "mirrored");
-    struct compute_mirrored mirrored = {{false}};
-
-    for (size_t i = 0; i < json_array_size(flags) && i < COMPUTE_GROUP_MAX; i++) {
-        mirrored.member[i] = json_is_true(json_array_get(flags, i));
-    }
-    return mirrored;
-}
 
 /* The name that a mesh or surface has, or its id. */
 static json_t *name_of(struct jobs_run *run, const char *id)
@@ -249,14 +80,12 @@ static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const js
     return distinct;
 }
 
-json_t *group_labels(struct jobs_run *run, const json_t *inputs)
+json_t *group_subjects(struct jobs_run *run, const json_t *surfaces, const json_t *subjects)
 {
-    const json_t *surfaces = json_object_get(inputs, "surfaces");
-    const json_t *cohort = json_object_get(inputs, "cohort");
-    json_t *names = json_array(), *labels;
+    json_t *names = json_array();
 
     for (size_t i = 0; i < json_array_size(surfaces); i++) {
-        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+        json_t *subject = json_array_get(subjects, i);
 
         if (json_is_string(subject)) {
             (void)json_array_append(names, subject);
@@ -265,34 +94,23 @@ json_t *group_labels(struct jobs_run *run, const json_t *inputs)
                 names, name_of(run, json_string_value(json_array_get(surfaces, i))));
         }
     }
-    labels = part_names(run, surfaces, names);
+    return names;
+}
+
+json_t *group_labels(struct jobs_run *run, const json_t *surfaces, const json_t *subjects)
+{
+    json_t *names = group_subjects(run, surfaces, subjects);
+    json_t *labels = part_names(run, surfaces, names);
+
     json_decref(names);
     return labels;
 }
 
-json_t *group_groups(const json_t *inputs)
+json_t *group_groups(const json_t *cohort)
 {
-    json_t *labels = json_object_get(json_object_get(inputs, "cohort"), "labels");
+    json_t *labels = json_object_get(cohort, "labels");
 
     return json_is_array(labels) ? json_incref(labels) : json_null();
-}
-
-json_t *group_subjects(struct jobs_run *run, const json_t *cohort)
-{
-    const json_t *surfaces = json_object_get(cohort, "surfaces");
-    json_t *subjects = json_array();
-
-    for (size_t i = 0; i < json_array_size(surfaces); i++) {
-        json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
-
-        if (json_is_string(subject)) {
-            (void)json_array_append(subjects, subject);
-        } else {
-            (void)json_array_append_new(
-                subjects, name_of(run, json_string_value(json_array_get(surfaces, i))));
-        }
-    }
-    return subjects;
 }
 
 /* ---- Subjects -------------------------------------------------------------------------------- */
@@ -421,19 +239,18 @@ static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t firs
     }
 }
 
-void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
+void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *surfaces,
                            const json_t *cohort, const char (*contents)[STORE_ID_MAX])
 {
-    const json_t *ids = json_object_get(group, "surfaces");
     const json_t *mirrored = json_object_get(cohort, "mirrored");
-    size_t n = json_array_size(ids);
+    size_t n = json_array_size(surfaces);
     struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
 
     if (!all) {
         json_memory_fail(); /* a warning may be missing */
     }
     for (size_t i = 0; all && i < n; i++) {
-        const char *id = json_string_value(json_array_get(ids, i));
+        const char *id = json_string_value(json_array_get(surfaces, i));
         size_t first = 0;
 
         find_content(run, id ? id : "", json_is_true(json_array_get(mirrored, i)),

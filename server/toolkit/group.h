@@ -1,22 +1,88 @@
 /*
- * group.h - what processes on several surfaces share: the inputs "surfaces" or "cohort".
+ * group.h - what processes on several surfaces share: the inputs "surfaces" and "cohort", and what
+ * results tell of the members.
  */
 #ifndef SRNFD_TOOLKIT_GROUP_H
 #define SRNFD_TOOLKIT_GROUP_H
 
-#include "toolkit/process.h"
+#include "api/cohorts.h"
 #include "compute/group.h"
+#include "toolkit/process.h"
+#include "toolkit/table.h"
 
 _Static_assert(PROCESS_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed");
 
+/* ---- Inputs (group_inputs.c) ----------------------------------------------------------------- */
+
+/* A group as it is typed; zero where another input stands in its place. */
+struct group_input {
+    size_t n;
+    const char **ids; /* [n] surfaces or meshes */
+    size_t *subjects; /* [n] whose each is: group_subject_numbers */
+    size_t n_subjects, largest;
+    struct compute_mirrored mirrored; /* members that are taken mirrored */
+    bool mixed_routes;
+    /* Canonical, for what results tell: [n] ids; {name, labels, subjects, mirrored} of the members
+       and what the process adds, or NULL without a cohort. */
+    json_t *surfaces, *cohort;
+};
+
+#define GROUP_MIXED_ROUTES_TEXT                                                                   \
+    "Compare surfaces that came to their sphere by different routes (star, area, given); "        \
+    "otherwise they are refused with mixed-routes. Registered, those that encode made by star "   \
+    "beside others by area are encoded again by area (bridgedSurfaces); of what differs all the " \
+    "same the result has the warning mixed-routes."
+
+/* Rows of a table whose typed inputs have a struct group_input called group. Surfaces or a cohort
+   must be given, and not both: */
+#define GROUP_INPUTS(typed)                                                           \
+    {"surfaces", INPUT_OWN, offsetof(struct typed, group),                            \
+     "The surfaces, or cohort instead. Meshes are encoded with the default options.", \
+     .own = &group_surfaces},                                                         \
+        {"cohort", INPUT_OWN, offsetof(struct typed, group),                          \
+         "Name of a cohort, instead of surfaces.", .own = &group_cohort},             \
+    {                                                                                 \
+        "mixedRoutes", INPUT_BOOLEAN, offsetof(struct typed, group.mixed_routes),     \
+            GROUP_MIXED_ROUTES_TEXT, .fallback = 0                                    \
+    }
+/* The same of a process that needs what a cohort says of its members. The canonical surfaces then
+   stand in the cohort. */
+#define GROUP_MEMBERS_INPUTS(typed, text)                                         \
+    {"cohort", INPUT_OWN,        offsetof(struct typed, group),                   \
+     text,     .required = true, .own = &group_members},                          \
+    {                                                                             \
+        "mixedRoutes", INPUT_BOOLEAN, offsetof(struct typed, group.mixed_routes), \
+            GROUP_MIXED_ROUTES_TEXT, .fallback = 0                                \
+    }
+
 /*
- * Reads "surfaces" [id, ..] or "cohort" (a name), exactly one of them. The canonical surfaces are
- * the ids, in order, in both cases; the canonical cohort is null, or its name with the labels and
- * subjects of its members and which of them are mirrored, as they are now: a cohort may be deleted,
- * and its name given to another. "mixedRoutes" is read too: surfaces that are known to have come by
- * different routes are refused unless it is true (routes.h). Returns their number, or 0
- * with a problem noted or answered. degree gets the largest of theirs.
+ * The readers refuse surfaces that are known to have come by different routes, unless mixedRoutes
+ * allows them (routes.h). The largest degree of the members is then that of the inputs.
  */
+extern const struct input_own group_surfaces, group_cohort, group_members;
+/* Their parts, for inputs that differ a little. */
+void group_read_surfaces(struct process_inputs *inputs, const struct process_input *input);
+void group_read_cohort(struct process_inputs *inputs, const struct process_input *input);
+void group_read_members(struct process_inputs *inputs, const struct process_input *input);
+bool group_type_surfaces(const json_t *value, void *member);
+bool group_type_cohort(const json_t *value, void *member);
+bool group_type_members(const json_t *value, void *member);
+void group_input_clear(void *member); /* struct group_input */
+/* type: "\"array\"", or a list of types. */
+#define GROUP_SURFACES_OWN(types, least)                                                          \
+    {                                                                                             \
+        .schema =                                                                                 \
+            "\"type\":" types ",\"minItems\":" PROCESS_TEXT(least) ",\"maxItems\":" PROCESS_TEXT( \
+                PROCESS_GROUP_MAX) ",\"items\":{"                                                 \
+                                   "\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN   \
+                                   "\"}",                                                         \
+        .refers = true, .read = group_read_surfaces, .type = group_type_surfaces,                 \
+        .clear = group_input_clear,                                                               \
+    }
+#define GROUP_MEMBERS_SCHEMA "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN "\""
+
+/* The same for a process without a table: reads "surfaces", "cohort" and "mixedRoutes". Returns the
+   number of members, or 0 with a problem noted or answered. degree gets the largest of theirs. */
 size_t inputs_group(struct process_inputs *inputs, long *degree);
 /* Notes a problem where n fields of that degree, `copies` of them for each surface, are beyond the
    limit on memory. */
@@ -26,16 +92,32 @@ void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, s
    a problem noted or answered. */
 bool inputs_model(struct process_inputs *inputs, struct store_model *model);
 
-/* The ids of canonical inputs, borrowed from them; srnf_free. */
-const char **group_ids(const json_t *inputs, size_t *n);
+/* The ids of canonical surfaces, borrowed from them; srnf_free. */
+const char **group_ids(const json_t *surfaces, size_t *n);
 /* Which members of the canonical cohort are taken mirrored; none without a cohort. */
-struct compute_mirrored group_mirrored(const json_t *inputs);
-/* A name for each surface, no two the same: the subject of the member, or else the name that the
-   mesh or surface has, or else its id. Where several would be the same, the name follows the
-   subject in brackets, the id the name, and then the number of the member. */
-json_t *group_labels(struct jobs_run *run, const json_t *inputs);
-/* The label, or null, of each member of the cohort; null where there is none. */
-json_t *group_groups(const json_t *inputs);
+struct compute_mirrored group_mirrored(const json_t *cohort);
+
+/* ---- Results (group.c) ----------------------------------------------------------------------- */
+
+/* Members that results on groups have. */
+#define GROUP_LABELS_OUTPUTS                                                                  \
+    {"labels", "\"type\":\"array\",\"items\":{" OUTPUT_STRING "}",                            \
+     "A name for each surface, in order, no two the same: the subject, or else the name, or " \
+     "else the id, with more in brackets where that is not enough."},                         \
+    {                                                                                         \
+        "groups", "\"type\":[\"array\",\"null\"],\"items\":{\"type\":[\"string\",\"null\"]}", \
+            "The label of each member of the cohort; null without a cohort."                  \
+    }
+
+/* A name for each of the surfaces where labels are classes: the subject of the member, or else the
+   name that the mesh or surface has, or else its id. subjects: an array of texts and nulls, or
+   NULL. */
+json_t *group_subjects(struct jobs_run *run, const json_t *surfaces, const json_t *subjects);
+/* The same with no two alike. Where several would be the same, the name follows the subject in
+   brackets, the id the name, and then the number of the member. */
+json_t *group_labels(struct jobs_run *run, const json_t *surfaces, const json_t *subjects);
+/* The label, or null, of each member of the canonical cohort; null where there is none. */
+json_t *group_groups(const json_t *cohort);
 
 /*
  * Whose each member is: [n] numbers below n, the same where the subjects are the same text; a
@@ -50,15 +132,11 @@ bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, c
 /*
  * Warns, in the result document, of members with the same content (duplicate-content): the same
  * surface, or surfaces and meshes that come from one mesh. Mirror images are not the same.
- *   group     [in] what holds "surfaces": the canonical inputs, or the cohort in them
+ *   surfaces  [in] [n] ids
  *   cohort    [in] what holds "subjects" and "mirrored", for all members; or NULL
  *   contents  [in] [n] of compute_group, by which meshes of the same surface are known; or NULL
  */
-void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *group,
+void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t *surfaces,
                            const json_t *cohort, const char (*contents)[STORE_ID_MAX]);
-
-/* A name for each member where labels are classes: the subject, or else the name, or else the id.
-   cohort: the canonical one, with the member surfaces. */
-json_t *group_subjects(struct jobs_run *run, const json_t *cohort);
 
 #endif

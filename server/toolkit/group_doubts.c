@@ -213,12 +213,11 @@ bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, 
         .n_classes = doubts->n_classes,
         .rotates = doubts->rotates,
         .mirrors = doubts->mirrors && !is_told(warnings_of(document), "mirror-images")};
-    json_t *named = json_pack("{s:O}", "surfaces", doubts->surfaces), *names;
+    json_t *names = group_labels(run, doubts->surfaces, NULL); /* labels say little of a member */
     struct compute_likeness likeness = {0};
     json_t *warnings = warnings_of(document);
     int status = numbers ? 0 : compute_fail(result, SRNF_ENOMEM, NULL, "comparing the members");
 
-    names = group_labels(run, named); /* of the files: labels say little of a member */
     if (status == 0 && doubts->pairs) {
         status = compute_likeness(run, &inputs, &likeness, result);
     }
@@ -233,7 +232,6 @@ bool group_doubts_warn(struct jobs_run *run, const struct group_doubts *doubts, 
         warn_classes(&likeness, doubts, warnings);
     }
     compute_likeness_clear(&likeness);
-    json_decref(named);
     json_decref(names);
     srnf_free(numbers);
     return status == 0;

@@ -333,15 +333,14 @@ static void note_bridges(struct process_inputs *inputs, const struct tally *tall
     }
 }
 
-struct compute_origin *routes_bridges(struct jobs_run *run, const json_t *inputs, size_t n,
+struct compute_origin *routes_bridges(struct jobs_run *run, bool allowed, size_t n,
                                       const char *const *ids)
 {
     struct compute_origin *origins = srnf_alloc(n ? n : 1, sizeof *origins);
     struct store *store = jobs_run_store(run);
     struct tally tally = {.bridged = NULL};
 
-    if (!origins || !json_is_true(json_object_get(inputs, "mixedRoutes")) ||
-        json_is_false(json_object_get(inputs, "register"))) {
+    if (!origins || !allowed) {
         return origins;
     }
     for (size_t i = 0; i < n; i++) {
@@ -359,7 +358,7 @@ bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces)
 {
     struct store_view view = call_view(inputs->call);
     struct tally tally = {.bridged = NULL};
-    bool mixed = inputs_boolean(inputs, "mixedRoutes", false);
+    bool mixed = json_is_true(json_object_get(inputs->canonical, "mixedRoutes"));
     char members[320];
 
     if (inputs->list->errors || inputs->answered) {

@@ -41,17 +41,17 @@ const char *surface_route(const struct store_surface *surface);
 const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids,
                           const char *of_mesh);
 
-/* Reads "mixedRoutes", and answers 422 mixed-routes where the surfaces (ids) are known to differ
-   and it is not true. False when answered. */
+/* Answers 422 mixed-routes where the surfaces (ids) are known to differ and the canonical
+   "mixedRoutes" is not true. False when answered. */
 bool inputs_routes(struct process_inputs *inputs, const json_t *surfaces);
 
 /* Where the surface or mesh comes from: known of meshes, which go by the default route, and of what
    encode made by star or area. */
 void routes_origin(struct jobs_run *run, const char *id, struct compute_origin *origin);
 /* The members of a group that are to be bridged, for compute_group_load: [n], srnf_free; NULL
-   without memory. inputs: the canonical ones, which say whether routes may mix, and whether the
-   group is registered. */
-struct compute_origin *routes_bridges(struct jobs_run *run, const json_t *inputs, size_t n,
+   without memory. allowed: routes may mix, and the group is registered; otherwise none is
+   bridged. */
+struct compute_origin *routes_bridges(struct jobs_run *run, bool allowed, size_t n,
                                       const char *const *ids);
 /* The route that all members have as they were computed with; otherwise as routes_common. */
 const char *routes_of_group(struct jobs_run *run, size_t n, const char *const *ids,
