@@ -21,6 +21,14 @@ static inline bool srnf_is_canceled(const struct srnf_context *context)
     return context && context->canceled && context->canceled(context->user);
 }
 
+/* Asks before every so many items of a loop of many cheap ones: is it to break off before this one?
+   What it was making is then unfinished, and the function that was called asks once more. */
+#define SRNF_ITEMS_ASKED 4096
+static inline bool srnf_asks(const struct srnf_context *context, size_t item)
+{
+    return item % SRNF_ITEMS_ASKED == 0 && srnf_is_canceled(context);
+}
+
 static inline void srnf_report_progress(const struct srnf_context *context, double fraction,
                                         const char *message)
 {

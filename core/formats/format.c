@@ -248,6 +248,9 @@ int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
         status = mesh_cut_polygons(&reader);
     }
     mesh_release(&reader, reader.polygons, reader.polygon_capacity, sizeof *reader.polygons);
+    if (mesh_ask(&reader)) { /* loops that broke off have left what they made unfinished */
+        status = SRNF_ECANCELED;
+    }
     if (status == SRNF_OK) {
         *mesh = reader.mesh;
         if (info) {

@@ -28,6 +28,8 @@ struct mesh_reader {
     locale_t locale;          /* "C", for numbers */
     size_t memory;            /* held at the moment, by mesh_alloc */
     int status;               /* why the last mesh_alloc returned NULL */
+    size_t steps;             /* counted by mesh_step */
+    bool told;                /* to stop: mesh_step goes on saying so */
 
     struct srnf_mesh mesh; /* what has been read so far */
     size_t vertex_capacity, face_capacity;
@@ -42,6 +44,12 @@ struct mesh_reader {
    it back with the same count and size. */
 void *mesh_alloc(struct mesh_reader *reader, size_t count, size_t size);
 void mesh_release(struct mesh_reader *reader, void *pointer, size_t count, size_t size);
+
+/* To be called for every few words or numbers that are read: asks limits.context every few thousand
+   calls, and returns SRNF_ECANCELED once it has said so. Adding a vertex or a corner calls it. */
+SRNF_CHECKED int mesh_step(struct mesh_reader *reader);
+/* Asks at once. */
+SRNF_CHECKED int mesh_ask(struct mesh_reader *reader);
 
 /* Can `left` bytes hold `count` things of at least `least` bytes each? SRNF_EPARSE if not, with a
    sentence about what ("vertices", "faces", ...) the header promises. A negative count is an error

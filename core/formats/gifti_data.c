@@ -121,14 +121,21 @@ static int store_bytes(struct gifti_decoder *decoder, const unsigned char *bytes
     return SRNF_OK;
 }
 
+/* Bytes to unpack before it is asked again whether to go on. */
+#define INFLATE_AT_ONCE (1u << 20)
+
 /* One call of inflate, into the array or, when that is full, into one byte that must stay empty. */
 static int inflate_step(struct gifti_decoder *decoder)
 {
     struct gifti_array *array = decoder->array;
     size_t room = array->size - array->filled;
     unsigned char beyond;
-    unsigned given = room > UINT_MAX ? UINT_MAX : (unsigned)room;
-    int code;
+    unsigned given = room > INFLATE_AT_ONCE ? INFLATE_AT_ONCE : (unsigned)room;
+    int code = mesh_ask(decoder->reader);
+
+    if (code != SRNF_OK) {
+        return code;
+    }
 
     decoder->stream.next_out = given > 0 ? array->raw + array->filled : &beyond;
     decoder->stream.avail_out = given > 0 ? given : 1;
@@ -148,6 +155,14 @@ static int inflate_step(struct gifti_decoder *decoder)
     return SRNF_OK;
 }
 
+/* Has inflate filled all that it was given while the array has more room? There may be more to come
+   of the input that it has taken. */
+static bool has_more(const struct gifti_decoder *decoder)
+{
+    return decoder->stream.avail_out == 0 && !decoder->stream_ended &&
+           decoder->array->filled < decoder->array->size;
+}
+
 /* Each round uses up input or fills the output, or it ends. */
 static int inflate_bytes(struct gifti_decoder *decoder, unsigned char *bytes, size_t size)
 {
@@ -155,7 +170,8 @@ static int inflate_bytes(struct gifti_decoder *decoder, unsigned char *bytes, si
 
     decoder->stream.next_in = bytes;
     decoder->stream.avail_in = (unsigned)size;
-    while (status == SRNF_OK && decoder->stream.avail_in > 0) {
+    decoder->stream.avail_out = 1;
+    while (status == SRNF_OK && (decoder->stream.avail_in > 0 || has_more(decoder))) {
         if (decoder->stream_ended) {
             return fail(decoder, "something follows behind its packed data");
         }
@@ -219,6 +235,9 @@ static int decode_base64(struct gifti_decoder *decoder, const unsigned char *tex
 
     for (size_t i = 0; i < size && status == SRNF_OK; i++) {
         status = take_base64(decoder, text[i], bytes, &n);
+        if (status == SRNF_OK && i % SRNF_ITEMS_ASKED == SRNF_ITEMS_ASKED - 1) {
+            status = mesh_ask(decoder->reader);
+        }
         if (status == SRNF_OK && n > 0 && (n == PIECE_SIZE || i + 1 == size)) {
             status = decoder->inflating ? inflate_bytes(decoder, bytes, n)
                                         : store_bytes(decoder, bytes, n);
@@ -256,6 +275,7 @@ static int decode_text(struct gifti_decoder *decoder, const unsigned char *text,
     for (size_t i = 0; i < size && status == SRNF_OK; i++) {
         if (is_space(text[i])) {
             status = finish_word(decoder);
+            status = status == SRNF_OK ? mesh_step(decoder->reader) : status;
         } else if (decoder->n_word < sizeof decoder->word) {
             decoder->word[decoder->n_word++] = text[i];
         } else {

@@ -33,6 +33,7 @@
 #define CROSS_ROUNDING 4e-15
 
 struct polygon_plane {
+    const struct srnf_context *context; /* may be NULL */
     size_t n;
     double extent;
     double (*at)[2];        /* positions in the plane of the normal, from the first corner */
@@ -201,6 +202,12 @@ static void look_at_turn(struct polygon_plane *plane, size_t corner)
     plane->flags[corner] = is ? TURNS : 0;
 }
 
+/* Counts a step. False when they are used up, or cutting is to stop. */
+static bool step(struct polygon_plane *plane)
+{
+    return plane->steps-- > 0 && !srnf_asks(plane->context, plane->steps);
+}
+
 /* Sets EAR of a corner. False when the steps are used up. */
 static bool look_for_ear(struct polygon_plane *plane, size_t corner)
 {
@@ -211,7 +218,7 @@ static bool look_for_ear(struct polygon_plane *plane, size_t corner)
     }
     plane->flags[corner] |= EAR;
     for (p = plane->next[c]; p != a; p = plane->next[p]) {
-        if (plane->steps-- == 0) {
+        if (!step(plane)) {
             return false;
         }
         if (!(plane->flags[p] & TURNS) && holds(plane, a, corner, c, p)) {
@@ -229,7 +236,7 @@ static size_t choose_corner(struct polygon_plane *plane, size_t from)
     size_t turning = SIZE_MAX, corner = from;
 
     do {
-        if (plane->steps-- == 0) {
+        if (!step(plane)) {
             return SIZE_MAX;
         }
         if (plane->flags[corner] & EAR) {
@@ -304,6 +311,11 @@ static int cut_all(struct mesh_reader *reader, struct polygon_plane *plane)
         const struct mesh_polygon *polygon = &reader->polygons[i];
         uint32_t *faces = reader->mesh.faces + 3 * polygon->first_face;
 
+        int status = mesh_step(reader);
+
+        if (status != SRNF_OK) {
+            return status;
+        }
         plane->n = polygon->corners;
         read_fan(plane, faces);
         if (project(plane, reader->mesh.vertices) && !fan_holds(plane, reader->mesh.vertices) &&
@@ -319,7 +331,7 @@ static int cut_all(struct mesh_reader *reader, struct polygon_plane *plane)
 
 int mesh_cut_polygons(struct mesh_reader *reader)
 {
-    struct polygon_plane plane = {.steps = STEPS_MAX};
+    struct polygon_plane plane = {.context = reader->limits.context, .steps = STEPS_MAX};
     size_t most = most_corners(reader);
     int status = SRNF_OK;
 

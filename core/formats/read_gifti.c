@@ -158,6 +158,11 @@ static void on_start(void *user, const XML_Char *name, const XML_Char **pairs)
         return;
     }
     gifti->depth++;
+    status = mesh_step(gifti->reader);
+    if (status != SRNF_OK) {
+        stop(gifti, status);
+        return;
+    }
     if (gifti->depth == 1 && strcmp(name, "GIFTI") != 0) {
         status = srnf_fail(gifti->reader->error, SRNF_EPARSE, 0, "the root element is not GIFTI");
     } else if (gifti->depth > DEPTH_MAX) {
@@ -199,6 +204,7 @@ static void on_text(void *user, const XML_Char *text, int size)
 {
     struct gifti *gifti = user;
 
+    stop(gifti, gifti->status == SRNF_OK ? mesh_step(gifti->reader) : gifti->status);
     if (gifti->status == SRNF_OK && gifti->in_data) {
         stop(gifti, gifti_decode(&gifti->decoder, (const unsigned char *)text, (size_t)size));
     }

@@ -27,12 +27,12 @@ static void begin(struct scan *scan, const unsigned char *bytes, size_t size)
 }
 
 /* Passes the rest of the statement, joined lines included. */
-static size_t count_words(struct scan *scan)
+static size_t count_words(struct mesh_reader *reader, struct scan *scan)
 {
     struct token word;
     size_t count = 0;
 
-    while (scan_word_on_line(scan, &word)) {
+    while (scan_word_on_line(scan, &word) && (!reader || mesh_step(reader) == SRNF_OK)) {
         count++;
     }
     return count;
@@ -57,7 +57,7 @@ bool mesh_sniff_obj(const unsigned char *bytes, size_t size)
     begin(&scan, bytes, size);
     for (size_t i = 0; i < SNIFF_LINES_MAX && scan_word(&scan, &word) && is_keyword(word); i++) {
         bool is_vertex = token_is(word, "v");
-        size_t words = count_words(&scan);
+        size_t words = count_words(NULL, &scan);
 
         if (is_vertex) {
             return words >= 3;
@@ -75,8 +75,12 @@ static int count_pass(struct mesh_reader *reader)
     begin(&scan, reader->bytes, reader->size);
     while (scan_word(&scan, &word)) {
         bool is_vertex = token_is(word, "v"), is_face = token_is(word, "f");
-        size_t words = count_words(&scan);
+        size_t words = count_words(reader, &scan);
+        int status = mesh_step(reader);
 
+        if (status != SRNF_OK) {
+            return status;
+        }
         n_vertices += is_vertex;
         n_faces += is_face && words >= 3 ? words - 2 : 0;
     }
@@ -159,7 +163,8 @@ int mesh_read_obj(struct mesh_reader *reader)
         } else if (token_is(word, "f")) {
             status = read_face(reader, &scan, faces++);
         }
-        (void)count_words(&scan);
+        (void)count_words(reader, &scan);
+        status = status == SRNF_OK ? mesh_step(reader) : status;
     }
     return status;
 }

@@ -63,6 +63,7 @@ static int skip_numbers(struct body *body, enum scalar_type type, size_t count)
 {
     struct token word;
     size_t size = scalar_size(type);
+    int status = SRNF_OK;
 
     if (body->header->encoding != PLY_ASCII) {
         if (count > scan_left(&body->scan) / size) {
@@ -71,12 +72,13 @@ static int skip_numbers(struct body *body, enum scalar_type type, size_t count)
         body->scan.at += count * size;
         return SRNF_OK;
     }
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
         if (!scan_word(&body->scan, &word)) {
             return truncated(body);
         }
+        status = mesh_step(body->reader);
     }
-    return SRNF_OK;
+    return status;
 }
 
 static int next_whole(struct body *body, enum scalar_type type, const char *what, int64_t *value)
@@ -118,6 +120,7 @@ static int read_strip(struct body *body, enum scalar_type type, int64_t count)
         status = next_whole(body, type, "an index", &index);
         if (status == SRNF_OK && index == -1) {
             corner = 0;
+            status = mesh_step(body->reader);
         } else if (status == SRNF_OK) {
             status = mesh_add_strip_corner(body->reader, body->index, corner++, index);
         }
@@ -170,7 +173,7 @@ static int read_instance(struct body *body)
     if (status == SRNF_OK && body->element->role == PLY_VERTEX) {
         status = mesh_add_vertex(body->reader, position);
     }
-    return status;
+    return status == SRNF_OK ? mesh_step(body->reader) : status;
 }
 
 static int read_body(struct mesh_reader *reader, const struct ply_header *header)

@@ -180,6 +180,7 @@ static int read_text(struct mesh_reader *reader)
     while (status == SRNF_OK && scan_word(&scan, &word)) {
         if (token_is(word, in_solid ? "endsolid" : "solid")) {
             in_solid = !in_solid;
+            status = mesh_step(reader);
             (void)scan_line(&scan, &line);
         } else if (in_solid && token_is(word, "facet")) {
             status = read_facet(reader, &scan, faces++);

@@ -217,11 +217,13 @@ static int skip_cells(struct vtk *vtk)
 static int skip_metadata(struct vtk *vtk)
 {
     struct token line;
+    int status = SRNF_OK;
 
     (void)scan_line(&vtk->scan, &line);
-    while (scan_line(&vtk->scan, &line) && line.size > 0) {
+    while (status == SRNF_OK && scan_line(&vtk->scan, &line) && line.size > 0) {
+        status = mesh_step(vtk->reader);
     }
-    return SRNF_OK;
+    return status == SRNF_OK ? mesh_step(vtk->reader) : status;
 }
 
 /* FIELD name n, and n times: name components tuples type, and the numbers. */
@@ -245,7 +247,10 @@ static int skip_field(struct vtk *vtk)
             i--;
             continue;
         }
-        status = vtk_next_count(vtk, "FIELD", &components);
+        status = mesh_step(vtk->reader);
+        if (status == SRNF_OK) {
+            status = vtk_next_count(vtk, "FIELD", &components);
+        }
         if (status == SRNF_OK) {
             status = vtk_next_count(vtk, "FIELD", &tuples);
         }
@@ -342,6 +347,7 @@ int mesh_read_vtk(struct mesh_reader *reader)
     status = read_header(&vtk);
     while (status == SRNF_OK && !vtk.done && scan_word(&vtk.scan, &word)) {
         status = read_section(&vtk, word);
+        status = status == SRNF_OK ? mesh_step(reader) : status;
     }
     return status;
 }

@@ -46,6 +46,18 @@ void mesh_release(struct mesh_reader *reader, void *pointer, size_t count, size_
     }
 }
 
+int mesh_ask(struct mesh_reader *reader)
+{
+    reader->told = reader->told || srnf_is_canceled(reader->limits.context);
+    return reader->told ? srnf_fail(reader->error, SRNF_ECANCELED, -1, "reading was told to stop")
+                        : SRNF_OK;
+}
+
+int mesh_step(struct mesh_reader *reader)
+{
+    return reader->told || ++reader->steps % SRNF_ITEMS_ASKED == 0 ? mesh_ask(reader) : SRNF_OK;
+}
+
 int mesh_promise(struct mesh_reader *reader, const char *what, int64_t count, size_t least,
                  size_t left)
 {
@@ -166,7 +178,7 @@ int mesh_add_vertex(struct mesh_reader *reader, const double position[3])
     }
     memcpy(reader->mesh.vertices + 3 * index, position, 3 * sizeof(double));
     reader->mesh.n_vertices++;
-    return SRNF_OK;
+    return mesh_step(reader);
 }
 
 static int add_triangle(struct mesh_reader *reader, uint32_t a, uint32_t b, uint32_t c)
@@ -233,7 +245,7 @@ int mesh_add_corner(struct mesh_reader *reader, size_t face, size_t corner, int6
         status = mesh_note_polygon(reader, corner + 1);
     }
     reader->previous = (uint32_t)index;
-    return status;
+    return status == SRNF_OK ? mesh_step(reader) : status;
 }
 
 int mesh_add_strip_corner(struct mesh_reader *reader, size_t strip, size_t corner, int64_t index)
@@ -249,7 +261,7 @@ int mesh_add_strip_corner(struct mesh_reader *reader, size_t strip, size_t corne
     }
     reader->first = b;
     reader->previous = c;
-    return status;
+    return status == SRNF_OK ? mesh_step(reader) : status;
 }
 
 int mesh_truncated(struct mesh_reader *reader, const char *what, size_t index, size_t count)

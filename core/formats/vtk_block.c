@@ -84,12 +84,13 @@ int vtk_open_block(struct vtk *vtk, const char *what, enum scalar_type type, siz
         vtk->scan.at += count * size;
         return SRNF_OK;
     }
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
         if (!scan_word(&vtk->scan, &word)) {
             return mesh_truncated(vtk->reader, what, i, count);
         }
+        status = mesh_step(vtk->reader);
     }
-    return SRNF_OK;
+    return status;
 }
 
 int vtk_block_number(struct vtk_block *block, const char *what, size_t element, double *value)
@@ -121,7 +122,7 @@ int vtk_block_index(struct vtk_block *block, const char *what, size_t element, i
     } else {
         is_whole = scan_word(&block->scan, &word) && token_integer(word, value);
     }
-    return is_whole ? SRNF_OK
+    return is_whole ? mesh_step(reader)
                     : srnf_fail(reader->error, SRNF_EPARSE, (int64_t)element,
                                 "%s %zu: something is not a whole number", what, element);
 }

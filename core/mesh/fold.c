@@ -20,7 +20,8 @@
 
 struct fold {
     const struct srnf_mesh *mesh;
-    const uint32_t (*pairs)[2]; /* [n]: two faces, one each way round */
+    const struct srnf_context *context; /* may be NULL */
+    const uint32_t (*pairs)[2];         /* [n]: two faces, one each way round */
     size_t n;
     uint32_t *pair_of;    /* [faces]: the pair that the face is the first of, or NONE */
     uint32_t *edges;      /* corners: the edge from that corner to the next, sorted by its ends */
@@ -78,7 +79,7 @@ static void collect_edges(struct fold *fold, const bool *keep, bool *touched)
         fold->pair_of[fold->pairs[i][0]] = (uint32_t)i;
         touched[face[0]] = touched[face[1]] = touched[face[2]] = true;
     }
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(fold->context, c); c++) {
         if ((keep[c / 3] || is_pair(fold, (uint32_t)c)) && touched[mesh->faces[c]] &&
             touched[mesh->faces[next_corner((uint32_t)c)]]) {
             fold->edges[fold->n_edges++] = (uint32_t)c;
@@ -120,7 +121,7 @@ static bool gather_patch(struct fold *fold, size_t seed, size_t *count)
     *count = 1;
     fold->queue[0] = (uint32_t)seed;
     fold->way[seed] = 1;
-    for (size_t i = 0; i < *count; i++) {
+    for (size_t i = 0; i < *count && !srnf_asks(fold->context, i); i++) {
         size_t pair = fold->queue[i];
 
         for (uint32_t k = 0; k < 3; k++) {
@@ -166,7 +167,7 @@ static long gain_of_patch(const struct fold *fold, size_t count, int way)
 
 static void judge_patches(struct fold *fold, bool *keep, struct srnf_mesh_repairs *repairs)
 {
-    for (size_t seed = 0; seed < fold->n; seed++) {
+    for (size_t seed = 0; seed < fold->n && !srnf_asks(fold->context, seed); seed++) {
         size_t count;
         long as_it_is, turned;
 
@@ -189,9 +190,10 @@ static void judge_patches(struct fold *fold, bool *keep, struct srnf_mesh_repair
 }
 
 int srnf_repair_keep_folded(const struct srnf_mesh *mesh, const uint32_t (*pairs)[2], size_t n,
-                            bool *keep, struct srnf_mesh_repairs *repairs)
+                            const struct srnf_context *context, bool *keep,
+                            struct srnf_mesh_repairs *repairs)
 {
-    struct fold fold = {.mesh = mesh, .pairs = pairs, .n = n};
+    struct fold fold = {.mesh = mesh, .context = context, .pairs = pairs, .n = n};
     bool *touched = srnf_alloc(mesh->n_vertices, sizeof *touched);
     uint32_t *scratch = srnf_alloc(3 * mesh->n_faces, sizeof *scratch);
     int status = SRNF_ENOMEM;
@@ -208,15 +210,16 @@ int srnf_repair_keep_folded(const struct srnf_mesh *mesh, const uint32_t (*pairs
     }
     collect_edges(&fold, keep, touched);
     memset(fold.across, 0xff, 3 * n * sizeof *fold.across);
-    srnf_sort_order(fold.edges, scratch, fold.n_edges, edge_less, mesh);
-    for (size_t i = 0, end; i < fold.n_edges; i = end) {
+    srnf_sort_order(fold.edges, scratch, fold.n_edges, edge_less, mesh, context);
+    for (size_t i = 0, end, edges = 0; i < fold.n_edges && !srnf_asks(context, edges);
+         i = end, edges++) {
         for (end = i + 1; end < fold.n_edges && !edge_less(mesh, fold.edges[i], fold.edges[end]);
              end++) {
         }
         look_at_edge(&fold, fold.edges + i, end - i);
     }
     judge_patches(&fold, keep, repairs);
-    status = SRNF_OK;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(fold.queue);
     srnf_free(fold.way);

@@ -340,7 +340,7 @@ int index_create(struct srnf_index **out, const struct srnf_mesh *mesh,
     for (size_t f = 0; f < mesh->n_faces; f++) {
         index->order[f] = (uint32_t)f;
     }
-    srnf_mesh_measure(mesh, &measures);
+    srnf_mesh_measure(mesh, NULL, &measures);
     memcpy(builder.center, measures.center, sizeof builder.center);
     builder.size = measures.diagonal > 0.0 ? measures.diagonal : 1.0;
     place_keys(&builder);

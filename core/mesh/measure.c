@@ -63,7 +63,8 @@ static double coarseness_of(const struct srnf_mesh *mesh, double mean_edge)
                : 0.0;
 }
 
-void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures)
+void srnf_mesh_measure(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                       struct srnf_mesh_measures *measures)
 {
     double low[3] = {0}, high[3] = {0}, extent[3], sum[3] = {0}, diagonal;
     double area = 0.0, volume = 0.0, edges = 0.0;
@@ -83,7 +84,7 @@ void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *
     if (diagonal < 1.0 / SRNF_MESH_COORDINATE_MAX) {
         return;
     }
-    for (size_t f = 0; f < mesh->n_faces; f++) {
+    for (size_t f = 0; f < mesh->n_faces && !srnf_asks(context, f); f++) {
         double corner[3][3], ab[3], ac[3], normal[3], length;
 
         for (size_t k = 0; k < 3; k++) {

@@ -57,11 +57,15 @@ static inline const double *mesh_corner(const struct srnf_mesh *mesh, size_t fac
     return mesh->vertices + 3 * (size_t)mesh->faces[3 * face + corner];
 }
 
+/* Everything below asks the context, which may be NULL, every few thousand faces. What is told to
+   stop leaves its result unfinished, though safe to free: who calls it asks, too. Those that
+   return a status say SRNF_ECANCELED. */
+
 /* Sorts order[n] by less, stably, with as much scratch: bottom-up merging, O(n log n) for any
    input. (qsort allocates behind our back and promises neither order of equals nor time.) */
 void srnf_sort_order(uint32_t *order, uint32_t *scratch, size_t n,
-                     bool (*less)(const void *context, uint32_t a, uint32_t b),
-                     const void *context);
+                     bool (*less)(const void *subject, uint32_t a, uint32_t b), const void *subject,
+                     const struct srnf_context *context);
 
 /* Edges of one kind of trouble: how many, and the first of the lowest face that has one. */
 struct srnf_edge_finding {
@@ -87,8 +91,9 @@ struct srnf_topology {
 };
 
 /* Cost O(V + F a(F)), memory 40 bytes per face at the most. Indices must be in range. Errors:
-   SRNF_ENOMEM. */
+   SRNF_ENOMEM, SRNF_ECANCELED. */
 SRNF_CHECKED int srnf_topology_analyse(const struct srnf_mesh *mesh,
+                                       const struct srnf_context *context,
                                        struct srnf_topology *topology);
 
 /* Area, signed volume, area centroid, bounding-box diagonal and centre. Everything is computed
@@ -101,11 +106,13 @@ struct srnf_mesh_measures {
     double coarseness;                     /* of struct srnf_mesh_report; 0 without faces */
     bool out_of_range; /* coordinates beyond SRNF_MESH_COORDINATE_MAX: all is 0 */
 };
-void srnf_mesh_measure(const struct srnf_mesh *mesh, struct srnf_mesh_measures *measures);
+void srnf_mesh_measure(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                       struct srnf_mesh_measures *measures);
 
 /* The first corner of the fan of faces that each corner belongs to: fans[3 n_faces]. Errors:
-   SRNF_ENOMEM. */
-SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans);
+   SRNF_ENOMEM, SRNF_ECANCELED. */
+SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh,
+                                    const struct srnf_context *context, uint32_t *fans);
 
 /* The numbers that what is left of a mesh had in the file: vertices[n_vertices] (the first of
    equal points), faces[n_faces]. */
@@ -113,30 +120,31 @@ struct srnf_mesh_origin {
     uint32_t *vertices, *faces;
 };
 
-/* Repairs of srnf_mesh_prepare (repair.c); each returns SRNF_OK or SRNF_ENOMEM. Survivors keep
-   their order; origin goes along with vertices and faces. */
+/* Repairs of srnf_mesh_prepare (repair.c); each returns SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
+   Survivors keep their order; origin goes along with vertices and faces. */
 SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                                            size_t *merged);
+                                            const struct srnf_context *context, size_t *merged);
 SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh,
-                                               struct srnf_mesh_origin *origin, size_t *dropped);
+                                               struct srnf_mesh_origin *origin,
+                                               const struct srnf_context *context,
+                                               size_t *dropped);
 SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                                        const struct srnf_context *context,
                                         struct srnf_mesh_repairs *repairs);
 /* fold.c: of n pairs of faces back to back, none of which keep has, keeps one where the surface has
    a hole without it. */
 SRNF_CHECKED int srnf_repair_keep_folded(const struct srnf_mesh *mesh, const uint32_t (*pairs)[2],
-                                         size_t n, bool *keep, struct srnf_mesh_repairs *repairs);
+                                         size_t n, const struct srnf_context *context, bool *keep,
+                                         struct srnf_mesh_repairs *repairs);
 SRNF_CHECKED int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                                        size_t *split);
+                                        const struct srnf_context *context, size_t *split);
 void srnf_repair_flip_faces(struct srnf_mesh *mesh);
-
-/* srnf_star_kernel that can be canceled (star_kernel.c). */
-SRNF_CHECKED int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context,
-                             struct srnf_star *star);
 
 /* report.c: the report of a mesh after its repairs, which turns it if it looks inwards and drops
    vertices without faces. Problems name faces and vertices by their origin. report: [in] repairs so
-   far, [out] all. Errors: SRNF_ENOMEM. */
+   far, [out] all. Errors: SRNF_ENOMEM, SRNF_ECANCELED. */
 SRNF_CHECKED int srnf_mesh_examine(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                                   const struct srnf_context *context,
                                    struct srnf_mesh_report *report);
 
 #endif

@@ -133,29 +133,32 @@ static bool is_closed_manifold(const struct candidate *c)
            c->report.oriented;
 }
 
-static int weld(const struct candidate *indexed, struct candidate *welded)
+static int weld(const struct candidate *indexed, const struct srnf_context *context,
+                struct candidate *welded)
 {
     struct srnf_mesh_repairs *repairs = &welded->report.repairs;
     int status = copy_candidate(indexed, welded);
 
     if (status == SRNF_OK) {
-        status = srnf_repair_merge_vertices(&welded->mesh, &welded->origin,
+        status = srnf_repair_merge_vertices(&welded->mesh, &welded->origin, context,
                                             &repairs->duplicate_vertices_merged);
     }
     if (status == SRNF_OK) {
-        status = srnf_repair_drop_faces(&welded->mesh, &welded->origin, repairs);
+        status = srnf_repair_drop_faces(&welded->mesh, &welded->origin, context, repairs);
     }
-    return status == SRNF_OK ? srnf_mesh_examine(&welded->mesh, &welded->origin, &welded->report)
-                             : status;
+    return status == SRNF_OK
+               ? srnf_mesh_examine(&welded->mesh, &welded->origin, context, &welded->report)
+               : status;
 }
 
-static int open_fans(const struct candidate *welded, struct candidate *opened)
+static int open_fans(const struct candidate *welded, const struct srnf_context *context,
+                     struct candidate *opened)
 {
     struct srnf_mesh_repairs *repairs = &opened->report.repairs;
     int status = copy_candidate(welded, opened);
 
     if (status == SRNF_OK) {
-        status = srnf_repair_split_fans(&opened->mesh, &opened->origin,
+        status = srnf_repair_split_fans(&opened->mesh, &opened->origin, context,
                                         &repairs->touching_vertices_kept_apart);
     }
     if (status == SRNF_OK) {
@@ -163,16 +166,16 @@ static int open_fans(const struct candidate *welded, struct candidate *opened)
         size_t apart = repairs->touching_vertices_kept_apart;
 
         *merged -= apart < *merged ? apart : *merged;
-        status = srnf_mesh_examine(&opened->mesh, &opened->origin, &opened->report);
+        status = srnf_mesh_examine(&opened->mesh, &opened->origin, context, &opened->report);
     }
     return status;
 }
 
 /* Leaves in `indexed` the reading that is taken. */
-static int choose(struct candidate *indexed)
+static int choose(struct candidate *indexed, const struct srnf_context *context)
 {
     struct candidate welded = {0}, opened = {0}, *taken = indexed;
-    int status = weld(indexed, &welded);
+    int status = weld(indexed, context, &welded);
 
     if (status != SRNF_OK) {
         goto out;
@@ -182,7 +185,7 @@ static int choose(struct candidate *indexed)
         goto out;
     }
     if (welded.report.closed && welded.report.edge_manifold && !welded.report.vertex_manifold) {
-        status = open_fans(&welded, &opened);
+        status = open_fans(&welded, context, &opened);
         if (status != SRNF_OK) {
             goto out;
         }
@@ -191,7 +194,10 @@ static int choose(struct candidate *indexed)
         taken = &opened;
         goto out;
     }
-    status = srnf_mesh_examine(&indexed->mesh, &indexed->origin, &indexed->report);
+    status = srnf_mesh_examine(&indexed->mesh, &indexed->origin, context, &indexed->report);
+    if (status != SRNF_OK) {
+        goto out;
+    }
     if (is_sound(indexed) || welded.mesh.n_faces == 0 ||
         (is_closed_manifold(indexed) && !is_closed_manifold(&welded))) {
         indexed->report.repairs.touching_vertices_kept_apart =
@@ -212,8 +218,8 @@ out:
 }
 
 /* origin [out] of the caller, also on failure. */
-static int prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report,
-                   struct srnf_mesh_origin *origin)
+static int prepare(struct srnf_mesh *mesh, bool weld_vertices, const struct srnf_context *context,
+                   struct srnf_mesh_report *report, struct srnf_mesh_origin *origin)
 {
     struct candidate c = {.mesh = *mesh};
     int status = SRNF_EINVAL;
@@ -233,20 +239,27 @@ static int prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_
     for (size_t f = 0; f < mesh->n_faces; f++) {
         c.origin.faces[f] = (uint32_t)f;
     }
-    status = weld_vertices ? choose(&c) : srnf_mesh_examine(&c.mesh, &c.origin, &c.report);
+    status = weld_vertices ? choose(&c, context)
+                           : srnf_mesh_examine(&c.mesh, &c.origin, context, &c.report);
     *mesh = c.mesh;
     *report = c.report;
     *origin = c.origin;
     return status;
 }
 
-int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report)
+int srnf_mesh_prepare_within(struct srnf_mesh *mesh, bool weld_vertices,
+                             const struct srnf_context *context, struct srnf_mesh_report *report)
 {
     struct srnf_mesh_origin origin;
-    int status = prepare(mesh, weld_vertices, report, &origin);
+    int status = prepare(mesh, weld_vertices, context, report, &origin);
 
     origin_clear(&origin);
     return status;
+}
+
+int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices, struct srnf_mesh_report *report)
+{
+    return srnf_mesh_prepare_within(mesh, weld_vertices, NULL, report);
 }
 
 /* ---- A mesh and its sphere ------------------------------------------------------------------- */
@@ -278,25 +291,33 @@ static int follow(const struct srnf_mesh *mesh, const uint32_t *origin, struct s
 int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
                            struct srnf_mesh_report *report)
 {
+    return srnf_mesh_prepare_pair_within(mesh, sphere, NULL, report);
+}
+
+int srnf_mesh_prepare_pair_within(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
+                                  const struct srnf_context *context,
+                                  struct srnf_mesh_report *report)
+{
     struct srnf_mesh_report of_sphere;
     struct srnf_mesh original = {0};
     struct srnf_mesh_origin origin = {0};
     int status;
 
     if (!mesh_is_valid(mesh) || !mesh_is_valid(sphere) || !same_faces(mesh, sphere)) {
-        status = srnf_mesh_prepare(mesh, true, report);
-        return status == SRNF_OK ? srnf_mesh_prepare(sphere, true, &of_sphere) : status;
+        status = srnf_mesh_prepare_within(mesh, true, context, report);
+        return status == SRNF_OK ? srnf_mesh_prepare_within(sphere, true, context, &of_sphere)
+                                 : status;
     }
     status = copy_mesh(mesh, &original);
     if (status == SRNF_OK) {
-        status = prepare(mesh, false, report, &origin);
+        status = prepare(mesh, false, context, report, &origin);
     }
     if (status == SRNF_OK && report->n_problems > 0) {
         srnf_mesh_clear(mesh);
         origin_clear(&origin);
         *mesh = original;
         original = (struct srnf_mesh){0};
-        status = prepare(mesh, true, report, &origin);
+        status = prepare(mesh, true, context, report, &origin);
     }
     if (status == SRNF_OK) {
         status = follow(mesh, origin.vertices, sphere);

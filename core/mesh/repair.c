@@ -5,7 +5,8 @@
  *
  * Vertices and faces that stay keep their order, so that the result depends on nothing but the
  * input. Memory of the dropped ones is kept until the mesh is cleared. Where each vertex comes from
- * and face comes from goes along, in a struct srnf_mesh_origin.
+ * and face comes from goes along, in a struct srnf_mesh_origin. A mesh whose repair was told to
+ * stop can only be cleared.
  */
 #include "mesh_geometry.h"
 
@@ -30,12 +31,12 @@ static bool vertex_less(const void *context, uint32_t a, uint32_t b)
 /* Moves the vertices with keep[i] to the front and renames the corners of all faces: rename[i] is
    the new number of a kept vertex, and of a vertex that is not kept the (old) number of the one
    that stands for it. */
-static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, const bool *keep,
-                    uint32_t *rename)
+static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                    const struct srnf_context *context, const bool *keep, uint32_t *rename)
 {
     size_t kept = 0;
 
-    for (size_t i = 0; i < mesh->n_vertices; i++) {
+    for (size_t i = 0; i < mesh->n_vertices && !srnf_asks(context, i); i++) {
         if (keep[i]) {
             memmove(mesh->vertices + 3 * kept, mesh->vertices + 3 * i, 3 * sizeof(double));
             origin->vertices[kept] = origin->vertices[i];
@@ -44,7 +45,7 @@ static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, con
             rename[i] = rename[rename[i]]; /* the one that stands for it came earlier */
         }
     }
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(context, c); c++) {
         mesh->faces[c] = rename[mesh->faces[c]];
     }
     mesh->n_vertices = kept;
@@ -55,7 +56,7 @@ static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, con
  * hashing: no input makes it slow. O(n log n).
  */
 int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                               size_t *merged)
+                               const struct srnf_context *context, size_t *merged)
 {
     size_t n = mesh->n_vertices;
     uint32_t *order = srnf_alloc(n, sizeof *order);
@@ -70,8 +71,8 @@ int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *
     for (size_t i = 0; i < n; i++) {
         order[i] = (uint32_t)i;
     }
-    srnf_sort_order(order, rename, n, vertex_less, mesh->vertices);
-    for (size_t i = 0; i < n; i++) {
+    srnf_sort_order(order, rename, n, vertex_less, mesh->vertices, context);
+    for (size_t i = 0; i < n && !srnf_asks(context, i); i++) {
         /* The sort is stable: the first of a group has the lowest index. */
         bool first = i == 0 || vertex_less(mesh->vertices, order[i - 1], order[i]);
 
@@ -79,8 +80,8 @@ int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *
         rename[order[i]] = first ? order[i] : rename[order[i - 1]];
         *merged += !first;
     }
-    compact(mesh, origin, keep, rename);
-    status = SRNF_OK;
+    compact(mesh, origin, context, keep, rename);
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(keep);
     srnf_free(rename);
@@ -89,7 +90,7 @@ out:
 }
 
 int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                                  size_t *dropped)
+                                  const struct srnf_context *context, size_t *dropped)
 {
     size_t n = mesh->n_vertices;
     uint32_t *rename = srnf_alloc(n, sizeof *rename);
@@ -100,16 +101,16 @@ int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, struct srnf_mesh_origi
     if (!rename || !keep) {
         goto out;
     }
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(context, c); c++) {
         keep[mesh->faces[c]] = true;
     }
     for (size_t i = 0; i < n; i++) {
         *dropped += !keep[i];
     }
     if (*dropped > 0) {
-        compact(mesh, origin, keep, rename);
+        compact(mesh, origin, context, keep, rename);
     }
-    status = SRNF_OK;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(keep);
     srnf_free(rename);
@@ -185,12 +186,12 @@ static bool judge_group(const struct srnf_mesh *mesh, const uint32_t *group, siz
 
 /* Faces that take part, sorted by their corners: by counting for the lowest one, by merging among
    those that share it. Returns how many. */
-static size_t sort_faces(const struct srnf_mesh *mesh, const bool *keep, uint32_t *start,
-                         uint32_t *order, uint32_t *scratch)
+static size_t sort_faces(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                         const bool *keep, uint32_t *start, uint32_t *order, uint32_t *scratch)
 {
     uint32_t v[3], sum = 0;
 
-    for (size_t f = 0; f < mesh->n_faces; f++) {
+    for (size_t f = 0; f < mesh->n_faces && !srnf_asks(context, f); f++) {
         if (keep[f]) {
             (void)sorted_face(mesh, (uint32_t)f, v);
             start[v[0]]++;
@@ -202,14 +203,15 @@ static size_t sort_faces(const struct srnf_mesh *mesh, const bool *keep, uint32_
         start[i] = sum;
         sum += count;
     }
-    for (size_t f = 0; f < mesh->n_faces; f++) {
+    for (size_t f = 0; f < mesh->n_faces && !srnf_asks(context, f); f++) {
         if (keep[f]) {
             (void)sorted_face(mesh, (uint32_t)f, v);
             order[start[v[0]]++] = (uint32_t)f;
         }
     }
-    for (size_t i = 0, begin = 0; i < mesh->n_vertices; begin = start[i++]) {
-        srnf_sort_order(order + begin, scratch, start[i] - begin, face_less, mesh);
+    for (size_t i = 0, begin = 0; i < mesh->n_vertices && !srnf_asks(context, i);
+         begin = start[i++]) {
+        srnf_sort_order(order + begin, scratch, start[i] - begin, face_less, mesh, context);
     }
     return sum;
 }
@@ -229,7 +231,7 @@ static bool face_is_collapsed(const struct srnf_mesh *mesh, size_t face)
  * (fold.c). O(n log n).
  */
 int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                           struct srnf_mesh_repairs *repairs)
+                           const struct srnf_context *context, struct srnf_mesh_repairs *repairs)
 {
     size_t n = mesh->n_faces, sorted, end, kept = 0, n_pairs = 0;
     uint32_t(*pairs)[2] = srnf_alloc(n / 2 + 1, sizeof *pairs);
@@ -242,29 +244,29 @@ int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *orig
     if (!pairs || !start || !order || !scratch || !keep) {
         goto out;
     }
-    for (size_t f = 0; f < n; f++) {
+    for (size_t f = 0; f < n && !srnf_asks(context, f); f++) {
         keep[f] = !face_is_collapsed(mesh, f);
         repairs->collapsed_faces_dropped += !keep[f];
     }
-    sorted = sort_faces(mesh, keep, start, order, scratch);
-    for (size_t i = 0; i < sorted; i = end) {
+    sorted = sort_faces(mesh, context, keep, start, order, scratch);
+    for (size_t i = 0, groups = 0; i < sorted && !srnf_asks(context, groups); i = end, groups++) {
         for (end = i + 1; end < sorted && same_corners(mesh, order[i], order[end]); end++) {
         }
         n_pairs +=
             end - i > 1 && judge_group(mesh, order + i, end - i, keep, pairs[n_pairs], repairs);
     }
-    if (n_pairs > 0 &&
-        srnf_repair_keep_folded(mesh, (const uint32_t(*)[2])pairs, n_pairs, keep, repairs)) {
-        goto out;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
+    if (status == SRNF_OK && n_pairs > 0) {
+        status = srnf_repair_keep_folded(mesh, (const uint32_t(*)[2])pairs, n_pairs, context, keep,
+                                         repairs);
     }
-    for (size_t f = 0; f < n; f++) {
+    for (size_t f = 0; f < n && status == SRNF_OK; f++) {
         if (keep[f]) {
             memmove(mesh->faces + 3 * kept, mesh->faces + 3 * f, 3 * sizeof *mesh->faces);
             origin->faces[kept++] = origin->faces[f];
         }
     }
-    mesh->n_faces = kept;
-    status = SRNF_OK;
+    mesh->n_faces = status == SRNF_OK ? kept : n;
 out:
     srnf_free(keep);
     srnf_free(scratch);
@@ -278,11 +280,12 @@ out:
 
 /* New numbers for the fans of each vertex but its first: corner c of the mesh gets name[c]. Returns
    how many new vertices that takes. name holds fans (srnf_topology_fans) before. */
-static size_t name_fans(const struct srnf_mesh *mesh, uint32_t *name, bool *taken)
+static size_t name_fans(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                        uint32_t *name, bool *taken)
 {
     size_t extra = 0;
 
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(context, c); c++) {
         uint32_t vertex = mesh->faces[c];
 
         if (name[c] != c) {
@@ -302,7 +305,8 @@ static size_t name_fans(const struct srnf_mesh *mesh, uint32_t *name, bool *take
  * points becomes a manifold. The edges must have two faces each. origin->vertices may move; split
  * counts the vertices that came to it.
  */
-int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin, size_t *split)
+int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                           const struct srnf_context *context, size_t *split)
 {
     size_t n = mesh->n_vertices, corners = 3 * mesh->n_faces;
     uint32_t *name = srnf_alloc(corners, sizeof *name);
@@ -311,10 +315,18 @@ int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *orig
     uint32_t *traced = NULL;
     int status = SRNF_ENOMEM;
 
-    if (!name || !taken || srnf_topology_fans(mesh, name)) {
+    if (!name || !taken) {
         goto out;
     }
-    *split = name_fans(mesh, name, taken);
+    status = srnf_topology_fans(mesh, context, name);
+    if (status == SRNF_OK) {
+        *split = name_fans(mesh, context, name, taken);
+        status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
+    }
+    if (status != SRNF_OK) {
+        goto out;
+    }
+    status = SRNF_ENOMEM;
     vertices = srnf_alloc(3 * (n + *split), sizeof *vertices);
     traced = srnf_alloc(n + *split, sizeof *traced);
     if (!vertices || !traced) {
@@ -324,7 +336,7 @@ int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *orig
     }
     memcpy(vertices, mesh->vertices, 3 * n * sizeof *vertices);
     memcpy(traced, origin->vertices, n * sizeof *traced);
-    for (size_t c = 0; c < corners; c++) {
+    for (size_t c = 0; c < corners && !srnf_asks(context, c); c++) {
         uint32_t from = mesh->faces[c];
 
         memcpy(vertices + 3 * (size_t)name[c], mesh->vertices + 3 * (size_t)from,
@@ -337,7 +349,7 @@ int srnf_repair_split_fans(struct srnf_mesh *mesh, struct srnf_mesh_origin *orig
     mesh->vertices = vertices;
     mesh->n_vertices = n + *split;
     origin->vertices = traced;
-    status = SRNF_OK;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(taken);
     srnf_free(name);

@@ -188,21 +188,24 @@ static void trace(struct srnf_topology *topology, const struct srnf_mesh_origin 
 }
 
 int srnf_mesh_examine(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                      struct srnf_mesh_report *report)
+                      const struct srnf_context *context, struct srnf_mesh_report *report)
 {
     struct srnf_topology topology;
     struct srnf_mesh_measures measures;
     size_t dropped;
-    int status = srnf_repair_drop_unreferenced(mesh, origin, &dropped);
+    int status = srnf_repair_drop_unreferenced(mesh, origin, context, &dropped);
 
     report->repairs.unreferenced_vertices_dropped += dropped;
     if (status == SRNF_OK) {
-        status = srnf_topology_analyse(mesh, &topology);
+        status = srnf_topology_analyse(mesh, context, &topology);
     }
     if (status != SRNF_OK) {
         return status;
     }
-    srnf_mesh_measure(mesh, &measures);
+    srnf_mesh_measure(mesh, context, &measures);
+    if (srnf_is_canceled(context)) {
+        return SRNF_ECANCELED;
+    }
     fill_report(report, &topology, &measures);
     if (report->closed && report->edge_manifold && report->oriented && measures.volume < 0.0) {
         srnf_repair_flip_faces(mesh);

@@ -2,14 +2,16 @@
  * sort.c - a stable merge sort of indices.
  *
  * Runs of doubling length are merged between two arrays, bottom-up: no recursion, no allocation, at
- * most n ceil(log2 n) comparisons whatever the input.
+ * most n ceil(log2 n) comparisons whatever the input. Told to stop it leaves indices of those that
+ * came in, in no order and some of them several times.
  */
 #include "mesh_geometry.h"
 
 #include <string.h>
 
 void srnf_sort_order(uint32_t *order, uint32_t *scratch, size_t n,
-                     bool (*less)(const void *context, uint32_t a, uint32_t b), const void *context)
+                     bool (*less)(const void *subject, uint32_t a, uint32_t b), const void *subject,
+                     const struct srnf_context *context)
 {
     uint32_t *from = order, *to = scratch, *swap;
 
@@ -20,7 +22,10 @@ void srnf_sort_order(uint32_t *order, uint32_t *scratch, size_t n,
             size_t i = start, j = middle;
 
             for (size_t k = start; k < end; k++) {
-                if (i < middle && (j >= end || !less(context, from[j], from[i]))) {
+                if (k % SRNF_ITEMS_ASKED == SRNF_ITEMS_ASKED - 1 && srnf_is_canceled(context)) {
+                    return;
+                }
+                if (i < middle && (j >= end || !less(subject, from[j], from[i]))) {
                     to[k] = from[i++];
                 } else {
                     to[k] = from[j++];

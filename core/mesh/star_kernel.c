@@ -115,13 +115,14 @@ static void plane_of_face(const struct srnf_mesh *mesh, size_t face, struct plan
     planes->bin[face] = direction_bin(normal);
 }
 
-static int planes_create(struct planes *planes, const struct srnf_mesh *mesh)
+static int planes_create(struct planes *planes, const struct srnf_mesh *mesh,
+                         const struct srnf_context *context)
 {
     struct srnf_mesh_measures measures;
     int status = SRNF_EDEGENERATE;
 
     *planes = (struct planes){.n = mesh->n_faces};
-    srnf_mesh_measure(mesh, &measures);
+    srnf_mesh_measure(mesh, context, &measures);
     if (!(measures.relative_area > 0.0)) {
         goto out;
     }
@@ -137,11 +138,14 @@ static int planes_create(struct planes *planes, const struct srnf_mesh *mesh)
     if (!planes->plane || !planes->area || !planes->bin || !planes->taken) {
         goto out;
     }
-    for (size_t f = 0; f < planes->n; f++) {
+    for (size_t f = 0; f < planes->n && !srnf_asks(context, f); f++) {
         plane_of_face(mesh, f, planes);
     }
     status = planes->total_area > 0.0 ? SRNF_OK : SRNF_EDEGENERATE;
 out:
+    if (srnf_is_canceled(context)) {
+        status = SRNF_ECANCELED;
+    }
     if (status != SRNF_OK) {
         planes_clear(planes);
     }
@@ -155,7 +159,8 @@ static double plane_slack(const struct planes *planes, size_t face, const double
 
 /* Margin of a point, and per bin the face with the least slack that is not in the program yet, or
    SIZE_MAX. */
-static double find_margin(const struct planes *planes, const double point[3], size_t worst[BINS])
+static double find_margin(const struct planes *planes, const struct srnf_context *context,
+                          const double point[3], size_t worst[BINS])
 {
     double least[BINS], margin = INFINITY;
 
@@ -163,7 +168,7 @@ static double find_margin(const struct planes *planes, const double point[3], si
         worst[b] = SIZE_MAX;
         least[b] = INFINITY;
     }
-    for (size_t f = 0; f < planes->n; f++) {
+    for (size_t f = 0; f < planes->n && !srnf_asks(context, f); f++) {
         double slack;
 
         if (planes->area[f] == 0.0) {
@@ -270,7 +275,7 @@ static int find_center(struct planes *planes, const struct srnf_context *context
     int status = SRNF_OK;
 
     for (size_t round = 0; round < ROUNDS_MAX; round++) {
-        double margin = find_margin(planes, point, worst);
+        double margin = find_margin(planes, context, point, worst);
         size_t added = 0;
 
         if (srnf_is_canceled(context)) {
@@ -344,12 +349,12 @@ static int find_center_guarded(struct planes *planes, const struct srnf_context 
 
 /* ---- Public functions ------------------------------------------------------------------------ */
 
-int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context,
-                struct srnf_star *star)
+int srnf_star_kernel_within(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                            struct srnf_star *star)
 {
     struct planes planes;
     double center[3] = {0.0, 0.0, 0.0};
-    int status = planes_create(&planes, mesh);
+    int status = planes_create(&planes, mesh, context);
 
     if (status != SRNF_OK) {
         return status;
@@ -368,7 +373,7 @@ int star_kernel(const struct srnf_mesh *mesh, const struct srnf_context *context
 
 int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star)
 {
-    return star_kernel(mesh, NULL, star);
+    return srnf_star_kernel_within(mesh, NULL, star);
 }
 
 int srnf_star_at(const struct srnf_mesh *mesh, const double center[3], struct srnf_star *star)
@@ -382,7 +387,7 @@ int srnf_star_at(const struct srnf_mesh *mesh, const double center[3], struct sr
             return status;
         }
     }
-    status = planes_create(&planes, mesh);
+    status = planes_create(&planes, mesh, NULL);
     if (status != SRNF_OK) {
         return status;
     }

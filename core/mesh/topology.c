@@ -82,15 +82,15 @@ static uint32_t edge_end(const struct srnf_mesh *mesh, uint32_t corner, bool hig
 
 /* One stable counting pass: in[n] to out[n] by the higher or the lower vertex of each corner's
    edge. */
-static void counting_pass(const struct srnf_mesh *mesh, bool high, const uint32_t *in,
-                          uint32_t *out, size_t n, uint32_t *start)
+static void counting_pass(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                          bool high, const uint32_t *in, uint32_t *out, size_t n, uint32_t *start)
 {
     uint32_t sum = 0;
 
     for (size_t v = 0; v < mesh->n_vertices; v++) {
         start[v] = 0;
     }
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n && !srnf_asks(context, i); i++) {
         start[edge_end(mesh, in[i], high)]++;
     }
     for (size_t v = 0; v < mesh->n_vertices; v++) {
@@ -99,13 +99,15 @@ static void counting_pass(const struct srnf_mesh *mesh, bool high, const uint32_
         start[v] = sum;
         sum += count;
     }
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n && !srnf_asks(context, i); i++) {
         out[start[edge_end(mesh, in[i], high)]++] = in[i];
     }
 }
 
-/* Corners of the faces that take part, sorted by edge; *n of them. NULL when memory is short. */
-static uint32_t *sorted_corners(const struct srnf_mesh *mesh, size_t *n)
+/* Corners of the faces that take part, sorted by edge; *n of them. NULL when memory is short. Told
+   to stop, in any order. */
+static uint32_t *sorted_corners(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                                size_t *n)
 {
     uint32_t *corners = srnf_alloc(3 * mesh->n_faces, sizeof *corners);
     uint32_t *scratch = srnf_alloc(3 * mesh->n_faces, sizeof *scratch);
@@ -122,8 +124,8 @@ static uint32_t *sorted_corners(const struct srnf_mesh *mesh, size_t *n)
             corners[(*n)++] = (uint32_t)(3 * f + k);
         }
     }
-    counting_pass(mesh, true, corners, scratch, *n, start);
-    counting_pass(mesh, false, scratch, corners, *n, start);
+    counting_pass(mesh, context, true, corners, scratch, *n, start);
+    counting_pass(mesh, context, false, scratch, corners, *n, start);
 out:
     srnf_free(start);
     srnf_free(scratch);
@@ -151,18 +153,20 @@ static uint32_t corner_at_end(const struct srnf_mesh *mesh, uint32_t corner, boo
 }
 
 /* The sweep over the edges. fans and sides are forests over corners and over faces. */
-static void sweep_edges(const struct srnf_mesh *mesh, const uint32_t *corners, size_t n,
-                        uint32_t *fans, uint32_t *sides, struct srnf_topology *topology)
+static void sweep_edges(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                        const uint32_t *corners, size_t n, uint32_t *fans, uint32_t *sides,
+                        struct srnf_topology *topology)
 {
     size_t end;
 
     topology->orientable = true;
-    for (size_t start = 0; start < n; start = end) {
+    for (size_t start = 0; start < n && !srnf_asks(context, topology->edges); start = end) {
         uint32_t first = corners[start];
 
         for (end = start + 1;
              end < n && edge_end(mesh, corners[end], false) == edge_end(mesh, first, false) &&
-             edge_end(mesh, corners[end], true) == edge_end(mesh, first, true);
+             edge_end(mesh, corners[end], true) == edge_end(mesh, first, true) &&
+             !srnf_asks(context, end - start);
              end++) {
             (void)set_join(fans, corner_at_end(mesh, first, false),
                            corner_at_end(mesh, corners[end], false), 0);
@@ -189,10 +193,10 @@ static void sweep_edges(const struct srnf_mesh *mesh, const uint32_t *corners, s
 
 /* Vertices that take part, and those whose corners form several sets. fan_count[v] saturates at
    2. */
-static void count_fans(const struct srnf_mesh *mesh, const uint32_t *fans, uint8_t *fan_count,
-                       struct srnf_topology *topology)
+static void count_fans(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                       const uint32_t *fans, uint8_t *fan_count, struct srnf_topology *topology)
 {
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(context, c); c++) {
         uint8_t *count = &fan_count[mesh->faces[c]];
 
         if (fans[c] >> 1 == c && !face_is_degenerate(mesh, c / 3)) {
@@ -207,13 +211,13 @@ static void count_fans(const struct srnf_mesh *mesh, const uint32_t *fans, uint8
     }
 }
 
-static void count_components(const struct srnf_mesh *mesh, uint32_t *joined,
-                             struct srnf_topology *topology)
+static void count_components(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                             uint32_t *joined, struct srnf_topology *topology)
 {
     uint32_t parity, root, first_root = 0;
     bool elsewhere = false;
 
-    for (size_t f = 0; f < mesh->n_faces; f++) {
+    for (size_t f = 0; f < mesh->n_faces && !srnf_asks(context, f); f++) {
         const uint32_t *v = mesh->faces + 3 * f;
 
         if (face_is_degenerate(mesh, f)) {
@@ -226,7 +230,7 @@ static void count_components(const struct srnf_mesh *mesh, uint32_t *joined,
         (void)set_join(joined, v[0], v[1], 0);
         (void)set_join(joined, v[0], v[2], 0);
     }
-    for (size_t f = 0, seen = 0; f < mesh->n_faces; f++) {
+    for (size_t f = 0, seen = 0; f < mesh->n_faces && !srnf_asks(context, f); f++) {
         if (face_is_degenerate(mesh, f)) {
             continue;
         }
@@ -241,10 +245,11 @@ static void count_components(const struct srnf_mesh *mesh, uint32_t *joined,
     }
 }
 
-int srnf_topology_analyse(const struct srnf_mesh *mesh, struct srnf_topology *topology)
+int srnf_topology_analyse(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                          struct srnf_topology *topology)
 {
     size_t n;
-    uint32_t *corners = sorted_corners(mesh, &n);
+    uint32_t *corners = sorted_corners(mesh, context, &n);
     uint32_t *fans = set_create(3 * mesh->n_faces);
     uint32_t *sides = set_create(mesh->n_faces);
     uint32_t *joined = set_create(mesh->n_vertices);
@@ -255,13 +260,13 @@ int srnf_topology_analyse(const struct srnf_mesh *mesh, struct srnf_topology *to
     if (!corners || !fans || !sides || !joined || !fan_count) {
         goto out;
     }
-    sweep_edges(mesh, corners, n, fans, sides, topology);
-    count_fans(mesh, fans, fan_count, topology);
-    count_components(mesh, joined, topology);
+    sweep_edges(mesh, context, corners, n, fans, sides, topology);
+    count_fans(mesh, context, fans, fan_count, topology);
+    count_components(mesh, context, joined, topology);
     for (size_t v = 0; v < mesh->n_vertices; v++) {
         topology->components += fan_count[v] > 0 && joined[v] >> 1 == v;
     }
-    status = SRNF_OK;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(fan_count);
     srnf_free(joined);
@@ -271,11 +276,12 @@ out:
     return status;
 }
 
-int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans)
+int srnf_topology_fans(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                       uint32_t *fans)
 {
     struct srnf_topology unused = {0};
     size_t n;
-    uint32_t *corners = sorted_corners(mesh, &n);
+    uint32_t *corners = sorted_corners(mesh, context, &n);
     uint32_t *links = set_create(3 * mesh->n_faces);
     uint32_t *sides = set_create(mesh->n_faces);
     int status = SRNF_ENOMEM;
@@ -283,13 +289,13 @@ int srnf_topology_fans(const struct srnf_mesh *mesh, uint32_t *fans)
     if (!corners || !links || !sides) {
         goto out;
     }
-    sweep_edges(mesh, corners, n, links, sides, &unused);
-    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+    sweep_edges(mesh, context, corners, n, links, sides, &unused);
+    for (size_t c = 0; c < 3 * mesh->n_faces && !srnf_asks(context, c); c++) {
         uint32_t parity;
 
         fans[c] = set_find(links, (uint32_t)c, &parity);
     }
-    status = SRNF_OK;
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(sides);
     srnf_free(links);

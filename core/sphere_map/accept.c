@@ -74,7 +74,7 @@ int spherical_accept(const struct srnf_mesh *mesh, struct srnf_error *error)
     if (!indices_in_range(mesh, &face)) {
         return srnf_fail(error, SRNF_EINVAL, face, "a face names a vertex that does not exist");
     }
-    if (srnf_topology_analyse(mesh, &topology)) {
+    if (srnf_topology_analyse(mesh, NULL, &topology)) {
         return srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));
     }
     return judge(mesh, &topology, error);

@@ -18,7 +18,7 @@ int spherical_normalise(struct spherical *s)
     struct srnf_mesh_measures measures;
     double sum = 0.0;
 
-    srnf_mesh_measure(s->mesh, &measures);
+    srnf_mesh_measure(s->mesh, NULL, &measures);
     if (measures.out_of_range || !(measures.diagonal > 0.0) || !(measures.area > 0.0)) {
         return SRNF_EDEGENERATE;
     }

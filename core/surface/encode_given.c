@@ -49,7 +49,7 @@ static int fit_sphere(const struct srnf_mesh *sphere, double center[3], double *
     double r[4] = {0.0};
     double square = 0.0;
 
-    srnf_mesh_measure(sphere, &measures);
+    srnf_mesh_measure(sphere, NULL, &measures);
     if (measures.out_of_range || !(measures.diagonal > 0.0)) {
         return SRNF_EINVAL;
     }

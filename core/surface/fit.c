@@ -28,7 +28,7 @@ static bool weigh_vertices(const struct srnf_mesh *mesh, double total, double *w
     double diagonal, area = 0.0;
     struct srnf_mesh_measures measures;
 
-    srnf_mesh_measure(mesh, &measures);
+    srnf_mesh_measure(mesh, NULL, &measures);
     diagonal = measures.diagonal;
     if (!(measures.relative_area > 0.0)) {
         return false;
@@ -71,7 +71,7 @@ static void summarise(const double *distances, const double *weights, size_t n, 
     for (size_t i = 0; i < n; i++) {
         order[i] = (uint32_t)i;
     }
-    srnf_sort_order(order, scratch, n, distance_less, distances);
+    srnf_sort_order(order, scratch, n, distance_less, distances, NULL);
     largest = distances[order[n - 1]];
     fit->max = largest;
     fit->p95 = largest;
@@ -157,7 +157,7 @@ int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *inde
     if (status != SRNF_OK) {
         goto out;
     }
-    srnf_mesh_measure(mesh, &measures);
+    srnf_mesh_measure(mesh, NULL, &measures);
     summarise(distances, weights, n, order, scratch, fit);
     fit->diagonal = measures.diagonal;
     status = SRNF_OK;

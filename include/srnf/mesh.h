@@ -38,6 +38,7 @@ struct srnf_mesh_limits {
     size_t max_vertices; /* default 4,000,000 */
     size_t max_faces;    /* default 8,000,000 */
     size_t max_memory;   /* bytes that one read may hold at once, beside the input; default 1 GiB */
+    const struct srnf_context *context; /* asked whether to go on; default NULL: never */
 };
 struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
 
@@ -64,7 +65,8 @@ enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
  *   mesh         [out] to be cleared; every index is in range, every coordinate finite
  *   info, error  [out] optional
  * Errors: SRNF_EFORMAT, SRNF_EPARSE (element: the byte, face or vertex, as the message says),
- * SRNF_ELIMIT, SRNF_ENOMEM. Time and memory are bounded by the size of the input and the limits.
+ * SRNF_ELIMIT, SRNF_ENOMEM, SRNF_ECANCELED. Time and memory are bounded by the size of the input
+ * and the limits; limits->context is asked after every few milliseconds.
  */
 SRNF_CHECKED int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
                                 const struct srnf_mesh_limits *limits, struct srnf_mesh *mesh,
@@ -154,6 +156,12 @@ struct srnf_mesh_report {
  */
 SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices,
                                    struct srnf_mesh_report *report);
+/* The same, which can be canceled. Errors: SRNF_ECANCELED too; what is left of the mesh is then to
+   be cleared, and nothing else.
+     context  [in] NULL: not to be canceled */
+SRNF_CHECKED int srnf_mesh_prepare_within(struct srnf_mesh *mesh, bool weld_vertices,
+                                          const struct srnf_context *context,
+                                          struct srnf_mesh_report *report);
 
 /*
  * Prepares a mesh and a sphere for it (srnf_encode_options.sphere): where the two have the same
@@ -167,6 +175,10 @@ SRNF_CHECKED int srnf_mesh_prepare(struct srnf_mesh *mesh, bool weld_vertices,
  */
 SRNF_CHECKED int srnf_mesh_prepare_pair(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
                                         struct srnf_mesh_report *report);
+/* The same, which can be canceled, as srnf_mesh_prepare_within. */
+SRNF_CHECKED int srnf_mesh_prepare_pair_within(struct srnf_mesh *mesh, struct srnf_mesh *sphere,
+                                               const struct srnf_context *context,
+                                               struct srnf_mesh_report *report);
 
 /* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
    for every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole
@@ -184,6 +196,10 @@ struct srnf_star {
  * Errors: SRNF_EDEGENERATE (no face with an area), SRNF_ENUMERIC, SRNF_ENOMEM.
  */
 SRNF_CHECKED int srnf_star_kernel(const struct srnf_mesh *mesh, struct srnf_star *star);
+/* The same, which can be canceled. Errors: SRNF_ECANCELED too. */
+SRNF_CHECKED int srnf_star_kernel_within(const struct srnf_mesh *mesh,
+                                         const struct srnf_context *context,
+                                         struct srnf_star *star);
 
 /* The same at a given centre. Errors: SRNF_EINVAL (not finite, beyond 1e100), SRNF_EDEGENERATE,
    SRNF_ENOMEM. */

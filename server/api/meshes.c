@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "compute/compute.h"
+#include "jobs/memory.h"
 
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {
@@ -180,6 +181,15 @@ static void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes
     store_content_id(id, "mesh-", text, strlen(text));
 }
 
+static bool is_told(void *user)
+{
+    (void)user;
+    return jobs_memory_told(jobs_memory_current());
+}
+
+/* Reading goes on until the upload is told to stop, as with memory that is refused (api.c). */
+static const struct srnf_context until_told = {.canceled = is_told};
+
 static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
                       const struct srnf_mesh_read_info *info, char **text)
 {
@@ -187,15 +197,15 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
     struct srnf_star star;
     bool have_star = false;
     json_t *document;
-    int status = srnf_mesh_prepare(mesh, true, &report);
+    int status = srnf_mesh_prepare_within(mesh, true, &until_told, &report);
 
     if (status < 0) {
         (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
         return false;
     }
     if (report.n_problems == 0) {
-        status = srnf_star_kernel(mesh, &star);
-        if (status == SRNF_ENOMEM) {
+        status = srnf_star_kernel_within(mesh, &until_told, &star);
+        if (status == SRNF_ENOMEM || status == SRNF_ECANCELED) {
             (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
             return false;
         }
@@ -222,12 +232,15 @@ static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
 static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, struct store_mesh *row)
 {
     struct srnf_mesh_read_info info = {0};
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct srnf_error error = {.element = -1};
     struct srnf_mesh mesh = {0};
     bool parsed = false;
-    int status = srnf_mesh_read(call->request->body, call->request->body_size, format, NULL, &mesh,
-                                &info, &error);
+    int status;
 
+    limits.context = &until_told;
+    status = srnf_mesh_read(call->request->body, call->request->body_size, format, &limits, &mesh,
+                            &info, &error);
     if (status < 0) {
         const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
 

@@ -23,6 +23,7 @@ static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_m
                 struct jobs_result *result)
 {
     struct store *store = jobs_run_store(run);
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct store_mesh row = {0};
     struct srnf_error error = {0};
     unsigned char *bytes = NULL;
@@ -36,8 +37,9 @@ static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_m
         status = compute_fail_store(result, status, id);
         goto out;
     }
-    status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row.format), NULL, mesh, NULL,
-                            &error);
+    limits.context = jobs_run_context(run);
+    status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row.format), &limits, mesh,
+                            NULL, &error);
     if (status == 0 && mirror) {
         srnf_mesh_mirror(mesh);
     }
@@ -57,7 +59,7 @@ int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct 
     int status = load(run, id, mirror, mesh, result);
 
     if (status == 0) {
-        status = srnf_mesh_prepare(mesh, true, report);
+        status = srnf_mesh_prepare_within(mesh, true, jobs_run_context(run), report);
         if (status < 0) {
             srnf_mesh_clear(mesh);
             status = compute_fail(result, status, NULL, id);
@@ -79,8 +81,9 @@ static int load_prepared(struct jobs_run *run, const struct compute_encode_input
     if (status) {
         return status;
     }
-    status = inputs->sphere[0] ? srnf_mesh_prepare_pair(mesh, sphere, report)
-                               : srnf_mesh_prepare(mesh, true, report);
+    status = inputs->sphere[0]
+                 ? srnf_mesh_prepare_pair_within(mesh, sphere, jobs_run_context(run), report)
+                 : srnf_mesh_prepare_within(mesh, true, jobs_run_context(run), report);
     return status < 0 ? compute_fail(result, status, NULL, inputs->mesh) : 0;
 }
 

@@ -99,13 +99,21 @@ static bool charge_parent(struct jobs_memory *memory, size_t bytes)
     return false;
 }
 
+bool jobs_memory_told(struct jobs_memory *memory)
+{
+    if (!memory || !memory->stop || !atomic_load_explicit(memory->stop, memory_order_relaxed)) {
+        return false;
+    }
+    atomic_store(&memory->stopped, true);
+    return true;
+}
+
 bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes)
 {
     if (!memory) {
         return true;
     }
-    if (memory->stop && atomic_load_explicit(memory->stop, memory_order_relaxed)) {
-        atomic_store(&memory->stopped, true);
+    if (jobs_memory_told(memory)) {
         return false;
     }
     return charge_one(memory, bytes) && (!memory->parent || charge_parent(memory, bytes));

@@ -7,8 +7,8 @@
  * of the job it helps. So a block may be freed by anyone, and an account is exact to the byte.
  *
  * Uploads that are read share one account: each has its own within it, which tells what became of
- * this one, and which can be stopped: then the next request for memory is refused, and what is
- * being read ends as it does without memory.
+ * this one, and which can be stopped: then the next request for memory is refused, or the next
+ * question of what is being read is answered so.
  *
  * Counted are the blocks of the core with what they are rounded up to. Outside stay what belongs to
  * no single job (the shared transforms), the texts of inputs and results and the bytes of stored
@@ -33,7 +33,7 @@ struct jobs_memory {
     struct jobs_memory *parent;
     atomic_size_t beside;    /* bytes of others in the parent when it refused */
     const atomic_bool *stop; /* true: nothing more is granted; NULL: never */
-    atomic_bool stopped;     /* something was refused because of that */
+    atomic_bool stopped;     /* somebody was told so */
 };
 
 /* Begins a job's accounting: [in] limit in bytes, above 0. What is still in use of an earlier one
@@ -48,6 +48,8 @@ struct jobs_memory *jobs_memory_current(void);
    was charged is to be discharged by whoever did it. */
 bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes);
 void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes);
+/* Whether what uses the account is to stop, and notes that it was said (NULL: never). */
+bool jobs_memory_told(struct jobs_memory *memory);
 
 /* ---- What there is to share (machine.c) ------------------------------------------------------ */
 

@@ -138,7 +138,7 @@ at=$(now_ms)
 stop_server || not_ok 'the server ends well while bodies are parsed'
 ended=$(($(now_ms) - at))
 note "SIGTERM while eight bodies were parsed: ended after $ended ms"
-compare "$ended" '<' $((1000 + took / 3)) 'SIGTERM ends uploads with the grace'
+compare "$ended" '<' $((1000 + took / 10)) 'SIGTERM ends uploads with the grace'
 wait "${UPLOADS[@]}" 2>/dev/null
 like "$(cat "$SCRATCH"/status-2?)" '503' 'those that were not parsed are told to come again'
 

@@ -436,7 +436,9 @@ static void test_limits(void **state)
 
         kind->make(&sample, &file);
         for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
-            struct srnf_mesh_limits given = {limits[i].vertices, limits[i].faces, limits[i].memory};
+            struct srnf_mesh_limits given = {.max_vertices = limits[i].vertices,
+                                             .max_faces = limits[i].faces,
+                                             .max_memory = limits[i].memory};
             struct srnf_error error = {0};
             struct srnf_mesh mesh;
 

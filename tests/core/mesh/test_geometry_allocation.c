@@ -30,6 +30,30 @@ static int run_star_kernel(struct srnf_mesh *mesh)
     return srnf_star_kernel(mesh, &star);
 }
 
+static int run_prepare_within(struct srnf_mesh *mesh)
+{
+    const struct srnf_context context = {.user = NULL};
+    struct srnf_mesh_report report;
+
+    return srnf_mesh_prepare_within(mesh, true, &context, &report);
+}
+
+static int run_prepare_pair_within(struct srnf_mesh *mesh)
+{
+    const struct srnf_context context = {.user = NULL};
+    struct srnf_mesh_report report;
+
+    return srnf_mesh_prepare_pair_within(mesh, &partner, &context, &report);
+}
+
+static int run_star_kernel_within(struct srnf_mesh *mesh)
+{
+    const struct srnf_context context = {.user = NULL};
+    struct srnf_star star;
+
+    return srnf_star_kernel_within(mesh, &context, &star);
+}
+
 static int run_star_at(struct srnf_mesh *mesh)
 {
     const double center[3] = {0, 0, 0};
@@ -105,6 +129,9 @@ static void each_refusal_is_survived(void **state)
         {"prepare", run_prepare},
         {"prepare a pair", run_prepare_pair},
         {"star kernel", run_star_kernel},
+        {"prepare within", run_prepare_within},
+        {"prepare a pair within", run_prepare_pair_within},
+        {"star kernel within", run_star_kernel_within},
         {"star at", run_star_at},
         {"index", run_index},
         {"icosphere", run_icosphere},
