@@ -8,7 +8,7 @@
  * AddressSanitizer the front of a block is poisoned, so that writing before an array is found as
  * it is without one.
  *
- * Cost: 64 bytes and two atomic operations a block, where a block is zeroed anyway; the core
+ * Cost: 64 bytes and two atomic operations a block, where a block is zeroed in any case; the core
  * allocates plans and workspaces, not in its inner loops.
  *
  * The account of a thread is thread-local. No locks.
@@ -24,9 +24,15 @@
 
 #define ALIGNMENT ((size_t)64)
 
+/* From this size on a block comes from calloc, which takes pages of the system that are cleared when
+   they are first used: clearing a gigabyte at once takes seconds. What comes so is not aligned, and
+   gets one unit more. */
+#define LAZY_FROM ((size_t)16 << 20)
+
 struct front {
     struct jobs_memory *memory; /* NULL: none */
-    size_t bytes;               /* the front included */
+    size_t bytes;               /* charged: all of the allocation */
+    void *base;                 /* of the allocation, at the front or before it */
 };
 _Static_assert(sizeof(struct front) <= ALIGNMENT, "a front fits before a block");
 
@@ -126,25 +132,44 @@ void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes)
     }
 }
 
+/* Zeroed and aligned: the front, with its base. */
+static struct front *take(size_t bytes)
+{
+    void *base = bytes < LAZY_FROM ? aligned_alloc(ALIGNMENT, bytes) : calloc(1, bytes);
+    size_t skipped = (ALIGNMENT - (uintptr_t)base % ALIGNMENT) % ALIGNMENT;
+    struct front *front;
+
+    if (!base) {
+        return NULL;
+    }
+    if (bytes < LAZY_FROM) {
+        memset(base, 0, bytes);
+    }
+    front = (struct front *)(void *)((char *)base + skipped);
+    front->base = base;
+    return front;
+}
+
 void *srnf_alloc(size_t count, size_t size)
 {
     struct front *front;
     size_t bytes;
 
-    if (__builtin_mul_overflow(count, size, &bytes) || bytes > PTRDIFF_MAX - 2 * ALIGNMENT) {
+    if (__builtin_mul_overflow(count, size, &bytes) || bytes > PTRDIFF_MAX - 3 * ALIGNMENT) {
         return NULL;
     }
     bytes = (bytes + ALIGNMENT) / ALIGNMENT * ALIGNMENT + ALIGNMENT;
+    bytes += bytes < LAZY_FROM ? 0 : ALIGNMENT;
     if (!jobs_memory_charge(current, bytes)) {
         return NULL;
     }
-    front = aligned_alloc(ALIGNMENT, bytes);
+    front = take(bytes);
     if (!front) {
         jobs_memory_discharge(current, bytes);
         return NULL;
     }
-    memset(front, 0, bytes);
-    *front = (struct front){.memory = current, .bytes = bytes};
+    front->memory = current;
+    front->bytes = bytes;
     ASAN_POISON_MEMORY_REGION(front, ALIGNMENT);
     return (char *)front + ALIGNMENT;
 }
@@ -157,6 +182,6 @@ void srnf_free(void *pointer)
         front = (struct front *)(void *)((char *)pointer - ALIGNMENT);
         ASAN_UNPOISON_MEMORY_REGION(front, ALIGNMENT);
         jobs_memory_discharge(front->memory, front->bytes);
-        free(front);
+        free(front->base);
     }
 }

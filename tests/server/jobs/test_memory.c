@@ -12,6 +12,8 @@
 
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdio.h>
+#include <unistd.h>
 
 #include "engine.h"
 #include "jobs/memory.h"
@@ -61,6 +63,44 @@ static void accounts_are_exact(void **state)
     assert_int_equal(memory.peak, most);
     assert_int_equal(memory.refused, 0);
     srnf_free(NULL);
+}
+
+static size_t resident_bytes(void)
+{
+    FILE *statm = fopen("/proc/self/statm", "r");
+    size_t all = 0, resident = 0;
+
+    assert_non_null(statm);
+    assert_int_equal(fscanf(statm, "%zu %zu", &all, &resident), 2);
+    (void)fclose(statm);
+    return resident * (size_t)sysconf(_SC_PAGESIZE);
+}
+
+/* A large block takes pages, and the time to clear them, where it is used; it is charged whole. */
+static void large_blocks_are_cleared_where_they_are_used(void **state)
+{
+    const size_t size = (size_t)512 << 20;
+    struct jobs_memory memory = {0};
+    size_t before = resident_bytes();
+    unsigned char *block;
+
+    (void)state;
+    jobs_memory_begin(&memory, SIZE_MAX);
+    (void)jobs_memory_enter(&memory);
+    block = srnf_alloc(size, 1);
+    assert_non_null(block);
+    assert_int_equal((uintptr_t)block % 64, 0);
+    assert_true(memory.used >= size && memory.used <= size + 4096);
+    assert_true(resident_bytes() < before + size / 4);
+    for (size_t i = 0; i < size; i += size / 64) {
+        assert_int_equal(block[i], 0);
+        block[i] = 1;
+    }
+    assert_int_equal(block[size - 1], 0);
+    block[size - 1] = 1;
+    (void)jobs_memory_enter(NULL);
+    srnf_free(block);
+    assert_int_equal(memory.used, 0);
 }
 
 static void an_account_ends_at_its_limit(void **state)
@@ -498,6 +538,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(accounts_are_exact),
+        cmocka_unit_test(large_blocks_are_cleared_where_they_are_used),
         cmocka_unit_test(an_account_ends_at_its_limit),
         cmocka_unit_test(other_refusals_are_not_the_limits),
         cmocka_unit_test(threads_share_an_account),
