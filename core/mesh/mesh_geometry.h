@@ -126,8 +126,7 @@ SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_
                                             const struct srnf_context *context, size_t *merged);
 SRNF_CHECKED int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh,
                                                struct srnf_mesh_origin *origin,
-                                               const struct srnf_context *context,
-                                               size_t *dropped);
+                                               const struct srnf_context *context, size_t *dropped);
 SRNF_CHECKED int srnf_repair_drop_faces(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                         const struct srnf_context *context,
                                         struct srnf_mesh_repairs *repairs);

@@ -75,7 +75,7 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
     double now = http_now();
 
     (void)pthread_mutex_lock(&http->mutex);
-    http->n_handed -= http->n_handed > 0 ? 1 : 0;
+    slots_came(http, info ? info->connect_fd : -1);
     if (connection && info && from) {
         connection->peer = shares_peer(http, from->client_addr);
     }

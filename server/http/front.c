@@ -10,8 +10,10 @@
  * them through. With TLS that holds for every request: a connection is handed over when its first
  * record is there.
  *
- * When more than max_waiting connections wait, the one that has waited longest goes: whoever sends
- * a request when it connects is never kept out by those who do not. A head must come in
+ * When more than max_waiting connections wait, the one that has waited longest goes, unless its
+ * head has come meanwhile: whoever sends a request when it connects is never kept out by those who
+ * do not. Whether a head has a token that holds is judged here, too, before there is a place for it:
+ * that takes microseconds, and no more heads are unjudged than wait. A head must come in
  * header_seconds and in PIECES_MAX pieces. With all max_connections in use another one gives way
  * (slots.c); where none does, a request is answered 503 here. An answer closes its connection in
  * good order: what the client still sends is passed over for a moment, since closing a socket with
@@ -201,6 +203,7 @@ static void hand_over(struct front *front, struct waiting *w, bool known)
         break;
     }
     let_go(front, w);
+    slots_hand_over(front->http, fd, known);
     /* Closes the descriptor where it fails; slots.c forgets it then. */
     (void)MHD_add_connection(front->http->daemon, fd, (const struct sockaddr *)&peer, length);
 }
@@ -219,19 +222,17 @@ static void hand_over_again(struct front *front)
     }
 }
 
-/* The head is complete, in front->bytes. Who must wait, and has a token that holds, waits before
-   the others. */
+/* The head is complete, in front->bytes. Whether it has a token that holds is known before it gets
+   a place, or takes one from another: so it keeps it, and waits, if it must, before the others. */
 static void admit(struct front *front, struct waiting *w, size_t size)
 {
-    const char *value;
-    size_t length;
+    const char *value = NULL;
+    size_t length = 0;
 
-    hand_over(front, w, false);
-    if (front->ready.last == w && !front->http->tls &&
-        (value = head_field(front->bytes, size, "Authorization", &length)) != NULL &&
-        api_knows(front->http->config.api, value, length)) {
-        hand_over(front, w, true);
+    if (!front->http->tls) {
+        value = head_field(front->bytes, size, "Authorization", &length);
     }
+    hand_over(front, w, value && api_knows(front->http->config.api, value, length));
 }
 
 static void look(struct front *front, struct waiting *w)
@@ -263,13 +264,25 @@ static void look(struct front *front, struct waiting *w)
 
 /* ---- Accepting ------------------------------------------------------------------------------- */
 
+static bool is_crowded(const struct front *front)
+{
+    return front->heads.count + front->ready.count > front->http->config.max_waiting;
+}
+
+/* The one that has waited longest for the rest of its head goes. What has come of that since the
+   last round is looked at before. */
 static void make_room(struct front *front)
 {
     static const struct head_refusal crowded = {503, "server-busy",
                                                 "Too many connections wait without a request."};
-    struct waiting *oldest = front->heads.first ? front->heads.first : front->ready.first;
+    struct waiting *oldest = NULL;
 
-    if (front->heads.count + front->ready.count > front->http->config.max_waiting) {
+    while (is_crowded(front) && front->heads.first && front->heads.first != oldest) {
+        oldest = front->heads.first;
+        look(front, oldest);
+    }
+    if (is_crowded(front)) {
+        oldest = front->heads.first ? front->heads.first : front->ready.first;
         metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("crowded"), 1);
         refuse(front, oldest, &crowded);
     }

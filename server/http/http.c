@@ -161,6 +161,7 @@ static void http_free(struct http *http)
     }
     (void)pthread_mutex_destroy(&http->mutex);
     free(http->taps);
+    free(http->judged);
     free(http);
 }
 

@@ -151,11 +151,13 @@ struct http {
     size_t n_connections;                 /* [m] with those that are leaving */
     size_t n_leaving, n_unknown;          /* [m] of them; unknown ones that are not leaving */
     size_t n_handed;                      /* [m] given to libmicrohttpd, not opened yet */
+    size_t n_handed_known;                /* [m] of them, those with a token that holds */
     double handed_at;                     /* [m] the last of them */
     struct holder *holders[HTTP_HOLDERS]; /* [m] */
     uint64_t holders_seed;
     _Atomic(struct connection *) *taps; /* by descriptor (tap.c) */
-    size_t n_taps;
+    atomic_bool *judged; /* by descriptor: handed over with a token that holds (front.c) */
+    size_t n_taps;       /* descriptors that both have room for */
     atomic_size_t n_exchanges;
     struct front *front;
     char id_start[13]; /* of the ids of requests */
@@ -218,6 +220,10 @@ enum slot { SLOT_FREE, SLOT_LATER, SLOT_NONE };
 /* A place for a connection from that address: it is to be handed over now, later, or refused.
    known: its first request has a token that holds. */
 enum slot slots_take(struct http *http, const struct sockaddr *address, bool known);
+/* Notes for slots_opened what was found of it, before libmicrohttpd gets it. */
+void slots_hand_over(struct http *http, int fd, bool known);
+/* libmicrohttpd has it; the mutex is held. */
+void slots_came(struct http *http, int fd);
 /* Of a connection with its peer, as it enters and leaves the list; the mutex is held. */
 void slots_opened(struct connection *connection);
 void slots_closed(struct connection *connection);

@@ -4,7 +4,9 @@
  * A connection is *known* once a request on it was admitted: it brought a token that holds, or none
  * is asked for. It is *busy* from its opening, and later from the head of a request, to the end of
  * the response, otherwise idle.
- * A new connection is unknown: its token may lie behind a handshake. Unknown ones may take all
+ * The front judges the token of a first request before there is a place for it (front.c), so a new
+ * connection with one that holds is known, and keeps its place while the request is read. With TLS
+ * the token lies behind the handshake, and a new connection is unknown. Unknown ones may take all
  * places but kept_connections, known ones all; and when the places are taken, one gives way:
  *
  *   1. an unknown one, of the address that has most connections: an idle one before a busy one,
@@ -18,8 +20,8 @@
  *
  * Giving way is a shutdown of the socket; libmicrohttpd sees its end and closes it, soon. Until
  * then there is one connection more, of LEAVING_MAX at most. With these taken, or HANDED_MAX that
- * libmicrohttpd has not looked at yet, newcomers wait at the front: there one whose first request
- * has a token that holds passes the others by, behind which it would wait in libmicrohttpd.
+ * libmicrohttpd has not looked at yet, unknown newcomers wait at the front; known ones pass them
+ * by, behind which they would wait in libmicrohttpd.
  */
 #include "http/internal.h"
 
@@ -74,7 +76,7 @@ static void send_away(struct http *http, struct connection *connection)
 static void forget_lost(struct http *http, double now)
 {
     if (http->n_handed > 0 && now - http->handed_at > LOST_SECONDS) {
-        http->n_handed = 0;
+        http->n_handed = http->n_handed_known = 0;
     }
 }
 
@@ -88,11 +90,11 @@ enum slot slots_take(struct http *http, const struct sockaddr *address, bool kno
     (void)pthread_mutex_lock(&http->mutex);
     forget_lost(http, now);
     taken = http->n_connections + http->n_handed - http->n_leaving;
-    unknown = http->n_unknown + http->n_handed;
+    unknown = http->n_unknown + http->n_handed - http->n_handed_known;
     if (!known && (http->n_handed >= HANDED_MAX || http->n_leaving >= LEAVING_MAX)) {
         slot = SLOT_LATER;
     } else if (taken >= config->max_connections ||
-               unknown >= config->max_connections - config->kept_connections) {
+               (!known && unknown >= config->max_connections - config->kept_connections)) {
         struct connection *chosen = choose(http, shares_connections(http, address));
 
         if (chosen) {
@@ -103,18 +105,38 @@ enum slot slots_take(struct http *http, const struct sockaddr *address, bool kno
     }
     if (slot == SLOT_FREE) {
         http->n_handed++;
+        http->n_handed_known += known;
         http->handed_at = now;
     }
     (void)pthread_mutex_unlock(&http->mutex);
     return slot;
 }
 
+static bool was_judged(const struct http *http, int fd)
+{
+    return !http->tls && fd >= 0 && (size_t)fd < http->n_taps && atomic_load(&http->judged[fd]);
+}
+
+void slots_hand_over(struct http *http, int fd, bool known)
+{
+    if (!http->tls && (size_t)fd < http->n_taps) {
+        atomic_store(&http->judged[fd], known);
+    }
+}
+
+void slots_came(struct http *http, int fd)
+{
+    http->n_handed -= http->n_handed > 0 ? 1 : 0;
+    http->n_handed_known -= http->n_handed_known > 0 && was_judged(http, fd) ? 1 : 0;
+}
+
 void slots_opened(struct connection *connection)
 {
     struct http *http = connection->http;
 
+    connection->known = was_judged(http, connection->fd);
     http->n_connections++;
-    http->n_unknown++;
+    http->n_unknown += connection->known ? 0 : 1;
     connection->peer->connections++;
 }
 

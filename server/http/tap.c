@@ -42,8 +42,9 @@ int tap_start(struct http *http)
         return -1;
     }
     http->taps = calloc((size_t)limit.rlim_cur, sizeof *http->taps);
+    http->judged = calloc((size_t)limit.rlim_cur, sizeof *http->judged);
     http->n_taps = (size_t)limit.rlim_cur;
-    return http->taps ? 0 : -1;
+    return http->taps && http->judged ? 0 : -1;
 }
 
 void tap_open(struct connection *connection)

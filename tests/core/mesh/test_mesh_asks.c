@@ -116,7 +116,8 @@ static void asks(struct subject *subject, run_function *run, const char *label, 
     for (size_t stop = 0; stop < questions; stop += step) {
         watch = (struct watch){.stop_at = stop};
         assert_int_equal(run(subject, &context), SRNF_ECANCELED);
-        assert_true(watch.asked <= stop + 64); /* it ends soon, not by passing over loop after loop */
+        assert_true(watch.asked <=
+                    stop + 64); /* it ends soon, not by passing over loop after loop */
         srnf_mesh_clear(&subject->result);
     }
 }
@@ -174,7 +175,8 @@ static void test_preparing(void **state)
 {
     struct srnf_mesh soup = meshes_soup(&ball), two = meshes_two_spheres(30);
     struct srnf_mesh twice = meshes_join(&ball, &ball); /* each face has its equal */
-    struct subject subjects[] = {{.mesh = &ball}, {.mesh = &soup}, {.mesh = &two}, {.mesh = &twice}};
+    struct subject subjects[] = {
+        {.mesh = &ball}, {.mesh = &soup}, {.mesh = &two}, {.mesh = &twice}};
     struct srnf_mesh back = meshes_copy(&ball), walls;
     struct subject folded;
 
