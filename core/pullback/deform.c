@@ -195,8 +195,8 @@ int srnf_deform_transport(const struct srnf_sht *sht, const double *from, const 
     *result = (struct srnf_deform_transport){.step = NULL};
     status = stage_open(&stage, pointed ? 3 : 2, surfaces, vector);
     if (status == SRNF_OK) {
-        status = transport(&stage, vector, pointed ? TOWARD : STAGE_SURFACES, options->pullback,
-                           result);
+        status =
+            transport(&stage, vector, pointed ? TOWARD : STAGE_SURFACES, options->pullback, result);
     }
     if (status) {
         srnf_deform_transport_clear(result);
@@ -251,11 +251,11 @@ static int transfer_between(struct stage *stage, enum srnf_transfer_size size, b
                                        stage->surfaces[TARGET]};
 
     *stage->step = "transferring the deformation";
-    return pullback ? pullback_transfer_sized(stage->sht, surfaces, size, stage->context,
-                                              &result->transferred, &result->paths, stage->error)
-                    : srnf_transfer(stage->sht, surfaces[SOURCE], surfaces[DEFORMED],
-                                    surfaces[TARGET], size, stage->context, &result->transferred,
-                                    stage->error);
+    return pullback
+               ? pullback_transfer_sized(stage->sht, surfaces, size, stage->context,
+                                         &result->transferred, &result->paths, stage->error)
+               : srnf_transfer(stage->sht, surfaces[SOURCE], surfaces[DEFORMED], surfaces[TARGET],
+                               size, stage->context, &result->transferred, stage->error);
 }
 
 /* The surface where the target is, moved as the deformed one is against its source. A change of

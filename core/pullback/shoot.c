@@ -24,10 +24,9 @@ void pullback_paths_clear(struct srnf_deform_paths *paths)
 
 /* The velocity as a motion; residual and products where it was a field. */
 static int find_motion(const struct srnf_sht *sht, const double *surface,
-                       const struct srnf_velocity *velocity,
-                       const struct srnf_context *context, double *motion,
-                       struct srnf_tangent *tangent, struct srnf_deform_paths *paths,
-                       struct srnf_error *error)
+                       const struct srnf_velocity *velocity, const struct srnf_context *context,
+                       double *motion, struct srnf_tangent *tangent,
+                       struct srnf_deform_paths *paths, struct srnf_error *error)
 {
     size_t count = surface_values(sht);
     struct srnf_pullback_options options = srnf_pullback_options_defaults();
@@ -42,10 +41,10 @@ static int find_motion(const struct srnf_sht *sht, const double *surface,
                                    error);
         if (status >= 0) {
             paths->toward = (struct srnf_deform_path){.figures = log.path,
-                                                             .segments = options.segments,
-                                                             .iterations = log.iterations,
-                                                             .residual = log.gradient,
-                                                             .converged = status == SRNF_OK};
+                                                      .segments = options.segments,
+                                                      .iterations = log.iterations,
+                                                      .residual = log.gradient,
+                                                      .converged = status == SRNF_OK};
             paths->converged = paths->converged && status == SRNF_OK;
             tangent->transforms = log.transforms;
         }
@@ -64,8 +63,8 @@ static int find_motion(const struct srnf_sht *sht, const double *surface,
 /* ---- Shooting -------------------------------------------------------------------------------- */
 
 void pullback_measure_energy(const struct srnf_sht *sht, const double *surface, const double *base,
-                           double t, const double *line, double *scratch, void *workspace,
-                           double *energy, double *relative)
+                             double t, const double *line, double *scratch, void *workspace,
+                             double *energy, double *relative)
 {
     size_t values = pullback_field_values(sht);
 
@@ -100,10 +99,10 @@ static int follow(const struct srnf_sht *sht, const double *surface, const doubl
     }
     linear_copy(count, shot.coefficients + segments * count, f);
     *path = (struct srnf_deform_path){.figures = shot.path,
-                                         .segments = segments,
-                                         .iterations = shot.iterations,
-                                         .residual = shot.residual,
-                                         .converged = status == SRNF_OK};
+                                      .segments = segments,
+                                      .iterations = shot.iterations,
+                                      .residual = shot.residual,
+                                      .converged = status == SRNF_OK};
     *transforms += shot.transforms;
     srnf_pullback_shot_clear(&shot);
     return SRNF_OK;
@@ -136,15 +135,16 @@ static int shoot_motion(const struct srnf_sht *sht, const double *surface, const
     for (size_t i = 0; i < n; i++) {
         double *f = shot->coefficients + i * count;
 
-        srnf_report_progress(context, from + (1.0 - from) * (double)i / (double)n, "following the geodesic");
+        srnf_report_progress(context, from + (1.0 - from) * (double)i / (double)n,
+                             "following the geodesic");
         status = follow(sht, surface, motion, times[i], &quiet, memory + 2 * values, f,
                         &paths->shots[i], &shot->transforms, error);
         if (status) {
             goto out;
         }
         paths->converged = paths->converged && paths->shots[i].converged;
-        pullback_measure_energy(sht, f, memory, times[i], line, memory + values, workspace, &shot->energy[i],
-                       &shot->relative_energy[i]);
+        pullback_measure_energy(sht, f, memory, times[i], line, memory + values, workspace,
+                                &shot->energy[i], &shot->relative_energy[i]);
     }
     srnf_report_progress(context, 1.0, "the surfaces are there");
 out:
@@ -157,10 +157,9 @@ out:
 }
 
 int pullback_shoot(const struct srnf_sht *sht, const double *surface,
-                           const struct srnf_velocity *velocity, const double *line,
-                           size_t n, const double *times, const struct srnf_context *context,
-                           struct srnf_shot *shot, struct srnf_deform_paths *paths,
-                           struct srnf_error *error)
+                   const struct srnf_velocity *velocity, const double *line, size_t n,
+                   const double *times, const struct srnf_context *context, struct srnf_shot *shot,
+                   struct srnf_deform_paths *paths, struct srnf_error *error)
 {
     struct srnf_context quiet = srnf_quiet(context);
     struct srnf_tangent tangent = {0};
@@ -171,8 +170,7 @@ int pullback_shoot(const struct srnf_sht *sht, const double *surface,
     if (!motion) {
         return pullback_told(SRNF_ENOMEM, error);
     }
-    status = find_motion(sht, surface, velocity, &quiet, motion,
-                         &tangent, paths, error);
+    status = find_motion(sht, surface, velocity, &quiet, motion, &tangent, paths, error);
     if (status == SRNF_OK) {
         status =
             shoot_motion(sht, surface, motion, line, n, times, context, 0.3, shot, paths, error);
@@ -206,10 +204,10 @@ static int carry(const struct srnf_sht *sht, const double *from, const double *t
         return status;
     }
     paths->along = (struct srnf_deform_path){.figures = path.path,
-                                                    .segments = options.segments,
-                                                    .iterations = path.iterations,
-                                                    .residual = path.gradient,
-                                                    .converged = path.converged};
+                                             .segments = options.segments,
+                                             .iterations = path.iterations,
+                                             .residual = path.gradient,
+                                             .converged = path.converged};
     paths->converged = paths->converged && path.converged;
     status = srnf_pullback_transport(sht, options.segments, path.coefficients, motion, context,
                                      &moved, error);
@@ -226,10 +224,9 @@ static int carry(const struct srnf_sht *sht, const double *from, const double *t
 }
 
 int pullback_carry(const struct srnf_sht *sht, const double *from, const double *to,
-                               const struct srnf_velocity *vector,
-                               const struct srnf_context *context, double *line,
-                               struct srnf_tangent *tangent, struct srnf_shot *shot,
-                               struct srnf_deform_paths *paths, struct srnf_error *error)
+                   const struct srnf_velocity *vector, const struct srnf_context *context,
+                   double *line, struct srnf_tangent *tangent, struct srnf_shot *shot,
+                   struct srnf_deform_paths *paths, struct srnf_error *error)
 {
     const double one = 1.0;
     struct srnf_context quiet = srnf_quiet(context);
@@ -243,8 +240,7 @@ int pullback_carry(const struct srnf_sht *sht, const double *from, const double 
         status = pullback_told(SRNF_ENOMEM, error);
         goto out;
     }
-    status = find_motion(sht, from, vector, &quiet, motion, tangent,
-                         paths, error);
+    status = find_motion(sht, from, vector, &quiet, motion, tangent, paths, error);
     if (status == SRNF_OK) {
         srnf_report_progress(context, 0.4, "transporting the vector");
         status = carry(sht, from, to, motion, &quiet, tangent, paths, error);

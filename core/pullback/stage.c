@@ -20,7 +20,7 @@ void stage_close(struct stage *stage)
 }
 
 int stage_open(struct stage *stage, size_t n, const double *const *surfaces,
-                      const struct srnf_velocity *velocity)
+               const struct srnf_velocity *velocity)
 {
     const double *motion = velocity ? velocity->motion : NULL;
     const double *field = velocity && !motion && !velocity->toward ? velocity->field : NULL;
@@ -38,8 +38,8 @@ int stage_open(struct stage *stage, size_t n, const double *const *surfaces,
     if (velocity && !motion && !velocity->toward && !field) {
         return srnf_fail(stage->error, SRNF_EINVAL, -1, "there is no velocity");
     }
-    if ((motion && !srnf_check_finite(stage->count, motion, "coefficient of the velocity",
-                                      stage->error)) ||
+    if ((motion &&
+         !srnf_check_finite(stage->count, motion, "coefficient of the velocity", stage->error)) ||
         (field &&
          !srnf_check_finite(stage->values, field, "value of the velocity", stage->error))) {
         return SRNF_EINVAL;
@@ -77,7 +77,7 @@ static void turn(const double rotation[9], double x[3])
 }
 
 int stage_lay(struct stage *stage, size_t fixed, size_t moving, const char *step,
-               struct srnf_registration *registration)
+              struct srnf_registration *registration)
 {
     int status;
 
@@ -93,15 +93,15 @@ int stage_lay(struct stage *stage, size_t fixed, size_t moving, const char *step
 }
 
 int stage_take_along(struct stage *stage, const struct srnf_registration *registration,
-                      double *coefficients)
+                     double *coefficients)
 {
     *stage->step = "applying the registration";
     return stage_fail(stage, srnf_registration_apply(stage->sht, registration, coefficients,
-                                               stage->context, coefficients));
+                                                     stage->context, coefficients));
 }
 
 int stage_take_surface_along(struct stage *stage, const struct srnf_registration *registration,
-                              size_t i)
+                             size_t i)
 {
     turn(registration->rotation, stage->centroids[i]);
     return stage_take_along(stage, registration, stage->surfaces[i]);
@@ -110,7 +110,7 @@ int stage_take_surface_along(struct stage *stage, const struct srnf_registration
 /* ---- Velocities and places ------------------------------------------------------------------- */
 
 int stage_find_velocity(struct stage *stage, const struct srnf_velocity *given, size_t surface,
-                         size_t toward)
+                        size_t toward)
 {
     *stage->step = "finding the velocity";
     if (stage->motion) {
@@ -118,7 +118,7 @@ int stage_find_velocity(struct stage *stage, const struct srnf_velocity *given, 
                                 stage->velocity, stage->workspace);
     } else if (toward < stage->n) {
         return stage_fail(stage, srnf_velocity_toward(stage->sht, stage->surfaces[surface],
-                                                stage->surfaces[toward], stage->velocity));
+                                                      stage->surfaces[toward], stage->velocity));
     } else {
         linear_copy(stage->values, given->field, stage->velocity);
     }
@@ -145,7 +145,7 @@ void stage_drift(const struct stage *stage, size_t from, size_t toward, double r
 }
 
 void stage_place(const struct stage *stage, size_t from, const double rate[3], double t,
-                  double *coefficients, struct srnf_surface_measures *measures)
+                 double *coefficients, struct srnf_surface_measures *measures)
 {
     double target[3];
 

@@ -14,12 +14,12 @@ struct stage {
     const struct srnf_register_options *registration;
     const struct srnf_context *context;
     struct srnf_error *error;
-    const char **step;          /* what is being done */
-    size_t count, values, n;    /* of a surface, of a field; surfaces */
-    double *memory;             /* of those below */
+    const char **step;       /* what is being done */
+    size_t count, values, n; /* of a surface, of a field; surfaces */
+    double *memory;          /* of those below */
     double *surfaces[STAGE_SURFACES];
-    double *motion;             /* of the velocity, or NULL */
-    double *velocity;           /* [3][n_theta][n_phi] */
+    double *motion;   /* of the velocity, or NULL */
+    double *velocity; /* [3][n_theta][n_phi] */
     void *workspace;
     double centroids[STAGE_SURFACES][3]; /* turned with the surfaces when these are registered */
 };

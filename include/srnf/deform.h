@@ -114,11 +114,12 @@ struct srnf_deform_transport {
  * Errors: as srnf_deform_shoot, srnf_transport and srnf_pullback_transport. SRNF_WNOT_CONVERGED of
  * srnf_transport is one here: the result is empty.
  */
-SRNF_CHECKED int
-srnf_deform_transport(const struct srnf_sht *sht, const double *from, const double *to,
-                      const struct srnf_velocity *vector, const struct srnf_deform_options *options,
-                      const struct srnf_context *context, struct srnf_deform_transport *result,
-                      struct srnf_error *error);
+SRNF_CHECKED int srnf_deform_transport(const struct srnf_sht *sht, const double *from,
+                                       const double *to, const struct srnf_velocity *vector,
+                                       const struct srnf_deform_options *options,
+                                       const struct srnf_context *context,
+                                       struct srnf_deform_transport *result,
+                                       struct srnf_error *error);
 void srnf_deform_transport_clear(struct srnf_deform_transport *result);
 
 struct srnf_deform_transfer {
@@ -139,11 +140,12 @@ struct srnf_deform_transfer {
  *   result    [out] freed with srnf_deform_transfer_clear
  * Errors: as srnf_transfer, srnf_register and srnf_pullback_transfer; SRNF_EINVAL for a scale.
  */
-SRNF_CHECKED int
-srnf_deform_transfer(const struct srnf_sht *sht, const double *const surfaces[3],
-                     const double scales[3], enum srnf_transfer_size size,
-                     const struct srnf_deform_options *options, const struct srnf_context *context,
-                     struct srnf_deform_transfer *result, struct srnf_error *error);
+SRNF_CHECKED int srnf_deform_transfer(const struct srnf_sht *sht, const double *const surfaces[3],
+                                      const double scales[3], enum srnf_transfer_size size,
+                                      const struct srnf_deform_options *options,
+                                      const struct srnf_context *context,
+                                      struct srnf_deform_transfer *result,
+                                      struct srnf_error *error);
 void srnf_deform_transfer_clear(struct srnf_deform_transfer *result);
 
 #pragma GCC visibility pop

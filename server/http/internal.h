@@ -289,7 +289,7 @@ enum MHD_Result exchange_step(void *cls, struct MHD_Connection *mhd, const char 
 void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
                         enum MHD_RequestTerminationCode code);
 
-/* ---- account.c ------------------------------------------------------------------------------- */
+/* ---- access_log.c ---------------------------------------------------------------------------- */
 
 /* The line of the log that a request leaves, and what is counted of it. whole: the response was
    taken. */

@@ -15,8 +15,8 @@ static bool name_of(const struct jobs_run *run, const char *mesh, const char *op
                     char name[65])
 {
     char *text = NULL;
-    int length = asprintf(&text, "%s\n%s\n%s\n%s", jobs_run_owner(run),
-                          jobs_run_numeric_build(run), mesh, options);
+    int length = asprintf(&text, "%s\n%s\n%s\n%s", jobs_run_owner(run), jobs_run_numeric_build(run),
+                          mesh, options);
 
     if (length < 0) {
         return false;

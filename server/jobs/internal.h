@@ -13,7 +13,7 @@
  *
  *   23 ids.mutex: the last id given out
  *
- *   24 keeper.mutex: that the keeper is to end
+ *   24 retention.mutex: that the retention is to end
  *
  *   25 kept.mutex: what a run keeps for a later attempt
  */
@@ -157,9 +157,9 @@ struct jobs_ids {
 /* "job-" and a UUIDv7 greater than all that this source has given before. */
 void jobs_id_next(struct jobs_ids *ids, char id[STORE_ID_MAX], int64_t *created_ms);
 
-/* ---- Letting go (keeper.c) ------------------------------------------------------------------- */
+/* ---- Letting go (retention.c) ------------------------------------------------------------------- */
 
-struct jobs_keeper {
+struct jobs_retention {
     pthread_t thread;
     bool started;
     pthread_mutex_t mutex;
@@ -167,8 +167,8 @@ struct jobs_keeper {
     bool closing;
 };
 /* Starts the thread, where the configuration asks for one. */
-int jobs_keeper_start(struct jobs *jobs);
-void jobs_keeper_stop(struct jobs *jobs);
+int jobs_retention_start(struct jobs *jobs);
+void jobs_retention_stop(struct jobs *jobs);
 
 /* ---- Transforms (transforms.c) --------------------------------------------------------------- */
 
@@ -218,7 +218,7 @@ struct jobs {
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
     struct jobs_transforms transforms;
     struct jobs_ids ids;
-    struct jobs_keeper keeper;
+    struct jobs_retention retention;
 };
 
 #define JOBS_NO_LANE SIZE_MAX

@@ -183,7 +183,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
         status = start_workers(jobs);
     }
     if (status == STORE_OK) {
-        status = jobs_keeper_start(jobs);
+        status = jobs_retention_start(jobs);
     }
     if (status != STORE_OK) {
         jobs_close(jobs, 0.0);
@@ -215,7 +215,7 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     if (!jobs) {
         return;
     }
-    jobs_keeper_stop(jobs);
+    jobs_retention_stop(jobs);
     pthread_mutex_lock(&jobs->mutex);
     atomic_store(&jobs->closing, true);
     pthread_cond_broadcast(&jobs->wake);

@@ -49,10 +49,11 @@ static void shoots_toward(void **state)
         assert_int_equal(srnf_deform_shoot(p.from.sht, p.from.f, &velocity, 3, times, metrics[m],
                                            NULL, &r, NULL),
                          SRNF_OK);
-        figure_below("the surface toward", compare_difference(p.to.count, r.shot.coefficients, p.to.f),
-                     1e-5);
+        figure_below("the surface toward",
+                     compare_difference(p.to.count, r.shot.coefficients, p.to.f), 1e-5);
         figure_below("the surface itself",
-                     compare_difference(p.to.count, r.shot.coefficients + p.to.count, p.from.f), 1e-12);
+                     compare_difference(p.to.count, r.shot.coefficients + p.to.count, p.from.f),
+                     1e-12);
         srnf_surface_measure(p.from.sht, p.from.f, &from, p.from.workspace);
         srnf_surface_measure(p.from.sht, p.to.f, &to, p.from.workspace);
         for (size_t k = 0; k < 3; k++) {
@@ -69,8 +70,8 @@ static void shoots_toward(void **state)
             assert_true(r.paths.converged && r.paths.toward.converged);
             assert_int_equal(r.paths.shots[0].segments, SRNF_DEFORM_SEGMENTS);
             assert_int_equal(r.paths.shots[1].segments, 0);
-            assert_true(fabs(r.paths.shots[0].figures.length / r.paths.toward.figures.length -
-                             1.0) < 1e-5);
+            assert_true(
+                fabs(r.paths.shots[0].figures.length / r.paths.toward.figures.length - 1.0) < 1e-5);
         }
         srnf_deform_shoot_clear(&r);
     }
@@ -124,7 +125,7 @@ static void grows_and_goes(void **state)
     pullback_close(&p);
 }
 
-/* A turned copy is laid on the surface before: nothing is left to go but the way of its centroid. */
+/* A turned copy is laid on the surface before: only the way of its centroid is left to go. */
 static void registers_first(void **state)
 {
     struct srnf_register_options registration = srnf_register_options_defaults();
@@ -143,11 +144,12 @@ static void registers_first(void **state)
         }
     }
     velocity = (struct srnf_velocity){.toward = p.to.f};
-    assert_int_equal(srnf_deform_shoot(p.from.sht, p.from.f, &velocity, 1, &one, &options, NULL, &r,
-                                       NULL),
-                     SRNF_OK);
+    assert_int_equal(
+        srnf_deform_shoot(p.from.sht, p.from.f, &velocity, 1, &one, &options, NULL, &r, NULL),
+        SRNF_OK);
     figure_below("distance", r.toward.distance, 1e-6);
-    figure_below("a turned copy", compare_difference(p.from.count, r.shot.coefficients, p.from.f), 1e-5);
+    figure_below("a turned copy", compare_difference(p.from.count, r.shot.coefficients, p.from.f),
+                 1e-5);
     srnf_deform_shoot_clear(&r);
     pullback_close(&p);
 }
@@ -167,8 +169,8 @@ static void transports(void **state)
         assert_int_equal(srnf_deform_transport(p.from.sht, p.from.f, p.from.f, &vector, metrics[m],
                                                NULL, &r, NULL),
                          SRNF_OK);
-        figure_below("the surface toward", compare_difference(p.to.count, r.shot.coefficients, p.to.f),
-                     1e-5);
+        figure_below("the surface toward",
+                     compare_difference(p.to.count, r.shot.coefficients, p.to.f), 1e-5);
         check_measures(&p.from, r.shot.coefficients, &r.measures);
         srnf_deform_transport_clear(&r);
 
@@ -241,8 +243,8 @@ static int run_shoot(void *argument, const struct srnf_context *context)
     const struct srnf_velocity velocity = {.toward = p->to.f};
     const double one = 1.0;
     struct srnf_deform_shoot r;
-    int status = srnf_deform_shoot(p->from.sht, p->from.f, &velocity, 1, &one, &curved, context, &r,
-                                   NULL);
+    int status =
+        srnf_deform_shoot(p->from.sht, p->from.f, &velocity, 1, &one, &curved, context, &r, NULL);
 
     assert_true((status < 0) == (r.shot.coefficients == NULL));
     srnf_deform_shoot_clear(&r);
@@ -264,9 +266,9 @@ static void refuses(void **state)
     open_pair(&p);
     pullback_check_cancellation(run_shoot, &p);
     surfaces[0] = surfaces[1] = surfaces[2] = p.from.f;
-    assert_int_equal(srnf_deform_shoot(p.from.sht, p.from.f, &velocity, 1, &one, &flat, NULL, &shot,
-                                       &error),
-                     SRNF_EINVAL);
+    assert_int_equal(
+        srnf_deform_shoot(p.from.sht, p.from.f, &velocity, 1, &one, &flat, NULL, &shot, &error),
+        SRNF_EINVAL);
     assert_non_null(strstr(error.message, "no velocity"));
     velocity.motion = p.from.f;
     for (size_t m = 0; m < 2; m++) {
@@ -309,9 +311,9 @@ static void refuses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shoots_toward), cmocka_unit_test(grows_and_goes),
+        cmocka_unit_test(shoots_toward),   cmocka_unit_test(grows_and_goes),
         cmocka_unit_test(registers_first), cmocka_unit_test(transports),
-        cmocka_unit_test(transfers),     cmocka_unit_test(refuses),
+        cmocka_unit_test(transfers),       cmocka_unit_test(refuses),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

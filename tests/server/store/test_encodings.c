@@ -20,8 +20,7 @@ static void mesh_of(struct fixture *fixture, char id[STORE_ID_MAX])
     bool created;
 
     assert_int_equal(
-        fixture_put_mesh(fixture->store, (const unsigned char *)"mesh", 4, id, &created),
-        STORE_OK);
+        fixture_put_mesh(fixture->store, (const unsigned char *)"mesh", 4, id, &created), STORE_OK);
 }
 
 static void name_of(int number, char name[65])

@@ -54,8 +54,8 @@ static struct outcome invite(void **state, const struct api_process *process, co
 static void test_surfaces(void **state)
 {
     struct fixture *fixture = *state;
-    struct outcome outcome =
-        invite(state, &party, "{\"surfaces\":[\"@\",\"" GOOD_MESH "\",\"@\"],\"mixedRoutes\":true}");
+    struct outcome outcome = invite(
+        state, &party, "{\"surfaces\":[\"@\",\"" GOOD_MESH "\",\"@\"],\"mixedRoutes\":true}");
     struct party typed;
 
     assert_true(json_is_null(json_object_get(outcome.canonical, "cohort")));
@@ -106,10 +106,9 @@ static void test_cohort(void **state)
 /* Members that share a subject count as one, and mirror is theirs one by one. */
 static void test_typed_members(void **state)
 {
-    json_t *canonical =
-        json_pack("{s:b, s:{s:[s,s,s], s:[s,n,s], s:[b,b,n]}}", "mixedRoutes", 0, "cohort",
-                  "surfaces", GOOD_MESH, OPEN_MESH, GOOD_MESH, "subjects", "Ada", "Ada",
-                  "mirrored", 0, 1);
+    json_t *canonical = json_pack("{s:b, s:{s:[s,s,s], s:[s,n,s], s:[b,b,n]}}", "mixedRoutes", 0,
+                                  "cohort", "surfaces", GOOD_MESH, OPEN_MESH, GOOD_MESH, "subjects",
+                                  "Ada", "Ada", "mirrored", 0, 1);
     struct party typed;
 
     (void)state;
@@ -181,8 +180,8 @@ static void test_refused(void **state)
 /* All that is wrong in form is told at once, and nothing is looked up. */
 static void test_refers_last(void **state)
 {
-    struct outcome outcome = invite(
-        state, &party, "{\"surfaces\":[\"" ABSENT_SURFACE "\",\"mesh-1\",8],\"cake\":10}");
+    struct outcome outcome =
+        invite(state, &party, "{\"surfaces\":[\"" ABSENT_SURFACE "\",\"mesh-1\",8],\"cake\":10}");
 
     assert_int_equal(json_array_size(outcome.errors), 3);
     assert_true(has_error(&outcome, "/inputs/surfaces/1") && has_error(&outcome, "/inputs/cake"));

@@ -1,7 +1,7 @@
 /*
- * account.c - what is told of a request when it is over: a line in the log, and the counts of
- * /metrics. The labels come from the table of routes, a list of methods and the table of problems,
- * never from the client.
+ * access_log.c - what is reported of a request when it is over: a line in the log, and the counts
+ * of /metrics. The labels come from the table of routes, a list of methods and the table of
+ * problems, never from the client.
  */
 #include "http/internal.h"
 

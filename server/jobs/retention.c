@@ -1,13 +1,13 @@
 /*
- * keeper.c - the thread that lets old things go: every sweep_seconds it removes the jobs that ended
- * more than retention_days ago, and files that no row names (store/retention.c).
+ * retention.c - the thread that lets old things go: every sweep_seconds it removes the jobs that
+ * ended more than retention_days ago, and files that no row names (store/retention.c).
  *
  * The age of a job is by the wall clock, which can be wrong: a machine that wakes up in another
  * year must not lose a year's jobs. So jobs are removed only where the wall clock has run with the
  * monotonic one since the sweep before, and thus never by the first sweep after a start; a jump of
  * more than JUMP_SECONDS puts them off to the sweep after the next, and is told in the log.
  *
- * Thread: srnfd-keep. Lock: keeper.mutex (rank 24) protects closing; it is held across nothing.
+ * Thread: srnfd-keep. Lock: retention.mutex (rank 24) protects closing; it is held across nothing.
  */
 #include "jobs/internal.h"
 
@@ -30,7 +30,7 @@ static double seconds_of(clockid_t clock)
 /* Waits until the next sweep; false: the engine closes. */
 static bool wait_for_sweep(struct jobs *jobs)
 {
-    struct jobs_keeper *keeper = &jobs->keeper;
+    struct jobs_retention *retention = &jobs->retention;
     struct timespec until;
     bool closing;
     int status = 0;
@@ -40,12 +40,13 @@ static bool wait_for_sweep(struct jobs *jobs)
     until.tv_nsec += (long)(fmod(jobs->config.sweep_seconds, 1.0) * 1e9);
     until.tv_sec += until.tv_nsec / 1000000000;
     until.tv_nsec %= 1000000000;
-    pthread_mutex_lock(&keeper->mutex);
-    while (!keeper->closing && status != ETIMEDOUT) {
-        status = pthread_cond_clockwait(&keeper->wake, &keeper->mutex, CLOCK_MONOTONIC, &until);
+    pthread_mutex_lock(&retention->mutex);
+    while (!retention->closing && status != ETIMEDOUT) {
+        status =
+            pthread_cond_clockwait(&retention->wake, &retention->mutex, CLOCK_MONOTONIC, &until);
     }
-    closing = keeper->closing;
-    pthread_mutex_unlock(&keeper->mutex);
+    closing = retention->closing;
+    pthread_mutex_unlock(&retention->mutex);
     return !closing;
 }
 
@@ -72,7 +73,7 @@ static void expire_jobs(struct jobs *jobs)
     }
 }
 
-static void *keeper_main(void *argument)
+static void *retention_main(void *argument)
 {
     struct jobs *jobs = argument;
     double before = seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_MONOTONIC);
@@ -98,37 +99,37 @@ static void *keeper_main(void *argument)
     return NULL;
 }
 
-int jobs_keeper_start(struct jobs *jobs)
+int jobs_retention_start(struct jobs *jobs)
 {
-    struct jobs_keeper *keeper = &jobs->keeper;
+    struct jobs_retention *retention = &jobs->retention;
 
     if (jobs->config.sweep_seconds <= 0.0) {
         return STORE_OK;
     }
-    pthread_mutex_init(&keeper->mutex, NULL);
-    pthread_cond_init(&keeper->wake, NULL);
-    keeper->started = pthread_create(&keeper->thread, NULL, keeper_main, jobs) == 0;
-    if (!keeper->started) {
-        pthread_cond_destroy(&keeper->wake);
-        pthread_mutex_destroy(&keeper->mutex);
+    pthread_mutex_init(&retention->mutex, NULL);
+    pthread_cond_init(&retention->wake, NULL);
+    retention->started = pthread_create(&retention->thread, NULL, retention_main, jobs) == 0;
+    if (!retention->started) {
+        pthread_cond_destroy(&retention->wake);
+        pthread_mutex_destroy(&retention->mutex);
         return STORE_NOMEM;
     }
     return STORE_OK;
 }
 
-void jobs_keeper_stop(struct jobs *jobs)
+void jobs_retention_stop(struct jobs *jobs)
 {
-    struct jobs_keeper *keeper = &jobs->keeper;
+    struct jobs_retention *retention = &jobs->retention;
 
-    if (!keeper->started) {
+    if (!retention->started) {
         return;
     }
-    pthread_mutex_lock(&keeper->mutex);
-    keeper->closing = true;
-    pthread_cond_signal(&keeper->wake);
-    pthread_mutex_unlock(&keeper->mutex);
-    pthread_join(keeper->thread, NULL);
-    pthread_cond_destroy(&keeper->wake);
-    pthread_mutex_destroy(&keeper->mutex);
-    keeper->started = false;
+    pthread_mutex_lock(&retention->mutex);
+    retention->closing = true;
+    pthread_cond_signal(&retention->wake);
+    pthread_mutex_unlock(&retention->mutex);
+    pthread_join(retention->thread, NULL);
+    pthread_cond_destroy(&retention->wake);
+    pthread_mutex_destroy(&retention->mutex);
+    retention->started = false;
 }

@@ -1,7 +1,8 @@
 /*
- * accept.c - content negotiation (RFC 9110, 12.5.1): which of the media types that a resource has
- * does the Accept header like best? A type's quality is that of the most specific range that covers
- * it: type/subtype before type/star before star/star; parameters other than q are passed over.
+ * negotiate.c - content negotiation (RFC 9110, 12.5.1): which of the media types that a resource
+ * has does the Accept header like best? A type's quality is that of the most specific range that
+ * covers it: type/subtype before type/star before star/star; parameters other than q are passed
+ * over.
  */
 #include "api/handler.h"
 
