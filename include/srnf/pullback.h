@@ -17,7 +17,7 @@
 #ifndef SRNF_PUBLIC_PULLBACK_H
 #define SRNF_PUBLIC_PULLBACK_H
 
-#include "srnf/base.h"
+#include "srnf/shape.h"
 #include "srnf/sphere.h"
 
 #ifdef __cplusplus
@@ -76,6 +76,20 @@ SRNF_CHECKED int srnf_pullback_geodesic(const struct srnf_sht *sht, const double
                                         struct srnf_pullback_geodesic *result,
                                         struct srnf_error *error);
 void srnf_pullback_geodesic_clear(struct srnf_pullback_geodesic *result);
+
+/*
+ * The same geodesic with the curves of srnf_geodesic beside it. Progress is that of the geodesic.
+ *   curves  [out] as srnf_geodesic has it by SRNF_GEODESIC_LINEAR, but for the surfaces, their
+ *                 energy_geodesic and their length, which are those of the path; transforms are
+ *                 those of both. Freed with srnf_geodesic_clear; empty on failure
+ * Returns as srnf_pullback_geodesic.
+ */
+SRNF_CHECKED int srnf_pullback_curves(const struct srnf_sht *sht, const double *from,
+                                      const double *to, const struct srnf_pullback_options *options,
+                                      const struct srnf_context *context,
+                                      struct srnf_geodesic *curves,
+                                      struct srnf_pullback_geodesic *result,
+                                      struct srnf_error *error);
 
 /* The path that a logarithm was taken from. */
 struct srnf_pullback_log_figures {

@@ -9,6 +9,7 @@
 
 #include "srnf/base.h"
 #include "srnf/sphere.h"
+#include "srnf/surface.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -184,6 +185,21 @@ SRNF_CHECKED int srnf_geodesic(const struct srnf_sht *sht, const double *from, c
                                const struct srnf_context *context, struct srnf_geodesic *result,
                                struct srnf_error *error);
 void srnf_geodesic_clear(struct srnf_geodesic *result);
+
+/*
+ * Moves the surfaces between the ends so that area centroids lie on the straight line between those
+ * of the ends: an SRNF knows no translations. The ends stay as they are.
+ *   measures  [in/out] [steps], of the surfaces of the path
+ */
+void srnf_geodesic_place(struct srnf_geodesic *geodesic, struct srnf_surface_measures *measures);
+/*
+ * ||q_t||^2 on the straight line q_t = (1 - t) q_0 + t q_1, by which the energies are made
+ * relative: (1 - t)^2 a_0 + t^2 a_1 + t (1 - t) (a_0 + a_1 - d^2), with the areas a_0, a_1 of the
+ * ends and their distance d.
+ *   squared_norms  [out] [steps]
+ */
+void srnf_geodesic_squared_norms(const struct srnf_geodesic *geodesic, double area_from,
+                                 double area_to, double *squared_norms);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

@@ -23,6 +23,30 @@ struct srnf_surface_measures {
 size_t srnf_surface_workspace_size(const struct srnf_sht *sht);
 void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients,
                           struct srnf_surface_measures *measures, void *workspace);
+/*
+ * The same of n surfaces, coefficients double[n][3][(L+1)^2].
+ * Errors: SRNF_ENOMEM, SRNF_ECANCELED (measures of some are then missing).
+ */
+SRNF_CHECKED int srnf_surfaces_measure(const struct srnf_sht *sht, size_t n,
+                                       const double *coefficients,
+                                       const struct srnf_context *context,
+                                       struct srnf_surface_measures *measures);
+
+/* The surface at another degree: its series is cut off, or filled up with zeros.
+   coefficients: double[3][(from+1)^2]; out: double[3][(to+1)^2], another array. */
+void srnf_surface_change_degree(size_t from, const double *coefficients, size_t to, double *out);
+/* Moves the surface so that its area centroid, which measures holds, becomes target. */
+void srnf_surface_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
+                       const double target[3]);
+/*
+ * L2 distance over the sphere of a surface from the truth, as it would be at unit area of the
+ * truth: without the terms of degree 0, since an SRNF knows no translations, and with the sign of
+ * the truth that gives it a positive volume, as srnf_invert returns (Q(-f) = Q(f)).
+ *   truth, coefficients  [in] double[3][(degree+1)^2]
+ *   measures             [in] of the truth; its area is above 0
+ */
+double srnf_surface_error(size_t degree, const double *truth,
+                          const struct srnf_surface_measures *measures, const double *coefficients);
 
 /* Moves the surface so that its area centroid, which measures holds, becomes target; that of
    measures too. */

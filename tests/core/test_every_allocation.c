@@ -51,6 +51,13 @@ static int marked(int status, size_t written)
 
 /* ---- Surfaces -------------------------------------------------------------------------------- */
 
+static int run_measure(void)
+{
+    struct srnf_surface_measures measures;
+
+    return srnf_surfaces_measure(g.sht, 1, g.f[0], NULL, &measures);
+}
+
 static int run_normalize(void)
 {
     double log_scale = UNTOUCHED;
@@ -380,6 +387,7 @@ static void survives_each_refusal(void **state)
         {"srnf_normalize", run_normalize},
         {"srnf_align_ellipsoid", run_ellipsoid},
         {"srnf_surface_triangulate, no normals", run_triangulate},
+        {"srnf_surfaces_measure", run_measure},
         {"srnf_velocity_toward", run_velocity},
         {"srnf_icp", run_icp},
         {"srnf_buffer_append", run_buffer},

@@ -341,6 +341,47 @@ static void refuses_wrong_arguments(void **state)
     pair_close(&p);
 }
 
+/* Norms against those of the fields; centroids on a straight line, and nothing else changed. */
+static void norms_and_places_along_the_line(void **state)
+{
+    struct srnf_surface_measures measures[5], moved;
+    const double far[3] = {3.0, -1.0, 0.5};
+    struct srnf_geodesic g;
+    struct pair p;
+    double norms[5], *q;
+    (void)state;
+
+    pair_open(&p, DEGREE, NULL, NULL);
+    q = shapes_doubles(3 * p.from.points);
+    walk(&p, SRNF_GEODESIC_LINEAR, 5, &g);
+    assert_int_equal(srnf_surfaces_measure(p.from.sht, 5, g.coefficients, NULL, measures), SRNF_OK);
+    srnf_geodesic_squared_norms(&g, measures[0].area, measures[4].area, norms);
+    for (size_t i = 0; i < 5; i++) {
+        for (size_t k = 0; k < 3 * p.from.points; k++) {
+            q[k] = (1.0 - g.times[i]) * p.from.q[k] + g.times[i] * p.to.q[k];
+        }
+        assert_true(fabs(norms[i] - srnf_inner_product(p.from.grid, q, q)) <= 1e-12);
+    }
+    srnf_surface_move(DEGREE, g.coefficients + 4 * p.from.count, &measures[4], far);
+    srnf_geodesic_place(&g, measures);
+    for (size_t i = 0; i < 5; i++) {
+        const double *f = g.coefficients + i * p.from.count;
+
+        srnf_surface_measure(p.from.sht, f, &moved, p.from.workspace);
+        assert_true(fabs(moved.area - measures[i].area) <= 1e-12);
+        for (size_t k = 0; k < 3; k++) {
+            double wanted = (1.0 - g.times[i]) * measures[0].centroid[k] + g.times[i] * far[k];
+
+            assert_true(fabs(moved.centroid[k] - wanted) <= 1e-12);
+            assert_true(fabs(measures[i].centroid[k] - wanted) <= 1e-15);
+        }
+    }
+    assert_memory_equal(g.coefficients, p.from.f, p.from.count * sizeof(double));
+    srnf_free(q);
+    srnf_geodesic_clear(&g);
+    pair_close(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -353,6 +394,7 @@ int main(void)
         cmocka_unit_test(numbers_of_steps),
         cmocka_unit_test(cancels),
         cmocka_unit_test(refuses_wrong_arguments),
+        cmocka_unit_test(norms_and_places_along_the_line),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

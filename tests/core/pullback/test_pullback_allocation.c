@@ -24,6 +24,22 @@ static int run_geodesic(struct srnf_error *error)
     return status;
 }
 
+static int run_curves(struct srnf_error *error)
+{
+    struct srnf_pullback_options options = srnf_pullback_options_defaults();
+    struct srnf_pullback_geodesic result;
+    struct srnf_geodesic curves;
+    int status;
+
+    options.segments = SEGMENTS;
+    options.compare = false;
+    status = srnf_pullback_curves(g.sht, g.f[0], g.f[1], &options, NULL, &curves, &result, error);
+    assert_true(status >= 0 || (!curves.coefficients && !result.coefficients));
+    srnf_geodesic_clear(&curves);
+    srnf_pullback_geodesic_clear(&result);
+    return status;
+}
+
 static int run_exp(struct srnf_error *error)
 {
     struct srnf_pullback_shot shot;
@@ -136,6 +152,7 @@ static void survives_each_refusal(void **state)
         int (*run)(struct srnf_error *error);
     } subjects[] = {
         {"geodesic", run_geodesic},
+        {"curves", run_curves},
         {"exponential", run_exp},
         {"transport", run_transport},
         {"transfer", run_transfer},

@@ -375,6 +375,50 @@ static void refuses_wrong_arguments(void **state)
     pullback_close(&p);
 }
 
+/* The path is that of srnf_pullback_geodesic, the curves are those of srnf_geodesic. */
+static void curves_are_those_of_both(void **state)
+{
+    struct srnf_pullback_options options = tight(4);
+    struct srnf_geodesic_options straight = {.method = SRNF_GEODESIC_LINEAR, .steps = 5};
+    struct srnf_pullback_geodesic alone, result;
+    struct srnf_geodesic line, curves;
+    struct pullback_pair p;
+    double *q;
+    (void)state;
+
+    pullback_open_stars(&p, 6);
+    q = shapes_doubles(3 * p.from.points);
+    walk(&p, &options, &alone);
+    assert_int_equal(srnf_geodesic(p.from.sht, p.from.f, p.to.f, &straight, NULL, &line, NULL),
+                     SRNF_OK);
+    assert_int_equal(
+        srnf_pullback_curves(p.from.sht, p.from.f, p.to.f, &options, NULL, &curves, &result, NULL),
+        SRNF_OK);
+    assert_int_equal(curves.steps, 5);
+    assert_memory_equal(curves.coefficients, alone.coefficients, 5 * p.from.count * sizeof(double));
+    assert_memory_equal(curves.energy_linear, line.energy_linear, 5 * sizeof(double));
+    assert_memory_equal(curves.energy_closed_form, line.energy_closed_form, 5 * sizeof(double));
+    assert_true(curves.distance == line.distance && curves.length == alone.path.length);
+    assert_true(curves.transforms == line.transforms + alone.transforms);
+    for (size_t i = 0; i < 5; i++) {
+        double energy;
+
+        for (size_t k = 0; k < 3 * p.from.points; k++) {
+            q[k] = (1.0 - curves.times[i]) * p.from.q[k] + curves.times[i] * p.to.q[k];
+        }
+        energy = srnf_energy(p.from.sht, curves.coefficients + i * p.from.count, q, NULL,
+                             p.from.workspace);
+        assert_true(fabs(curves.energy_geodesic[i] - energy) <= 1e-12 * energy + 1e-28);
+        assert_true(i == 0 || i == 4 || curves.energy_geodesic[i] > 1e-6);
+    }
+    srnf_free(q);
+    srnf_geodesic_clear(&line);
+    srnf_geodesic_clear(&curves);
+    srnf_pullback_geodesic_clear(&alone);
+    srnf_pullback_geodesic_clear(&result);
+    pullback_close(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -387,6 +431,7 @@ int main(void)
         cmocka_unit_test(bits_do_not_depend_on_threads),
         cmocka_unit_test(cancels_and_stops),
         cmocka_unit_test(refuses_wrong_arguments),
+        cmocka_unit_test(curves_are_those_of_both),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
