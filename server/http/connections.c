@@ -9,10 +9,10 @@
  *
  * A client that ends in the middle of a request is not noticed either where its end came
  * together with its last bytes: libmicrohttpd waits for an edge that has passed. So the timer
- * asks the sockets of those that still owe bytes. One whose peer has finished sending, with
- * nothing left to read and no piece taken for GONE_SECONDS, never gets the rest, and is shut
- * like one that is late. A client that has sent everything and closed its half is not among
- * them: it owes nothing.
+ * asks the sockets of those that still owe bytes, and gives one whose peer has finished sending,
+ * with nothing left to read, that edge once more, by shutting its reading half. libmicrohttpd then
+ * reads the end, after what it has read before, however late it comes to that: where the request
+ * was whole it is answered, otherwise the connection is closed. No time is set for this.
  *
  * A body or a response must keep up a rate: its deadline is transfer_seconds away at first, and
  * each byte that moves puts it off by what it may take, to no more than transfer_seconds from then.
@@ -35,9 +35,6 @@
 #include <time.h>
 
 #define TIMER_PERIOD 0.25 /* seconds between two looks at the connections */
-#define GONE_SECONDS \
-    0.5 /* from the end of what a client sends to its being cut off: what was read
-                             before is handled by then */
 
 static double seconds_of(clockid_t clock)
 {
@@ -105,6 +102,9 @@ static void connection_opened(struct http *http, struct MHD_Connection *mhd, voi
 static void connection_closed(struct http *http, struct connection *connection)
 {
     tap_close(connection);
+    if (connection->ended && connection->reads && connection->busy) {
+        metrics_add(http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("abandoned"), 1);
+    }
     (void)pthread_mutex_lock(&http->mutex);
     *connection->place = connection->next;
     if (connection->next) {
@@ -163,7 +163,6 @@ void connection_deadline(struct connection *connection, double deadline, bool re
 {
     atomic_store_explicit(&connection->sends, false, memory_order_relaxed);
     atomic_store_explicit(&connection->reads, reads, memory_order_relaxed);
-    atomic_store_explicit(&connection->gone, 0, memory_order_relaxed);
     atomic_store_explicit(&connection->deadline, deadline, memory_order_relaxed);
 }
 
@@ -204,17 +203,13 @@ static bool finished_sending(int fd)
     return poll(&look_at, 1, 0) > 0 && ioctl(fd, FIONREAD, &unread) == 0 && unread == 0;
 }
 
-/* Whether the rest of the request never comes. The mutex is held. */
-static bool is_abandoned(struct connection *connection, double now)
+/* Lets libmicrohttpd see the end of what the peer sends, once. The mutex is held. */
+static void tell_end(struct connection *connection)
 {
-    if (!connection->reads || !finished_sending(connection->fd)) {
-        connection->gone = 0;
-        return false;
+    if (!connection->ended && connection->reads && finished_sending(connection->fd)) {
+        connection->ended = true;
+        (void)shutdown(connection->fd, SHUT_RD);
     }
-    if (connection->gone == 0) {
-        connection->gone = now;
-    }
-    return now - connection->gone >= GONE_SECONDS;
 }
 
 /* Ends what is over; returns when to look again. The mutex is held. */
@@ -224,15 +219,12 @@ static double look(struct http *http, double now)
 
     for (struct connection *connection = http->connections; connection;
          connection = connection->next) {
-        bool late;
-
         if (connection->sends) {
             follow_response(connection, now);
         }
-        late = connection->deadline <= now;
-        if (late || is_abandoned(connection, now)) {
-            metrics_add(http->config.metrics, METRIC_HTTP_CUT,
-                        METRIC_LABELS(late ? "late" : "abandoned"), 1);
+        tell_end(connection);
+        if (connection->deadline <= now) {
+            metrics_add(http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("late"), 1);
             (void)shutdown(connection->fd, SHUT_RDWR);
             connection->deadline = HUGE_VAL;
             connection->reads = false;

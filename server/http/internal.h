@@ -61,10 +61,10 @@ struct connection {
     atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
     atomic_bool sends;       /* gives a response, whose deadline moves as it is taken */
     uint64_t taken;          /* bytes that the client has acknowledged; the timer's */
-    _Atomic double gone; /* since when the peer has said that no more bytes come; 0: it has not */
-    char *target;        /* raw request target of the current request; owned by its MHD thread */
-    size_t target_size;  /* bytes that target has room for */
-    struct frame frame;  /* of all that came on it (tap.c); the same thread's */
+    atomic_bool ended;       /* libmicrohttpd is told that no more bytes come (connections.c) */
+    char *target;           /* raw request target of the current request; owned by its MHD thread */
+    size_t target_size;     /* bytes that target has room for */
+    struct frame frame;     /* of all that came on it (tap.c); the same thread's */
     struct exchange *spare; /* of the request before, to be used again; the same thread's */
     /* What its last request was counted as, and where: most clients ask the same again. */
     struct {

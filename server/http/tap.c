@@ -9,6 +9,9 @@
  * themselves and tell libmicrohttpd that the client has gone. That is in good order: while it reads
  * a request it has nothing to send.
  *
+ * The end of what a client sends is passed on only while bytes of a request are awaited: where one
+ * is being answered, libmicrohttpd would take it for the end of the client, and close.
+ *
  * Whatever else calls recv, in this program or in a library, is not affected: a thread that never
  * opened a connection knows no service, and a descriptor that is not one of a connection's is not
  * in the table. With TLS the table is empty, since there recv gets ciphertext.
@@ -21,6 +24,7 @@
  */
 #include "http/internal.h"
 
+#include <errno.h>
 #include <gnutls/gnutls.h>
 #include <stdlib.h>
 #include <sys/resource.h>
@@ -95,6 +99,18 @@ static bool judge(struct connection *connection, gnutls_session_t session, char 
     return false;
 }
 
+/* Whether libmicrohttpd may see now that the peer sends no more. While it waits for bytes of a request
+   it closes the connection for it; but it does so too where it has the whole request, and its answer
+   is being made. Then it learns of the end when it waits for the next request (connections.c). */
+static bool may_end(struct connection *connection)
+{
+    if (atomic_load_explicit(&connection->reads, memory_order_relaxed)) {
+        return true;
+    }
+    atomic_store(&connection->ended, false);
+    return false;
+}
+
 /* ---- In the place of the libraries' ---------------------------------------------------------- */
 
 ssize_t tap_recv(int fd, void *buffer, size_t size, int flags)
@@ -102,11 +118,15 @@ ssize_t tap_recv(int fd, void *buffer, size_t size, int flags)
     ssize_t n = recvfrom(fd, buffer, size, flags, NULL, NULL);
     struct connection *connection;
 
-    if (n <= 0 || !served || served->tls || (size_t)fd >= served->n_taps) {
+    if (n < 0 || !served || served->tls || fd < 0 || (size_t)fd >= served->n_taps) {
         return n;
     }
     connection = served->taps[fd];
-    return !connection || judge(connection, NULL, buffer, (size_t)n) ? n : 0;
+    if (n == 0 && size > 0 && connection && !may_end(connection)) {
+        errno = EAGAIN;
+        return -1;
+    }
+    return n == 0 || !connection || judge(connection, NULL, buffer, (size_t)n) ? n : 0;
 }
 
 ssize_t tap_record_recv(gnutls_session_t session, void *data, size_t size)
@@ -115,9 +135,12 @@ ssize_t tap_record_recv(gnutls_session_t session, void *data, size_t size)
     ssize_t n = gnutls_record_recv_seq(session, data, size, sequence);
     struct connection *connection;
 
-    if (n <= 0 || !served) {
+    if ((n < 0 && n != GNUTLS_E_PREMATURE_TERMINATION) || !served) {
         return n;
     }
     connection = connection_of(gnutls_session_get_ptr(session));
+    if (n <= 0) {
+        return connection && !may_end(connection) ? GNUTLS_E_AGAIN : n;
+    }
     return !connection || judge(connection, session, data, (size_t)n) ? n : 0;
 }
