@@ -18,7 +18,8 @@ submit() { # PROCESS INPUTS
 long_inputs() { # STEPS
     printf '{"from":"%s","to":"%s","steps":%d,"register":false}' "$left" "$right" "$1"
 }
-first=$(submit geodesic "$(long_inputs 61)")
+LONG=${SRNFD_SANITIZED:+5} # sanitizers make all of it longer
+first=$(submit geodesic "$(long_inputs "${LONG:+1}${LONG:-61}")")
 second=$(submit geodesic "$(long_inputs 21)")
 
 stream() { # JOB [CURL ARGUMENTS..]: the events to the end
@@ -58,7 +59,7 @@ is "$(sed -n 's/^id: //p' "$BODY")" "$last" 'under the same id'
 like "$(header Content-Type)" '^text/event-stream' 'as an event stream'
 
 # Dropped in the middle, and taken up where it was.
-third=$(submit geodesic "$(long_inputs 101)")
+third=$(submit geodesic "$(long_inputs "${LONG:+2}${LONG:-101}")")
 curl --silent --no-buffer --max-time 120 "$URL/v1/jobs/$third/events" >"$SCRATCH/begun" &
 follower=$!
 for _ in $(seq 200); do

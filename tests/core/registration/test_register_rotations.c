@@ -1,15 +1,17 @@
 /*
  * test_register_rotations.c - real surfaces in another pose: a rotation of the domain and one of
- * the
- * values, both random, are found again. Common pose, equal surfaces, warm start.
+ * the values, both random, are found again. Common pose, equal surfaces, warm start.
  * srnfd-test: slow
  */
 #include "registrations.h"
 
 #define DEGREE 15
 #define LIMIT 1e-8 /* of the squared distance, at unit area */
-#define ROTATIONS (FIGURES_SLOW ? 12 : 200)
-#define ELASTIC_EVERY 20 /* of these one in so many starts from the tournament, in exact mode */
+/* test_register_rotations_nightly.c has 200. */
+#ifndef ROTATIONS
+#define ROTATIONS (FIGURES_SLOW ? 12 : 48)
+#endif
+#define ELASTIC_EVERY 24 /* of these one in so many starts from the tournament, in exact mode */
 
 static const char *const surfaces[] = {
     REGISTRATIONS_LOCAL "L_thalamus.ply",
