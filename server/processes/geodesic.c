@@ -1,5 +1,5 @@
 /*
- * geodesic.c - the process geodesic over HTTP: schemas, canonical inputs, result document.
+ * geodesic.c - the process geodesic: the path between two surfaces.
  *
  * The second end is registered to the first, with the default options and both ways unless
  * symmetric is false; where register is false the ends are joined as they are parameterised. Ends
@@ -8,7 +8,8 @@
  * degree. The line that is followed ends at the cut surface, so that its length (lineLength) is
  * another by about that.
  *
- * The closed form is told of where it applies to both ends.
+ * The geodesic of the pulled-back metric takes the place of the surfaces of the straight line
+ * between the surfaces, for which the curves of energy are computed.
  *
  * Every surface of the path is stored. Its scale goes on the straight line between the scales of
  * the ends, and its source names the first surface as the reference, from which the deformation
@@ -17,126 +18,248 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "toolkit/handedness.h"
-#include "toolkit/process.h"
-#include "toolkit/routes.h"
+#include "toolkit/pair.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
+#include "toolkit/routes.h"
+#include "toolkit/seconds.h"
+#include "toolkit/table.h"
+#include "toolkit/velocity.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
-#include "compute/geodesic.h"
 
 #define PULLBACK_STEPS_MIN 3
+/* Percent of the job: encoding a mesh, and registering one end to the other. */
+#define SHARE_END 15.0
+#define SHARE_REGISTRATION 50.0
 
-static const char *const names[] = {"from",      "to",     "steps",      "register",
-                                    "symmetric", "method", "handedness", NULL};
+struct joining {
+    char from[STORE_ID_MAX], to[STORE_ID_MAX];
+    long steps;
+    bool registered, symmetric;
+    int method, handedness;
+};
 
 /* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
 static const char *const methods[] = {"srnf", "closed-form", "linear", "pullback", NULL};
+#define PULLBACK (SRNF_GEODESIC_LINEAR + 1)
 
-json_t *geodesic_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+/* ---- Inputs and outputs ---------------------------------------------------------------------- */
+
+#define AT(member) offsetof(struct joining, member)
+static const struct process_input inputs[] = {
+    {"from", INPUT_SURFACE, AT(from),
+     "Surface at t = 0; a mesh is encoded with the default options.", .required = true},
+    {"to", INPUT_SURFACE, AT(to), "Surface at t = 1; a mesh is encoded with the default options.",
+     .required = true},
+    {"steps", INPUT_INTEGER, AT(steps), "Surfaces, both ends included.",
+     .lowest = PROCESS_STEPS_MIN, .highest = PROCESS_STEPS_MAX, .fallback = PROCESS_STEPS_DEFAULT},
+    REGISTER_INPUT(joining, "Register the second end to the first, with the default options of "
+                            "register; false: both as they are parameterised."),
+    SYMMETRIC_INPUT(joining, 1,
+                    "Search the registration both ways, as distances does: the same distance from "
+                    "either side. false, one way: faster, and the warp is smoother, so that less "
+                    "of the registered surface is cut off (truncationError)."),
+    {"method", INPUT_CHOICE, AT(method),
+     "srnf inverts the points of the straight line between the SRNFs numerically, closed-form by "
+     "the formula for star-shaped surfaces (a mesh is encoded by star for it), linear blends the "
+     "surfaces. pullback is the geodesic within the space of surfaces, by straightening the path "
+     "in the metric that the SRNF pulls back to it; it takes 3 surfaces or more.",
+     .choices = methods},
+    HANDEDNESS_INPUT(joining, "the mirror image of the second end as well, registered where names "
+                              "or a quick rigid match suggest two sides, and to warn where it"),
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"surfaces", OUTPUT_OBJECTS, "Records of the surfaces from t = 0 to t = 1."},
+    {"times", OUTPUT_NUMBERS, "Of the surfaces, from 0 to 1."},
+    {"distance", OUTPUT_NUMBER,
+     "Of the two surfaces in the space of SRNFs: what distances has for them (metric srnf, the "
+     "same register, lmax the larger of their degrees), and the same with from and to exchanged. "
+     "Registered, it is measured before the degree cuts off the registered surface "
+     "(truncationError)."},
+    {"lineLength", OUTPUT_NUMBER,
+     "Length of the straight line in the space of SRNFs that is followed, between the surfaces at "
+     "t = 0 and t = 1. Where nothing was registered it is distance; otherwise it differs from it, "
+     "and between the two directions, by what the degree cuts off."},
+    {"length", OUTPUT_NUMBER, "Sum of the distances between neighbouring surfaces."},
+    {"energies", OUTPUT_OBJECT,
+     "geodesic, closedForm, linear: squared distance of each surface's SRNF from the straight "
+     "line, for the surfaces returned, the closed form and the linear blend. closedForm is null "
+     "where the formula does not apply: it does not give both ends back to a relative energy of "
+     "1e-4, since they are not star-shaped, or not in their radial parameterisation, which a "
+     "registered surface is not."},
+    {"relativeEnergies", OUTPUT_OBJECT,
+     "The same divided by the squared norm of the point on the line."},
+    {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms."},
+    {"pullback", OUTPUT_OBJECT_OR_NULL,
+     "Of method pullback, null otherwise: energy, length and speedVariation (standard deviation "
+     "over mean) of the path in the pulled-back metric, speeds of its segments; the same three of "
+     "the straight line between the surfaces (linear) and of the inverted straight line between "
+     "the SRNFs (inverted); iterations, converged, gradient (relative)."},
+    {"registration", OUTPUT_OBJECT_OR_NULL, "As" REGISTRATION_FIGURES_TEXT},
+    BRIDGED_OUTPUT,
+    {NULL, NULL, NULL},
+};
+
+static void check(struct process_inputs *given)
 {
-    struct process_inputs inputs;
-    long degree, steps;
-    bool registered;
+    const json_t *method = json_object_get(given->canonical, "method");
+    const json_t *steps = json_object_get(given->canonical, "steps");
 
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
-    }
-    steps = inputs_integer(&inputs, "steps", PROCESS_STEPS_MIN, PROCESS_STEPS_MAX,
-                           PROCESS_STEPS_DEFAULT);
-    registered = inputs_boolean(&inputs, "register", true);
-    if (!inputs_boolean(&inputs, "symmetric", true) && !registered) { /* one spelling */
-        (void)json_object_set_new(inputs.canonical, "symmetric", json_true());
-    }
-    inputs_handedness(&inputs);
-    if (strcmp(inputs_choice(&inputs, "method", methods), "pullback") == 0 &&
-        steps < PULLBACK_STEPS_MIN) {
-        problem_add(list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
+    registration_one_spelling(given);
+    if (steps && method && strcmp(json_string_value(method), methods[PULLBACK]) == 0 &&
+        json_integer_value(steps) < PULLBACK_STEPS_MIN) {
+        problem_add(given->list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
                     PULLBACK_STEPS_MIN);
     }
-    if (!list->errors) {
-        (void)inputs_surface(&inputs, "from", &degree);
-        (void)inputs_surface(&inputs, "to", &degree);
-    }
-    return inputs_close(&inputs);
 }
 
-static enum srnf_geodesic_method method_of(const json_t *inputs)
+/* ---- The path -------------------------------------------------------------------------------- */
+
+struct path {
+    struct pair pair;
+    struct srnf_register_options options;   /* of the registration */
+    struct srnf_geodesic geodesic;          /* at the larger degree of the two */
+    struct srnf_pullback_geodesic pullback; /* its figures, when asked for; steps 0 otherwise */
+    struct srnf_surface_measures *measures; /* [steps] */
+    double *squared_norms;                  /* [steps] of the straight line in Q */
+};
+
+static void path_clear(struct jobs_run *run, struct path *path)
 {
-    const char *name = json_string_value(json_object_get(inputs, "method"));
-
-    for (int i = 0; name && i <= SRNF_GEODESIC_LINEAR; i++) {
-        if (strcmp(name, methods[i]) == 0) {
-            return (enum srnf_geodesic_method)i;
-        }
-    }
-    return SRNF_GEODESIC_SRNF;
+    pair_clear(run, &path->pair);
+    srnf_geodesic_clear(&path->geodesic);
+    srnf_pullback_geodesic_clear(&path->pullback);
+    srnf_free(path->measures);
+    srnf_free(path->squared_norms);
 }
 
-static bool is_pullback(const json_t *inputs)
+/* Registers the second end to the first, whose place the registered one takes. */
+static int register_end(struct jobs_run *run, const struct joining *joining, struct path *path,
+                        struct jobs_result *result)
 {
-    const char *name = json_string_value(json_object_get(inputs, "method"));
+    struct pair *pair = &path->pair;
+    int status;
 
-    return name && strcmp(name, "pullback") == 0;
+    path->options = registration_pair_defaults(false);
+    path->options.symmetric = joining->symmetric;
+    jobs_run_phase(run, SHARE_REGISTRATION);
+    status = pair_register(run, pair, &path->options, (enum handedness)joining->handedness, result);
+    if (status == 0) {
+        memcpy(pair->coefficients + pair->count, pair->registration.coefficients,
+               pair->count * sizeof(double));
+    }
+    return status;
 }
+
+/* The path between the ends. One in the pulled-back metric that was not straight in time is a
+   result too. */
+static int follow(struct jobs_run *run, const struct joining *joining, struct path *path,
+                  struct jobs_result *result)
+{
+    const double *from = path->pair.coefficients, *to = from + path->pair.count;
+    struct srnf_geodesic_options options = {.method = (enum srnf_geodesic_method)joining->method,
+                                            .steps = (size_t)joining->steps};
+    struct srnf_pullback_options pullback = srnf_pullback_options_defaults();
+    const struct srnf_context *context = jobs_run_context(run);
+    struct srnf_error error = {0};
+    int status;
+
+    pullback.segments = options.steps - 1;
+    jobs_run_phase(run, 100.0);
+    status =
+        joining->method == PULLBACK
+            ? srnf_pullback_curves(path->pair.sht, from, to, &pullback, context, &path->geodesic,
+                                   &path->pullback, &error)
+            : srnf_geodesic(path->pair.sht, from, to, &options, context, &path->geodesic, &error);
+    return status < 0 ? compute_fail(result, status, &error, "following the geodesic") : 0;
+}
+
+/* Measures of the surfaces, which are then placed in space. */
+static int measure(struct jobs_run *run, struct path *path, struct jobs_result *result)
+{
+    struct srnf_geodesic *geodesic = &path->geodesic;
+    int status = SRNF_ENOMEM;
+
+    path->measures = srnf_alloc(geodesic->steps, sizeof *path->measures);
+    path->squared_norms = srnf_alloc(geodesic->steps, sizeof(double));
+    if (path->measures && path->squared_norms) {
+        status = srnf_surfaces_measure(path->pair.sht, geodesic->steps, geodesic->coefficients,
+                                       jobs_run_context(run), path->measures);
+    }
+    if (status) {
+        return compute_fail(result, status, NULL, "measuring the path");
+    }
+    srnf_geodesic_squared_norms(geodesic, path->measures[0].area,
+                                path->measures[geodesic->steps - 1].area, path->squared_norms);
+    srnf_geodesic_place(geodesic, path->measures);
+    return 0;
+}
+
+static int compute(struct jobs_run *run, const struct joining *joining, struct path *path,
+                   struct jobs_result *result)
+{
+    bool closed_form = joining->method == SRNF_GEODESIC_CLOSED_FORM;
+    /* The closed form holds for star. */
+    enum srnf_parameterization route =
+        closed_form ? SRNF_PARAMETERIZATION_STAR : SRNF_PARAMETERIZATION_AUTO;
+    int status = pair_load(run, joining->from, joining->to, route, SHARE_END, &path->pair, result);
+
+    if (status == 0 && joining->registered) {
+        status = register_end(run, joining, path, result);
+    }
+    if (status == 0) {
+        status = follow(run, joining, path, result);
+    }
+    return status ? status : measure(run, path, result);
+}
+
+/* ---- Result ---------------------------------------------------------------------------------- */
 
 /* The mesh that a surface of the path is the encoding of: only the ends have one. */
-static const char *mesh_of(const struct compute_geodesic_outputs *outputs, size_t i)
+static const char *mesh_of(const struct path *path, size_t i)
 {
-    const struct compute_surface *end = &outputs->ends[i > 0];
-    bool is_end = i == 0 || i + 1 == outputs->geodesic.steps;
+    const struct compute_surface *end = &path->pair.ends[i > 0];
+    bool is_end = i == 0 || i + 1 == path->geodesic.steps;
 
-    return is_end && strncmp(end->id, "mesh-", 5) == 0 ? end->id : NULL;
+    return is_end && compute_is_mesh(end->id) ? end->id : NULL;
 }
 
 /* A mesh at an end was laid on the sphere by the route of its encoding, until it is registered. */
-static const char *parameterization_of(const struct compute_geodesic_outputs *outputs, size_t i)
+static const char *parameterization_of(const struct path *path, size_t i)
 {
-    if (i > 0 && i + 1 == outputs->geodesic.steps && outputs->registration.coefficients) {
+    if (i > 0 && i + 1 == path->geodesic.steps && path->pair.registration.coefficients) {
         return "registered";
     }
-    return mesh_of(outputs, i) ? outputs->ends[i > 0].route : "inherited";
+    return mesh_of(path, i) ? path->pair.ends[i > 0].route : "inherited";
 }
 
 /* The ends have their own routes, unless registered; the others what both have in common. */
-static const char *route_of(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
-                            size_t i)
+static const char *route_of(struct jobs_run *run, const struct path *path, size_t i)
 {
-    const char *ids[2] = {outputs->ends[0].id, outputs->ends[1].id};
-    const char *meshes = outputs->ends[0].route ? outputs->ends[0].route : outputs->ends[1].route;
-    bool last = i + 1 == outputs->geodesic.steps && !outputs->registration.coefficients;
+    const char *ids[2] = {path->pair.ends[0].id, path->pair.ends[1].id};
+    const char *meshes =
+        path->pair.ends[0].route ? path->pair.ends[0].route : path->pair.ends[1].route;
+    bool last = i + 1 == path->geodesic.steps && !path->pair.registration.coefficients;
 
     if (i == 0 || last) {
         return routes_common(run, 1, ids + (i > 0), meshes);
     }
-    return routes_common(run, outputs->bridged ? 1 : 2, ids, meshes);
-}
-
-/* What registration came to; null where there was none. */
-static json_t *registration_document(const struct compute_geodesic_inputs *typed,
-                                     const struct compute_geodesic_outputs *outputs)
-{
-    json_t *document;
-
-    if (!typed->registration) {
-        return json_null();
-    }
-    document = registration_figures(&outputs->registration, typed->registration);
-    (void)json_object_set_new(document, "options", registration_json(typed->registration));
-    return document;
+    return routes_common(run, path->pair.bridged ? 1 : 2, ids, meshes);
 }
 
 /* Stores the surfaces of the path; their records, or NULL with the problem set. */
-static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic_outputs *outputs,
+static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
                              struct jobs_result *result)
 {
-    const struct srnf_geodesic *geodesic = &outputs->geodesic;
+    const struct srnf_geodesic *geodesic = &path->geodesic;
     size_t count = 3 * srnf_coefficient_count(geodesic->degree);
-    double scales[2] = {process_scale(run, outputs->ends[0].id, outputs->ends[0].scale),
-                        process_scale(run, outputs->ends[1].id, outputs->ends[1].scale)};
-    bool mirrored[2] = {process_mirrored(run, outputs->ends[0].id),
-                        process_mirrored(run, outputs->ends[1].id)};
+    double scales[2] = {process_scale(run, path->pair.ends[0].id, path->pair.ends[0].scale),
+                        process_scale(run, path->pair.ends[1].id, path->pair.ends[1].scale)};
+    bool mirrored[2] = {process_mirrored(run, path->pair.ends[0].id),
+                        process_mirrored(run, path->pair.ends[1].id)};
     char name[64], reference[STORE_ID_MAX] = "";
     json_t *records = json_array(), *record;
 
@@ -147,11 +270,11 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_geodesic
             .degree = geodesic->degree,
             .coefficients = geodesic->coefficients + i * count,
             .scale = (1.0 - t) * scales[0] + t * scales[1],
-            .measures = &outputs->measures[i],
-            .parameterization = parameterization_of(outputs, i),
+            .measures = &path->measures[i],
+            .parameterization = parameterization_of(path, i),
             .mirrored = (i + 1 == geodesic->steps || mirrored[0]) && (i == 0 || mirrored[1]),
-            .route = route_of(run, outputs, i),
-            .source = process_source(run, "geodesic", mesh_of(outputs, i), i ? reference : NULL),
+            .route = route_of(run, path, i),
+            .source = process_source(run, "geodesic", mesh_of(path, i), i ? reference : NULL),
         };
 
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);
@@ -185,14 +308,13 @@ static json_t *pullback_document(const struct srnf_pullback_geodesic *pullback)
         return json_null();
     }
     document = path_figures(&pullback->path);
-    (void)json_object_set_new(document, "speeds",
-                              json_vector(pullback->speeds, pullback->steps - 1));
-    (void)json_object_set_new(document, "linear", path_figures(&pullback->linear));
-    (void)json_object_set_new(document, "inverted", path_figures(&pullback->inverted));
-    (void)json_object_set_new(document, "iterations",
-                              json_integer((json_int_t)pullback->iterations));
-    (void)json_object_set_new(document, "converged", json_boolean(pullback->converged));
-    (void)json_object_set_new(document, "gradient", json_finite(pullback->gradient));
+    (void)json_object_update_new(
+        document,
+        json_pack("{s:o, s:o, s:o, s:I, s:b, s:o}", "speeds",
+                  json_vector(pullback->speeds, pullback->steps - 1), "linear",
+                  path_figures(&pullback->linear), "inverted", path_figures(&pullback->inverted),
+                  "iterations", (json_int_t)pullback->iterations, "converged", pullback->converged,
+                  "gradient", json_finite(pullback->gradient)));
     return document;
 }
 
@@ -216,73 +338,63 @@ static json_t *curves(const struct srnf_geodesic *geodesic, const double *norms)
     return object;
 }
 
-static json_t *result_document(const struct compute_geodesic_inputs *typed,
-                               const struct compute_geodesic_outputs *outputs, json_t *surfaces)
+static json_t *document_of(struct jobs_run *run, const struct joining *joining,
+                           const struct path *path, json_t *surfaces)
 {
-    const struct srnf_geodesic *geodesic = &outputs->geodesic;
-    double distance = typed->registration ? outputs->registration.distance : geodesic->distance;
-    json_t *document = json_object(), *warnings = json_array();
+    const struct srnf_geodesic *geodesic = &path->geodesic;
+    double distance = joining->registered ? path->pair.registration.distance : geodesic->distance;
+    json_t *warnings = json_array();
+    json_t *document =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "surfaces", surfaces,
+                  "times", json_vector(geodesic->times, geodesic->steps), "distance",
+                  json_finite(distance), "lineLength", json_finite(geodesic->distance), "length",
+                  json_finite(geodesic->length), "energies", curves(geodesic, NULL),
+                  "relativeEnergies", curves(geodesic, path->squared_norms), "transforms",
+                  json_finite(geodesic->transforms), "pullback", pullback_document(&path->pullback),
+                  "registration", alignment_json(&path->pair.registration, &path->options));
 
-    (void)json_object_set_new(document, "surfaces", surfaces);
-    (void)json_object_set_new(document, "times", json_vector(geodesic->times, geodesic->steps));
-    (void)json_object_set_new(document, "distance", json_finite(distance));
-    (void)json_object_set_new(document, "lineLength", json_finite(geodesic->distance));
-    (void)json_object_set_new(document, "length", json_finite(geodesic->length));
-    (void)json_object_set_new(document, "energies", curves(geodesic, NULL));
-    (void)json_object_set_new(document, "relativeEnergies",
-                              curves(geodesic, outputs->squared_norm));
-    (void)json_object_set_new(document, "transforms", json_finite(geodesic->transforms));
-    (void)json_object_set_new(document, "pullback", pullback_document(&outputs->pullback));
-    (void)json_object_set_new(document, "registration", registration_document(typed, outputs));
-    registration_warn(document, &outputs->registration, "to onto from");
-    if (!typed->pullback && typed->options.method == SRNF_GEODESIC_CLOSED_FORM &&
-        !geodesic->closed_form_applies) {
+    registration_warn(document, &path->pair.registration, "to onto from");
+    if (joining->method == SRNF_GEODESIC_CLOSED_FORM && !geodesic->closed_form_applies) {
         warning_add(warnings, "closed-form-inapplicable", NULL,
                     "The closed form does not give the ends themselves back: it is for star-shaped "
                     "surfaces in their radial parameterisation, which a registered one is not. The "
                     "surfaces between have nothing to do with the ends; use method srnf.");
     }
     warnings_put(document, warnings);
+    registration_bridged(document, json_object_get(document, "registration"), path->pair.bridged);
+    warnings_put(document, pair_warnings(run, &path->pair));
     return document;
 }
 
-void geodesic_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
-{
-    json_t *inputs = process_parse(text, result), *surfaces, *document;
-    struct compute_geodesic_inputs typed = {.options = srnf_geodesic_options_defaults()};
-    struct compute_geodesic_outputs outputs = {0};
-    struct srnf_register_options registration = registration_pair_defaults(false);
+/* ---- The process ----------------------------------------------------------------------------- */
 
-    (void)api;
-    if (!inputs) {
-        return;
+static json_t *run_geodesic(struct jobs_run *run, const void *typed, struct jobs_result *result)
+{
+    const struct joining *joining = typed;
+    struct path path = {.measures = NULL};
+    json_t *surfaces, *document = NULL;
+
+    if (compute(run, joining, &path, result) == 0) {
+        surfaces = keep_surfaces(run, &path, result);
+        document = surfaces ? document_of(run, joining, &path, surfaces) : NULL;
     }
-    typed.from = json_string_value(json_object_get(inputs, "from"));
-    typed.to = json_string_value(json_object_get(inputs, "to"));
-    typed.options.steps = (size_t)json_integer_value(json_object_get(inputs, "steps"));
-    typed.options.method = method_of(inputs);
-    typed.pullback = is_pullback(inputs);
-    typed.handedness = handedness_checked(inputs);
-    typed.opposite = typed.handedness && handedness_opposite(run, typed.from, typed.to);
-    typed.registration = json_is_true(json_object_get(inputs, "register")) ? &registration : NULL;
-    registration.symmetric = json_is_true(json_object_get(inputs, "symmetric"));
-    if (typed.options.method != SRNF_GEODESIC_CLOSED_FORM) {
-        routes_origin(run, typed.from, &typed.origins[0]);
-        routes_origin(run, typed.to, &typed.origins[1]);
-    }
-    if (compute_geodesic(run, &typed, &outputs, result)) {
-        goto out;
-    }
-    surfaces = keep_surfaces(run, &outputs, result);
-    if (!surfaces) {
-        goto out;
-    }
-    document = result_document(&typed, &outputs, surfaces);
-    registration_bridged(document, json_object_get(document, "registration"), outputs.bridged);
-    warnings_put(document,
-                 handedness_of_pair(run, typed.from, typed.to, typed.opposite, &outputs.mirror));
-    process_finish(run, document, inputs, result);
-out:
-    compute_geodesic_clear(&outputs);
-    json_decref(inputs);
+    path_clear(run, &path);
+    return document;
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct joining),
+    .check = check,
+    .run = run_geodesic,
+};
+
+const struct api_process geodesic_process = {
+    .id = "geodesic",
+    .title = "Geodesic between two surfaces",
+    .description = "The path between two surfaces, the second registered to the first unless that "
+                   "is not wanted: each point of the straight line between their SRNFs, inverted.",
+    .table = &table,
+    .seconds = geodesic_seconds,
+};

@@ -40,19 +40,6 @@ static const struct api_process invert_process = {
     .seconds = invert_seconds,
 };
 
-static const struct api_process geodesic_process = {
-    .id = "geodesic",
-    .title = "Geodesic between two surfaces",
-    .description = "The path between two surfaces, the second registered to the first unless that "
-                   "is not wanted: "
-                   "each point of the straight line between their SRNFs, inverted.",
-    .inputs_schema = geodesic_inputs_schema,
-    .outputs_schema = geodesic_outputs_schema,
-    .canonicalise = geodesic_canonicalise,
-    .run = geodesic_run,
-    .seconds = geodesic_seconds,
-};
-
 static const struct api_process distances_process = {
     .id = "distances",
     .title = "Distances between surfaces",

@@ -18,8 +18,8 @@ static int bring_to_one_degree(struct jobs_run *run, struct pair *pair, struct j
         return compute_fail(result, SRNF_ENOMEM, NULL, "preparing the surfaces");
     }
     for (size_t i = 0; i < 2; i++) {
-        compute_change_degree(ends[i].degree, ends[i].coefficients, pair->degree,
-                              pair->coefficients + i * pair->count);
+        srnf_surface_change_degree(ends[i].degree, ends[i].coefficients, pair->degree,
+                                   pair->coefficients + i * pair->count);
     }
     status = jobs_transform_acquire(jobs_run_jobs(run), pair->degree, SRNF_GRID_GAUSS_LEGENDRE, 0,
                                     0, &pair->sht);
@@ -32,7 +32,7 @@ int pair_load(struct jobs_run *run, const char *first, const char *second,
 {
     int status;
 
-    *pair = (struct pair){.degree = 0};
+    *pair = (struct pair){.by_route = route != SRNF_PARAMETERIZATION_AUTO};
     status = compute_surface_load_by(run, first, route, share, &pair->ends[0], result);
     if (status == 0) {
         status = compute_surface_load_by(run, second, route, share, &pair->ends[1], result);
@@ -46,14 +46,16 @@ int pair_register(struct jobs_run *run, struct pair *pair,
 {
     const double *fixed = pair->coefficients, *moving = pair->coefficients + pair->count;
     const char *first = pair->ends[0].id, *second = pair->ends[1].id;
-    struct compute_origin origins[2];
+    struct compute_origin origins[2] = {0};
     struct srnf_error error = {0};
     int status;
 
-    routes_origin(run, first, &origins[0]);
-    routes_origin(run, second, &origins[1]);
-    status = compute_register_pair(run, pair->sht, fixed, moving, origins, options,
-                                   &pair->registration, &pair->bridged, result);
+    if (!pair->by_route) {
+        routes_origin(run, first, &origins[0]);
+        routes_origin(run, second, &origins[1]);
+    }
+    status = compute_register_pair(run, pair->sht, fixed, moving, pair->by_route ? NULL : origins,
+                                   options, &pair->registration, &pair->bridged, result);
     if (status == 0 && handedness == HANDEDNESS_CHECK) {
         pair->opposite = handedness_opposite(run, first, second);
         status = compute_mirror_pair(run, pair->sht, fixed, moving, options, pair->opposite,

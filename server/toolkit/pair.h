@@ -14,6 +14,7 @@ struct pair {
     size_t count;                   /* coefficients of a surface: 3 (degree + 1)^2 */
     const struct srnf_sht *sht;     /* of that degree, on its working grid */
     double *coefficients;           /* [2][count] */
+    bool by_route; /* meshes were encoded by a route that was asked for: no other is sought */
     /* What pair_register adds: */
     struct srnf_registration registration; /* of the second end to the first */
     bool bridged;                          /* through the meshes of both, from route to route */
@@ -23,12 +24,13 @@ struct pair {
 
 /*
  * Loads two surfaces or meshes, each a phase of `share` percent of the job; meshes are encoded by
- * this route. Returns 0, or a negative status with the problem set. pair_clear in any case.
+ * this route, auto where none is asked for. Returns 0, or a negative status with the problem set. pair_clear in any case.
  */
 int pair_load(struct jobs_run *run, const char *first, const char *second,
               enum srnf_parameterization route, double share, struct pair *pair,
               struct jobs_result *result);
-/* Registers the second to the first, and its mirror image too if handedness is to be checked. As
+/* Registers the second to the first, through their meshes where the surfaces came by different
+   routes (compute/bridge.h) and none was asked for; and its mirror image too if handedness is to be checked. As
    pair_load; a registration that has not converged is a result. */
 int pair_register(struct jobs_run *run, struct pair *pair,
                   const struct srnf_register_options *options, enum handedness handedness,

@@ -165,7 +165,7 @@ bool process_mirrored(struct jobs_run *run, const char *id);
 
 extern const char encode_inputs_schema[], encode_outputs_schema[];
 extern const char invert_inputs_schema[], invert_outputs_schema[];
-extern const char geodesic_inputs_schema[], geodesic_outputs_schema[];
+extern const struct api_process geodesic_process;
 extern const struct api_process register_process;
 extern const char distances_inputs_schema[], distances_outputs_schema[];
 extern const char mean_inputs_schema[], mean_outputs_schema[];
@@ -182,8 +182,6 @@ extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *geodesic_canonicalise(struct api_call *call, const json_t *inputs,
-                              struct problem_list *list);
 json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
                                struct problem_list *list);
 json_t *mean_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -201,7 +199,6 @@ json_t *transfer_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void geodesic_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);

@@ -15,9 +15,6 @@
 #define ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_ITERATIONS_MAX)
 #define ROWS_MAX_TEXT PROCESS_TEXT(PROCESS_ROWS_MAX)
 #define SMOOTHING_MAX_TEXT PROCESS_TEXT(PROCESS_SMOOTHING_MAX)
-#define STEPS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_STEPS_DEFAULT)
-#define STEPS_MAX_TEXT PROCESS_TEXT(PROCESS_STEPS_MAX)
-#define STEPS_MIN_TEXT PROCESS_TEXT(PROCESS_STEPS_MIN)
 #define TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_DEFAULT)
 #define TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_MAX)
 #define TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_MIN)
@@ -163,76 +160,3 @@ const char invert_outputs_schema[] =
     "surface in its radial parameterisation.\"},"
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after defaulting; "
     "q by its digest.\"}," LAST_OUTPUTS;
-
-const char geodesic_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"from\",\"to\"],"
-    "\"properties\":{"
-    "\"from\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
-    "\"description\":\"Surface at t = 0; a mesh is encoded with the default "
-    "options.\"},"
-    "\"to\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\","
-    "\"description\":\"Surface at t = 1; a mesh is encoded with the default "
-    "options.\"},"
-    "\"steps\":{\"type\":\"integer\",\"minimum\":" STEPS_MIN_TEXT ","
-    "\"maximum\":" STEPS_MAX_TEXT ",\"default\":" STEPS_DEFAULT_TEXT ","
-    "\"description\":\"Surfaces, both ends included.\"},"
-    "\"register\":{\"type\":\"boolean\",\"default\":true,"
-    "\"description\":\"Register the second end to the first, with the default options "
-    "of register; false: both as they are parameterised.\"},"
-    "\"symmetric\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Search the "
-    "registration both ways, as distances does: the same distance from either side. false, one "
-    "way: faster, and the warp is smoother, so that less of the registered surface is cut off "
-    "(truncationError).\"},"
-    "\"method\":{\"enum\":[\"srnf\",\"closed-form\",\"linear\",\"pullback\"],"
-    "\"default\":\"srnf\",\"description\":\"srnf inverts the points of the straight "
-    "line between the SRNFs numerically, closed-form by the formula for "
-    "star-shaped surfaces (a mesh is encoded by star for it), linear blends the surfaces. pullback "
-    "is the geodesic "
-    "within the space of surfaces, by straightening the path in the metric that "
-    "the SRNF pulls back to it; it takes 3 surfaces or more.\"},"
-    "\"handedness\":{\"enum\":[\"check\",\"ignore\"],\"default\":\"check\",\"description\":\""
-    "Whether to try the mirror image of the second end as well, registered "
-    "where names or a quick rigid match suggest two sides, and to warn where it "
-    "matches clearly better (warning mirror-images); ignore saves that time.\"}}}";
-
-const char geodesic_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{"
-    "\"surfaces\":{\"type\":\"array\","
-    "\"items\":{\"type\":\"object\"},\"description\":\"Records of the surfaces from t "
-    "= 0 to t = 1.\"},"
-    "\"times\":{\"type\":\"array\","
-    "\"items\":{\"type\":\"number\"}},"
-    "\"distance\":{\"type\":\"number\",\"description\":\"Of the two surfaces in the space "
-    "of SRNFs: what distances has for them (metric srnf, the same register, lmax the "
-    "larger of their degrees), and the same with from and to exchanged. Registered, it is "
-    "measured before the degree cuts off the registered surface "
-    "(truncationError).\"},\"lineLength\":{\"type\":\"number\",\"description\":\"Length of "
-    "the straight line in the space of SRNFs that is followed, between the surfaces at t = "
-    "0 and t = 1. Where nothing was registered it is distance; otherwise it differs from "
-    "it, and between the two directions, by what the degree cuts off.\"},"
-    "\"length\":{\"type\":\"number\",\"description\":\"Sum of the distances between "
-    "neighbouring surfaces.\"},"
-    "\"energies\":{\"type\":\"object\",\"description\":\"geodesic, closedForm, linear: "
-    "squared distance of each surface's SRNF from the straight line, for the surfaces "
-    "returned, the closed form and the linear blend. closedForm is null where the formula "
-    "does not apply: it does not give both ends back to a relative energy of 1e-4, since "
-    "they are not star-shaped, or not in their radial parameterisation, which a registered "
-    "surface is not.\"},"
-    "\"relativeEnergies\":{\"type\":\"object\",\"description\":\"The same divided by "
-    "the squared norm of the point on the line.\"},"
-    "\"transforms\":{\"type\":\"number\",\"description\":\"Cost in gradient "
-    "transforms.\"},"
-    "\"pullback\":{\"type\":[\"object\",\"null\"],\"description\":\"Of method "
-    "pullback, null otherwise: energy, length and speedVariation (standard "
-    "deviation over mean) of the path in the pulled-back metric, speeds of its "
-    "segments; the same three of the straight line between the surfaces (linear) "
-    "and of the inverted straight line between the SRNFs (inverted); iterations, "
-    "converged, gradient (relative).\"},"
-    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"As register tells "
-    "of it: distance, distanceBefore, objective, minJacobian, maxJacobian, "
-    "truncationError, ambiguity, inverseConsistency, iterations, converged, stopped, "
-    "symmetric (true), note, and its options; null where nothing was registered.\"}," BRIDGED
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"}," LAST_OUTPUTS;
