@@ -104,42 +104,6 @@ static const struct api_process compare_process = {
     .seconds = compare_seconds,
 };
 
-static const struct api_process shoot_process = {
-    .id = "shoot",
-    .title = "Shoot from a surface",
-    .description = "The surfaces along the geodesic from a surface with a velocity: toward another "
-                   "surface, or "
-                   "given by numbers.",
-    .inputs_schema = shoot_inputs_schema,
-    .outputs_schema = shoot_outputs_schema,
-    .canonicalise = shoot_canonicalise,
-    .run = shoot_run,
-    .seconds = shoot_seconds,
-};
-
-static const struct api_process transport_process = {
-    .id = "transport",
-    .title = "Parallel transport of a vector",
-    .description =
-        "A vector at one surface carried to another, and the surface that it leads to from there.",
-    .inputs_schema = transport_inputs_schema,
-    .outputs_schema = transport_outputs_schema,
-    .canonicalise = transport_canonicalise,
-    .run = transport_run,
-    .seconds = transport_seconds,
-};
-
-static const struct api_process transfer_process = {
-    .id = "transfer",
-    .title = "Transfer of a deformation",
-    .description = "A surface deformed as another one was, its size included.",
-    .inputs_schema = transfer_inputs_schema,
-    .outputs_schema = transfer_outputs_schema,
-    .canonicalise = transfer_canonicalise,
-    .run = transfer_run,
-    .seconds = transfer_seconds,
-};
-
 static const struct api_process classify_process = {
     .id = "classify",
     .title = "Classification of a labelled cohort",

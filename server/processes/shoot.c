@@ -1,5 +1,5 @@
 /*
- * shoot.c - the process shoot over HTTP: canonical inputs and result document.
+ * shoot.c - the process shoot: the surfaces along the geodesic from a surface with a velocity.
  *
  * The surface that a velocity is toward is registered to the surface shot from, unless register is
  * false; at t = 1 the path is at it, as it is registered. Its scale goes geometrically: that of the
@@ -9,49 +9,64 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "toolkit/seconds.h"
 #include "toolkit/velocity.h"
-#include "toolkit/registration_report.h"
 
-static const char *const names[] = {"surface",    "velocity", "times", "register",
-                                    "commonPose", "method",   NULL};
+struct shoot {
+    char surface[STORE_ID_MAX];
+    struct velocity velocity;
+    struct input_numbers times;
+    bool registered, common_pose;
+    int method;
+};
 
-json_t *shoot_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+static const struct input_numbers standard = {5, {0.0, 0.25, 0.5, 0.75, 1.0}};
+
+static const struct process_input inputs[] = {
+    {"surface", INPUT_SURFACE, offsetof(struct shoot, surface),
+     "Surface at t = 0; a mesh is encoded with the default options.", .required = true},
+    {"velocity", INPUT_OWN, offsetof(struct shoot, velocity),
+     "What it moves by in one unit of time." VELOCITY_TEXT, .required = true, .own = &velocity_own},
+    {"times", INPUT_NUMBERS, offsetof(struct shoot, times),
+     "Times of the surfaces, in any order, negative ones too.", .highest = PROCESS_TIME_MAX,
+     .most = PROCESS_TIMES_MAX, .numbers = &standard},
+    DEFORMATION_INPUTS(shoot, "Register the surface that the velocity is toward", "it is"),
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"surfaces", OUTPUT_OBJECTS, "Records of the surfaces at the times."},
+    {"times", OUTPUT_NUMBERS, "Those of the surfaces."},
+    {"energies", OUTPUT_ARRAY, "Squared distance of each surface's SRNF from the line."},
+    {"relativeEnergies", OUTPUT_ARRAY,
+     "The same divided by the squared norm of the point on the line."},
+    {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms."},
+    {"registration", OUTPUT_OBJECT_OR_NULL, "As" REGISTRATION_FIGURES_TEXT},
+    {"pullback", OUTPUT_OBJECT_OR_NULL,
+     "Of method pullback, null otherwise: toward, the geodesic that the velocity was taken from, "
+     "or null; shots, the path to each surface, null at time 0. Each " PATH_TEXT
+     ". converged: all of them."},
+    {NULL, NULL, NULL},
+};
+
+static json_t *keep_surfaces(struct jobs_run *run, const struct shoot *shoot,
+                             const struct compute_group *group,
+                             const struct srnf_deform_shoot *shot, struct jobs_result *result)
 {
-    static const double fallback[] = {0.0, 0.25, 0.5, 0.75, 1.0};
-    struct process_inputs inputs;
-    long degree = PROCESS_DEGREE_DEFAULT;
-
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
-    }
-    inputs_numbers(&inputs, "times", PROCESS_TIMES_MAX, PROCESS_TIME_MAX,
-                   sizeof fallback / sizeof fallback[0], fallback);
-    inputs_alignment(&inputs);
-    (void)inputs_surface(&inputs, "surface", &degree);
-    if (!inputs.answered) {
-        inputs_velocity(&inputs, "velocity", degree);
-    }
-    return inputs_close(&inputs);
-}
-
-static json_t *keep_surfaces(struct jobs_run *run, const struct compute_shoot_inputs *typed,
-                             const struct compute_shoot_outputs *outputs,
-                             struct jobs_result *result)
-{
-    const struct compute_group *group = &outputs->stage.group;
     size_t count = 3 * srnf_coefficient_count(group->degree);
-    double start = process_scale(run, typed->surface, group->scales[0]), growth = 1.0;
+    const double *times = shoot->times.values;
+    double start = process_scale(run, shoot->surface, group->scales[0]), growth = 1.0;
     json_t *records = json_array(), *record;
     char name[64];
 
-    if (typed->velocity.toward) {
-        growth = process_scale(run, typed->velocity.toward, group->scales[1]) / start;
+    if (shoot->velocity.toward[0]) {
+        growth = process_scale(run, shoot->velocity.toward, group->scales[1]) / start;
     }
-    for (size_t i = 0; i < outputs->shot.n; i++) {
-        (void)snprintf(name, sizeof name, "shot, t = %.4g", typed->times[i]);
-        record = keep_reached(
-            run, "shoot", name, group->degree, outputs->shot.coefficients + i * count,
-            start * pow(growth, typed->times[i]), &outputs->measures[i], typed->surface, result);
+    for (size_t i = 0; i < shot->shot.n; i++) {
+        (void)snprintf(name, sizeof name, "shot, t = %.4g", times[i]);
+        record =
+            keep_reached(run, "shoot", name, group->degree, shot->shot.coefficients + i * count,
+                         start * pow(growth, times[i]), &shot->measures[i], shoot->surface, result);
         if (!record) {
             json_decref(records);
             return NULL;
@@ -61,61 +76,71 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct compute_shoot_in
     return records;
 }
 
-static json_t *result_document(const struct compute_shoot_outputs *outputs,
-                               const struct srnf_register_options *options, const double *times,
-                               json_t *surfaces)
+static json_t *document_of(const struct shoot *shoot, const struct deformation *deformation,
+                           const struct srnf_deform_shoot *result, json_t *surfaces)
 {
-    const struct srnf_shot *shot = &outputs->shot;
-    const struct compute_pullback *pullback = &outputs->pullback;
-    json_t *document =
-        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "surfaces", surfaces, "times",
-                  json_vector(times, shot->n), "energies", json_vector(shot->energy, shot->n),
-                  "relativeEnergies", json_vector(shot->relative_energy, shot->n), "transforms",
-                  json_finite(shot->transforms), "registration",
-                  alignment_json(&outputs->registration, options));
+    const struct srnf_shot *shot = &result->shot;
+    const struct srnf_deform_paths *paths = &result->paths;
+    json_t *document = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "surfaces", surfaces, "times",
+                                 json_vector(shoot->times.values, shot->n), "energies",
+                                 json_vector(shot->energy, shot->n), "relativeEnergies",
+                                 json_vector(shot->relative_energy, shot->n), "transforms",
+                                 json_finite(shot->transforms), "registration",
+                                 alignment_json(&result->toward, &deformation->registration));
 
-    (void)json_object_set_new(
-        document, "pullback",
-        pullback->asked
-            ? json_pack("{s:o, s:o, s:b}", "toward", pullback_leg_json(&pullback->toward), "shots",
-                        pullback_shots_json(pullback), "converged", pullback->converged)
-            : json_null());
-    registration_warn(document, &outputs->registration, "the surface toward onto surface");
+    (void)json_object_set_new(document, "pullback",
+                              deformation->options.pullback
+                                  ? json_pack("{s:o, s:o, s:b}", "toward",
+                                              path_json(&paths->toward), "shots",
+                                              path_shots_json(paths), "converged", paths->converged)
+                                  : json_null());
+    registration_warn(document, &result->toward, "the surface toward onto surface");
     return document;
 }
 
-void shoot_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+static json_t *run_shoot(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *surfaces, *echoed;
-    const json_t *given = json_object_get(inputs, "times");
-    struct srnf_register_options options;
-    struct compute_shoot_inputs typed = {.n = json_array_size(given)};
-    struct compute_shoot_outputs outputs = {.measures = NULL};
-    double times[PROCESS_TIMES_MAX] = {0.0}, *numbers = NULL;
+    const struct shoot *shoot = typed;
+    const char *ids[2] = {shoot->surface, shoot->velocity.toward};
+    struct deformation deformation;
+    struct srnf_deform_shoot shot = {.step = NULL};
+    struct srnf_error error = {0};
+    json_t *document = NULL, *surfaces;
+    int status;
 
-    (void)api;
-    if (!inputs) {
-        return;
-    }
-    for (size_t i = 0; i < typed.n; i++) {
-        times[i] = json_number_value(json_array_get(given, i));
-    }
-    typed.times = times;
-    typed.surface = json_string_value(json_object_get(inputs, "surface"));
-    typed.registration = alignment_read(inputs, &options);
-    typed.pullback = alignment_pullback(inputs);
-    if (!velocity_read(json_object_get(inputs, "velocity"), &typed.velocity, &numbers, result) ||
-        compute_shoot(run, &typed, &outputs, result)) {
+    if (deformation_open(run, ids[1][0] ? 2 : 1, ids, &shoot->velocity, shoot->registered,
+                         shoot->common_pose, (enum deformation_method)shoot->method, &deformation,
+                         result)) {
         goto out;
     }
-    surfaces = keep_surfaces(run, &typed, &outputs, result);
-    if (surfaces) {
-        echoed = velocity_inputs_for_results(inputs, "velocity");
-        process_finish(run, result_document(&outputs, &options, times, surfaces), echoed, result);
-        json_decref(echoed);
+    status = srnf_deform_shoot(deformation.sht, deformation.surfaces[0], &deformation.velocity,
+                               shoot->times.n, shoot->times.values, &deformation.options,
+                               jobs_run_context(run), &shot, &error);
+    if (status) {
+        (void)compute_fail(result, status, &error, shot.step);
+        goto out;
     }
+    surfaces = keep_surfaces(run, shoot, &deformation.group, &shot, result);
+    document = surfaces ? document_of(shoot, &deformation, &shot, surfaces) : NULL;
 out:
-    compute_shoot_clear(&outputs);
-    srnf_free(numbers);
-    json_decref(inputs);
+    srnf_deform_shoot_clear(&shot);
+    deformation_close(&deformation);
+    return document;
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct shoot),
+    .check = registration_one_spelling,
+    .run = run_shoot,
+};
+
+const struct api_process shoot_process = {
+    .id = "shoot",
+    .title = "Shoot from a surface",
+    .description = "The surfaces along the geodesic from a surface with a velocity: toward another "
+                   "surface, or given by numbers.",
+    .table = &table,
+    .seconds = shoot_seconds,
+};

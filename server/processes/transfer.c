@@ -1,5 +1,5 @@
 /*
- * transfer.c - the process transfer over HTTP: canonical inputs and result document.
+ * transfer.c - the process transfer: a surface deformed as another one was.
  *
  * The deformed surface is registered to its source, then the source, and the deformed one with it,
  * to the target: the answer keeps the pose and the parameterisation of the target.
@@ -8,97 +8,131 @@
  * its scale is that of the target times the ratio of deformed to source; with size absolute the
  * three are taken in the units that their scales lead back to, which must be the same.
  */
+#include "toolkit/seconds.h"
 #include "toolkit/velocity.h"
-#include "toolkit/registration_report.h"
 
-#include <string.h>
+struct transfer {
+    char source[STORE_ID_MAX], deformed[STORE_ID_MAX], target[STORE_ID_MAX];
+    int size; /* enum srnf_transfer_size */
+    bool registered, common_pose;
+    int method;
+};
 
-static const char *const names[] = {"source",   "deformed",   "target", "size",
-                                    "register", "commonPose", "method", NULL};
-static const char *const surfaces[] = {"source", "deformed", "target"};
 /* In the order of enum srnf_transfer_size. */
 static const char *const sizes[] = {"ratio", "absolute", NULL};
 
-json_t *transfer_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
-{
-    struct process_inputs inputs;
-    long degree;
+static const struct process_input inputs[] = {
+    {"source", INPUT_SURFACE, offsetof(struct transfer, source),
+     "Surface before its deformation; a mesh is encoded with the default options.",
+     .required = true},
+    {"deformed", INPUT_SURFACE, offsetof(struct transfer, deformed),
+     "The same after it; a mesh is encoded with the default options.", .required = true},
+    {"target", INPUT_SURFACE, offsetof(struct transfer, target),
+     "Surface to deform in the same way; a mesh is encoded with the default options.",
+     .required = true},
+    {"size", INPUT_CHOICE, offsetof(struct transfer, size),
+     "ratio: shapes are compared at unit area, and the size of the target changes in the ratio of "
+     "deformed to source; absolute: all three in the units that their scales lead back to, which "
+     "must be the same.",
+     .choices = sizes},
+    DEFORMATION_INPUTS(transfer,
+                       "Register the deformed surface to its source, and both to the target",
+                       "they are"),
+    {.name = NULL},
+};
 
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
-    }
-    inputs_alignment(&inputs);
-    (void)inputs_choice(&inputs, "size", sizes);
-    for (size_t i = 0; i < 3; i++) {
-        (void)inputs_surface(&inputs, surfaces[i], &degree);
-    }
-    return inputs_close(&inputs);
+static const struct process_output outputs[] = {
+    {"surface", OUTPUT_OBJECT,
+     "Record of the target deformed, in its own pose and parameterisation; with size ratio its "
+     "scale is that of the target times sizeRatio."},
+    {"sizeRatio", OUTPUT_NUMBER, "Square root of the area of deformed over that of source."},
+    {"energy", OUTPUT_NUMBER,
+     "Squared distance of the surface's SRNF from Q(target) + Q(deformed) - Q(source)."},
+    {"relativeEnergy", OUTPUT_NUMBER, "The same divided by the squared norm of that."},
+    {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms."},
+    {"pullback", OUTPUT_OBJECT_OR_NULL,
+     "Of method pullback, null otherwise: segments of each path; deformation and distance, lengths "
+     "of the geodesics from source to deformed and to target; normFrom, norm: of the velocity "
+     "before and after transport; converged."},
+    {"registration", OUTPUT_OBJECT, "deformed and source. Each as" REGISTRATION_FIGURES_TEXT},
+    {NULL, NULL, NULL},
+};
+
+/* What the transfer came to in the pulled-back metric. */
+static json_t *pullback_json(const struct srnf_deform_paths *paths)
+{
+    return json_pack("{s:I, s:o, s:o, s:o, s:o, s:b}", "segments", (json_int_t)SRNF_DEFORM_SEGMENTS,
+                     "deformation", json_finite(paths->deformation), "distance",
+                     json_finite(paths->distance), "normFrom", json_finite(paths->norm_from),
+                     "norm", json_finite(paths->norm), "converged", paths->converged);
 }
 
-/* What the transfer came to in the pulled-back metric; null for the other method. */
-static json_t *pullback_document(const struct compute_pullback *pullback)
+static json_t *document_of(const struct deformation *deformation,
+                           const struct srnf_deform_transfer *moved, json_t *surface)
 {
-    if (!pullback->asked) {
-        return json_null();
-    }
-    return json_pack("{s:I, s:o, s:o, s:o, s:o, s:b}", "segments",
-                     (json_int_t)COMPUTE_PULLBACK_SEGMENTS, "deformation",
-                     json_finite(pullback->deformation), "distance",
-                     json_finite(pullback->distance), "normFrom", json_finite(pullback->norm_from),
-                     "norm", json_finite(pullback->norm), "converged", pullback->converged);
-}
+    const struct srnf_transferred *transferred = &moved->transferred;
+    const struct srnf_register_options *options = &deformation->registration;
+    json_t *document =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "surface", surface, "sizeRatio",
+                  json_finite(transferred->size_ratio), "energy", json_finite(transferred->energy),
+                  "relativeEnergy", json_finite(transferred->relative_energy), "transforms",
+                  json_finite(transferred->transforms), "pullback",
+                  deformation->options.pullback ? pullback_json(&moved->paths) : json_null(),
+                  "registration", "deformed", alignment_json(&moved->deformed, options), "source",
+                  alignment_json(&moved->source, options));
 
-static json_t *result_document(const struct compute_transfer_outputs *outputs,
-                               const struct srnf_register_options *options, json_t *surface)
-{
-    const struct srnf_transferred *transferred = &outputs->transferred;
-
-    json_t *document = json_pack(
-        "{s:o, s:o, s:o, s:o, s:o, s:o, s:{s:o, s:o}}", "surface", surface, "sizeRatio",
-        json_finite(transferred->size_ratio), "energy", json_finite(transferred->energy),
-        "relativeEnergy", json_finite(transferred->relative_energy), "transforms",
-        json_finite(transferred->transforms), "pullback", pullback_document(&outputs->pullback),
-        "registration", "deformed", alignment_json(&outputs->deformed, options), "source",
-        alignment_json(&outputs->source, options));
-
-    registration_warn(document, &outputs->deformed, "deformed onto source");
-    registration_warn(document, &outputs->source, "source onto target");
+    registration_warn(document, &moved->deformed, "deformed onto source");
+    registration_warn(document, &moved->source, "source onto target");
     return document;
 }
 
-void transfer_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+static json_t *run_transfer(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *surface;
-    const char *size = json_string_value(json_object_get(inputs, "size"));
-    struct srnf_register_options options;
-    struct compute_transfer_inputs typed = {.size = SRNF_TRANSFER_RATIO};
-    struct compute_transfer_outputs outputs = {.scale = 1.0};
-    const char *ids[3];
+    const struct transfer *transfer = typed;
+    const char *ids[3] = {transfer->source, transfer->deformed, transfer->target};
+    struct deformation deformation;
+    struct srnf_deform_transfer moved = {.step = NULL};
+    struct srnf_error error = {0};
+    json_t *document = NULL, *surface;
+    double scales[3];
+    int status;
 
-    (void)api;
-    if (!inputs) {
-        return;
+    if (deformation_open(run, 3, ids, NULL, transfer->registered, transfer->common_pose,
+                         (enum deformation_method)transfer->method, &deformation, result)) {
+        goto out;
     }
     for (size_t i = 0; i < 3; i++) {
-        ids[i] = json_string_value(json_object_get(inputs, surfaces[i]));
-        typed.scales[i] = strncmp(ids[i], "surf-", 5) == 0 ? process_scale(run, ids[i], 0.0) : 0.0;
+        scales[i] = process_scale(run, ids[i], deformation.group.scales[i]);
     }
-    typed.source = ids[0];
-    typed.deformed = ids[1];
-    typed.target = ids[2];
-    typed.registration = alignment_read(inputs, &options);
-    typed.pullback = alignment_pullback(inputs);
-    if (size && strcmp(size, sizes[SRNF_TRANSFER_ABSOLUTE]) == 0) {
-        typed.size = SRNF_TRANSFER_ABSOLUTE;
+    status = srnf_deform_transfer(deformation.sht, deformation.surfaces, scales,
+                                  (enum srnf_transfer_size)transfer->size, &deformation.options,
+                                  jobs_run_context(run), &moved, &error);
+    if (status) {
+        (void)compute_fail(result, status, &error, moved.step);
+        goto out;
     }
-    if (compute_transfer(run, &typed, &outputs, result) == 0) {
-        surface = keep_reached(run, "transfer", "transferred", outputs.stage.group.degree,
-                               outputs.transferred.coefficients, outputs.scale, &outputs.measures,
-                               typed.target, result);
-        if (surface) {
-            process_finish(run, result_document(&outputs, &options, surface), inputs, result);
-        }
-    }
-    compute_transfer_clear(&outputs);
-    json_decref(inputs);
+    surface = keep_reached(run, "transfer", "transferred", deformation.group.degree,
+                           moved.transferred.coefficients, moved.scale, &moved.measures,
+                           transfer->target, result);
+    document = surface ? document_of(&deformation, &moved, surface) : NULL;
+out:
+    srnf_deform_transfer_clear(&moved);
+    deformation_close(&deformation);
+    return document;
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct transfer),
+    .check = registration_one_spelling,
+    .run = run_transfer,
+};
+
+const struct api_process transfer_process = {
+    .id = "transfer",
+    .title = "Transfer of a deformation",
+    .description = "A surface deformed as another one was, its size included.",
+    .table = &table,
+    .seconds = transfer_seconds,
+};

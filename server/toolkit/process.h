@@ -175,9 +175,9 @@ extern const struct api_process sample_process;
 extern const struct api_process project_process;
 extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
 extern const char compare_inputs_schema[], compare_outputs_schema[];
-extern const char shoot_inputs_schema[], shoot_outputs_schema[];
-extern const char transport_inputs_schema[], transport_outputs_schema[];
-extern const char transfer_inputs_schema[], transfer_outputs_schema[];
+extern const struct api_process shoot_process;
+extern const struct api_process transport_process;
+extern const struct api_process transfer_process;
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
@@ -192,11 +192,6 @@ json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
-json_t *shoot_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *transport_canonicalise(struct api_call *call, const json_t *inputs,
-                               struct problem_list *list);
-json_t *transfer_canonicalise(struct api_call *call, const json_t *inputs,
-                              struct problem_list *list);
 void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
@@ -204,9 +199,6 @@ void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_r
 void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void shoot_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void transport_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void transfer_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

@@ -1,5 +1,5 @@
 /*
- * velocity.c - velocities and vectors as inputs, and the registration of what is compared.
+ * velocity.c - velocities and vectors as inputs, and the surfaces that they are used with.
  *
  * A velocity has three forms: toward a surface, the motion of a surface's points as harmonic
  * coefficients, and a field in the space of SRNFs. The last is what transport answers and leaves
@@ -9,16 +9,15 @@
 #include "toolkit/velocity.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "toolkit/routes.h"
-#include "toolkit/registration_options.h"
-#include "toolkit/registration_report.h"
 #include "api/surfaces.h"
+#include "toolkit/routes.h"
+
+#define SHARE_MESHES 50.0 /* percent of the job that encoding stands for, if all are meshes */
 
 static const char *const axes[] = {"x", "y", "z"};
-static const char *const methods[] = {"srnf", "pullback", NULL};
+const char *const deformation_methods[] = {"srnf", "pullback", NULL};
 
 /* ---- Reading --------------------------------------------------------------------------------- */
 
@@ -59,7 +58,7 @@ static json_t *read_field(struct process_inputs *inputs, const json_t *value, co
                           long degree)
 {
     long own = 0;
-    long rows = (long)srnf_working_rows((size_t)degree);
+    long rows = (long)srnf_working_rows((size_t)(degree ? degree : SRNF_DEGREE_MAX));
     json_t *canonical = inputs_field(inputs, value, pointer, &own);
     bool same = json_integer_value(json_object_get(canonical, "nTheta")) == rows &&
                 json_integer_value(json_object_get(canonical, "nPhi")) == 2 * rows;
@@ -77,18 +76,18 @@ static json_t *read_field(struct process_inputs *inputs, const json_t *value, co
     return canonical;
 }
 
-void inputs_velocity(struct process_inputs *inputs, const char *name, long degree)
+static void read_velocity(struct process_inputs *inputs, const struct process_input *input)
 {
-    const json_t *value = json_object_get(inputs->given, name), *toward, *motion, *field;
+    const json_t *value = json_object_get(inputs->given, input->name), *toward, *motion, *field;
     json_t *form = NULL;
     char pointer[80];
     const char *id;
-    long own;
+    long own, highest = inputs->degree ? inputs->degree : SRNF_DEGREE_MAX;
 
     toward = json_object_get(value, "toward");
     motion = json_object_get(value, "coefficients");
     field = json_object_get(value, "srnf");
-    (void)snprintf(pointer, sizeof pointer, "/inputs/%s", name);
+    (void)snprintf(pointer, sizeof pointer, "/inputs/%s", input->name);
     if (json_object_size(value) != 1 || (!toward && !motion && !field)) {
         problem_add(inputs->list, pointer,
                     "%s {\"toward\": id}, {\"coefficients\": {lmax, x, y, z}} or {\"srnf\": {lmax, "
@@ -97,114 +96,152 @@ void inputs_velocity(struct process_inputs *inputs, const char *name, long degre
         return;
     }
     if (toward) {
-        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/toward", name);
+        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/toward", input->name);
         id = inputs_surface_at(inputs, toward, pointer, &own);
         form = id ? json_pack("{s:s}", "toward", id) : NULL;
     } else if (motion) {
-        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/coefficients", name);
-        form = json_pack("{s:o*}", "coefficients", read_motion(inputs, motion, pointer, degree));
+        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/coefficients", input->name);
+        form = json_pack("{s:o*}", "coefficients", read_motion(inputs, motion, pointer, highest));
     } else {
-        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/srnf", name);
-        form = json_pack("{s:o*}", "srnf", read_field(inputs, field, pointer, degree));
+        (void)snprintf(pointer, sizeof pointer, "/inputs/%s/srnf", input->name);
+        form = json_pack("{s:o*}", "srnf", read_field(inputs, field, pointer, highest));
     }
-    (void)json_object_set_new(inputs->canonical, name, form ? form : json_null());
+    (void)json_object_set_new(inputs->canonical, input->name, form ? form : json_null());
 }
 
-void inputs_alignment(struct process_inputs *inputs)
+/* [3][(degree+1)^2] of {lmax, x, y, z}, or NULL without memory. */
+static double *type_motion(const json_t *motion, size_t degree)
 {
-    bool registered = inputs_boolean(inputs, "register", true);
-    bool common_pose = inputs_boolean(inputs, "commonPose", false);
+    size_t count = srnf_coefficient_count(degree);
+    double *numbers = srnf_alloc(count, 3 * sizeof(double));
 
-    (void)inputs_choice(inputs, "method", methods);
-    if (!registered && common_pose) { /* one spelling: there is nothing to be posed */
-        (void)json_object_set_new(inputs->canonical, "commonPose", json_false());
-    }
-}
-
-/* ---- Running --------------------------------------------------------------------------------- */
-
-bool velocity_read(const json_t *value, struct compute_velocity *velocity, double **numbers,
-                   struct jobs_result *result)
-{
-    const json_t *motion = json_object_get(value, "coefficients");
-    const json_t *field = json_object_get(value, "srnf"), *q = json_object_get(field, "q");
-    size_t count, nodes;
-
-    *velocity =
-        (struct compute_velocity){.toward = json_string_value(json_object_get(value, "toward"))};
-    if (velocity->toward) {
-        return true;
-    }
-    velocity->degree = (size_t)json_integer_value(json_object_get(motion, "lmax"));
-    count = motion ? srnf_coefficient_count(velocity->degree) : 0;
-    nodes = json_array_size(q) / 3;
-    *numbers = srnf_alloc(motion ? count : nodes, 3 * sizeof(double));
-    if (!*numbers) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the velocity");
-        return false;
-    }
-    for (size_t k = 0; k < 3; k++) {
+    for (size_t k = 0; numbers && k < 3; k++) {
         const json_t *axis = json_object_get(motion, axes[k]);
 
         for (size_t i = 0; i < count; i++) {
-            (*numbers)[k * count + i] = json_number_value(json_array_get(axis, i));
+            numbers[k * count + i] = json_number_value(json_array_get(axis, i));
         }
+    }
+    return numbers;
+}
+
+/* [3][n_theta][n_phi] of q, [n_theta n_phi][3] flat, or NULL without memory. */
+static double *type_field(const json_t *q)
+{
+    size_t nodes = json_array_size(q) / 3;
+    double *numbers = srnf_alloc(nodes, 3 * sizeof(double));
+
+    for (size_t k = 0; numbers && k < 3; k++) {
         for (size_t i = 0; i < nodes; i++) {
-            (*numbers)[k * nodes + i] = json_number_value(json_array_get(q, 3 * i + k));
+            numbers[k * nodes + i] = json_number_value(json_array_get(q, 3 * i + k));
         }
     }
-    velocity->coefficients = motion ? *numbers : NULL;
-    velocity->field = motion ? NULL : *numbers;
-    return true;
+    return numbers;
 }
 
-bool alignment_pullback(const json_t *inputs)
+static bool type_velocity(const json_t *value, void *member)
 {
-    const char *method = json_string_value(json_object_get(inputs, "method"));
+    struct velocity *velocity = member;
+    const char *toward = json_string_value(json_object_get(value, "toward"));
+    const json_t *motion = json_object_get(value, "coefficients");
 
-    return method && strcmp(method, "pullback") == 0;
-}
-
-const struct srnf_register_options *alignment_read(const json_t *inputs,
-                                                   struct srnf_register_options *options)
-{
-    *options = registration_pair_defaults(json_is_true(json_object_get(inputs, "commonPose")));
-    return json_is_true(json_object_get(inputs, "register")) ? options : NULL;
-}
-
-json_t *alignment_json(const struct srnf_registration *registration,
-                       const struct srnf_register_options *options)
-{
-    json_t *document;
-
-    if (!registration->coefficients) {
-        return json_null();
+    if (toward) {
+        (void)snprintf(velocity->toward, sizeof velocity->toward, "%s", toward);
+        return true;
     }
-    document = registration_figures(registration, options);
-    (void)json_object_set_new(document, "options", registration_json(options));
-    return document;
+    if (motion) {
+        velocity->degree = (size_t)json_integer_value(json_object_get(motion, "lmax"));
+        velocity->motion = type_motion(motion, velocity->degree);
+    } else {
+        velocity->field = type_field(json_object_get(json_object_get(value, "srnf"), "q"));
+    }
+    return velocity->motion || velocity->field;
 }
 
-json_t *pullback_leg_json(const struct compute_pullback_leg *leg)
+static void clear_velocity(void *member)
 {
-    if (leg->segments == 0) {
-        return json_null();
-    }
-    return json_pack(
-        "{s:I, s:o, s:o, s:o, s:I, s:o, s:b}", "segments", (json_int_t)leg->segments, "energy",
-        json_finite(leg->path.energy), "length", json_finite(leg->path.length), "speedVariation",
-        json_finite(leg->path.speed_variation), "iterations", (json_int_t)leg->iterations,
-        "residual", json_finite(leg->residual), "converged", leg->converged);
+    struct velocity *velocity = member;
+
+    srnf_free(velocity->motion);
+    srnf_free(velocity->field);
 }
 
-json_t *pullback_shots_json(const struct compute_pullback *pullback)
+static void echo_velocity(json_t *value)
 {
-    json_t *shots = json_array();
+    field_by_digest(json_object_get(value, "srnf"));
+}
 
-    for (size_t i = 0; i < pullback->n; i++) {
-        (void)json_array_append_new(shots, pullback_leg_json(&pullback->shots[i]));
+const struct input_own velocity_own = {
+    .schema = "\"oneOf\":[{\"type\":\"object\",\"additionalProperties\":false,"
+              "\"required\":[\"toward\"],\"properties\":{\"toward\":{\"type\":\"string\","
+              "\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}}},{\"type\":\"object\","
+              "\"additionalProperties\":false,\"required\":[\"coefficients\"],"
+              "\"properties\":{\"coefficients\":{\"type\":\"object\",\"required\":[\"lmax\",\"x\","
+              "\"y\",\"z\"]}}},{\"type\":\"object\",\"additionalProperties\":false,"
+              "\"required\":[\"srnf\"],\"properties\":{\"srnf\":{\"type\":\"object\","
+              "\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"]}}}]",
+    .refers = true,
+    .read = read_velocity,
+    .type = type_velocity,
+    .clear = clear_velocity,
+    .echo = echo_velocity,
+};
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+/* The velocity at the degree of the surfaces. */
+static int set_velocity(const struct velocity *given, struct deformation *deformation)
+{
+    const struct compute_group *group = &deformation->group;
+
+    if (given->motion) {
+        deformation->motion = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
+        if (!deformation->motion) {
+            return SRNF_ENOMEM;
+        }
+        compute_change_degree(given->degree, given->motion, group->degree, deformation->motion);
     }
-    return shots;
+    deformation->velocity =
+        (struct srnf_velocity){.motion = deformation->motion,
+                               .toward = given->toward[0] ? group->surfaces[group->n - 1] : NULL,
+                               .field = given->field};
+    return 0;
+}
+
+int deformation_open(struct jobs_run *run, size_t n, const char *const *ids,
+                     const struct velocity *velocity, bool registered, bool common_pose,
+                     enum deformation_method method, struct deformation *deformation,
+                     struct jobs_result *result)
+{
+    struct compute_group *group = &deformation->group;
+    int status;
+
+    *deformation = (struct deformation){.jobs = jobs_run_jobs(run)};
+    deformation->registration = registration_pair_defaults(common_pose);
+    deformation->options.registration = registered ? &deformation->registration : NULL;
+    deformation->options.pullback = method == DEFORMATION_PULLBACK;
+    status = compute_group_load(run, n, ids, NULL, NULL, 0, SHARE_MESHES, group, result);
+    if (status) {
+        return status;
+    }
+    jobs_run_phase(run, 100.0);
+    deformation->surfaces = group->surfaces;
+    status = jobs_transform_acquire(deformation->jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0,
+                                    0, &deformation->sht);
+    if (status) {
+        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+    }
+    status = velocity ? set_velocity(velocity, deformation) : 0;
+    return status ? compute_fail(result, status, NULL, "preparing the surfaces") : 0;
+}
+
+void deformation_close(struct deformation *deformation)
+{
+    if (deformation->sht) {
+        jobs_transform_release(deformation->jobs, deformation->sht);
+    }
+    compute_group_clear(&deformation->group);
+    srnf_free(deformation->motion);
 }
 
 json_t *keep_reached(struct jobs_run *run, const char *process, const char *name, size_t degree,
@@ -227,10 +264,40 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
     return process_keep_surface(run, &description, "the surface", result);
 }
 
-json_t *velocity_inputs_for_results(const json_t *inputs, const char *name)
-{
-    json_t *copy = json_deep_copy(inputs);
+/* ---- Results --------------------------------------------------------------------------------- */
 
-    field_by_digest(json_object_get(json_object_get(copy, name), "srnf"));
-    return copy;
+json_t *alignment_json(const struct srnf_registration *registration,
+                       const struct srnf_register_options *options)
+{
+    json_t *document;
+
+    if (!registration->coefficients) {
+        return json_null();
+    }
+    document = registration_figures(registration, options);
+    (void)json_object_set_new(document, "options", registration_json(options));
+    return document;
+}
+
+json_t *path_json(const struct srnf_deform_path *path)
+{
+    if (path->segments == 0) {
+        return json_null();
+    }
+    return json_pack("{s:I, s:o, s:o, s:o, s:I, s:o, s:b}", "segments", (json_int_t)path->segments,
+                     "energy", json_finite(path->figures.energy), "length",
+                     json_finite(path->figures.length), "speedVariation",
+                     json_finite(path->figures.speed_variation), "iterations",
+                     (json_int_t)path->iterations, "residual", json_finite(path->residual),
+                     "converged", path->converged);
+}
+
+json_t *path_shots_json(const struct srnf_deform_paths *paths)
+{
+    json_t *shots = json_array();
+
+    for (size_t i = 0; i < paths->n; i++) {
+        (void)json_array_append_new(shots, path_json(&paths->shots[i]));
+    }
+    return shots;
 }

@@ -125,7 +125,7 @@ static void grows_and_goes(void **state)
     pullback_close(&p);
 }
 
-/* A turned copy is laid on the surface before: only the way of its centroid is left to go. */
+/* A turned copy is laid on the surface first: then there is nothing left to go. */
 static void registers_first(void **state)
 {
     struct srnf_register_options registration = srnf_register_options_defaults();
