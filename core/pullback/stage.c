@@ -153,5 +153,5 @@ void stage_place(const struct stage *stage, size_t from, const double rate[3], d
     for (size_t k = 0; k < 3; k++) {
         target[k] = stage->centroids[from][k] + t * rate[k];
     }
-    srnf_surface_place(srnf_sht_degree(stage->sht), coefficients, measures, target);
+    srnf_surface_move(srnf_sht_degree(stage->sht), coefficients, measures, target);
 }

@@ -178,17 +178,6 @@ void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients
     }
 }
 
-void srnf_surface_place(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
-                        const double target[3])
-{
-    size_t n = srnf_coefficient_count(degree);
-
-    for (size_t k = 0; k < 3; k++) {
-        coefficients[k * n] += SRNF_SQRT_4_PI * (target[k] - measures->centroid[k]);
-        measures->centroid[k] = target[k];
-    }
-}
-
 void srnf_invert_closed_form(const struct srnf_sht *sht, const double *q, double *coefficients,
                              double *relative_energy, void *workspace)
 {

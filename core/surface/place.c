@@ -22,12 +22,10 @@ void srnf_surface_change_degree(size_t from, const double *coefficients, size_t 
 void srnf_surface_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
                        const double target[3])
 {
-    /* A constant field c is sqrt(4 pi) c times Y_00. */
-    const double sqrt_4_pi = 3.5449077018110320546;
     size_t n = srnf_coefficient_count(degree);
 
     for (size_t k = 0; k < 3; k++) {
-        coefficients[k * n] += sqrt_4_pi * (target[k] - measures->centroid[k]);
+        coefficients[k * n] += SRNF_SQRT_4_PI * (target[k] - measures->centroid[k]);
         measures->centroid[k] = target[k];
     }
 }

@@ -48,11 +48,6 @@ void srnf_surface_move(size_t degree, double *coefficients, struct srnf_surface_
 double srnf_surface_error(size_t degree, const double *truth,
                           const struct srnf_surface_measures *measures, const double *coefficients);
 
-/* Moves the surface so that its area centroid, which measures holds, becomes target; that of
-   measures too. */
-void srnf_surface_place(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
-                        const double target[3]);
-
 /* The surface as a triangle mesh over srnf_mesh_icosphere(frequency), with its exact unit normals
    (double[n_vertices][3], freed with srnf_free) when normals is not NULL. */
 SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficients,

@@ -191,7 +191,7 @@ void compute_change_degree(size_t from, const double *coefficients, size_t to, d
 void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
                   const double target[3])
 {
-    srnf_surface_place(degree, coefficients, measures, target);
+    srnf_surface_move(degree, coefficients, measures, target);
 }
 
 int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,

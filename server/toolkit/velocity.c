@@ -199,7 +199,8 @@ static int set_velocity(const struct velocity *given, struct deformation *deform
         if (!deformation->motion) {
             return SRNF_ENOMEM;
         }
-        compute_change_degree(given->degree, given->motion, group->degree, deformation->motion);
+        srnf_surface_change_degree(given->degree, given->motion, group->degree,
+                                   deformation->motion);
     }
     deformation->velocity =
         (struct srnf_velocity){.motion = deformation->motion,
