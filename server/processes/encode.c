@@ -1,5 +1,5 @@
 /*
- * encode.c - the process encode over HTTP: schemas, canonical inputs, result document.
+ * encode.c - the process encode: from a stored mesh to the coefficients of its surface.
  *
  * A mesh whose stored report has problems is refused at submission, without a job, as are options
  * that do not go together. What only the computation can find out fails the job: star on a mesh
@@ -8,26 +8,42 @@
  */
 #include <string.h>
 
-#include "toolkit/process.h"
+#include "toolkit/seconds.h"
+#include "toolkit/table.h"
 #include "api/surfaces.h"
 #include "compute/encode.h"
 
-static const char *const names[] = {"mesh",  "lmax",      "parameterization", "sphere", "center",
-                                    "scale", "smoothing", "mirror",           NULL};
+struct center {
+    bool given;
+    double at[3];
+};
+
+struct encoding {
+    char mesh[STORE_ID_MAX], sphere[STORE_ID_MAX];
+    long degree;
+    int parameterization, scale;
+    double smoothing;
+    bool mirror;
+    struct center center;
+};
+
 /* In the order of enum srnf_parameterization. */
 static const char *const parameterizations[] = {"auto", "star", "area", "given", NULL};
+enum { UNIT_AREA, NO_SCALE };
 static const char *const scales[] = {"unit-area", "none", NULL};
 
-/* center: "auto" or three coordinates. */
-static void read_center(struct process_inputs *inputs)
+/* ---- Centre ---------------------------------------------------------------------------------- */
+
+/* "auto" or three coordinates. */
+static void read_center(struct process_inputs *inputs, const struct process_input *input)
 {
-    const json_t *value = json_object_get(inputs->given, "center");
+    const json_t *value = json_object_get(inputs->given, input->name);
     const char *text = json_string_value(value);
     const size_t shape[1] = {3};
     double center[3];
 
     if (!value || (text && strcmp(text, "auto") == 0)) {
-        (void)json_object_set_new(inputs->canonical, "center", json_string("auto"));
+        (void)json_object_set_new(inputs->canonical, input->name, json_string("auto"));
         return;
     }
     if (!json_is_array(value)) {
@@ -45,92 +61,125 @@ static void read_center(struct process_inputs *inputs)
             return;
         }
     }
-    (void)json_object_set_new(inputs->canonical, "center", json_vector(center, 3));
+    (void)json_object_set_new(inputs->canonical, input->name, json_vector(center, 3));
 }
 
-/* The mesh, and the sphere where the parameterization is given: null in the canonical inputs
-   otherwise. References are looked up when everything else is in order. */
-static void read_meshes(struct process_inputs *inputs, const char *parameterization)
+static bool type_center(const json_t *value, void *member)
 {
-    const json_t *sphere = json_object_get(inputs->given, "sphere");
-    bool given = strcmp(parameterization, "given") == 0;
+    struct center *center = member;
 
-    if (!given && sphere && !json_is_null(sphere)) {
-        problem_add(inputs->list, "/inputs/sphere",
-                    "is for the parameterization given, and this is %s", parameterization);
-    }
-    if (inputs->list->errors) {
-        return;
-    }
-    (void)inputs_mesh(inputs, "mesh");
-    if (given) {
-        (void)inputs_mesh(inputs, "sphere");
-    } else {
-        (void)json_object_set_new(inputs->canonical, "sphere", json_null());
-    }
-}
-
-json_t *encode_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
-{
-    struct process_inputs inputs;
-    const char *choice;
-
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
-    }
-    (void)inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, PROCESS_DEGREE_DEFAULT);
-    choice = inputs_choice(&inputs, "parameterization", parameterizations);
-    read_center(&inputs);
-    if (json_is_array(json_object_get(inputs.canonical, "center")) &&
-        (strcmp(choice, "area") == 0 || strcmp(choice, "given") == 0)) {
-        problem_add(list, "/inputs/center", "the parameterization %s has no centre", choice);
-    }
-    (void)inputs_choice(&inputs, "scale", scales);
-    (void)inputs_real(&inputs, "smoothing", 0.0, PROCESS_SMOOTHING_MAX, 0.0);
-    (void)inputs_boolean(&inputs, "mirror", false);
-    read_meshes(&inputs, choice);
-    return inputs_close(&inputs);
-}
-
-static void copy_id(char id[STORE_ID_MAX], const json_t *value)
-{
-    const char *text = json_string_value(value);
-
-    if (text && strlen(text) < STORE_ID_MAX) {
-        memcpy(id, text, strlen(text) + 1);
-    }
-}
-
-static enum srnf_parameterization parameterization_of(const char *name)
-{
-    for (int i = 0; name && parameterizations[i]; i++) {
-        if (strcmp(name, parameterizations[i]) == 0) {
-            return (enum srnf_parameterization)i;
-        }
-    }
-    return SRNF_PARAMETERIZATION_AUTO;
-}
-
-/* Canonical inputs as the core's options. */
-static struct compute_encode_inputs typed_inputs(const json_t *inputs)
-{
-    struct compute_encode_inputs typed = {.options = srnf_encode_options_defaults()};
-    const char *scale = json_string_value(json_object_get(inputs, "scale"));
-    const json_t *center = json_object_get(inputs, "center");
-
-    copy_id(typed.mesh, json_object_get(inputs, "mesh"));
-    copy_id(typed.sphere, json_object_get(inputs, "sphere"));
-    typed.options.degree = (size_t)json_integer_value(json_object_get(inputs, "lmax"));
-    typed.options.parameterization =
-        parameterization_of(json_string_value(json_object_get(inputs, "parameterization")));
-    typed.options.center_given = json_is_array(center);
+    center->given = json_is_array(value);
     for (size_t k = 0; k < 3; k++) {
-        typed.options.center[k] = json_number_value(json_array_get(center, k));
+        center->at[k] = json_number_value(json_array_get(value, k));
     }
-    typed.options.unit_area = !scale || strcmp(scale, "none") != 0;
-    typed.options.smoothing = json_number_value(json_object_get(inputs, "smoothing"));
-    typed.mirror = json_is_true(json_object_get(inputs, "mirror"));
-    return typed;
+    return true;
+}
+
+#define COORDINATE_MAX_TEXT PROCESS_TEXT(PROCESS_COORDINATE_MAX)
+static const struct input_own center = {
+    .schema = "\"oneOf\":[{\"const\":\"auto\"},{\"type\":\"array\",\"items\":{\"type\":\"number\","
+              "\"minimum\":-" COORDINATE_MAX_TEXT ",\"maximum\":" COORDINATE_MAX_TEXT
+              "},\"minItems\":3,\"maxItems\":3}],\"default\":\"auto\"",
+    .read = read_center,
+    .type = type_center,
+};
+
+/* ---- Inputs and outputs ---------------------------------------------------------------------- */
+
+#define AT(member) offsetof(struct encoding, member)
+static const struct process_input inputs[] = {
+    {"mesh", INPUT_MESH, AT(mesh), "The mesh to encode; its report must have no problems.",
+     .required = true},
+    {"lmax", INPUT_INTEGER, AT(degree),
+     "Degree of the harmonic series; (lmax + 1)^2 coefficients a coordinate.",
+     .lowest = SRNF_DEGREE_MIN, .highest = SRNF_DEGREE_MAX, .fallback = PROCESS_DEGREE_DEFAULT},
+    {"parameterization", INPUT_CHOICE, AT(parameterization),
+     "How the sphere is laid on the surface. star: radially from a centre that sees the whole "
+     "surface; area: by a bijection of low distortion, for any surface; given: by a sphere that "
+     "comes with the mesh. auto takes area for every mesh, so that all surfaces by default can be "
+     "compared, and star only where a center is given.",
+     .choices = parameterizations},
+    {"sphere", INPUT_MESH, AT(sphere),
+     "For the parameterization given: a mesh of the same faces in the same order, whose vertices "
+     "lie on a sphere.",
+     .nullable = true},
+    {"center", INPUT_OWN, AT(center),
+     "Centre of the rays of star in the units of the mesh; auto: the centre of the largest ball "
+     "of points that see the whole surface.",
+     .own = &center},
+    {"mirror", INPUT_BOOLEAN, AT(mirror),
+     "Encode the mirror image instead: x of the mesh, and of the sphere if one is given, becomes "
+     "-x, and faces are turned to stay outward, before everything else; center and all answers "
+     "stay in the coordinates of the mesh as it was uploaded. Left and right structures are "
+     "mirror images of each other, and no registration brings one onto the other before one side "
+     "is mirrored. Which plane matters only for data in a common pose: it is the sagittal one "
+     "where x runs from one side of the body to the other, as in RAS and LPS coordinates.",
+     .fallback = 0},
+    {"scale", INPUT_CHOICE, AT(scale),
+     "unit-area divides by the square root of the area, kept as scale in the record.",
+     .choices = scales},
+    {"smoothing", INPUT_REAL, AT(smoothing),
+     "Sigma of the heat kernel exp(-sigma l (l + 1)) on the coefficients (of the radius for "
+     "star), on the unit sphere.",
+     .lowest = 0, .highest = PROCESS_SMOOTHING_MAX},
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"surface", OUTPUT_OBJECT, "Record of the surface."},
+    {"fit", OUTPUT_OBJECT,
+     "Distances between mesh and surface from both sides, area-weighted: rms, p95, max in the "
+     "units of the mesh, and relativeToDiagonal; volumeDifference and areaDifference: those of "
+     "the surface less those of the mesh, over those of the mesh."},
+    {"route", "\"enum\":[\"star\",\"area\",\"given\"]", "How the sphere was laid on the surface."},
+    {"reason", OUTPUT_STRING, "Why this route, in a sentence."},
+    {"starShaped", OUTPUT_OBJECT,
+     "value, center, margin (units of the mesh), violatingAreaFraction (of the faces that the "
+     "centre sees from behind)."},
+    {"distortion", OUTPUT_OBJECT,
+     "Of the map to the sphere: symmetricDirichlet (energy / 4 pi, 4 for an isometry), "
+     "logAreaDeviation (standard deviation of the log of the area ratio), flipped (faces turned "
+     "over: 0)."},
+    {NULL, NULL, NULL},
+};
+
+/* A sphere is for the parameterization given, a centre for the others. */
+static void check(struct process_inputs *given)
+{
+    const char *choice = json_string_value(json_object_get(given->canonical, "parameterization"));
+    const json_t *sphere = json_object_get(given->given, "sphere");
+    bool has_sphere = sphere && !json_is_null(sphere);
+    bool by_sphere = choice && strcmp(choice, parameterizations[SRNF_PARAMETERIZATION_GIVEN]) == 0;
+    bool by_area = choice && strcmp(choice, parameterizations[SRNF_PARAMETERIZATION_AREA]) == 0;
+
+    if (json_is_array(json_object_get(given->canonical, "center")) && (by_area || by_sphere)) {
+        problem_add(given->list, "/inputs/center", "the parameterization %s has no centre", choice);
+    }
+    if (choice && has_sphere && !by_sphere) {
+        problem_add(given->list, "/inputs/sphere",
+                    "is for the parameterization given, and this is %s", choice);
+    }
+    if (by_sphere && !has_sphere) {
+        problem_add(given->list, "/inputs/sphere", "is required: the id of a mesh");
+    }
+}
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+static struct compute_encode_inputs inputs_of(const struct encoding *encoding)
+{
+    struct compute_encode_inputs of = {.options = srnf_encode_options_defaults(),
+                                       .mirror = encoding->mirror};
+
+    memcpy(of.mesh, encoding->mesh, sizeof of.mesh);
+    memcpy(of.sphere, encoding->sphere, sizeof of.sphere);
+    memcpy(of.options.center, encoding->center.at, sizeof of.options.center);
+    of.options.center_given = encoding->center.given;
+    of.options.degree = (size_t)encoding->degree;
+    of.options.parameterization = (enum srnf_parameterization)encoding->parameterization;
+    of.options.unit_area = encoding->scale == UNIT_AREA;
+    of.options.smoothing = encoding->smoothing;
+    return of;
 }
 
 /* The fit, and by what part volume and area of the surface differ from those of its mesh. */
@@ -144,7 +193,7 @@ static json_t *fit_json(const struct srnf_encoded *encoded)
 }
 
 /* The surface of the result, in the store, under the name of its mesh. */
-static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_inputs *typed,
+static json_t *keep_surface(struct jobs_run *run, const struct encoding *encoding,
                             const struct srnf_encoded *encoded, struct jobs_result *result)
 {
     struct store_mesh mesh = {0};
@@ -155,18 +204,18 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_in
         .measures = &encoded->measures,
         .parameterization = srnf_parameterization_name(encoded->route),
         .route = srnf_parameterization_name(encoded->route),
-        .source = process_source(run, "encode", typed->mesh, NULL),
+        .source = process_source(run, "encode", encoding->mesh, NULL),
         .fit = fit_json(encoded),
         .star = surface_star_json(&encoded->star),
         .origin = encoded->origin,
-        .mirrored = typed->mirror,
-        .smoothing = &typed->options.smoothing,
+        .mirrored = encoding->mirror,
+        .smoothing = &encoding->smoothing,
         .warnings = process_doubts(run),
     };
     json_t *record;
 
     if (process_read(
-            store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), typed->mesh, &mesh))) {
+            store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), encoding->mesh, &mesh))) {
         description.name = mesh.name;
     }
     record = process_keep_surface(run, &description, "the surface", result);
@@ -174,34 +223,41 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_encode_in
     return record;
 }
 
-void encode_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+static json_t *run_encode(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *document, *surface;
-    struct compute_encode_inputs typed;
+    const struct encoding *encoding = typed;
+    struct compute_encode_inputs of = inputs_of(encoding);
     struct srnf_encoded encoded = {0};
+    json_t *surface = NULL, *document = NULL;
 
-    (void)api;
-    if (!inputs) {
-        return;
+    if (compute_encode(run, jobs_run_context(run), &of, &encoded, result) == 0) {
+        surface = keep_surface(run, encoding, &encoded, result);
     }
-    typed = typed_inputs(inputs);
-    if (compute_encode(run, jobs_run_context(run), &typed, &encoded, result)) {
-        goto out;
+    if (surface) {
+        document =
+            json_pack("{s:o, s:o, s:s, s:s, s:o, s:o}", "surface", surface, "fit",
+                      fit_json(&encoded), "route", srnf_parameterization_name(encoded.route),
+                      "reason", encoded.reason, "starShaped", surface_star_json(&encoded.star),
+                      "distortion", surface_distortion_json(&encoded.distortion));
     }
-    surface = keep_surface(run, &typed, &encoded, result);
-    if (!surface) {
-        goto out;
-    }
-    document = json_object();
-    (void)json_object_set_new(document, "surface", surface);
-    (void)json_object_set_new(document, "fit", fit_json(&encoded));
-    (void)json_object_set_new(document, "route",
-                              json_string(srnf_parameterization_name(encoded.route)));
-    (void)json_object_set_new(document, "reason", json_string(encoded.reason));
-    (void)json_object_set_new(document, "starShaped", surface_star_json(&encoded.star));
-    (void)json_object_set_new(document, "distortion", surface_distortion_json(&encoded.distortion));
-    process_finish(run, document, inputs, result);
-out:
     srnf_free(encoded.coefficients);
-    json_decref(inputs);
+    return document;
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct encoding),
+    .check = check,
+    .run = run_encode,
+};
+
+const struct api_process encode_process = {
+    .id = "encode",
+    .title = "Encode a mesh",
+    .description =
+        "From a triangle mesh of genus zero to a surface: harmonic coefficients over the sphere, "
+        "centred and scaled, with the distance between the two.",
+    .table = &table,
+    .seconds = encode_seconds,
+};

@@ -12,20 +12,6 @@
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
 
-static const struct api_process encode_process = {
-    .id = "encode",
-    .title = "Encode a mesh",
-    .description =
-        "From a triangle mesh of genus zero to a surface: harmonic coefficients over the sphere, "
-        "centred "
-        "and scaled, with the distance between the two.",
-    .inputs_schema = encode_inputs_schema,
-    .outputs_schema = encode_outputs_schema,
-    .canonicalise = encode_canonicalise,
-    .run = encode_run,
-    .seconds = encode_seconds,
-};
-
 static const struct api_process invert_process = {
     .id = "invert",
     .title = "Invert a square-root normal field",

@@ -24,14 +24,15 @@ struct pair {
 
 /*
  * Loads two surfaces or meshes, each a phase of `share` percent of the job; meshes are encoded by
- * this route, auto where none is asked for. Returns 0, or a negative status with the problem set. pair_clear in any case.
+ * this route, auto where none is asked for. Returns 0, or a negative status with the problem set;
+ * pair_clear in any case.
  */
 int pair_load(struct jobs_run *run, const char *first, const char *second,
               enum srnf_parameterization route, double share, struct pair *pair,
               struct jobs_result *result);
 /* Registers the second to the first, through their meshes where the surfaces came by different
-   routes (compute/bridge.h) and none was asked for; and its mirror image too if handedness is to be checked. As
-   pair_load; a registration that has not converged is a result. */
+   routes (compute/bridge.h) and none was asked for; and its mirror image too if handedness is to be
+   checked. As pair_load; a registration that has not converged is a result. */
 int pair_register(struct jobs_run *run, struct pair *pair,
                   const struct srnf_register_options *options, enum handedness handedness,
                   struct jobs_result *result);

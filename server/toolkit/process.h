@@ -163,7 +163,7 @@ bool process_mirrored(struct jobs_run *run, const char *id);
 
 /* ---- The processes --------------------------------------------------------------------------- */
 
-extern const char encode_inputs_schema[], encode_outputs_schema[];
+extern const struct api_process encode_process;
 extern const char invert_inputs_schema[], invert_outputs_schema[];
 extern const struct api_process geodesic_process;
 extern const struct api_process register_process;
@@ -180,7 +180,6 @@ extern const struct api_process transport_process;
 extern const struct api_process transfer_process;
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
-json_t *encode_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
                                struct problem_list *list);
@@ -192,7 +191,6 @@ json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
                              struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
-void encode_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);

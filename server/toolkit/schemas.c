@@ -8,77 +8,13 @@
 #include "toolkit/schemas.h"
 
 #define COLUMNS_MAX_TEXT PROCESS_TEXT(PROCESS_COLUMNS_MAX)
-#define COORDINATE_MAX_TEXT PROCESS_TEXT(PROCESS_COORDINATE_MAX)
-#define DEGREE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_DEGREE_DEFAULT)
 #define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
 #define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
 #define ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_ITERATIONS_MAX)
 #define ROWS_MAX_TEXT PROCESS_TEXT(PROCESS_ROWS_MAX)
-#define SMOOTHING_MAX_TEXT PROCESS_TEXT(PROCESS_SMOOTHING_MAX)
 #define TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_DEFAULT)
 #define TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_MAX)
 #define TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_TOLERANCE_MIN)
-
-const char encode_inputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"additionalProperties\":false,\"required\":[\"mesh\"],"
-    "\"properties\":{"
-    "\"mesh\":{\"type\":\"string\",\"pattern\":\"" PROCESS_MESH_PATTERN "\","
-    "\"description\":\"The mesh to encode; its report must have no problems.\"},"
-    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ","
-    "\"maximum\":" DEGREE_MAX_TEXT ",\"default\":" DEGREE_DEFAULT_TEXT ","
-    "\"description\":\"Degree of the harmonic series; (lmax + 1)^2 coefficients a "
-    "coordinate.\"},"
-    "\"parameterization\":{\"enum\":[\"auto\",\"star\",\"area\",\"given\"],"
-    "\"default\":\"auto\",\"description\":\"How the sphere is laid on the surface. "
-    "star: radially from a centre that sees the whole surface; area: by a bijection of "
-    "low distortion, for any surface; given: by a sphere that comes with the mesh. auto "
-    "takes area for every mesh, so that all surfaces by default can be compared, and "
-    "star only where a center is given.\"},"
-    "\"sphere\":{\"type\":[\"string\",\"null\"],\"pattern\":\"" PROCESS_MESH_PATTERN "\","
-    "\"default\":null,\"description\":\"For the parameterization given: a mesh of the same "
-    "faces in the same order, whose vertices lie on a sphere.\"},"
-    "\"center\":{\"oneOf\":[{\"const\":\"auto\"},{\"type\":\"array\","
-    "\"items\":{\"type\":\"number\",\"minimum\":-" COORDINATE_MAX_TEXT ","
-    "\"maximum\":" COORDINATE_MAX_TEXT "},\"minItems\":3,\"maxItems\":3}],"
-    "\"default\":\"auto\",\"description\":\"Centre of the rays of star in the units of the "
-    "mesh; auto: the centre of the largest ball of points that see the whole "
-    "surface.\"},"
-    "\"mirror\":{\"type\":\"boolean\",\"default\":false,\"description\":\""
-    "Encode the mirror image instead: x of the mesh, and of the sphere if one is "
-    "given, becomes -x, and faces are turned to stay outward, before everything "
-    "else; center and all answers stay in the coordinates of the mesh as it was "
-    "uploaded. Left and right structures are mirror images of each other, and no "
-    "registration brings one onto the other before one side is mirrored. Which "
-    "plane matters only for data in a common pose: it is the sagittal one where "
-    "x runs from one side of the body to the other, as in RAS and LPS "
-    "coordinates.\"},"
-    "\"scale\":{\"enum\":[\"unit-area\",\"none\"],\"default\":\"unit-area\","
-    "\"description\":\"unit-area divides by the square root of the area, kept as scale "
-    "in the record.\"},"
-    "\"smoothing\":{\"type\":\"number\",\"minimum\":0,\"maximum\":" SMOOTHING_MAX_TEXT ","
-    "\"default\":0,\"description\":\"Sigma of the heat kernel exp(-sigma l (l + 1)) on "
-    "the coefficients (of the radius for star), on the unit sphere.\"}}}";
-
-const char encode_outputs_schema[] =
-    "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
-    "\"properties\":{"
-    "\"surface\":{\"type\":\"object\",\"description\":\"Record of the surface.\"},"
-    "\"fit\":{\"type\":\"object\",\"description\":\"Distances between mesh and surface "
-    "from both sides, area-weighted: rms, p95, max in the units of the mesh, and "
-    "relativeToDiagonal; volumeDifference and areaDifference: those of the surface less those "
-    "of the mesh, over those of the mesh.\"},"
-    "\"route\":{\"enum\":[\"star\",\"area\",\"given\"]},"
-    "\"reason\":{\"type\":\"string\",\"description\":\"Why this route, in a "
-    "sentence.\"},"
-    "\"starShaped\":{\"type\":\"object\",\"description\":\"value, center, margin "
-    "(units of the mesh), violatingAreaFraction (of the faces that the centre sees "
-    "from behind).\"},"
-    "\"distortion\":{\"type\":\"object\",\"description\":\"Of the map to the sphere: "
-    "symmetricDirichlet (energy / 4 pi, 4 for an isometry), logAreaDeviation (standard "
-    "deviation of the log of the area ratio), flipped (faces turned over: 0).\"},"
-    "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after "
-    "defaulting.\"}," LAST_OUTPUTS;
 
 const char invert_inputs_schema[] =
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\","
