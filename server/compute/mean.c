@@ -1,11 +1,9 @@
 /*
- * mean.c - means, principal components and distances of a group.
+ * mean.c - means and principal components of a group.
  *
  * The mean tells after each iteration all that it needs to go on; the engine keeps that as the
  * job's checkpoint. A checkpoint that the core refuses (damaged, or of other surfaces) costs only
  * the work that it stood for: the mean then begins anew.
- *
- * Distances are kept pair by pair, for registered ones.
  *
  * An SRNF does not know translations: the mean surface is moved to its area centroid.
  */
@@ -14,10 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Percent of a job that encoding its meshes takes, before registration or without it: half a
-   second each at degree 31, where a registration takes two and more. */
-#define SHARE_REGISTERED 20.0
-#define SHARE_PLAIN 80.0
 /* Percent that the mean SRNF takes before the pulled-back mean, registered or not. */
 #define SHARE_FIRST_REGISTERED 50.0
 #define SHARE_FIRST_PLAIN 2.0
@@ -161,11 +155,11 @@ static int measure_residuals(const struct srnf_grid *grid, struct compute_mean_o
 }
 
 /* As many as there are subjects. */
-static size_t count_subjects(const struct compute_mean_inputs *inputs)
+static size_t count_subjects(size_t n, const struct compute_mean_inputs *inputs)
 {
     size_t count = 0;
 
-    for (size_t i = 0; i < inputs->n; i++) {
+    for (size_t i = 0; i < n; i++) {
         size_t first = 0;
 
         while (inputs->subjects && inputs->subjects[first] != inputs->subjects[i]) {
@@ -191,7 +185,7 @@ static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
     if (status >= 0) {
         status = measure_residuals(srnf_sht_grid(sht), outputs);
     }
-    if (status >= 0 && count_subjects(inputs) >= 3) {
+    if (status >= 0 && count_subjects(mean->n, inputs) >= 3) {
         struct srnf_context quiet = *jobs_run_context(run);
 
         quiet.progress = NULL;
@@ -209,7 +203,7 @@ static int measure_angles(const struct srnf_grid *grid, const struct compute_mea
     int status;
 
     if ((inputs->registration && !inputs->registration->common_pose) ||
-        count_subjects(inputs) < 2) {
+        count_subjects(mean->n, inputs) < 2) {
         return 0;
     }
     outputs->angles = srnf_alloc(mean->n, sizeof(double));
@@ -233,7 +227,7 @@ static int measure_pairs(const struct srnf_grid *grid, struct compute_mean_outpu
 }
 
 /* Mean, and components where they are asked for, of the group that was loaded. */
-static int analyse(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
+static int analyse(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                    struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     const double origin[3] = {0.0, 0.0, 0.0};
@@ -261,7 +255,7 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
     if (status == 0) {
         status = measure_pairs(srnf_sht_grid(sht), outputs, result);
     }
-    if (status == 0 && components) {
+    if (status == 0 && inputs->fit) {
         status = fit_components(run, sht, inputs, outputs, result);
     }
     if (status == 0) {
@@ -286,80 +280,15 @@ static double share_of_mean(const struct compute_mean_inputs *inputs)
     return inputs->registration ? SHARE_FIRST_REGISTERED : SHARE_FIRST_PLAIN;
 }
 
-static int compute(struct jobs_run *run, const struct compute_mean_inputs *inputs, bool components,
-                   struct compute_mean_outputs *outputs, struct jobs_result *result)
+int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
+                 struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     int status;
 
-    *outputs = (struct compute_mean_outputs){0};
-    status = compute_group_load(
-        run, inputs->n, inputs->ids, &inputs->mirrored, inputs->origins, inputs->degree,
-        inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN, &outputs->group, result);
-    if (status == 0) {
-        jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : share_of_mean(inputs));
-        status = analyse(run, inputs, components, outputs, result);
-    }
+    jobs_run_phase(run, inputs->share > 0.0 ? inputs->share : share_of_mean(inputs));
+    status = analyse(run, inputs, outputs, result);
     if (status) {
         compute_mean_clear(outputs);
     }
     return status;
-}
-
-int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
-                 struct compute_mean_outputs *outputs, struct jobs_result *result)
-{
-    return compute(run, inputs, false, outputs, result);
-}
-
-int compute_pca(struct jobs_run *run, const struct compute_mean_inputs *inputs,
-                struct compute_mean_outputs *outputs, struct jobs_result *result)
-{
-    return compute(run, inputs, true, outputs, result);
-}
-
-void compute_distances_clear(struct compute_distances_outputs *outputs)
-{
-    srnf_free(outputs->matrix);
-    compute_group_clear(&outputs->group);
-    outputs->matrix = NULL;
-}
-
-int compute_distances(struct jobs_run *run, const struct compute_distances_inputs *inputs,
-                      struct compute_handedness *handedness,
-                      struct compute_distances_outputs *outputs, struct jobs_result *result)
-{
-    struct jobs *jobs = jobs_run_jobs(run);
-    struct compute_group *group = &outputs->group;
-    const struct srnf_sht *sht = NULL;
-    struct srnf_error error = {0};
-    int status;
-
-    *outputs = (struct compute_distances_outputs){.matrix = NULL};
-    status =
-        compute_group_load(run, inputs->n, inputs->ids, &handedness->mirrored, inputs->origins, 0,
-                           inputs->registration ? SHARE_REGISTERED : SHARE_PLAIN, group, result);
-    if (status) {
-        return status;
-    }
-    jobs_run_phase(run, 100.0);
-    outputs->matrix = srnf_alloc(inputs->n, inputs->n * sizeof(double));
-    status = outputs->matrix
-                 ? jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht)
-                 : SRNF_ENOMEM;
-    if (status == 0) {
-        jobs_run_keep_parts(run);
-        status = srnf_metric_distances(sht, inputs->metric, inputs->n, group->surfaces,
-                                       inputs->registration, jobs_run_context(run), outputs->matrix,
-                                       &error);
-        if (status >= 0) {
-            status = compute_mirror_group(run, sht, inputs->metric, group, inputs->registration,
-                                          outputs->matrix, handedness, &error);
-        }
-        jobs_transform_release(jobs, sht);
-    }
-    if (status < 0) {
-        (void)compute_fail(result, status, &error, "computing the distances");
-        compute_distances_clear(outputs);
-    }
-    return status < 0 ? status : 0;
 }

@@ -1,29 +1,152 @@
 /*
- * compare_groups.c - the process compare-groups over HTTP: canonical inputs and result document.
+ * compare_groups.c - the process compare-groups: do the two groups of a labelled cohort differ, and
+ * where?
  *
  * The canonical cohort holds all that the computation needs of it, as it is now: the surfaces, the
  * two labels in the order of their spelling with the group of each member, and the values of the
  * covariates that are regressed out. The map is stored with the mean surface, whose id it is part
  * of. Subjects, not members, are what is counted and compared (srnf_compare_groups).
  */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "api/cohorts.h"
-#include "toolkit/handedness.h"
-#include "toolkit/permutation_test.h"
-#include "toolkit/covariates.h"
-#include "processes/mean.h"
-#include "toolkit/typicality.h"
 #include "api/warnings.h"
-#include "compute/quality.h"
+#include "toolkit/covariates.h"
+#include "toolkit/mean.h"
+#include "toolkit/permutation_test.h"
+#include "toolkit/seconds.h"
+#include "toolkit/typicality.h"
 
-static const char *const names[] = {"cohort",        "covariates", "permutations", "seed",
-                                    "register",      "commonPose", "tolerance",    "method",
-                                    "maxIterations", "lmax",       "mixedRoutes",  NULL};
+/* The cohort with what is compared of it. */
+struct compared {
+    struct group_input group;
+    int *which; /* [n] group of each member, 0 or 1 */
+    size_t n_covariates;
+    double *covariates; /* [n][n_covariates] */
+};
+
+struct compare {
+    struct compared cohort;
+    struct mean_input mean;
+    long permutations, seed;
+    json_t *covariates; /* names */
+};
+
+static bool type_cohort(const json_t *value, void *member)
+{
+    struct compared *compared = member;
+    const json_t *group = json_object_get(value, "group");
+    const json_t *columns = json_object_get(value, "covariates");
+    size_t n = json_array_size(group), m = json_array_size(columns);
+
+    compared->n_covariates = m;
+    compared->which = srnf_alloc(n ? n : 1, sizeof *compared->which);
+    compared->covariates = srnf_alloc(n * m > 0 ? n * m : 1, sizeof *compared->covariates);
+    if (!compared->which || !compared->covariates || !group_type_members(value, &compared->group) ||
+        compared->group.n != n) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        compared->which[i] = (int)json_integer_value(json_array_get(group, i));
+        for (size_t j = 0; j < m; j++) {
+            compared->covariates[i * m + j] =
+                json_number_value(json_array_get(json_array_get(columns, j), i));
+        }
+    }
+    return true;
+}
+
+static void clear_cohort(void *member)
+{
+    struct compared *compared = member;
+
+    group_input_clear(&compared->group);
+    srnf_free(compared->which);
+    srnf_free(compared->covariates);
+}
+
+static const struct input_own cohort_input = {
+    .schema = GROUP_MEMBERS_SCHEMA,
+    .refers = true,
+    .read = group_read_members,
+    .type = type_cohort,
+    .clear = clear_cohort,
+};
+
+static const struct process_input inputs[] = {
+    {"cohort", INPUT_OWN, offsetof(struct compare, cohort),
+     "A cohort whose members have two labels, the same for all members of a subject.",
+     .required = true, .own = &cohort_input},
+    {"mixedRoutes", INPUT_BOOLEAN, offsetof(struct compare, cohort.group.mixed_routes),
+     GROUP_MIXED_ROUTES_TEXT, .fallback = 0},
+    {"covariates", INPUT_OWN, offsetof(struct compare, covariates),
+     "Names of covariates of the members, numbers or true and false, whose linear effect is taken "
+     "out.",
+     .own = &covariates_names},
+    {"permutations", INPUT_INTEGER, offsetof(struct compare, permutations),
+     "Of the labels of whole subjects. No p can be below 1 / (permutations + 1).", .lowest = 1,
+     .highest = PROCESS_PERMUTATIONS_MAX, .fallback = PROCESS_PERMUTATIONS_DEFAULT},
+    {"seed", INPUT_INTEGER, offsetof(struct compare, seed), "Of the permutations.",
+     .highest = PROCESS_SEED_MAX},
+    MEAN_INPUTS(compare, NULL),
+    MEAN_SRNF_METHOD(compare,
+                     "srnf: of the space of SRNFs, in which components are straight lines.", NULL),
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"pValue", OUTPUT_NUMBER, "Permutation p of the distance between the groups' means."},
+    {"members", OUTPUT_INTEGER, "Of the cohort."},
+    {"subjects", OUTPUT_INTEGER, "What is compared: the members of each are averaged."},
+    {"groupSizes", OUTPUT_OBJECT, "members and subjects of each group."},
+    {"pValueIsFloor", OUTPUT_BOOLEAN,
+     "Whether pValue is the smallest that the test can give; that of the map may be smaller, with "
+     "covariates."},
+    {"pValueInterval", OUTPUT_ARRAY,
+     "Wilson's 95 % interval of the p that all relabellings would give; the point itself where "
+     "exact."},
+    {"leastSignificanceIsFloor", OUTPUT_BOOLEAN, "As of pValue."},
+    {"leastSignificanceInterval", OUTPUT_ARRAY, "As of pValue."},
+    {"distance", OUTPUT_NUMBER,
+     "That distance, in the L2 norm of SRNFs, without the covariates' part."},
+    {"leastSignificance", OUTPUT_NUMBER,
+     "Least value of significance on the map: p of the hypothesis that the groups differ nowhere."},
+    {"leastFdr", OUTPUT_NUMBER,
+     "Least value of fdr on the map: the false discovery rate of the node with the clearest "
+     "difference."},
+    {"largestEffect", OUTPUT_NUMBER,
+     "Largest value of effect on the map: how far the groups' mean surfaces are apart at a node, "
+     "in the coordinates of the mean surface as stored."},
+    {"groups", OUTPUT_ARRAY, "The two labels; effects go from the first to the second."},
+    {"permutations", OUTPUT_INTEGER,
+     "Relabellings that the observed labels were compared with; 0: none."},
+    {"relabellings", OUTPUT_NUMBER_OR_NULL,
+     "Different ones that whole subjects can have, the observed among them: those give some "
+     "subject another group or other covariates; null: no test, or beyond all numbers."},
+    {"exact", "\"type\":[\"boolean\",\"null\"]",
+     "Whether all of them were taken, each once, since there were no more than asked for: p is "
+     "then that of all, not estimated; null: no test."},
+    {"level", "\"enum\":[\"exact\",\"asymptotic\"]",
+     "exact: labels of subjects can be exchanged, so that where groups do not differ p is at most "
+     "a with a probability of at most a. asymptotic: covariates are regressed out (Freedman and "
+     "Lane 1983), with which that holds in the limit of many subjects only, even if all "
+     "relabellings were taken."},
+    {"regressedOut", OUTPUT_ARRAY, "Names of the covariates."},
+    {"map", OUTPUT_OBJECT,
+     "On the nTheta x nPhi Gauss-Legendre grid, row by row. significance: permutation p of the "
+     "local difference (Hotelling's T2 of the displacements), corrected for all points by the "
+     "largest statistic; fdr: least false discovery rate, by area, at which the point is reported; "
+     "effect: length of the mean displacement, for surfaces of area 1."},
+    {"surface", OUTPUT_OBJECT,
+     "Record of the mean surface; its meshes carry significance, fdr, effect, normalEffect "
+     "(outward positive), pointwiseP and statistic at every vertex."},
+    MEAN_MEMBERS_OUTPUTS,
+    {NULL, NULL, NULL},
+};
 
 #define COPIES 8 /* fields of each surface: those of the mean, averages, residuals, displacements */
-
+#define SHARE_MEAN 40.0 /* percent of the job that the mean is */
 /* The constant, the group, and what a covariance of displacements in space needs. */
 #define SUBJECTS_MIN(covariates) ((covariates) + 5)
 
@@ -34,10 +157,10 @@ static const char *const names[] = {"cohort",        "covariates", "permutations
 
 #define MAPS_TOLD 3 /* of the maps, in the document; all of them ride along in meshes */
 
-/* ---- Canonical inputs ------------------------------------------------------------------------ */
+/* ---- Inputs ---------------------------------------------------------------------------------- */
 
 /* The two labels, in the order of strcmp; false with a problem noted. */
-static bool find_labels(struct process_inputs *inputs, const json_t *members, const char *labels[2])
+static bool find_labels(struct process_inputs *given, const json_t *members, const char *labels[2])
 {
     size_t found = 0;
 
@@ -46,14 +169,14 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
         bool known = false;
 
         if (!label) {
-            problem_add(inputs->list, "/inputs/cohort", "member %zu has no label", i);
+            problem_add(given->list, "/inputs/cohort", "member %zu has no label", i);
             return false;
         }
         for (size_t k = 0; k < found; k++) {
             known = known || strcmp(label, labels[k]) == 0;
         }
         if (!known && found == 2) {
-            problem_add(inputs->list, "/inputs/cohort",
+            problem_add(given->list, "/inputs/cohort",
                         "has more than two labels: \"%.60s\", \"%.60s\", \"%.60s\"", labels[0],
                         labels[1], label);
             return false;
@@ -63,7 +186,7 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
         }
     }
     if (found < 2) {
-        problem_add(inputs->list, "/inputs/cohort", "has one label only: \"%.60s\"",
+        problem_add(given->list, "/inputs/cohort", "has one label only: \"%.60s\"",
                     found ? labels[0] : "");
         return false;
     }
@@ -76,14 +199,14 @@ static bool find_labels(struct process_inputs *inputs, const json_t *members, co
 }
 
 /* labels, and the group of each member; each must have two subjects at least. */
-static bool set_groups(struct process_inputs *inputs, const json_t *members, json_t *cohort)
+static bool set_groups(struct process_inputs *given, const json_t *members, json_t *cohort)
 {
     const char *labels[2] = {NULL, NULL};
     json_t *group = json_array();
     size_t count[2] = {0, 0}, members_of[2] = {0, 0}, n = json_array_size(members), subjects, most;
     size_t *numbers;
 
-    if (!find_labels(inputs, members, labels)) {
+    if (!find_labels(given, members, labels)) {
         json_decref(group);
         return false;
     }
@@ -107,13 +230,13 @@ static bool set_groups(struct process_inputs *inputs, const json_t *members, jso
                               json_pack("{s:[I, I], s:[I, I]}", "members",
                                         (json_int_t)members_of[0], (json_int_t)members_of[1],
                                         "subjects", (json_int_t)count[0], (json_int_t)count[1]));
-    if (!group_check_labels(inputs, json_object_get(cohort, "subjects"),
+    if (!group_check_labels(given, json_object_get(cohort, "subjects"),
                             json_object_get(cohort, "labels"), WHY_NOT_COMPARED)) {
         return false;
     }
     if (count[0] < 2 || count[1] < 2) {
         problem_add(
-            inputs->list, "/inputs/cohort",
+            given->list, "/inputs/cohort",
             "has %zu subjects of label \"%.60s\" and %zu of \"%.60s\"; each group needs two",
             count[0], labels[0], count[1], labels[1]);
         return false;
@@ -121,149 +244,100 @@ static bool set_groups(struct process_inputs *inputs, const json_t *members, jso
     return true;
 }
 
-/* Names of the covariates, and their values into the cohort. */
-static void read_covariates(struct process_inputs *inputs, const json_t *members, json_t *cohort)
+/* Values of the covariates into the cohort. */
+static void set_covariates(struct process_inputs *given, const json_t *members, json_t *cohort)
 {
-    const json_t *given = json_object_get(inputs->given, "covariates");
-    json_t *chosen = json_array(), *values = json_array();
-    char pointer[64];
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    json_t *values = covariate_values(given, members, names);
 
-    if (given && !json_is_array(given)) {
-        problem_add(inputs->list, "/inputs/covariates", "must be an array of names");
+    if (json_array_size(values) == json_array_size(names)) {
+        covariates_check(given, names, values);
     }
-    if (json_array_size(given) > COHORT_COVARIATES_MAX) {
-        problem_add(inputs->list, "/inputs/covariates", "has %zu names; at most %d are taken",
-                    json_array_size(given), COHORT_COVARIATES_MAX);
-        given = NULL;
-    }
-    for (size_t i = 0; i < json_array_size(given); i++) {
-        const char *name = json_string_value(json_array_get(given, i));
-        json_t *one = NULL;
-
-        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
-        if (!name) {
-            problem_add(inputs->list, pointer, "must be the name of a covariate");
-        } else if (members) {
-            one = covariate_values(inputs, members, name, pointer);
-        }
-        if (one) {
-            (void)json_array_append_new(chosen, json_string(name));
-            (void)json_array_append_new(values, one);
-        }
-    }
-    covariates_check(inputs, chosen, values);
-    (void)json_object_set_new(inputs->canonical, "covariates", chosen);
     (void)json_object_set_new(cohort, "covariates", values);
 }
 
-/* What the comparison needs beside the surfaces, into the canonical cohort. */
-static void describe_cohort(struct process_inputs *inputs, size_t n)
+static void check_subjects(struct process_inputs *given, const json_t *cohort)
 {
-    json_t *cohort = json_object_get(inputs->canonical, "cohort");
-    const char *name = json_string_value(json_object_get(cohort, "name"));
-    char owner[STORE_OWNER_MAX];
-    struct store_cohort stored = {.record = NULL};
-    json_t *members = NULL;
+    const json_t *sizes = json_object_get(json_object_get(cohort, "sizes"), "subjects");
+    size_t covariates = json_array_size(json_object_get(given->canonical, "covariates"));
+    size_t subjects = 0;
+    char with[48] = "a comparison";
 
-    if (!cohort_owner(inputs->call, name, true, owner)) {
-        inputs->answered = true;
-        return;
+    for (size_t i = 0; i < json_array_size(sizes); i++) {
+        subjects += (size_t)json_integer_value(json_array_get(sizes, i));
     }
-    if (store_cohort_get_as(inputs->call->api->config.store, owner, name, &stored) == 0) {
-        members = cohort_members(&stored);
+    if (covariates > 0) {
+        (void)snprintf(with, sizeof with, "%zu covariate%s", covariates,
+                       covariates == 1 ? "" : "s");
     }
-    if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */
-        problem_add(inputs->list, "/inputs/cohort", "has changed while it was read: send it again");
-    } else if (set_groups(inputs, members, cohort)) {
-        const json_t *sizes = json_object_get(json_object_get(cohort, "sizes"), "subjects");
-        size_t covariates, subjects = 0;
-
-        for (size_t i = 0; i < json_array_size(sizes); i++) {
-            subjects += (size_t)json_integer_value(json_array_get(sizes, i));
-        }
-        read_covariates(inputs, members, cohort);
-        covariates = json_array_size(json_object_get(inputs->canonical, "covariates"));
-        if (subjects < SUBJECTS_MIN(covariates)) {
-            char with[48] = "a comparison";
-
-            if (covariates > 0) {
-                (void)snprintf(with, sizeof with, "%zu covariate%s", covariates,
-                               covariates == 1 ? "" : "s");
-            }
-            problem_add(inputs->list, "/inputs/cohort",
-                        "has %zu subjects, too few for %s: %zu are needed", subjects, with,
-                        SUBJECTS_MIN(covariates));
-        }
+    if (subjects < SUBJECTS_MIN(covariates)) {
+        problem_add(given->list, "/inputs/cohort",
+                    "has %zu subjects, too few for %s: %zu are needed", subjects, with,
+                    SUBJECTS_MIN(covariates));
     }
-    json_decref(members);
-    store_cohort_clear(&stored);
 }
 
-json_t *compare_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
+/* What the comparison needs beside the surfaces, into the canonical cohort. */
+static void describe_cohort(struct process_inputs *given)
 {
-    struct process_inputs inputs;
-    long degree = PROCESS_DEGREE_DEFAULT;
-    size_t n = 0;
+    json_t *cohort = json_object_get(given->canonical, "cohort"), *members;
+    size_t n = json_array_size(json_object_get(cohort, "surfaces"));
 
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
+    members = group_stored_members(given);
+    if (given->answered) {
+        return;
     }
-    (void)inputs_integer(&inputs, "permutations", 1, PROCESS_PERMUTATIONS_MAX,
-                         PROCESS_PERMUTATIONS_DEFAULT);
-    (void)inputs_integer(&inputs, "seed", 0, PROCESS_SEED_MAX, 0);
-    inputs_mean_options(&inputs);
-    if (!json_is_string(json_object_get(given, "cohort"))) {
-        problem_add(list, "/inputs/cohort", "is required: the name of a cohort of two labels");
-    } else if (!list->errors) {
-        n = inputs_group(&inputs, &degree);
+    if (json_array_size(members) != n) { /* replaced since it was read, a moment ago */
+        problem_add(given->list, "/inputs/cohort", "has changed while it was read: send it again");
+    } else if (set_groups(given, members, cohort)) {
+        set_covariates(given, members, cohort);
+        check_subjects(given, cohort);
     }
-    inputs_mean_degree(&inputs, n, degree, COPIES);
-    if (n && !list->errors) {
-        describe_cohort(&inputs, n);
-        (void)json_object_set(json_object_get(inputs.canonical, "cohort"), "surfaces",
-                              json_object_get(inputs.canonical, "surfaces"));
+    json_decref(members);
+}
+
+static void complete(struct process_inputs *given)
+{
+    mean_complete(given, COPIES);
+    if (!given->list->errors) {
+        describe_cohort(given);
     }
-    (void)json_object_del(inputs.canonical, "surfaces");
-    return inputs_close(&inputs);
+}
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+static int compare(struct jobs_run *run, const struct compare *asked, struct group_mean *mean,
+                   struct srnf_comparison *comparison, struct jobs_result *result)
+{
+    const struct compared *cohort = &asked->cohort;
+    const struct compute_mean_inputs more = {.share = SHARE_MEAN};
+    struct srnf_compare_options options = srnf_compare_options_defaults();
+    const struct compute_mean_outputs *found = &mean->outputs;
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status = group_mean_compute(run, &cohort->group, &asked->mean, more, mean, result);
+
+    if (status) {
+        return status;
+    }
+    jobs_run_phase(run, 100.0);
+    options.permutations = (size_t)asked->permutations;
+    options.seed = (uint64_t)asked->seed;
+    options.subjects = cohort->group.subjects;
+    status = jobs_transform_acquire(jobs_run_jobs(run), found->group.degree,
+                                    SRNF_GRID_GAUSS_LEGENDRE, found->n_theta, found->n_phi, &sht);
+    if (status) {
+        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+    }
+    status =
+        srnf_compare_groups(sht, found->mean.n, found->mean.coefficients, found->mean.registered_q,
+                            cohort->which, cohort->n_covariates, cohort->covariates, &options,
+                            jobs_run_context(run), comparison, &error);
+    jobs_transform_release(jobs_run_jobs(run), sht);
+    return status ? compute_fail(result, status, &error, "comparing the groups") : 0;
 }
 
 /* ---- Results --------------------------------------------------------------------------------- */
-
-/* Typed inputs from the canonical ones; arrays to be freed with free. */
-struct design {
-    int *group;
-    double *covariates;
-    size_t *subjects; /* srnf_free */
-};
-
-static bool read_design(const json_t *cohort, struct compute_comparison_inputs *typed,
-                        struct design *design)
-{
-    const json_t *group = json_object_get(cohort, "group");
-    const json_t *columns = json_object_get(cohort, "covariates");
-    size_t n = json_array_size(group), m = json_array_size(columns), count, largest;
-
-    design->subjects =
-        group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
-    design->group = calloc(n ? n : 1, sizeof *design->group);
-    design->covariates = calloc(n * m > 0 ? n * m : 1, sizeof *design->covariates);
-    if (!design->group || !design->covariates || !design->subjects) {
-        return false;
-    }
-    for (size_t i = 0; i < n; i++) {
-        design->group[i] = (int)json_integer_value(json_array_get(group, i));
-        for (size_t j = 0; j < m; j++) {
-            design->covariates[i * m + j] =
-                json_number_value(json_array_get(json_array_get(columns, j), i));
-        }
-    }
-    typed->group = design->group;
-    typed->covariates = design->covariates;
-    typed->n_covariates = m;
-    typed->options.subjects = design->subjects;
-    typed->mean.subjects = design->subjects;
-    return true;
-}
 
 /* The maps in one array; count 0 without memory. */
 static struct store_maps make_maps(const struct compute_mean_outputs *mean,
@@ -336,11 +410,11 @@ static void warn_of_floors(json_t *warnings, const struct srnf_comparison *compa
     }
 }
 
-static json_t *comparison_json(const json_t *inputs, const struct compute_mean_outputs *mean,
+static json_t *comparison_json(const struct compare *asked, const struct compute_mean_outputs *mean,
                                const struct srnf_comparison *comparison,
                                const struct store_maps *maps)
 {
-    const json_t *cohort = json_object_get(inputs, "cohort");
+    const json_t *cohort = asked->cohort.group.cohort;
     json_t *document = summary(mean, comparison);
 
     permutation_set_p(document, "pValue", comparison->p_value, &comparison->test);
@@ -353,103 +427,86 @@ static json_t *comparison_json(const json_t *inputs, const struct compute_mean_o
     (void)json_object_set(document, "groupSizes", json_object_get(cohort, "sizes"));
     (void)json_object_set_new(document, "distance", json_finite(comparison->distance));
     (void)json_object_set(document, "groups", json_object_get(cohort, "groups"));
-    (void)json_object_set(document, "regressedOut", json_object_get(inputs, "covariates"));
+    (void)json_object_set(document, "regressedOut", asked->covariates);
     (void)json_object_set_new(document, "map", map_json(maps));
     return document;
 }
 
-/* What the members and the two groups are doubted for; false with the problem set. */
-static bool warn_members(struct jobs_run *run, const json_t *cohort,
-                         const struct compute_comparison_inputs *typed,
-                         const struct compute_mean_outputs *mean, json_t *document,
-                         struct jobs_result *result)
+/* Adds what the members and the two groups are doubted for; takes the document over and returns it,
+   or NULL with the problem set. */
+static json_t *warn(struct jobs_run *run, const struct compare *asked,
+                    const struct group_mean *mean, json_t *document, struct jobs_result *result)
 {
-    const json_t *groups = json_object_get(cohort, "groups");
+    const struct compared *cohort = &asked->cohort;
+    const json_t *groups = json_object_get(cohort->group.cohort, "groups");
     const char *titles[2] = {json_string_value(json_array_get(groups, 0)),
                              json_string_value(json_array_get(groups, 1))};
-    size_t *classes = srnf_alloc(mean->mean.n, sizeof *classes);
-    const struct group_doubts doubts = {.surfaces = json_object_get(cohort, "surfaces"),
-                                        .cohort = cohort,
-                                        .classes = classes,
-                                        .n_classes = 2,
-                                        .names = titles};
-    bool good = classes != NULL;
+    size_t n = cohort->group.n, *classes = srnf_alloc(n, sizeof *classes);
+    const struct group_doubts doubts = {.classes = classes, .n_classes = 2, .names = titles};
 
-    for (size_t i = 0; classes && i < mean->mean.n; i++) {
-        classes[i] = (size_t)typed->group[i];
+    mean_warn_members(run, mean, document);
+    typicality_warn_poses(warnings_of(document), &mean->outputs, cohort->group.subjects, NULL);
+    covariates_warn(warnings_of(document), asked->covariates, n, cohort->group.subjects,
+                    cohort->which, cohort->covariates);
+    for (size_t i = 0; classes && i < n; i++) {
+        classes[i] = (size_t)cohort->which[i];
     }
     if (classes) {
-        good = mean_warn(run, &typed->mean, mean, doubts, document, result);
+        document = mean_warn(run, mean, doubts, document, result);
     } else {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "comparing the members");
+        json_decref(document);
+        document = NULL;
     }
     srnf_free(classes);
-    return good;
+    return document;
 }
 
-void compare_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
+static json_t *run_compare(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
-    json_t *inputs = process_parse(text, result), *document, *surface = NULL;
-    const json_t *cohort = json_object_get(inputs, "cohort");
-    struct compute_comparison_inputs typed = {.options = srnf_compare_options_defaults()};
-    struct compute_mean_outputs mean = {0};
-    struct srnf_register_options registration;
+    const struct compare *asked = typed;
+    struct group_mean mean;
     struct srnf_comparison comparison = {0};
     struct store_maps maps = {0};
-    struct design design = {NULL, NULL, NULL};
-    const char **ids;
-    size_t n = 0;
+    json_t *document = NULL, *surface = NULL;
 
-    (void)api;
-    if (!inputs) {
-        return;
-    }
-    ids = group_ids(json_object_get(cohort, "surfaces"), &n);
-    typed.options.permutations =
-        (size_t)json_integer_value(json_object_get(inputs, "permutations"));
-    typed.options.seed = (uint64_t)json_integer_value(json_object_get(inputs, "seed"));
-    if (!mean_inputs(run, inputs, n, ids, &typed.mean, &registration, result)) {
+    if (compare(run, asked, &mean, &comparison, result)) {
         goto out;
     }
-    if (!read_design(cohort, &typed, &design)) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
-        goto out;
-    }
-    if (compute_comparison(run, &typed, &mean, &comparison, result)) {
-        goto out;
-    }
-    maps = make_maps(&mean, &comparison);
+    maps = make_maps(&mean.outputs, &comparison);
     if (maps.count) {
         surface = mean_keep_surface(run, "compare-groups", "mean with the map of a comparison",
-                                    &typed.mean, &mean, &maps, result);
+                                    &mean, &maps, result);
     } else {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "keeping the map");
     }
     if (surface) {
-        document = comparison_json(inputs, &mean, &comparison, &maps);
+        document = comparison_json(asked, &mean.outputs, &comparison, &maps);
         (void)json_object_set_new(document, "surface", surface);
-        mean_set_members(document, &typed.mean, &mean);
-        warnings_put(document,
-                     handedness_of_names(run, json_object_get(cohort, "surfaces"), cohort));
-        group_warn_duplicates(run, document, json_object_get(cohort, "surfaces"), cohort,
-                              (const char(*)[STORE_ID_MAX])mean.group.contents);
-        typicality_warn_poses(warnings_of(document), &mean, design.subjects, NULL);
-        covariates_warn(warnings_of(document), json_object_get(inputs, "covariates"), n,
-                        design.subjects, design.group, design.covariates);
-        if (warn_members(run, cohort, &typed, &mean, document, result)) {
-            process_finish(run, document, inputs, result);
-        } else {
-            json_decref(document);
-        }
+        mean_set_members(document, &mean);
+        document = warn(run, asked, &mean, document, result);
     }
 out:
-    srnf_free(typed.mean.origins);
-    srnf_free(design.subjects);
     store_maps_clear(&maps);
     srnf_comparison_clear(&comparison);
-    compute_mean_clear(&mean);
-    free(design.group);
-    free(design.covariates);
-    srnf_free(ids);
-    json_decref(inputs);
+    group_mean_clear(&mean);
+    return document;
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct compare),
+    .complete = complete,
+    .run = run_compare,
+};
+
+const struct api_process compare_process = {
+    .id = "compare-groups",
+    .title = "Comparison of two groups",
+    .description = "A permutation test of the difference between the means of two groups, and a "
+                   "map of where they differ, corrected for multiple comparisons, with covariates "
+                   "regressed out.",
+    .table = &table,
+    .seconds = compare_seconds,
+};

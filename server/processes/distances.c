@@ -1,6 +1,6 @@
 /*
- * distances.c - the process distances over HTTP: canonical inputs, result document, and the
- * matrix of a finished job as CSV and .npy.
+ * distances.c - the process distances: the symmetric matrix of distances between the members of a
+ * group, and that of a finished job as CSV and .npy.
  *
  * Registered distances are symmetric by construction: both ways of registering a pair are tried
  * and the better one counts. Degree and penalty stand in the result, since a distance means
@@ -11,154 +11,204 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "toolkit/group_doubts.h"
-#include "toolkit/handedness.h"
-#include "toolkit/group.h"
-#include "toolkit/routes.h"
-#include "toolkit/registration_options.h"
 #include "api/tables.h"
 #include "api/warnings.h"
-#include "compute/mean.h"
+#include "toolkit/group.h"
+#include "toolkit/group_doubts.h"
+#include "toolkit/handedness.h"
+#include "toolkit/registration_options.h"
+#include "toolkit/routes.h"
+#include "toolkit/seconds.h"
 
-static const char *const names[] = {"surfaces",    "cohort",     "register", "metric",
-                                    "mixedRoutes", "handedness", NULL};
+struct distances {
+    struct group_input group;
+    bool registered;
+    int metric, handedness;
+};
+
 static const char *const metrics[] = {"srnf", "harmonic", "srm", "icp", NULL};
+static const enum srnf_metric metric_at[] = {SRNF_METRIC_SRNF, SRNF_METRIC_HARMONIC,
+                                             SRNF_METRIC_SRM, SRNF_METRIC_ICP};
 
-json_t *distances_canonicalise(struct api_call *call, const json_t *given,
-                               struct problem_list *list)
+static const struct process_input inputs[] = {
+    GROUP_INPUTS(distances),
+    REGISTER_INPUT(distances,
+                   "Register, with the default options of register but both ways (symmetric); "
+                   "false: as the surfaces are parameterised."),
+    {"metric", INPUT_CHOICE, offsetof(struct distances, metric),
+     "srnf: L2 over the sphere of the difference of SRNFs, whose squared norm is the area: in the "
+     "coordinates' unit of length. harmonic: L2 over the sphere of the difference of the surfaces, "
+     "centred, after a rotation: in lengths too. srm: as srnf, by square-root maps |n|^(1/2) f: in "
+     "squared lengths. icp: root mean square distance of closest points, after rigid alignment: in "
+     "lengths. Surfaces of unit area have the root of their area as unit.",
+     .choices = metrics},
+    HANDEDNESS_INPUT(distances,
+                     "members that are left and right ones of the same, by label, subject or name, "
+                     "mirrored too, in 12 pairs at most, and two members alone, registered, by "
+                     "metric srnf, whatever they are called; and to warn where that"),
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    GROUP_LABELS_OUTPUTS,
+    {"matrix", OUTPUT_ARRAY,
+     "Symmetric; also as CSV and .npy from the job's results. Of metric srnf, entries are the "
+     "distance that geodesic tells of the pair, with the same register, where lmax is the larger "
+     "degree of the two."},
+    {"lmax", OUTPUT_INTEGER,
+     "Degree at which all are compared, the largest among them; the others are filled up with "
+     "zeros."},
+    BRIDGED_GROUP_OUTPUTS,
+    REGISTRATION_OUTPUT,
+    {NULL, NULL, NULL},
+};
+
+static void complete(struct process_inputs *given)
 {
-    struct process_inputs inputs;
-    long degree;
-    size_t n;
+    size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
 
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
-    }
-    (void)inputs_boolean(&inputs, "register", true);
-    (void)inputs_choice(&inputs, "metric", metrics);
-    inputs_handedness(&inputs);
-    if (!list->errors) {
-        n = inputs_group(&inputs, &degree);
-        if (n) {
-            inputs_check_memory(&inputs, n, degree, 1);
-        }
-    }
-    return inputs_close(&inputs);
+    inputs_check_memory(given, n, given->degree, 1);
 }
 
-static enum srnf_metric metric_of(const json_t *inputs)
-{
-    const char *name = json_string_value(json_object_get(inputs, "metric"));
-    size_t metric = SRNF_METRIC_SRNF;
+/* ---- Running --------------------------------------------------------------------------------- */
 
-    while (name && metric < SRNF_METRIC_ICP &&
-           strcmp(name, srnf_metric_name((enum srnf_metric)metric)) != 0) {
-        metric++;
-    }
-    return (enum srnf_metric)metric;
-}
-
-/* False without memory. */
-static bool read_handedness(struct jobs_run *run, const json_t *inputs, struct group_sides *sides,
-                            struct compute_handedness *handedness)
-{
-    *sides = (struct group_sides){0};
-    *handedness =
-        (struct compute_handedness){.mirrored = group_mirrored(json_object_get(inputs, "cohort"))};
-    if (!handedness_checked(inputs)) {
-        return true;
-    }
-    handedness->opposite = group_sides_opposite;
-    handedness->user = sides;
-    return group_sides_read(run, json_object_get(inputs, "surfaces"),
-                            json_object_get(inputs, "cohort"), sides);
-}
-
-static json_t *result_document(struct jobs_run *run, const json_t *inputs, const char *const *ids,
-                               const struct compute_distances_outputs *outputs,
-                               const struct compute_handedness *handedness)
-{
-    size_t n = outputs->group.n;
-    const size_t shape[2] = {n, n};
-    json_t *document = json_object(),
-           *labels = group_labels(run, json_object_get(inputs, "surfaces"),
-                                  json_object_get(json_object_get(inputs, "cohort"), "subjects"));
-
-    (void)json_object_set_new(document, "labels", labels);
-    (void)json_object_set_new(document, "groups", group_groups(json_object_get(inputs, "cohort")));
-    (void)json_object_set_new(document, "matrix", json_nested(outputs->matrix, 2, shape));
-    (void)json_object_set_new(document, "lmax", json_integer((json_int_t)outputs->group.degree));
-    routes_set_bridged(document, n, ids, outputs->group.bridged);
-    warnings_put(document, handedness->unnamed ? handedness_of_pair(run, ids[0], ids[1], false,
-                                                                    &handedness->trials[0])
-                                               : handedness_of_trials(labels, handedness));
-    return document;
-}
-
-void distances_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
-{
-    json_t *inputs = process_parse(text, result), *document;
-    struct compute_handedness handedness;
+struct measured {
+    enum srnf_metric metric;
+    struct srnf_register_options options;
+    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
     struct group_sides sides;
-    struct srnf_register_options options = registration_pair_defaults(false);
-    struct compute_distances_inputs typed = {.metric = SRNF_METRIC_SRNF};
-    struct compute_distances_outputs outputs = {.matrix = NULL};
-    struct compute_origin *origins = NULL;
-    struct group_doubts doubts;
-    const char **ids = NULL;
+    struct compute_handedness handedness;
+    struct compute_group group;
+    double *matrix; /* [n][n] */
+};
 
-    (void)api;
-    if (!inputs) {
-        return;
+static void clear(struct measured *measured)
+{
+    group_sides_clear(&measured->sides);
+    compute_group_clear(&measured->group);
+    srnf_free(measured->matrix);
+}
+
+/* Options, and which members may be left and right ones. */
+static int prepare(struct jobs_run *run, const struct distances *asked, struct measured *measured,
+                   struct jobs_result *result)
+{
+    *measured = (struct measured){.metric = metric_at[asked->metric],
+                                  .options = registration_pair_defaults(false),
+                                  .handedness = {.mirrored = asked->group.mirrored}};
+    measured->registration = asked->registered ? &measured->options : NULL;
+    if (asked->handedness == HANDEDNESS_IGNORE) {
+        return 0;
     }
-    doubts = (struct group_doubts){.surfaces = json_object_get(inputs, "surfaces"),
-                                   .cohort = json_object_get(inputs, "cohort"),
-                                   .mirrors = handedness_checked(inputs)};
-    ids = group_ids(json_object_get(inputs, "surfaces"), &typed.n);
-    if (!read_handedness(run, inputs, &sides, &handedness) || !ids ||
-        !(origins = routes_bridges(run,
-                                   json_is_true(json_object_get(inputs, "mixedRoutes")) &&
-                                       json_is_true(json_object_get(inputs, "register")),
-                                   typed.n, ids))) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
-        goto out;
+    measured->handedness.opposite = group_sides_opposite;
+    measured->handedness.user = &measured->sides;
+    return group_sides_read(run, asked->group.surfaces, asked->group.cohort, &measured->sides)
+               ? 0
+               : compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+}
+
+/* The matrix, at the largest degree of the members. Registered pairs are kept for a later attempt
+   of the job. */
+static int measure(struct jobs_run *run, struct measured *measured, struct jobs_result *result)
+{
+    struct jobs *jobs = jobs_run_jobs(run);
+    struct compute_group *group = &measured->group;
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status = SRNF_ENOMEM;
+
+    jobs_run_phase(run, 100.0);
+    measured->matrix = srnf_alloc(group->n, group->n * sizeof(double));
+    if (measured->matrix) {
+        status = jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
     }
-    typed.registration = json_is_true(json_object_get(inputs, "register")) ? &options : NULL;
-    typed.metric = metric_of(inputs);
-    typed.ids = ids;
-    typed.origins = origins;
-    if (compute_distances(run, &typed, &handedness, &outputs, result) ||
-        !process_finite(typed.n * typed.n, outputs.matrix, "the distances", result)) {
-        goto out;
+    if (status == 0) {
+        jobs_run_keep_parts(run);
+        status = srnf_metric_distances(sht, measured->metric, group->n, group->surfaces,
+                                       measured->registration, jobs_run_context(run),
+                                       measured->matrix, &error);
+        if (status >= 0) {
+            status = compute_mirror_group(run, sht, measured->metric, group, measured->registration,
+                                          measured->matrix, &measured->handedness, &error);
+        }
+        jobs_transform_release(jobs, sht);
     }
-    document = result_document(run, inputs, ids, &outputs, &handedness);
+    return status < 0 ? compute_fail(result, status, &error, "computing the distances") : 0;
+}
+
+static json_t *document_of(struct jobs_run *run, const struct group_input *members,
+                           const struct measured *measured)
+{
+    const size_t shape[2] = {members->n, members->n};
+    const struct compute_handedness *handedness = &measured->handedness;
+    json_t *labels =
+        group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
+    json_t *document = json_pack(
+        "{s:O, s:o, s:o, s:I}", "labels", labels, "groups", group_groups(members->cohort), "matrix",
+        json_nested(measured->matrix, 2, shape), "lmax", (json_int_t)measured->group.degree);
+
+    routes_set_bridged(document, members->n, members->ids, measured->group.bridged);
+    warnings_put(document, handedness->unnamed
+                               ? handedness_of_pair(run, members->ids[0], members->ids[1], false,
+                                                    &handedness->trials[0])
+                               : handedness_of_trials(labels, handedness));
+    json_decref(labels);
     /* harmonic and icp turn surfaces, and warp nothing */
     (void)json_object_set_new(
         document, "registration",
-        registration_json(typed.metric <= SRNF_METRIC_SRM ? typed.registration : NULL));
-    group_warn_duplicates(run, document, json_object_get(inputs, "surfaces"),
-                          json_object_get(inputs, "cohort"), NULL);
-    doubts.group = &outputs.group;
-    doubts.pairs = outputs.matrix;
-    doubts.rotates = typed.registration != NULL;
-    if (group_doubts_warn(run, &doubts, document, result)) {
-        process_finish(run, document, inputs, result);
-    } else {
-        json_decref(document);
-    }
-out:
-    group_sides_clear(&sides);
-    compute_distances_clear(&outputs);
-    srnf_free(ids);
-    srnf_free(origins);
-    json_decref(inputs);
+        registration_json(measured->metric <= SRNF_METRIC_SRM ? measured->registration : NULL));
+    group_warn_duplicates(run, document, members->surfaces, members->cohort, NULL);
+    return document;
 }
+
+static json_t *run_distances(struct jobs_run *run, const void *typed, struct jobs_result *result)
+{
+    const struct distances *asked = typed;
+    const struct group_input *members = &asked->group;
+    struct measured measured;
+    struct group_doubts doubts = {.surfaces = members->surfaces,
+                                  .cohort = members->cohort,
+                                  .rotates = asked->registered,
+                                  .mirrors = asked->handedness == HANDEDNESS_CHECK};
+    json_t *document = NULL;
+
+    if (prepare(run, asked, &measured, result) == 0 &&
+        group_load(run, members, asked->registered, 0, &measured.group, result) == 0 &&
+        measure(run, &measured, result) == 0 &&
+        process_finite(members->n * members->n, measured.matrix, "the distances", result)) {
+        document = document_of(run, members, &measured);
+        doubts.group = &measured.group;
+        doubts.pairs = measured.matrix;
+    }
+    if (document && !group_doubts_warn(run, &doubts, document, result)) {
+        json_decref(document);
+        document = NULL;
+    }
+    clear(&measured);
+    return document;
+}
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct distances),
+    .complete = complete,
+    .run = run_distances,
+};
+
+const struct api_process distances_process = {
+    .id = "distances",
+    .title = "Distances between surfaces",
+    .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
+                   "registered pair by pair or as they are parameterised.",
+    .table = &table,
+    .seconds = distances_seconds,
+};
 
 /* ---- The matrix of a finished job ------------------------------------------------------------ */
 
-/* double[n][n], malloc; NULL where the document is not what distances_run writes. */
+/* double[n][n], malloc; NULL where the document is not what document_of makes. */
 static double *read_matrix(const json_t *document, size_t *n)
 {
     const json_t *rows = json_object_get(document, "matrix");

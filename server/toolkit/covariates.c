@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/cohorts.h"
 #include "api/warnings.h"
 
 #define NAMES_SHOWN 240
@@ -62,8 +63,9 @@ static void refuse_value(struct process_inputs *inputs, const json_t *members, s
                 i, name, there[0] ? "the cohort has " : "the cohort has none", there);
 }
 
-json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const char *name,
-                         const char *pointer)
+/* Those of one name, of all members; NULL with a problem noted at the pointer. */
+static json_t *read_values(struct process_inputs *inputs, const json_t *members, const char *name,
+                           const char *pointer)
 {
     json_t *values = json_array();
 
@@ -83,6 +85,72 @@ json_t *covariate_values(struct process_inputs *inputs, const json_t *members, c
     }
     return values;
 }
+
+json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const json_t *names)
+{
+    json_t *values = json_array();
+    char pointer[64];
+
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        json_t *one;
+
+        (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+        one = read_values(inputs, members, json_string_value(json_array_get(names, i)), pointer);
+        if (one) {
+            (void)json_array_append_new(values, one);
+        }
+    }
+    return values;
+}
+
+/* ---- The input ------------------------------------------------------------------------------- */
+
+static void read_names(struct process_inputs *inputs, const struct process_input *input)
+{
+    const json_t *given = json_object_get(inputs->given, input->name);
+    json_t *names = json_array();
+    char pointer[64];
+
+    if (given && !json_is_array(given)) {
+        problem_add(inputs->list, "/inputs/covariates", "must be an array of names");
+    }
+    if (json_array_size(given) > COHORT_COVARIATES_MAX) {
+        problem_add(inputs->list, "/inputs/covariates", "has %zu names; at most %d are taken",
+                    json_array_size(given), COHORT_COVARIATES_MAX);
+        given = NULL;
+    }
+    for (size_t i = 0; i < json_array_size(given); i++) {
+        const char *name = json_string_value(json_array_get(given, i));
+
+        if (!name) {
+            (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", i);
+            problem_add(inputs->list, pointer, "must be the name of a covariate");
+        }
+        (void)json_array_append_new(names, json_string(name ? name : ""));
+    }
+    (void)json_object_set_new(inputs->canonical, input->name, names);
+}
+
+static bool type_names(const json_t *value, void *member)
+{
+    *(json_t **)member = json_is_array(value) ? json_deep_copy(value) : NULL;
+    return *(json_t **)member != NULL;
+}
+
+static void clear_names(void *member)
+{
+    json_decref(*(json_t **)member);
+}
+
+const struct input_own covariates_names = {
+    .schema = "\"type\":\"array\",\"maxItems\":" PROCESS_TEXT(
+        COHORT_COVARIATES_MAX) ",\"items\":{\"type\":\"string\"},\"default\":[]",
+    .read = read_names,
+    .type = type_names,
+    .clear = clear_names,
+};
+
+/* ---- What they leave of the groups ----------------------------------------------------------- */
 
 static double dot(size_t n, const double *a, const double *b)
 {

@@ -5,14 +5,17 @@
 #ifndef SRNFD_TOOLKIT_COVARIATES_H
 #define SRNFD_TOOLKIT_COVARIATES_H
 
-#include "toolkit/process.h"
+#include "toolkit/table.h"
+
+/* The input covariates: an array of names, by default none; typed as a json_t *, owned. */
+extern const struct input_own covariates_names;
 
 /*
- * The values of a covariate of all members, an array of numbers; NULL with a problem noted at the
- * pointer, which says who has none of that name and which names there are.
+ * The values of covariates, an array of an array of numbers for each; what one lacks is noted as a
+ * problem, which says who has none of that name and which names there are. members: as
+ * cohort_members gives them.
  */
-json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const char *name,
-                         const char *pointer);
+json_t *covariate_values(struct process_inputs *inputs, const json_t *members, const json_t *names);
 
 /*
  * Notes a problem for each covariate that is the same for all members, or a sum of multiples of a

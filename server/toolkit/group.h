@@ -1,6 +1,6 @@
 /*
  * group.h - what processes on several surfaces share: the inputs "surfaces" and "cohort", and what
- * results tell of the members.
+ * is made and told of the members.
  */
 #ifndef SRNFD_TOOLKIT_GROUP_H
 #define SRNFD_TOOLKIT_GROUP_H
@@ -84,6 +84,9 @@ void group_input_clear(void *member); /* struct group_input */
 /* The same for a process without a table: reads "surfaces", "cohort" and "mixedRoutes". Returns the
    number of members, or 0 with a problem noted or answered. degree gets the largest of theirs. */
 size_t inputs_group(struct process_inputs *inputs, long *degree);
+/* The members of the canonical cohort as the store has them, with all that it says of them (new
+   reference; NULL where it is gone by now, or answered). */
+json_t *group_stored_members(struct process_inputs *inputs);
 /* Notes a problem where n fields of that degree, `copies` of them for each surface, are beyond the
    limit on memory. */
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies);
@@ -97,7 +100,7 @@ const char **group_ids(const json_t *surfaces, size_t *n);
 /* Which members of the canonical cohort are taken mirrored; none without a cohort. */
 struct compute_mirrored group_mirrored(const json_t *cohort);
 
-/* ---- Results (group.c) ----------------------------------------------------------------------- */
+/* ---- Members and results (group.c) ----------------------------------------------------------- */
 
 /* Members that results on groups have. */
 #define GROUP_LABELS_OUTPUTS                                                                  \
@@ -116,6 +119,11 @@ json_t *group_subjects(struct jobs_run *run, const json_t *surfaces, const json_
 /* The same with no two alike. Where several would be the same, the name follows the subject in
    brackets, the id the name, and then the number of the member. */
 json_t *group_labels(struct jobs_run *run, const json_t *surfaces, const json_t *subjects);
+/* Loads the members, as compute_group_load does, those bridged that mixedRoutes asks for where the
+   group is registered. */
+int group_load(struct jobs_run *run, const struct group_input *members, bool registered,
+               size_t degree, struct compute_group *group, struct jobs_result *result);
+
 /* The label, or null, of each member of the canonical cohort; null where there is none. */
 json_t *group_groups(const json_t *cohort);
 

@@ -178,6 +178,25 @@ size_t inputs_group(struct process_inputs *inputs, long *degree)
                : json_array_size(json_object_get(inputs->canonical, "surfaces"));
 }
 
+json_t *group_stored_members(struct process_inputs *inputs)
+{
+    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
+    const char *name = json_string_value(json_object_get(cohort, "name"));
+    struct store_cohort stored = {.record = NULL};
+    char owner[STORE_OWNER_MAX];
+    json_t *members = NULL;
+
+    if (!name || !cohort_owner(inputs->call, name, true, owner)) {
+        inputs->answered = inputs->answered || name;
+        return NULL;
+    }
+    if (store_cohort_get_as(inputs->call->api->config.store, owner, name, &stored) == 0) {
+        members = cohort_members(&stored);
+    }
+    store_cohort_clear(&stored);
+    return members;
+}
+
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies)
 {
     size_t rows = srnf_working_rows((size_t)degree);

@@ -167,36 +167,23 @@ extern const struct api_process encode_process;
 extern const char invert_inputs_schema[], invert_outputs_schema[];
 extern const struct api_process geodesic_process;
 extern const struct api_process register_process;
-extern const char distances_inputs_schema[], distances_outputs_schema[];
-extern const char mean_inputs_schema[], mean_outputs_schema[];
-extern const char pca_inputs_schema[], pca_outputs_schema[];
+extern const struct api_process distances_process;
+extern const struct api_process mean_process;
+extern const struct api_process pca_process;
 extern const struct api_process modes_process;
 extern const struct api_process sample_process;
 extern const struct api_process project_process;
-extern const char evaluate_inputs_schema[], evaluate_outputs_schema[];
-extern const char compare_inputs_schema[], compare_outputs_schema[];
+extern const struct api_process evaluate_process;
+extern const struct api_process compare_process;
 extern const struct api_process shoot_process;
 extern const struct api_process transport_process;
 extern const struct api_process transfer_process;
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
 json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *distances_canonicalise(struct api_call *call, const json_t *inputs,
-                               struct problem_list *list);
-json_t *mean_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *pca_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
-json_t *evaluate_canonicalise(struct api_call *call, const json_t *inputs,
-                              struct problem_list *list);
-json_t *compare_canonicalise(struct api_call *call, const json_t *inputs,
-                             struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
 void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void distances_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void mean_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void pca_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void evaluate_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
-void compare_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

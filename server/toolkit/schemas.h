@@ -9,12 +9,6 @@
 
 #define DEGREE_MAX_TEXT PROCESS_TEXT(SRNF_DEGREE_MAX)
 #define DEGREE_MIN_TEXT PROCESS_TEXT(SRNF_DEGREE_MIN)
-#define GROUP_MAX_TEXT PROCESS_TEXT(PROCESS_GROUP_MAX)
-#define MEAN_ITERATIONS_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_DEFAULT)
-#define MEAN_ITERATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_ITERATIONS_MAX)
-#define MEAN_TOLERANCE_DEFAULT_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_DEFAULT)
-#define MEAN_TOLERANCE_MAX_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MAX)
-#define MEAN_TOLERANCE_MIN_TEXT PROCESS_TEXT(PROCESS_MEAN_TOLERANCE_MIN)
 #define PERMUTATIONS_MAX_TEXT PROCESS_TEXT(PROCESS_PERMUTATIONS_MAX)
 #define SEED_MAX_TEXT PROCESS_TEXT(PROCESS_SEED_MAX)
 
@@ -52,11 +46,6 @@
     "\"inputs\":{\"type\":\"object\",\"description\":\"Every option after " \
     "defaulting.\"}," LAST_OUTPUTS
 
-#define REGISTRATION                                                                   \
-    "\"registration\":{\"type\":[\"object\",\"null\"],\"description\":\"How surfaces " \
-    "were registered: degree, penalty and all other options; null where they were "    \
-    "not.\"},"
-
 /* Of every process on a group. */
 #define MIXED_ROUTES_INPUT                                                                        \
     "\"mixedRoutes\":{\"type\":\"boolean\",\"default\":false,\"description\":\"Compare surfaces " \
@@ -64,26 +53,5 @@
     "refused with mixed-routes. Registered, those that encode made by star beside others by "     \
     "area are encoded again by area (bridgedSurfaces); of what differs all the same the result "  \
     "has the warning mixed-routes.\"}"
-
-/* How the mean of a group is computed, but for the method. */
-#define MEAN_INPUTS                                                                               \
-    "\"register\":{\"type\":\"boolean\",\"default\":true,\"description\":\"Register "             \
-    "every surface to the mean, with the default options of register; false: as they "            \
-    "are parameterised.\"},\"commonPose\":{\"type\":\"boolean\",\"default\":false,"               \
-    "\"description\":\"The surfaces share a pose: nothing is rotated. Keeps "                     \
-    "correspondence better in aligned data.\"},\"tolerance\":{\"type\":\"number\","               \
-    "\"minimum\":" MEAN_TOLERANCE_MIN_TEXT ",\"maximum\":" MEAN_TOLERANCE_MAX_TEXT                \
-    ",\"default\":" MEAN_TOLERANCE_DEFAULT_TEXT                                                   \
-    ",\"description\":\"On the change of the mean SRNF in one iteration, relative to "            \
-    "its norm. Where surfaces are registered, the mean is also found when its objective "         \
-    "falls by less than this part of itself twice in a "                                          \
-    "row.\"},"                                                                                    \
-    "\"lmax\":{\"type\":\"integer\",\"minimum\":" DEGREE_MIN_TEXT ",\"maximum\":" DEGREE_MAX_TEXT \
-    ",\"description\":\"Degree of the mean; the surfaces are cut or filled up to it. "            \
-    "Default: the largest of theirs.\"},\"maxIterations\":{\"type\":\"integer\","                 \
-    "\"minimum\":1,\"maximum\":" MEAN_ITERATIONS_MAX_TEXT                                         \
-    ",\"default\":" MEAN_ITERATIONS_DEFAULT_TEXT                                                  \
-    ",\"description\":\"Iterations after which the mean is a result as it is, with "              \
-    "converged false.\"}"
 
 #endif

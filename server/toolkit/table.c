@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "toolkit/group.h"
 
 #define DIALECT "https://json-schema.org/draft/2020-12/schema"
@@ -426,6 +427,8 @@ void table_run(const struct process_table *table, struct jobs_run *run, const ch
         if (document) {
             echo(table, inputs);
             process_finish(run, document, inputs, result);
+        } else if (!result->problem_code && json_memory_failed()) {
+            (void)compute_fail(result, SRNF_ENOMEM, NULL, "writing the results");
         }
     }
     if (typed) {

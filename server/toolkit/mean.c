@@ -1,0 +1,151 @@
+/*
+ * mean.c - the mean of a group as several processes begin with it: see mean.h.
+ *
+ * A mean that has not converged within maxIterations is a result, with converged false. Its scale
+ * is the mean of its members' scales.
+ */
+#include "toolkit/mean.h"
+
+#include "api/surfaces.h"
+#include "api/warnings.h"
+#include "toolkit/handedness.h"
+#include "toolkit/typicality.h"
+
+const char *const mean_srnf_methods[] = {"srnf", NULL};
+
+void mean_complete(struct process_inputs *inputs, size_t copies)
+{
+    const json_t *surfaces = json_object_get(inputs->canonical, "surfaces");
+    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
+    size_t n = json_array_size(surfaces ? surfaces : json_object_get(cohort, "surfaces"));
+    long degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, inputs->degree);
+
+    inputs_check_memory(inputs, n, degree, copies);
+}
+
+/* ---- The mean -------------------------------------------------------------------------------- */
+
+int group_mean_compute(struct jobs_run *run, const struct group_input *members,
+                       const struct mean_input *asked, struct compute_mean_inputs more,
+                       struct group_mean *mean, struct jobs_result *result)
+{
+    int status;
+
+    *mean = (struct group_mean){
+        .members = members,
+        .options = registration_defaults(asked->common_pose),
+        .inputs = more,
+    };
+    mean->inputs.registration = asked->registered ? &mean->options : NULL;
+    mean->inputs.tolerance = asked->tolerance;
+    mean->inputs.max_iterations = (size_t)asked->max_iterations;
+    mean->inputs.subjects = members->subjects;
+    status = group_load(run, members, asked->registered, (size_t)asked->lmax, &mean->outputs.group,
+                        result);
+    return status ? status : compute_mean(run, &mean->inputs, &mean->outputs, result);
+}
+
+void group_mean_clear(struct group_mean *mean)
+{
+    compute_mean_clear(&mean->outputs);
+}
+
+/* ---- Results --------------------------------------------------------------------------------- */
+
+json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char *name,
+                          const struct group_mean *mean, const struct store_maps *maps,
+                          struct jobs_result *result)
+{
+    const struct group_input *members = mean->members;
+    const struct compute_mean_outputs *outputs = &mean->outputs;
+    struct surface_description description = {
+        .name = name,
+        .degree = outputs->group.degree,
+        .coefficients = outputs->mean.coefficients,
+        .measures = &outputs->measures,
+        .parameterization = "inherited",
+        .route = routes_of_group(run, members->n, members->ids, outputs->group.bridged),
+        .source = process_source(run, process, NULL, NULL),
+        .maps = maps,
+    };
+
+    for (size_t i = 0; i < members->n; i++) {
+        description.scale +=
+            process_scale(run, members->ids[i], outputs->group.scales[i]) / (double)members->n;
+    }
+    return process_keep_surface(run, &description, "the mean", result);
+}
+
+static json_t *history_json(const struct srnf_mean *mean)
+{
+    json_t *history = json_array();
+
+    for (size_t i = 0; i < mean->iterations; i++) {
+        const struct srnf_mean_iteration *step = &mean->history[i];
+        (void)json_array_append_new(history, json_pack("{s:I, s:o, s:o, s:o, s:o}", "iteration",
+                                                       (json_int_t)i + 1, "change",
+                                                       json_finite(step->change), "variance",
+                                                       json_finite(step->variance), "objective",
+                                                       json_finite(step->objective), "seconds",
+                                                       json_finite(step->seconds)));
+    }
+    return history;
+}
+
+void mean_set_members(json_t *document, const struct group_mean *mean)
+{
+    const struct srnf_mean *found = &mean->outputs.mean;
+
+    (void)json_object_set_new(document, "iterations", json_integer((json_int_t)found->iterations));
+    (void)json_object_set_new(document, "converged", json_boolean(found->converged));
+    (void)json_object_set_new(document, "history", history_json(found));
+    (void)json_object_set_new(document, "relativeEnergy", json_finite(found->relative_energy));
+    (void)json_object_set_new(document, "seconds", json_finite(mean->outputs.seconds));
+    (void)json_object_set_new(document, "registration",
+                              registration_json(mean->inputs.registration));
+    routes_set_bridged(document, mean->members->n, mean->members->ids, mean->outputs.group.bridged);
+}
+
+void mean_warn_members(struct jobs_run *run, const struct group_mean *mean, json_t *document)
+{
+    const struct group_input *members = mean->members;
+
+    warnings_put(document, handedness_of_names(run, members->surfaces, members->cohort));
+    group_warn_duplicates(run, document, members->surfaces, members->cohort,
+                          (const char(*)[STORE_ID_MAX])mean->outputs.group.contents);
+}
+
+json_t *mean_warn(struct jobs_run *run, const struct group_mean *mean, struct group_doubts doubts,
+                  json_t *document, struct jobs_result *result)
+{
+    const struct srnf_register_options *registration = mean->inputs.registration;
+
+    doubts.surfaces = mean->members->surfaces;
+    doubts.cohort = mean->members->cohort;
+    doubts.group = &mean->outputs.group;
+    doubts.pairs = mean->outputs.pairs;
+    doubts.rotates = registration && !registration->common_pose;
+    doubts.members = doubts.mirrors = true;
+    if (!group_doubts_warn(run, &doubts, document, result)) {
+        json_decref(document);
+        return NULL;
+    }
+    return document;
+}
+
+json_t *mean_finish(struct jobs_run *run, const struct group_mean *mean, json_t *document,
+                    struct jobs_result *result)
+{
+    const struct group_input *members = mean->members;
+    const struct srnf_mean *found = &mean->outputs.mean;
+    json_t *labels =
+        group_labels(run, members->surfaces, json_object_get(members->cohort, "subjects"));
+
+    mean_set_members(document, mean);
+    typicality_warn_poses(warnings_of(document), &mean->outputs, members->subjects, labels);
+    (void)json_object_set_new(document, "labels", labels);
+    (void)json_object_set_new(document, "groups", group_groups(members->cohort));
+    (void)json_object_set_new(document, "distances", json_vector(found->distances, found->n));
+    mean_warn_members(run, mean, document);
+    return mean_warn(run, mean, (struct group_doubts){.classes = NULL}, document, result);
+}
