@@ -6,8 +6,8 @@
 // Two processes, so that neither side waits for the other's. attack, for so many seconds and with its tokens (separated by
 // commas) in turn: uploads of a small file that unpacks to
 // millions of vertices, each another file by its last bytes; bodies of JSON that would be large documents; executions
-// that compute for long; IDLE connections with one request each that then say nothing; and STALLED bodies that stop
-// before their end. behave: lists of jobs and meshes, /readyz, and now and then a small mesh. Each prints, as JSON, its
+// that compute for long; IDLE connections from eight addresses with one request each that then say nothing, and come
+// again when they are closed; and STALLED bodies that stop before their end. behave: lists of jobs and meshes, /readyz, and now and then a small mesh. Each prints, as JSON, its
 // answers by status; behave the times of them in ms, too.
 'use strict';
 
@@ -86,11 +86,25 @@ async function compute(number) {
     }
 }
 
-function connect(text) {
-    const socket = net.connect(Number(url.port), url.hostname, () => socket.write(text));
+// From one of eight addresses of the loopback in turn. One that gave way comes again.
+const held = new Set();
+function connect(text, number, stalls) {
+    const options = { host: url.hostname, port: Number(url.port), localAddress: `127.0.0.${2 + (number % 8)}` };
+    const socket = net.connect(options, () => {
+        socket.write(text);
+        if (stalls) {
+            socket.write(Buffer.alloc(32 << 20));
+        }
+    });
     socket.on('error', () => {});
+    socket.on('close', () => {
+        held.delete(socket);
+        if (Date.now() < end) {
+            setTimeout(() => connect(text, number, stalls), 100);
+        }
+    });
     socket.resume();
-    return socket;
+    held.add(socket);
 }
 
 async function behave() {
@@ -117,12 +131,11 @@ function quantile(list, part) {
 
 async function attack() {
     for (let i = 0; i < Number(idleText); i++) {
-        connect(`GET /healthz HTTP/1.1\r\nHost: ${url.host}\r\n\r\n`);
+        connect(`GET /healthz HTTP/1.1\r\nHost: ${url.host}\r\n\r\n`, i);
     }
     for (let i = 0; i < Number(stalledText); i++) {
         connect(`POST /v1/meshes HTTP/1.1\r\nHost: ${url.host}\r\n` +
-            `Authorization: Bearer ${bad[i % bad.length]}\r\nContent-Length: 33554432\r\n\r\n`)
-            .write(Buffer.alloc(32 << 20));
+            `Authorization: Bearer ${bad[i % bad.length]}\r\nContent-Length: 33554432\r\n\r\n`, i, true);
     }
     for (let i = 0; i < 6; i++) {
         uploadBombs(i);
@@ -132,7 +145,7 @@ async function attack() {
     }
     compute(0);
     await pause(end - Date.now());
-    console.log(JSON.stringify({ statuses }));
+    console.log(JSON.stringify({ statuses, held: held.size }));
     process.exit(0);
 }
 

@@ -42,7 +42,7 @@ resident() { # VmRSS or VmHWM, in bytes
 get /readyz
 before=$(resident VmRSS)
 seconds=${SIEGE_SECONDS:-20}
-node tests/load/siege.cjs attack "$URL" $((seconds + 2)) "$BAD" "$SCRATCH/bomb.gii" $((CONNECTIONS / 2)) 3 \
+node tests/load/siege.cjs attack "$URL" $((seconds + 2)) "$BAD" "$SCRATCH/bomb.gii" "$CONNECTIONS" 3 \
     >"$SCRATCH/attack" 2>&1 &
 attack=$!
 sleep 1
@@ -61,5 +61,6 @@ is "$(json '.statuses | keys | map(select(. != "200" and . != "201")) | join(" "
 compare "$(json .requests)" '>=' 200 'often enough to tell'
 compare "$(json .p99)" '<' 50 'and 99 of 100 of its requests take less than 50 ms'
 compare "$(jq '[.statuses[]] | add' "$SCRATCH/attack")" '>=' 5 'while the attacks came'
+compare "$(jq .held "$SCRATCH/attack")" '>=' $((3 * CONNECTIONS / 4)) 'and places were held to the end'
 stop_server || not_ok 'the daemon ends well'
 done_testing
