@@ -24,7 +24,9 @@
  * lane as soon as the other one finds that short jobs wait: that one takes the lane, and the job
  * goes on beside it as on a worker. Its thread may have the lane again when the job has ended. So
  * one misjudged job delays short ones by that time, once; where as many run as there are threads,
- * short ones wait for the first of them or for a worker. The lane costs the long jobs at most one
+ * short ones wait for the first of them or for a worker. One owner holds one thread less than there
+ * are, if there are other owners: the last looks for the jobs of those alone, so that nobody holds
+ * up another's short jobs with misjudged ones of his own. The lane costs the long jobs at most one
  * part in n + 1 of the processors, while short jobs come without end, and another one while a
  * misjudged job runs.
  *
@@ -38,6 +40,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 /* Before the next try when the store has failed. */
@@ -96,34 +99,30 @@ static void leave_slot(struct jobs *jobs, size_t number)
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-typedef int claim_function(struct store *store, struct store_job *job);
-
-/* Returns the status of the claim, and runs the job where there is one. */
-static int claim_and_run(struct jobs_worker *worker, claim_function *claim, uint64_t seen)
+/* Runs the job that was claimed, where there is one; status is that of the claim. */
+static void run_claimed(struct jobs_worker *worker, int status, struct store_job *job,
+                        uint64_t seen)
 {
     struct jobs *jobs = worker->jobs;
-    struct store_job job;
     struct jobs_run run;
     char id[STORE_ID_MAX];
-    int status = claim(jobs->config.store, &job);
 
     worker->failures = status == STORE_OK || status == STORE_CONFLICT || status == STORE_NOT_FOUND
                            ? 0
                            : worker->failures + 1;
     if (status == STORE_OK) {
-        jobs_run_init(&run, jobs, &job, &jobs->memories[worker->number]);
+        jobs_run_init(&run, jobs, job, &jobs->memories[worker->number]);
         enter_slot(jobs, worker->number, &run, seen);
         jobs_run_execute(&run);
         leave_slot(jobs, worker->number);
         jobs_run_destroy(&run);
-        snprintf(id, sizeof id, "%s", job.id);
-        store_job_clear(&job);
+        snprintf(id, sizeof id, "%s", job->id);
+        store_job_clear(job);
         jobs_changed(jobs, id);
     } else if (worker->failures > 0) {
         jobs_log(jobs, "claim-failed", NULL, store_strerror(status));
         (void)jobs_pause(worker->failures);
     }
-    return status;
 }
 
 /* A run has ended, or was none. jobs->mutex is held. */
@@ -141,12 +140,14 @@ static void run_alone(struct jobs_worker *worker)
 {
     struct jobs *jobs = worker->jobs;
     uint64_t seen = jobs->cancellations;
+    struct store_job job;
     int status;
 
     jobs->alone.runs = true;
     jobs->running++;
     pthread_mutex_unlock(&jobs->mutex);
-    status = claim_and_run(worker, store_job_claim_alone, seen);
+    status = store_job_claim_alone(jobs->config.store, &job);
+    run_claimed(worker, status, &job, seen);
     pthread_mutex_lock(&jobs->mutex);
     jobs->alone.runs = false;
     if (status == STORE_OK) {
@@ -166,12 +167,14 @@ static void spend_ticket(struct jobs_worker *worker)
 {
     struct jobs *jobs = worker->jobs;
     uint64_t seen = jobs->cancellations, endings = jobs->endings;
+    struct store_job job;
     int status;
 
     atomic_fetch_sub(&jobs->tickets, 1);
     jobs->running++;
     pthread_mutex_unlock(&jobs->mutex);
-    status = claim_and_run(worker, store_job_claim, seen);
+    status = store_job_claim(jobs->config.store, &job);
+    run_claimed(worker, status, &job, seen);
     pthread_mutex_lock(&jobs->mutex);
     if (status == STORE_CONFLICT && jobs->endings == endings) {
         jobs->held++; /* kept until a run ends */
@@ -181,18 +184,39 @@ static void spend_ticket(struct jobs_worker *worker)
     end_run(jobs);
 }
 
+/* The owner who has a job on every other express thread, into name; false where there is none.
+   jobs->mutex is held. */
+static bool lane_owner(const struct jobs *jobs, size_t own, char name[STORE_OWNER_MAX])
+{
+    const char *owner = NULL;
+
+    for (size_t i = jobs->n_workers; i < jobs->n_slots; i++) {
+        if (i != own &&
+            (!jobs->slots[i] || (owner && strcmp(owner, jobs->slots[i]->job->owner) != 0))) {
+            return false;
+        }
+        owner = i == own ? owner : jobs->slots[i]->job->owner;
+    }
+    (void)snprintf(name, STORE_OWNER_MAX, "%s", owner ? owner : "");
+    return owner != NULL;
+}
+
 /* One look for an express job. jobs->mutex is held, but not while the job runs. */
 static void take_express(struct jobs_worker *worker)
 {
     struct jobs *jobs = worker->jobs;
     uint64_t issued = jobs->express_issued, endings = jobs->endings, seen = jobs->cancellations;
     bool ticket = atomic_load(&jobs->tickets) > 0;
+    char owner[STORE_OWNER_MAX];
+    bool held = lane_owner(jobs, worker->number, owner);
+    struct store_job job;
     int status;
 
     atomic_fetch_sub(&jobs->tickets, ticket ? 1 : 0);
     jobs->running++;
     pthread_mutex_unlock(&jobs->mutex);
-    status = claim_and_run(worker, store_job_claim_express, seen);
+    status = store_job_claim_express(jobs->config.store, held ? owner : NULL, &job);
+    run_claimed(worker, status, &job, seen);
     pthread_mutex_lock(&jobs->mutex);
     if (status == STORE_NOT_FOUND) {
         jobs->express_seen = issued;

@@ -15,7 +15,8 @@
  * Within a turn the job goes first whose creation plus expected time is earliest: short before
  * long, and yet a job is overtaken only by those that came at most its own expected time after it,
  * so that none starves. An express claim is the same, turns included, among the jobs that are
- * marked as short.
+ * marked as short; an owner who holds as much of the express lane as one may is passed over, unless
+ * nobody else uses the service.
  *
  * Jobs that the daemon has died with several times wait for store_job_claim_alone and no other
  * claim (jobs/alone.c): among them turns and order are the same.
@@ -38,11 +39,14 @@ const char *store_job_status_name(enum store_job_status status)
 
 /* ---- Claim ----------------------------------------------------------------------------------- */
 
-/* The statements of a claim, among the jobs that waiting names. */
+/* The statements of a claim, among the jobs that waiting names. ?1 is an owner to be passed over,
+   NULL for none. The owner '' is there always, and has jobs only where there are no others. */
 #define NEXT_OWNER(waiting)                                                                \
     "SELECT name FROM owner WHERE EXISTS "                                                 \
     "(SELECT 1 FROM job WHERE owner = name AND " waiting ") AND (running_max = 0 OR "      \
     "(SELECT count(*) FROM job WHERE owner = name AND status = 'running') < running_max) " \
+    "AND (?1 IS NULL OR name <> ?1 OR NOT EXISTS "                                         \
+    "(SELECT 1 FROM owner WHERE name NOT IN ('', ?1))) "                                   \
     "ORDER BY turn, name LIMIT 1"
 #define CLAIM(waiting)                                                                             \
     "UPDATE job SET status = 'running', attempt = attempt + 1, started_ms = ?1, updated_ms = ?1, " \
@@ -62,15 +66,17 @@ static const struct claim_sql {
 
 struct claim {
     const struct claim_sql *sql;
+    const char *except; /* an owner, or NULL */
     struct store_job *job;
 };
 
 /* Whose turn it is. STORE_NOT_FOUND: no job waits; STORE_CONFLICT: none that may run now. */
-static int next_owner(sqlite3 *db, const struct claim_sql *sql, char owner[STORE_OWNER_MAX])
+static int next_owner(sqlite3 *db, const struct claim *claim, char owner[STORE_OWNER_MAX])
 {
+    const struct claim_sql *sql = claim->sql;
     sqlite3_stmt *row = NULL;
     int64_t waiting = 0;
-    int status = store_prepare(db, &row, sql->next_owner, "");
+    int status = store_prepare(db, &row, sql->next_owner, "t", claim->except);
 
     if (status == STORE_OK) {
         status = store_step(db, row);
@@ -99,7 +105,7 @@ static int run_claim(struct store *store, sqlite3 *db, struct store_write *write
     char owner[STORE_OWNER_MAX];
     sqlite3_stmt *row = NULL;
     int64_t now = store_now_ms();
-    int status = next_owner(db, claim->sql, owner);
+    int status = next_owner(db, claim, owner);
 
     (void)store;
     store_job_clear(claim->job);
@@ -120,9 +126,10 @@ static int run_claim(struct store *store, sqlite3 *db, struct store_write *write
     return status;
 }
 
-static int claim_job(struct store *store, const struct claim_sql *sql, struct store_job *job)
+static int claim_job(struct store *store, const struct claim_sql *sql, const char *except,
+                     struct store_job *job)
 {
-    struct claim claim = {.sql = sql, .job = job};
+    struct claim claim = {.sql = sql, .except = except, .job = job};
     int status;
 
     *job = (struct store_job){0};
@@ -135,17 +142,17 @@ static int claim_job(struct store *store, const struct claim_sql *sql, struct st
 
 int store_job_claim(struct store *store, struct store_job *job)
 {
-    return claim_job(store, &claim_any, job);
+    return claim_job(store, &claim_any, NULL, job);
 }
 
-int store_job_claim_express(struct store *store, struct store_job *job)
+int store_job_claim_express(struct store *store, const char *except, struct store_job *job)
 {
-    return claim_job(store, &claim_express, job);
+    return claim_job(store, &claim_express, except, job);
 }
 
 int store_job_claim_alone(struct store *store, struct store_job *job)
 {
-    return claim_job(store, &claim_alone, job);
+    return claim_job(store, &claim_alone, NULL, job);
 }
 
 /* Owners with jobs take turns, so before the r-th job of one come at most r jobs of each whose turn

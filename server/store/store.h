@@ -324,8 +324,9 @@ int store_job_results_recent(struct store *store, const char *id, char **results
    created_ms + expected_ms comes first. STORE_NOT_FOUND when no job waits, STORE_CONFLICT when
    those that do belong to owners who have as many running as they may. */
 int store_job_claim(struct store *store, struct store_job *job);
-/* The same among express jobs only. */
-int store_job_claim_express(struct store *store, struct store_job *job);
+/* The same among express jobs only. `except`, unless NULL, is an owner to be passed over, if there
+   are others: STORE_CONFLICT when only jobs of that one wait. */
+int store_job_claim_express(struct store *store, const char *except, struct store_job *job);
 /* The same among the jobs that are to run with no other job beside them, which the two above leave
    out; and how many of these wait. */
 int store_job_claim_alone(struct store *store, struct store_job *job);

@@ -2,7 +2,8 @@
  * Short jobs beside long ones: with every worker held by a long job, a job that is expected to be
  * short runs at once, one of which nothing is known waits; short jobs keep to the limits of their
  * owner and are found again after a restart; a job that is not short after all gives up the lane,
- * so that others go on, as often as there is a thread for it, and the threads are counted; nothing
+ * so that others go on, as often as there is a thread for it, and the threads are counted; one owner
+ * does not get all of them where there are others; nothing
  * is run twice or left behind where the express worker and the others are after the same jobs; and
  * the accounts of memory are kept apart.
  */
@@ -244,6 +245,29 @@ static void a_long_job_gives_up_the_lane(void **state)
     await(world, other, STORE_JOB_SUCCESSFUL);
 }
 
+/* Of the two threads of the lane a name that is not alone gets one: however many jobs it sends that
+   are longer than expected, the short jobs of others go on. */
+static void one_owner_does_not_hold_the_lane(void **state)
+{
+    struct world *world = *state;
+    char id[STORE_ID_MAX], mine[STORE_ID_MAX];
+    struct jobs_health health;
+
+    open_engine(world, 1);
+    hold_all(world, "ben", 1, 0);
+    assert_int_equal(submit(world, "ada", "hold", "first", 0.1, 0, id), JOBS_OK);
+    engine_await(&world->held, 2);
+    assert_int_equal(submit(world, "ada", "hold", "second", 0.1, 0, mine), JOBS_OK);
+    engine_pause_ms((long)(1250.0 * JOBS_EXPRESS_PATIENCE));
+    assert_int_equal(fixture_status(world->engine.fixture->store, mine), STORE_JOB_ACCEPTED);
+    jobs_health(world->engine.jobs, &health);
+    assert_int_equal(health.express_busy, 1);
+    assert_int_equal(submit(world, "ben", "quick", "0", 0.1, 0, id), JOBS_OK);
+    await(world, id, STORE_JOB_SUCCESSFUL);
+    atomic_store(&world->engine.gate, true);
+    await(world, mine, STORE_JOB_SUCCESSFUL);
+}
+
 struct client {
     struct world *world;
     int number, errors;
@@ -295,6 +319,7 @@ int main(void)
                                         engine_teardown),
         cmocka_unit_test_setup_teardown(a_short_job_can_be_cancelled, setup, engine_teardown),
         cmocka_unit_test_setup_teardown(a_long_job_gives_up_the_lane, setup, engine_teardown),
+        cmocka_unit_test_setup_teardown(one_owner_does_not_hold_the_lane, setup, engine_teardown),
         cmocka_unit_test_setup_teardown(each_job_runs_once, setup, engine_teardown),
     };
 

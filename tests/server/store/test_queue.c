@@ -89,19 +89,19 @@ static void express_claims_take_express_jobs_in_turn(void **state)
     struct store_job job;
 
     insert(store, "ada", 0, 90000, false, 0);
-    assert_int_equal(store_job_claim_express(store, &job), STORE_NOT_FOUND);
+    assert_int_equal(store_job_claim_express(store, NULL, &job), STORE_NOT_FOUND);
     insert(store, "ada", 1, 100, true, 0);
     insert(store, "ada", 2, 100, true, 0);
     insert(store, "ben", 3, 100, true, 0);
     insert(store, "cleo", 4, 90000, false, 0);
     for (size_t i = 0; i < 3; i++) {
-        assert_int_equal(store_job_claim_express(store, &job), STORE_OK);
+        assert_int_equal(store_job_claim_express(store, NULL, &job), STORE_OK);
         assert_string_equal(job.owner, order[i]);
         assert_true(job.express);
         assert_int_equal(job.status, STORE_JOB_RUNNING);
         store_job_clear(&job);
     }
-    assert_int_equal(store_job_claim_express(store, &job), STORE_NOT_FOUND);
+    assert_int_equal(store_job_claim_express(store, NULL, &job), STORE_NOT_FOUND);
 }
 
 /* An express job counts among those that its owner may have running. */
@@ -113,11 +113,33 @@ static void express_claims_keep_to_limits(void **state)
     insert(fixture->store, "ada", 0, 90000, false, 1);
     claims(fixture->store, 0);
     insert(fixture->store, "ada", 1, 100, true, 1);
-    assert_int_equal(store_job_claim_express(fixture->store, &job), STORE_CONFLICT);
+    assert_int_equal(store_job_claim_express(fixture->store, NULL, &job), STORE_CONFLICT);
     assert_int_equal(store_job_transition(fixture->store, "job-00000000", 1, STORE_JOB_FAILED, NULL,
                                           "not-converged", "It did not."),
                      STORE_OK);
-    assert_int_equal(store_job_claim_express(fixture->store, &job), STORE_OK);
+    assert_int_equal(store_job_claim_express(fixture->store, NULL, &job), STORE_OK);
+    store_job_clear(&job);
+}
+
+/* Whoever holds the lane is passed over, unless there is nobody else. */
+static void express_claims_pass_an_owner_over(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store *store = fixture->store;
+    struct store_job job;
+
+    insert(store, "ada", 0, 100, true, 0);
+    insert(store, "ada", 1, 100, true, 0);
+    assert_int_equal(store_job_claim_express(store, "ada", &job), STORE_OK);
+    assert_string_equal(job.id, "job-00000000");
+    store_job_clear(&job);
+    insert(store, "ben", 2, 100, true, 0);
+    assert_int_equal(store_job_claim_express(store, "ada", &job), STORE_OK);
+    assert_string_equal(job.owner, "ben");
+    store_job_clear(&job);
+    assert_int_equal(store_job_claim_express(store, "ada", &job), STORE_CONFLICT);
+    assert_int_equal(store_job_claim_express(store, "ben", &job), STORE_OK);
+    assert_string_equal(job.id, "job-00000001");
     store_job_clear(&job);
 }
 
@@ -189,6 +211,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(express_claims_take_express_jobs_in_turn, fixture_setup,
                                         fixture_teardown),
         cmocka_unit_test_setup_teardown(express_claims_keep_to_limits, fixture_setup,
+                                        fixture_teardown),
+        cmocka_unit_test_setup_teardown(express_claims_pass_an_owner_over, fixture_setup,
                                         fixture_teardown),
         cmocka_unit_test_setup_teardown(places_are_the_order_of_claims, fixture_setup,
                                         fixture_teardown),

@@ -193,7 +193,7 @@ static void recovery_counts_deaths(void **state)
         assert_int_equal(alone, death > 3);
         if (death > 3) {
             assert_int_equal(store_job_claim(fixture->store, &job), STORE_NOT_FOUND);
-            assert_int_equal(store_job_claim_express(fixture->store, &job), STORE_NOT_FOUND);
+            assert_int_equal(store_job_claim_express(fixture->store, NULL, &job), STORE_NOT_FOUND);
             assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_OK);
         } else {
             assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_NOT_FOUND);
