@@ -7,6 +7,7 @@
  */
 #include "toolkit/seconds.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "compute/classify.h"
@@ -14,6 +15,8 @@
 
 #define PULLBACK 50.0 /* a path or a mean in the pulled-back metric, in inversions for each step */
 #define LONG 60.0     /* what the inputs leave open */
+#define SHOOT_STEP 0.05 /* a surface on the way to those shot, in inversions */
+#define SHOOT_WAY_MAX 64.0
 
 /* ---- Parts ----------------------------------------------------------------------------------- */
 
@@ -153,9 +156,33 @@ double compare_seconds(const struct api_work *work, const json_t *inputs)
            4e-9 * number(inputs, "permutations") * n * 2.0 * degree * degree * 3.0;
 }
 
+/* Surfaces on the way to the times (core/geodesic/shoot.c): one for each tenth of the norm of the
+   field at 0, SHOOT_WAY_MAX at most between two times. A surface toward is taken to be as far as
+   that norm; a velocity in numbers may be any. */
+static double shoot_way(const json_t *inputs)
+{
+    const json_t *times = json_object_get(inputs, "times"), *time;
+    double n = (double)json_array_size(times), forth = 0.0, back = 0.0;
+    size_t i;
+
+    json_array_foreach(times, i, time)
+    {
+        forth = fmax(forth, json_number_value(time));
+        back = fmax(back, -json_number_value(time));
+    }
+    return json_object_get(json_object_get(inputs, "velocity"), "toward")
+               ? fmin(SHOOT_WAY_MAX * n, n + (forth + back) / 0.1)
+               : SHOOT_WAY_MAX * n;
+}
+
 double shoot_seconds(const struct api_work *work, const json_t *inputs)
 {
-    return path(work, inputs, 1.0, (double)json_array_size(json_object_get(inputs, "times")));
+    double n = (double)json_array_size(json_object_get(inputs, "times"));
+
+    return is(inputs, "method", "pullback")
+               ? path(work, inputs, 1.0, n + 4.0)
+               : path(work, inputs, 1.0, n) +
+                     SHOOT_STEP * shoot_way(inputs) * seconds_of_inversion(degree_of(work, inputs));
 }
 
 double transport_seconds(const struct api_work *work, const json_t *inputs)
