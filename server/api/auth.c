@@ -363,6 +363,11 @@ static void refuse_token(struct api_call *call, enum admission admission)
                                    "Bearer realm=\"srnfd\", error=\"invalid_token\"");
 }
 
+void auth_refuse_revoked(struct api_call *call)
+{
+    refuse_token(call, UNKNOWN);
+}
+
 static void refuse(struct api_call *call, enum admission admission, double wait)
 {
     switch (admission) {

@@ -134,6 +134,14 @@ void executions_resume(struct api *api, const struct api_request *request,
     int status;
 
     memcpy(id, response->wait.job_id, sizeof id);
+    if (!auth_holds(api->auth, request->caller.account)) {
+        /* The token was revoked, or has expired, while this waited: the job goes on. */
+        response->wait.state = NULL;
+        response->wait.job_id[0] = '\0';
+        auth_refuse_revoked(&call);
+        execution_wait_free(wait);
+        return;
+    }
     status = jobs_get(api->config.jobs, id, &job);
     if (status == 0 && !job_ended(&job) && response->wait.seconds > 0) {
         store_job_clear(&job);

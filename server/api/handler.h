@@ -89,6 +89,8 @@ bool stream_enter(struct api_call *call);
 void stream_leave(struct api_auth *auth, struct auth_account *account);
 /* Whether the account's token still holds; NULL, where no tokens are asked for, always does. */
 bool auth_holds(struct api_auth *auth, const struct auth_account *account);
+/* Answers that the token does not hold any more. */
+void auth_refuse_revoked(struct api_call *call);
 /* events.c: the state of a stream of events, which is one of its caller's streams; NULL is fine. */
 void events_free(struct api_stream_state *state);
 

@@ -235,10 +235,13 @@ static double look(struct http *http, double now)
         if (exchange->phase != PHASE_WAITING) {
             continue;
         }
-        if (exchange->deadline <= now) {
+        double due =
+            exchange->streams ? exchange->deadline : fmin(exchange->deadline, exchange->look_at);
+
+        if (due <= now) {
             pool_wake(exchange);
-        } else if (exchange->deadline < next) {
-            next = exchange->deadline;
+        } else if (due < next) {
+            next = due;
         }
     }
     return next;

@@ -114,6 +114,7 @@ struct exchange {
     struct holder *holder;       /* whose request it is; NULL before it is admitted */
     bool streams;                /* the response is a stream (stream.c) */
     size_t piece_sent;           /* of a stream's piece */
+    double look_at;              /* [m] when a wait is handled though nothing has changed */
     double alive_at;             /* when a stream is to give a sign of life */
     double pause_until;          /* before which a stream makes no piece */
     double started;              /* monotonic, when the headers were there */

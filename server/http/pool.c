@@ -4,8 +4,8 @@
  *
  * A suspended exchange goes QUEUED -> RUNNING -> READY, or, when its handler asked to wait for a
  * job, RUNNING -> QUEUED once more (the job may have ended before the wait was known) -> RUNNING ->
- * WAITING, and from there back to QUEUED whenever the job changes, the deadline passes or the
- * daemon drains. A change that comes while the exchange is queued or running is kept in `woken`, so
+ * WAITING, and from there back to QUEUED whenever the job changes, the deadline or WAIT_CHECK passes
+ * or the daemon drains. A change that comes while the exchange is queued or running is kept in `woken`, so
  * none is lost. When READY it leaves all lists and the connection is resumed without the lock: from
  * then on it belongs to libmicrohttpd's thread again.
  */
@@ -15,6 +15,9 @@
 
 #include <stdio.h>
 #include <string.h>
+
+/* Seconds between two looks whether an answer may still be waited for: its token may be revoked. */
+#define WAIT_CHECK 1.0
 
 bool pool_submit(struct exchange *exchange)
 {
@@ -192,6 +195,7 @@ static bool settle(struct http *http, struct exchange *exchange, bool was_waitin
         lane_enqueue(http, exchange);
     } else {
         exchange->phase = PHASE_WAITING;
+        exchange->look_at = http_now() + WAIT_CHECK;
     }
     return false;
 }

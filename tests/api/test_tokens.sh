@@ -291,6 +291,27 @@ for job in $JOBS; do
 done
 is "$STATUS" 200 'and the jobs go on until somebody ends them'
 
+# So does an answer that waits.
+FIVE=$(token five)
+as "$FIVE" post '/v1/meshes' --data-binary "$MESH"
+as "$FIVE" execute encode "{\"mesh\":\"$ID\",\"lmax\":9}"
+FIVE_SURFACE=$(json .surface.id)
+(
+    BODY=$SCRATCH/waits HEADERS=$SCRATCH/waits.h
+    began=$(date +%s%3N)
+    as "$FIVE" execute invert "${LONG/$SURFACE/$FIVE_SURFACE}" --header 'Prefer: wait=60'
+    printf '%s %s %s\n' "$STATUS" "$(json .code)" "$(($(date +%s%3N) - began))" >"$SCRATCH/waited"
+) &
+waiting=$!
+sleep 1
+"$SRNFD" token revoke five --data "$DATA" 2>/dev/null
+wait "$waiting"
+read -r status code waited <"$SCRATCH/waited"
+is "$status $code" '401 token-invalid' 'an answer that waits is not given to a token that was revoked'
+compare "$waited" '<' 6000 'and that is told within seconds'
+as "$ROOT" get '/v1/jobs?status=running&limit=1'
+as "$ROOT" post "/v1/jobs/$(json '.items[0].id')/cancel"
+
 # ---- Other origins -----------------------------------------------------------------------------------------
 
 get /healthz --header 'Origin: https://app.example'
