@@ -2,7 +2,8 @@
  * main.c - the daemon's command line, and the order in which its layers start and stop.
  *
  * Up: store, jobs (which recovers the queue), api, http. Down, on SIGTERM or SIGINT: http stops
- * listening and lets requests end, jobs let their runs end or put them back, then the store closes.
+ * listening and lets requests end, jobs let their runs end or put them back, both within the one
+ * grace, then the store closes.
  * A second signal does not hurry this; kill -9 is always safe, because everything acknowledged is
  * on the disk.
  *
@@ -207,12 +208,22 @@ static int start(struct service *service, const struct config *config, char *mes
     return 0;
 }
 
+static double now_seconds(void)
+{
+    struct timespec now;
+
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 static void stop(struct service *service, double grace_seconds)
 {
+    double end = now_seconds() + grace_seconds;
+
     link_http(service, NULL);
     http_stop(service->http, grace_seconds);
     if (service->jobs) {
-        jobs_close(service->jobs, grace_seconds);
+        jobs_close(service->jobs, end - now_seconds());
     }
     api_destroy(service->api);
     if (service->store) {
