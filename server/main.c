@@ -18,6 +18,7 @@
 #include "commands.h"
 #include "config.h"
 #include "http/http.h"
+#include "jobs/fault.h"
 #include "log.h"
 #include "main/token_command.h"
 #include "notify.h"
@@ -25,6 +26,7 @@
 #include "store/token.h"
 
 #include <cblas.h>
+#include <errno.h>
 #include <fftw3.h>
 #include <pthread.h>
 #include <signal.h>
@@ -54,6 +56,7 @@ struct service {
     struct link link;
     struct jobs_process table[PROCESSES_MAX];
     char numeric_build[BUILD_ID_SIZE];
+    char faulty[STORE_ID_MAX]; /* the job that the last run died of */
 };
 
 static void job_changed(void *user, const char *job_id)
@@ -119,6 +122,7 @@ static int start_jobs(struct service *service, const struct config *config)
                                .user = service,
                                .numeric_build = service->numeric_build,
                                .max_queued = (size_t)config->max_queued,
+                               .faulty = service->faulty,
                                .job_seconds = config->job_seconds,
                                .job_memory = (size_t)config->job_memory,
                                .kept_encodings = config->kept_encodings,
@@ -190,6 +194,11 @@ static int start(struct service *service, const struct config *config, char *mes
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
+    if (!fault_open(config->data, service->faulty)) {
+        LOG_WARN("faults-not-recorded", log_text("message", strerror(errno)));
+    }
+    fault_thread();
+    fault_watch();
     if (start_jobs(service, config) != 0) {
         (void)snprintf(message, size, "the workers could not be started");
         return -1;
@@ -229,6 +238,7 @@ static void stop(struct service *service, double grace_seconds)
     if (service->store) {
         store_close(service->store);
     }
+    fault_close();
     metrics_destroy(service->metrics);
     (void)pthread_rwlock_destroy(&service->link.lock);
 }

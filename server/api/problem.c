@@ -80,6 +80,7 @@ static const struct problem_kind kinds[] = {
     {"not-ready", 503, "The service is not ready"},
     {"http-version-not-supported", 505, "The version of HTTP is not supported"},
     {"attempts-exhausted", 500, "The job was interrupted too often"},
+    {"job-crashed", 500, "The service died of this job"},
     {"data-damaged", 500, "Stored data are damaged"},
     {"storage-unavailable", 503, "The storage cannot be read or written"},
     {"storage-full", 507, "There is no space left for what should be stored"},

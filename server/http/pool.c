@@ -11,6 +11,7 @@
  */
 #include "http/internal.h"
 
+#include "jobs/fault.h"
 #include "priority.h"
 
 #include <stdio.h>
@@ -233,6 +234,7 @@ static void *work(void *argument)
     if (lane == &http->lanes[LANE_UPLOADS]) {
         priority_compute();
     }
+    fault_thread();
     (void)pthread_mutex_lock(&http->mutex);
     thread = lane->n_started++;
     while (!lane_is_over(http, lane)) {

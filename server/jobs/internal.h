@@ -23,6 +23,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
+#include "jobs/fault.h"
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
@@ -39,6 +40,7 @@ struct jobs_loop {
     void (*body)(void *argument, size_t index);
     void *argument;
     struct jobs_memory *memory; /* of the run, for helpers */
+    const char *job, *process;  /* the same */
     atomic_size_t next;         /* the first index that nobody has taken; may pass count */
     atomic_bool open;           /* from before the first call of body until after the last one */
     size_t helpers;             /* workers inside, other than the caller; jobs->mutex */

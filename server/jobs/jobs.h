@@ -58,6 +58,7 @@ struct jobs_config {
                                   worker's share of the machine (jobs/memory.h) */
     double calm_seconds;       /* a job that runs alone starts no sooner than this after the engine;
                                   0: JOBS_CALM_DEFAULT */
+    const char *faulty;        /* the job that the daemon died of last time, "" or NULL: not known */
     double kept_encodings;     /* bytes of encodings that are kept for later jobs; 0: none are */
     double retention_days;     /* ended jobs are removed after so long; 0: never */
     double sweep_seconds;      /* between two looks at what may go; 0: none */
@@ -81,7 +82,8 @@ enum jobs_status {
 };
 
 /* Recovers the queue and starts the workers. What ran when the daemon died is put back; after three
-   deaths it runs alone (alone.c), and only if the daemon dies then has the job failed. */
+   deaths it runs alone (alone.c), and only if the daemon dies then has the job failed. Where the
+   faulty job is known it alone has failed, and no death is counted with the others (fault.c). */
 int jobs_open(struct jobs **out, const struct jobs_config *config);
 /* Drains: no new claims, running jobs get grace_seconds to end, then are cancelled and put back
    to accepted without losing an attempt. */

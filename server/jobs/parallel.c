@@ -48,7 +48,9 @@ struct jobs_loop *jobs_loop_enter(struct jobs *jobs)
 void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop)
 {
     (void)jobs_memory_enter(loop->memory);
+    fault_enter(loop->job, loop->process);
     take_indexes(jobs, loop, true);
+    fault_enter(NULL, NULL);
     (void)jobs_memory_enter(NULL);
     pthread_mutex_lock(&jobs->mutex);
     if (--loop->helpers == 0) {
@@ -99,6 +101,8 @@ void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, si
     loop->body = body;
     loop->argument = argument;
     loop->memory = run->memory;
+    loop->job = run->job->id;
+    loop->process = run->job->process;
     atomic_store(&loop->next, 0);
     atomic_store(&loop->open, true);
     publish(run->jobs, loop);

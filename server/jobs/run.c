@@ -386,7 +386,9 @@ void jobs_run_execute(struct jobs_run *run)
     jobs_changed(jobs, run->job->id);
     if (process) {
         (void)jobs_memory_enter(run->memory);
+        fault_enter(run->job->id, run->job->process);
         process->run(run, jobs->config.user, run->job->inputs, &result);
+        fault_enter(NULL, NULL);
         (void)jobs_memory_enter(NULL);
         judge_memory(run, &result);
     } else {

@@ -235,6 +235,7 @@ static void settle_in(const char *name)
 {
     pthread_setname_np(pthread_self(), name);
     priority_compute();
+    fault_thread();
 }
 
 void *jobs_worker_main(void *argument)

@@ -363,32 +363,52 @@ int store_job_request_cancel(struct store *store, const char *id, struct store_j
 
 struct recovery {
     int64_t deaths_max;
+    const char *named; /* the job at fault; "": not known */
     size_t requeued, failed;
 };
 
-/* At the start nothing runs: what the rows call running was cut short. */
-static int run_recover(struct store *store, sqlite3 *db, struct store_write *write)
+static int dismiss_canceled(sqlite3 *db, int64_t now)
 {
-    struct recovery *recovery = write->argument;
-    int64_t now = store_now_ms();
-    int status = store_execute(db, NULL,
-                               "UPDATE job SET status = 'dismissed', finished_ms = ?1, "
-                               "updated_ms = ?1, progress = -1 "
-                               "WHERE status = 'running' AND cancel_requested",
-                               "i", now);
+    return store_execute(db, NULL,
+                         "UPDATE job SET status = 'dismissed', finished_ms = ?1, "
+                         "updated_ms = ?1, progress = -1 "
+                         "WHERE status = 'running' AND cancel_requested",
+                         "i", now);
+}
 
-    (void)store;
-    if (status == STORE_OK) {
-        status =
-            store_execute(db, &recovery->failed,
-                          "UPDATE job SET status = 'failed', finished_ms = ?1, "
-                          "updated_ms = ?1, progress = -1, deaths = deaths + 1, "
-                          "problem_code = 'attempts-exhausted', "
-                          "problem_detail = 'The daemon died ' || (deaths + 1) || ' times while "
-                          "it ran this job, the last time with no other job beside it.' "
-                          "WHERE status = 'running' AND alone = 1",
-                          "i", now);
+/* The job at fault has failed; the others have nothing to do with it. */
+static int blame_named(sqlite3 *db, int64_t now, struct recovery *recovery)
+{
+    int status =
+        store_execute(db, &recovery->failed,
+                      "UPDATE job SET status = 'failed', finished_ms = ?1, updated_ms = ?1, "
+                      "progress = -1, deaths = deaths + 1, problem_code = 'job-crashed', "
+                      "problem_detail = 'The daemon died of a fault in the thread that ran this "
+                      "job.' WHERE status = 'running' AND id = ?2",
+                      "it", now, recovery->named);
+
+    if (status == STORE_OK && recovery->failed > 0) {
+        status = store_execute(db, &recovery->requeued,
+                               "UPDATE job SET status = 'accepted', started_ms = 0, "
+                               "updated_ms = ?1, progress = 0 WHERE status = 'running'",
+                               "i", now);
     }
+    return status;
+}
+
+/* A death is counted with each that ran; what ran alone has failed. */
+static int count_deaths(sqlite3 *db, int64_t now, struct recovery *recovery)
+{
+    int status =
+        store_execute(db, &recovery->failed,
+                      "UPDATE job SET status = 'failed', finished_ms = ?1, "
+                      "updated_ms = ?1, progress = -1, deaths = deaths + 1, "
+                      "problem_code = 'attempts-exhausted', "
+                      "problem_detail = 'The daemon died ' || (deaths + 1) || ' times while "
+                      "it ran this job, the last time with no other job beside it.' "
+                      "WHERE status = 'running' AND alone = 1",
+                      "i", now);
+
     if (status == STORE_OK) {
         status = store_execute(db, &recovery->requeued,
                                "UPDATE job SET status = 'accepted', started_ms = 0, "
@@ -399,12 +419,35 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
     return status;
 }
 
-int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed)
+/* At the start nothing runs: what the rows call running was cut short. */
+static int run_recover(struct store *store, sqlite3 *db, struct store_write *write)
 {
-    struct recovery recovery = {.deaths_max = deaths_max};
+    struct recovery *recovery = write->argument;
+    int64_t now = store_now_ms();
+    int status = dismiss_canceled(db, now);
+
+    (void)store;
+    if (status == STORE_OK && recovery->named[0]) {
+        status = blame_named(db, now, recovery);
+    }
+    if (status == STORE_OK && recovery->failed == 0) {
+        status = count_deaths(db, now, recovery);
+    }
+    return status;
+}
+
+int store_job_recover_named(struct store *store, int64_t deaths_max, const char *named,
+                            size_t *requeued, size_t *failed)
+{
+    struct recovery recovery = {.deaths_max = deaths_max, .named = named ? named : ""};
     int status = store_write_freeing(store, run_recover, &recovery);
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;
     return status == STORE_OK ? store_checkpoint_sweep(store) : status;
+}
+
+int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed)
+{
+    return store_job_recover_named(store, deaths_max, NULL, requeued, failed);
 }

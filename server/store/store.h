@@ -357,6 +357,10 @@ int store_job_count(struct store *store, enum store_job_status status, size_t *c
    deaths_max-th death on to run alone; running alone -> failed (attempts-exhausted). Counts both.
    What was being cancelled is dismissed. */
 int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed);
+/* The same, where the fault has named a job (NULL, "": none). If it ran it alone has failed
+   (job-crashed); the others are put back as they were, and no death is counted. */
+int store_job_recover_named(struct store *store, int64_t deaths_max, const char *named,
+                            size_t *requeued, size_t *failed);
 /* The job that an Idempotency-Key of the last 24 h named; STORE_NOT_FOUND otherwise. */
 int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
                            char body_digest[65]);
