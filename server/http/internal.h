@@ -30,8 +30,8 @@
 #define HTTP_HEADERS_MAX HEAD_FIELDS_MAX
 #define HTTP_SHORT_PATH 128               /* bytes of a path that needs no memory of its own */
 #define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
-#define HTTP_REQUEST_THREADS_MAX 32
-#define HTTP_HOLDERS 1024 /* chains of the table of shares.c */
+#define HTTP_REQUEST_THREADS_MAX 33 /* of a lane; uploads have one more than can be asked for */
+#define HTTP_HOLDERS 1024           /* chains of the table of shares.c */
 #define HOLDER_KEY_MAX (STORE_OWNER_MAX + 1)
 
 /* An address, or a token's name, and what it holds (shares.c). */

@@ -10,8 +10,10 @@
  *
  *   requests   an owner may have half the threads, and all but probes one less than there are:
  *              /readyz and /metrics find a thread, whatever the others do
- *   uploads    an owner may have one thread less than there are, and after each turn what else it
- *              has queued goes behind the others
+ *   uploads    one thread more than is asked for is kept for bodies of up to SMALL_BODY of owners
+ *              that have no upload running: so two names that hold the others keep no third one
+ *              waiting. Of the others an owner may have one less than there are, and after each
+ *              turn what else it has queued goes behind the others
  *
  * Without tokens there is one owner, who has all threads that are not kept for probes.
  *
@@ -31,6 +33,7 @@
 #include <string.h>
 
 #define GONE_SECONDS 1.0
+#define SMALL_BODY ((size_t)1 << 20)
 
 void lane_enqueue(struct http *http, struct exchange *exchange)
 {
@@ -93,7 +96,12 @@ static bool may_run(const struct lane *lane, const struct exchange *exchange)
         own += runs && !runs->request.probe && same_owner(runs, exchange);
     }
     if (uploads) {
-        return exchange->request.alone ? others == 0 : !known || own < at_least_one(n - 1);
+        size_t common = n - 1; /* without the one that is kept */
+        bool kept = known && own == 0 && exchange->request.body_size <= SMALL_BODY;
+
+        return exchange->request.alone
+                   ? others == 0
+                   : (others < common || kept) && (!known || own < at_least_one(common - 1));
     }
     most = at_least_one(n - 1);
     return others < most && (!known || own < (n + 1) / 2);

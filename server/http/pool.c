@@ -276,7 +276,7 @@ int pool_start(struct http *http)
 
     return status ? status
                   : start_threads(http, &http->lanes[LANE_UPLOADS], "upload",
-                                  http->config.upload_threads);
+                                  http->config.upload_threads + 1); /* one is kept: lane.c */
 }
 
 void pool_stop(struct http *http)

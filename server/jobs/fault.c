@@ -53,7 +53,8 @@ static atomic_int record = -1; /* descriptor of the file */
 
 static bool is_id(const char *text)
 {
-    size_t length = strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
+    size_t length =
+        strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
 
     return length > 0 && length < STORE_ID_MAX && text[length] == '\n';
 }
