@@ -23,8 +23,6 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
-#define JSON_UPLOAD_FROM \
-    ((size_t)64 << 10) /* bytes of a JSON body that takes more than a few milliseconds */
 
 static const char *const json_types[] = {"application/json", NULL};
 static const char *const surface_types[] = {"application/json", "application/x-npy",
@@ -94,11 +92,6 @@ static bool type_in(const char *value, const char *const *types)
     return false;
 }
 
-static bool takes_json_alone(const struct api_route *route)
-{
-    return route->body == ROUTE_JSON || route->body == ROUTE_INPUTS;
-}
-
 /* For a sentence. */
 static const char *types_taken(const struct api_route *route)
 {
@@ -131,12 +124,12 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
                               encoding);
         return true;
     }
-    if (!type && takes_json_alone(route)) {
+    if (!type && route_takes_json(route)) {
         (void)problem_respond(call, "unsupported-media-type",
                               "A Content-Type is required here: application/json.");
         return true;
     }
-    if (type && takes_json_alone(route)) {
+    if (type && route_takes_json(route)) {
         fits = type_in(type, json_types);
     } else if (type && route->body == ROUTE_SURFACE) {
         fits = type_in(type, surface_types);
@@ -227,12 +220,6 @@ static bool is_at_hand(struct api *api, const struct api_request *request,
                STORE_OK;
 }
 
-static bool is_probe(const struct api_route *route)
-{
-    return route->handler == system_healthz || route->handler == system_readyz ||
-           route->handler == system_metrics;
-}
-
 enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t content_length,
                            size_t *max_body, struct api_response *response)
 {
@@ -249,14 +236,14 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         return API_REFUSED;
     }
     request->route_name = match.route->pattern;
-    request->probe = is_probe(match.route);
+    request->probe = (match.route->flags & ROUTE_PROBE) != 0;
     request->bodiless = match.route->body == ROUTE_NO_BODY;
     if (!auth_admit(&call, request, match.route)) {
         return API_REFUSED;
     }
     if (match.route->body != ROUTE_NO_BODY) {
         *max_body = body_limit(api, request);
-        if (takes_json_alone(match.route) && *max_body > json_body_limit(match.route)) {
+        if (route_takes_json(match.route) && *max_body > json_body_limit(match.route)) {
             *max_body = json_body_limit(match.route);
         }
     }
@@ -274,7 +261,8 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         void *pointer;
     } route = {match.route};
     request->route = route.pointer;
-    return match.route->slow && !is_at_hand(api, request, &match) ? API_SLOW : API_QUICK;
+    return match.route->flags & ROUTE_SLOW && !is_at_hand(api, request, &match) ? API_SLOW
+                                                                                : API_QUICK;
 }
 
 /* An answer that was built while memory was short may lack members: it is 503 instead. */
@@ -284,15 +272,6 @@ static void refuse_incomplete(struct api_response *response)
         api_response_clear(response);
         response_json(response, 503, "application/problem+json", NULL);
     }
-}
-
-bool api_is_upload(const struct api_request *request)
-{
-    const struct api_route *route = request->route;
-
-    return route && request->body_size > 0 &&
-           (route->body == ROUTE_MESH || route->body == ROUTE_SURFACE ||
-            (takes_json_alone(route) && request->body_size > JSON_UPLOAD_FROM));
 }
 
 static void run_handler(struct api_call *call, const struct api_route *route)
@@ -357,7 +336,7 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     for (size_t i = 0; i < ROUTE_PARAMETERS_MAX; i++) {
         call.parameters[i] = match.parameters[i];
     }
-    if (route->slow && !auth_owns_path(&call, route)) {
+    if ((route->flags & ROUTE_SLOW) && !auth_owns_path(&call, route)) {
         return;
     }
     if (api_is_upload(request)) {
@@ -369,7 +348,7 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
         (void)malloc_trim(
             0); /* of hundreds of thousands of small blocks nothing goes back by itself */
     }
-    if (route->slow) {
+    if (route->flags & ROUTE_SLOW) {
         auth_record(api, request);
     }
 }

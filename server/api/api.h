@@ -108,6 +108,7 @@ struct api_response {
         char job_id[STORE_ID_MAX];
         double seconds;
         void *state; /* of the handler; freed by api_resume or api_response_clear */
+        void (*free_state)(void *state);
     } wait;
     /* Not finished with its body: what follows is made by api_stream_next, piece by piece, whenever
        this job changes. */
@@ -115,6 +116,7 @@ struct api_response {
         char job_id[STORE_ID_MAX]; /* "": no stream */
         bool ended;                /* the body is the last piece */
         void *state;               /* freed by api_response_clear */
+        void (*free_state)(void *state);
     } stream;
     struct api_header headers[API_HEADERS_MAX]; /* values owned, names static */
     char short_values[API_VALUES_SIZE]; /* those of the first headers; the others are malloc's */

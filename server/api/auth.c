@@ -36,7 +36,6 @@
 #define SECRET_MAX 512           /* of an Authorization header that is looked at */
 #define BURST_SECONDS 2.0        /* of requests that may come at once */
 #define RECORD_MS INT64_C(60000) /* between two records of a token's use */
-#define BYTES_RETRY_SECONDS 3600
 
 struct auth_account {
     struct auth_account *next;
@@ -57,9 +56,6 @@ struct api_auth {
 };
 
 /* Routes that need no token. */
-static api_handler *const public_routes[] = {system_landing, system_healthz, system_readyz,
-                                             system_version, system_openapi};
-
 /* What the first parameter of a path names. */
 static const struct {
     const char *prefix, *code;
@@ -252,16 +248,6 @@ void stream_leave(struct api_auth *auth, struct auth_account *account)
 
 /* ---- Admission ------------------------------------------------------------------------------- */
 
-static bool is_public(const struct api_route *route)
-{
-    for (size_t i = 0; i < sizeof public_routes / sizeof public_routes[0]; i++) {
-        if (public_routes[i] == route->handler) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* The token after "Bearer" in a value that may be NULL, or NULL where there is none. */
 static const char *bearer(const char *value)
 {
@@ -394,7 +380,7 @@ static bool role_allows(struct api_call *call, enum store_role role, const struc
 {
     const char *method = call->request->method;
     bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
-    bool metrics = route->handler == system_metrics;
+    bool metrics = route->flags & ROUTE_MONITORS;
 
     if (role == STORE_ROLE_ADMIN || (role == STORE_ROLE_METRICS && metrics) ||
         (role == STORE_ROLE_USER && !metrics) || (role == STORE_ROLE_VIEWER && !metrics && reads)) {
@@ -422,7 +408,7 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
     double wait = 0;
 
     memset(&request->caller, 0, sizeof request->caller);
-    if (is_public(route)) {
+    if (route->flags & ROUTE_PUBLIC) {
         /* Nothing that belongs to anyone is there; the file need not be looked at. */
         request->caller.restricted = true;
         return true;
@@ -501,37 +487,4 @@ bool auth_owns_path(struct api_call *call, const struct api_route *route)
         }
     }
     return status == 0;
-}
-
-/* ---- Quotas ---------------------------------------------------------------------------------- */
-
-static const struct {
-    const char *code, *sentence;
-} quota_problems[STORE_QUOTAS] = {
-    [STORE_QUOTA_QUEUED] = {"quota-exceeded", "jobs may wait"},
-    [STORE_QUOTA_RUNNING] = {"quota-exceeded", "jobs may run at once"},
-    [STORE_QUOTA_BYTES] = {"storage-quota-exceeded", "bytes may be held"},
-    [STORE_QUOTA_REQUESTS] = {"quota-exceeded", "requests a second may be sent"},
-    [STORE_QUOTA_STREAMS] = {"quota-exceeded", "answers may wait for jobs at once"},
-};
-
-void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds)
-{
-    const struct api_request *request = call->request;
-    const char *code = quota_problems[quota].code;
-    long long limit = (long long)request->caller.quotas[quota];
-    json_t *document;
-    char detail[160];
-
-    (void)snprintf(detail, sizeof detail, "The quota \"%s\" is used up: %lld %s.",
-                   store_quota_name(quota), limit, quota_problems[quota].sentence);
-    document = problem_json(code, detail, request->path, request->id);
-    (void)json_object_set_new(document, "quota", json_string(store_quota_name(quota)));
-    (void)json_object_set_new(document, "limit", json_integer(limit));
-    api_response_clear(call->response);
-    response_json(call->response, problem_status(code), "application/problem+json", document);
-    (void)api_response_header(call->response, "Retry-After", "%d",
-                              quota == STORE_QUOTA_BYTES ? BYTES_RETRY_SECONDS
-                              : retry_seconds > 1        ? retry_seconds
-                                                         : 1);
 }

@@ -35,12 +35,12 @@ struct api_stream_state {
     struct auth_account *account; /* whose streams this is one of; NULL: of none */
 };
 
-void events_free(struct api_stream_state *state)
+static void free_state(void *argument)
 {
-    if (state) {
-        stream_leave(state->auth, state->account);
-        free(state);
-    }
+    struct api_stream_state *state = argument;
+
+    stream_leave(state->auth, state->account);
+    free(state);
 }
 
 static void event_id(const char *data, char id[EVENT_ID_LENGTH + 1])
@@ -153,6 +153,7 @@ void jobs_events(struct api_call *call)
         memcpy(state->seen, known, sizeof state->seen);
     }
     response->stream.state = state;
+    response->stream.free_state = free_state;
     tell_job(response, &job, true);
     if (job_ended(&job) && known && strcmp(known, state->seen) == 0 && state->status < 0) {
         api_response_clear(response);

@@ -13,9 +13,8 @@
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
-struct api_auth;         /* auth.c: tokens, and what each has used */
-struct api_stream_state; /* events.c */
-struct api_inflight;     /* inflight.c: the Idempotency-Keys of requests in progress */
+struct api_auth;     /* auth.c: tokens, and what each has used */
+struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
     struct api_config config;
@@ -91,8 +90,6 @@ void stream_leave(struct api_auth *auth, struct auth_account *account);
 bool auth_holds(struct api_auth *auth, const struct auth_account *account);
 /* Answers that the token does not hold any more. */
 void auth_refuse_revoked(struct api_call *call);
-/* events.c: the state of a stream of events, which is one of its caller's streams; NULL is fine. */
-void events_free(struct api_stream_state *state);
 
 /* ---- Responses (respond.c) ------------------------------------------------------------------- */
 
@@ -181,6 +178,9 @@ struct api_process {
     void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
     /* Seconds that a job with these canonical inputs is expected to take. */
     double (*seconds)(const struct api_work *work, const json_t *inputs);
+    /* Of a process whose results have a form as a table too: answers with the results of a
+       successful job in this form (tables.h). Otherwise NULL. */
+    void (*respond_table)(struct api_call *call, const struct store_job *job, int form);
 };
 /* The processes that a service offers, and what is the same for each: this layer knows none of
    them by name. */
@@ -192,7 +192,7 @@ struct api_processes {
     json_t *(*inputs_schema)(const struct api_process *process);
     json_t *(*outputs_schema)(const struct api_process *process);
 };
-/* executions.c: by its id, or NULL. */
+/* processes.c: by its id, or NULL. */
 const struct api_process *api_process_find(const struct api *api, const char *id);
 
 /* ---- Handlers, one per route ----------------------------------------------------------------- */

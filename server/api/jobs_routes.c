@@ -168,7 +168,7 @@ static void respond_form(struct api_call *call, const struct store_job *job, enu
     if (form == TABLE_JSON) {
         respond_successful(call, job);
     } else {
-        distances_respond(call, job, form);
+        api_process_find(call->api, job->process)->respond_table(call, job, (int)form);
     }
 }
 

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#define BYTES_RETRY_SECONDS 3600
 #define DETAIL_MAX 512
 #define QUEUE_RETRY_SECONDS 5 /* until one who has a full queue may try again */
 
@@ -270,4 +271,37 @@ int problem_respond_store(struct api_call *call, int store_status, const char *n
     }
     return problem_respond(call, "internal-error", "The store failed at %s: %s.", what,
                            store_strerror(store_status));
+}
+
+/* ---- Quotas ---------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *code, *sentence;
+} quota_problems[STORE_QUOTAS] = {
+    [STORE_QUOTA_QUEUED] = {"quota-exceeded", "jobs may wait"},
+    [STORE_QUOTA_RUNNING] = {"quota-exceeded", "jobs may run at once"},
+    [STORE_QUOTA_BYTES] = {"storage-quota-exceeded", "bytes may be held"},
+    [STORE_QUOTA_REQUESTS] = {"quota-exceeded", "requests a second may be sent"},
+    [STORE_QUOTA_STREAMS] = {"quota-exceeded", "answers may wait for jobs at once"},
+};
+
+void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds)
+{
+    const struct api_request *request = call->request;
+    const char *code = quota_problems[quota].code;
+    long long limit = (long long)request->caller.quotas[quota];
+    json_t *document;
+    char detail[160];
+
+    (void)snprintf(detail, sizeof detail, "The quota \"%s\" is used up: %lld %s.",
+                   store_quota_name(quota), limit, quota_problems[quota].sentence);
+    document = problem_json(code, detail, request->path, request->id);
+    (void)json_object_set_new(document, "quota", json_string(store_quota_name(quota)));
+    (void)json_object_set_new(document, "limit", json_integer(limit));
+    api_response_clear(call->response);
+    response_json(call->response, problem_status(code), "application/problem+json", document);
+    (void)api_response_header(call->response, "Retry-After", "%d",
+                              quota == STORE_QUOTA_BYTES ? BYTES_RETRY_SECONDS
+                              : retry_seconds > 1        ? retry_seconds
+                                                         : 1);
 }

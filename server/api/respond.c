@@ -41,8 +41,12 @@ void api_response_clear(struct api_response *response)
         }
     }
     free(response->body);
-    execution_wait_free(response->wait.state);
-    events_free(response->stream.state);
+    if (response->wait.state) {
+        response->wait.free_state(response->wait.state);
+    }
+    if (response->stream.state) {
+        response->stream.free_state(response->stream.state);
+    }
     memset(response, 0, offsetof(struct api_response, headers));
 }
 
@@ -348,53 +352,4 @@ const char *name_problem(const char *name)
         characters += (*at & 0xc0) != 0x80;
     }
     return characters > NAME_CHARACTERS_MAX ? "has more than 255 characters" : NULL;
-}
-
-json_t *body_json(struct api_call *call)
-{
-    const struct api_request *request = call->request;
-    size_t limit = json_body_limit(request->route);
-    size_t budget = api_is_upload(request) ? JSON_GROWTH_MAX * limit : JSON_SMALL_MAX;
-    json_error_t error;
-    json_t *document;
-    bool over;
-
-    if (request->body_size == 0) {
-        (void)problem_respond(call, "malformed-json",
-                              "The body is empty where a JSON object is expected.");
-        return NULL;
-    }
-    if (request->body_size > limit) {
-        (void)problem_respond(call, "body-too-large",
-                              "The body has %zu bytes; JSON may have %zu bytes here.",
-                              request->body_size, limit);
-        return NULL;
-    }
-    document =
-        json_memory_load((const char *)request->body, request->body_size, budget, &over, &error);
-    if (over) {
-        (void)problem_respond(call, "body-too-large",
-                              "The body holds too many values: as a document it would take more "
-                              "than %zu MiB.",
-                              budget >> 20);
-        return NULL;
-    }
-    if (!document && json_memory_failed()) {
-        (void)problem_respond(call, "out-of-memory", "The body does not fit into memory now.");
-        return NULL;
-    }
-    if (!document) {
-        (void)problem_respond(call, "malformed-json", "At line %d, column %d: %s.", error.line,
-                              error.column,
-                              json_error_code(&error) == json_error_null_character
-                                  ? "a string must not have a zero character"
-                                  : error.text);
-        return NULL;
-    }
-    if (!json_is_object(document)) {
-        (void)problem_respond(call, "malformed-json", "The body must be a JSON object.");
-        json_decref(document);
-        return NULL;
-    }
-    return document;
 }

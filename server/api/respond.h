@@ -63,7 +63,4 @@ void auth_record(struct api *api, const struct api_request *request);
 /* Whether a mesh may come under this media type of that length (meshes.c). */
 bool mesh_type_known(const char *type, size_t length);
 
-/* Frees what a waiting execution keeps in response->wait.state; NULL is accepted (executions.c). */
-void execution_wait_free(void *state);
-
 #endif

@@ -13,79 +13,79 @@
 #define NPY "application/x-npy"
 #define CSV "text/csv"
 #define EVENTS "text/event-stream"
+#define QUICK 0
+#define SLOW ROUTE_SLOW
+#define PUBLIC ROUTE_PUBLIC
+#define MONITORS ROUTE_MONITORS
+#define PROBE ROUTE_PROBE
 
 const struct api_route api_routes[] = {
-    {"GET", "/", system_landing, false, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/healthz", system_healthz, false, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/readyz", system_readyz, true, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/metrics", system_metrics, true, ROUTE_NO_BODY, "", {0}},
-    {"GET", "/v1/version", system_version, false, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/openapi.yaml", system_openapi, false, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/", system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/healthz", system_healthz, PUBLIC | PROBE, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/readyz", system_readyz, SLOW | PUBLIC | PROBE, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/metrics", system_metrics, SLOW | MONITORS | PROBE, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/v1/version", system_version, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/openapi.yaml", system_openapi, PUBLIC, ROUTE_NO_BODY, "", {0}},
 
-    {"POST", "/v1/meshes", meshes_create, true, ROUTE_MESH, "format,name", {JSON}},
-    {"GET", "/v1/meshes", meshes_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
-    {"GET", "/v1/meshes/{id}", meshes_get, true, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/meshes/{id}/content", meshes_content, true, ROUTE_NO_BODY, "", {0}},
+    {"POST", "/v1/meshes", meshes_create, SLOW, ROUTE_MESH, "format,name", {JSON}},
+    {"GET", "/v1/meshes", meshes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/meshes/{id}", meshes_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/meshes/{id}/content", meshes_content, SLOW, ROUTE_NO_BODY, "", {0}},
 
-    {"POST", "/v1/surfaces", surfaces_create, true, ROUTE_SURFACE, "name,lmax,kind,scale", {JSON}},
-    {"GET", "/v1/surfaces", surfaces_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
-    {"GET", "/v1/surfaces/{id}", surfaces_get, true, ROUTE_NO_BODY, "", {JSON}},
+    {"POST", "/v1/surfaces", surfaces_create, SLOW, ROUTE_SURFACE, "name,lmax,kind,scale", {JSON}},
+    {"GET", "/v1/surfaces", surfaces_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/surfaces/{id}", surfaces_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"GET",
      "/v1/surfaces/{id}/coefficients",
      surfaces_coefficients,
-     true,
+     SLOW,
      ROUTE_NO_BODY,
      "format",
      {JSON, NPY}},
     {"GET",
      "/v1/surfaces/{id}/srnf",
      surfaces_srnf,
-     true,
+     SLOW,
      ROUTE_NO_BODY,
      "format,kind,nTheta,nPhi",
      {JSON, NPY}},
     {"GET",
      "/v1/surfaces/{id}/grid",
      surfaces_grid,
-     true,
+     SLOW,
      ROUTE_NO_BODY,
      "format,kind,nTheta,nPhi",
      {JSON, NPY}},
-    {"GET", "/v1/surfaces/{id}/mesh", surfaces_mesh, true, ROUTE_NO_BODY, "format,resolution", {0}},
+    {"GET", "/v1/surfaces/{id}/mesh", surfaces_mesh, SLOW, ROUTE_NO_BODY, "format,resolution", {0}},
 
-    {"POST", "/v1/cohorts", cohorts_create, true, ROUTE_JSON, "", {JSON}},
-    {"GET", "/v1/cohorts", cohorts_list, true, ROUTE_NO_BODY, "limit,cursor,owner", {JSON}},
-    {"GET", "/v1/cohorts/{name}", cohorts_get, true, ROUTE_NO_BODY, "owner", {JSON}},
-    {"DELETE", "/v1/cohorts/{name}", cohorts_delete, true, ROUTE_NO_BODY, "owner", {0}},
+    {"POST", "/v1/cohorts", cohorts_create, SLOW, ROUTE_JSON, "", {JSON}},
+    {"GET", "/v1/cohorts", cohorts_list, SLOW, ROUTE_NO_BODY, "limit,cursor,owner", {JSON}},
+    {"GET", "/v1/cohorts/{name}", cohorts_get, SLOW, ROUTE_NO_BODY, "owner", {JSON}},
+    {"DELETE", "/v1/cohorts/{name}", cohorts_delete, SLOW, ROUTE_NO_BODY, "owner", {0}},
 
-    {"GET", "/v1/models", models_list, true, ROUTE_NO_BODY, "limit,cursor", {JSON}},
-    {"GET", "/v1/models/{id}", models_get, true, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/models/{id}/modes", models_modes, true, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
+    {"GET", "/v1/models", models_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/models/{id}", models_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/models/{id}/modes", models_modes, SLOW, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
     {"GET",
      "/v1/models/{id}/scores",
      models_scores,
-     true,
+     SLOW,
      ROUTE_NO_BODY,
      "format",
      {JSON, CSV, NPY}},
 
-    {"GET", "/v1/processes", processes_list, false, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/processes/{id}", processes_get, false, ROUTE_NO_BODY, "", {JSON}},
-    {"POST", "/v1/processes/{id}/execution", executions_create, true, ROUTE_INPUTS, "", {JSON}},
+    {"GET", "/v1/processes", processes_list, QUICK, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/processes/{id}", processes_get, QUICK, ROUTE_NO_BODY, "", {JSON}},
+    {"POST", "/v1/processes/{id}/execution", executions_create, SLOW, ROUTE_INPUTS, "", {JSON}},
 
-    {"GET", "/v1/jobs", jobs_list, true, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
-    {"GET", "/v1/jobs/{id}", jobs_get_one, true, ROUTE_NO_BODY, "", {JSON}},
-    {"GET", "/v1/jobs/{id}/results", jobs_results, true, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
-    {"GET", "/v1/jobs/{id}/events", jobs_events, true, ROUTE_NO_BODY, "", {EVENTS}},
-    {"POST", "/v1/jobs/{id}/cancel", jobs_cancel_one, true, ROUTE_NO_BODY, "", {JSON}},
-    {"DELETE", "/v1/jobs/{id}", jobs_delete, true, ROUTE_NO_BODY, "", {0}},
-    {NULL, NULL, NULL, false, ROUTE_NO_BODY, NULL, {0}},
+    {"GET", "/v1/jobs", jobs_list, SLOW, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
+    {"GET", "/v1/jobs/{id}", jobs_get_one, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/jobs/{id}/results", jobs_results, SLOW, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
+    {"GET", "/v1/jobs/{id}/events", jobs_events, SLOW, ROUTE_NO_BODY, "", {EVENTS}},
+    {"POST", "/v1/jobs/{id}/cancel", jobs_cancel_one, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/jobs/{id}", jobs_delete, SLOW, ROUTE_NO_BODY, "", {0}},
+    {NULL, NULL, NULL, QUICK, ROUTE_NO_BODY, NULL, {0}},
 };
-
-size_t json_body_limit(const struct api_route *route)
-{
-    return route->body == ROUTE_JSON ? ROUTE_JSON_MAX : ROUTE_INPUTS_MAX;
-}
 
 bool route_matches(const char *pattern, const char *path,
                    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE])

@@ -18,6 +18,15 @@ enum route_body {
     ROUTE_SURFACE, /* JSON or .npy */
 };
 
+/* What holds of a route, as bits. Without PUBLIC or MONITORS a token is needed, where there are
+   any. */
+enum route_flag {
+    ROUTE_SLOW = 1,     /* needs a request thread: computes, or reads much */
+    ROUTE_PUBLIC = 2,   /* for anyone */
+    ROUTE_MONITORS = 4, /* for admins, and tokens for metrics alone */
+    ROUTE_PROBE = 8,    /* asked by monitors every few seconds */
+};
+
 #define ROUTE_JSON_MAX ((size_t)8 << 20)
 #define ROUTE_INPUTS_MAX ((size_t)32 << 20)
 /* What a document may take in memory, in lengths of the longest text: an array of numbers of full
@@ -31,7 +40,7 @@ struct api_route {
     const char *method;  /* "GET" answers HEAD too */
     const char *pattern; /* "/v1/meshes/{id}": a brace stands for one segment */
     api_handler *handler;
-    bool slow; /* needs a request thread: computes, or reads much */
+    unsigned flags; /* enum route_flag */
     enum route_body body;
     const char *query; /* parameters that it knows, separated by commas */
     const char
@@ -45,7 +54,8 @@ struct route_match {
     char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE];
 };
 
-/* Bytes that a JSON body may have on the route. */
+/* Of bodies (body.c): whether the route takes JSON and nothing else, and bytes that it may have. */
+bool route_takes_json(const struct api_route *route);
 size_t json_body_limit(const struct api_route *route);
 
 /* Whether the pattern fits the path; then parameters holds its segments in order. */

@@ -35,8 +35,4 @@ void table_respond_csv(struct api_call *call, struct table_text *text, const cha
 void table_respond_npy(struct api_call *call, const double *values, size_t n_dimensions,
                        const size_t *shape, const char *name);
 
-/* The matrix in the results of a successful job of the process distances, as CSV or .npy
-   (processes/distances.c). */
-void distances_respond(struct api_call *call, const struct store_job *job, enum table_form form);
-
 #endif

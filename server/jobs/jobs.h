@@ -58,10 +58,10 @@ struct jobs_config {
                                   worker's share of the machine (jobs/memory.h) */
     double calm_seconds;       /* a job that runs alone starts no sooner than this after the engine;
                                   0: JOBS_CALM_DEFAULT */
-    const char *faulty;        /* the job that the daemon died of last time, "" or NULL: not known */
-    double kept_encodings;     /* bytes of encodings that are kept for later jobs; 0: none are */
-    double retention_days;     /* ended jobs are removed after so long; 0: never */
-    double sweep_seconds;      /* between two looks at what may go; 0: none */
+    const char *faulty;    /* the job that the daemon died of last time, "" or NULL: not known */
+    double kept_encodings; /* bytes of encodings that are kept for later jobs; 0: none are */
+    double retention_days; /* ended jobs are removed after so long; 0: never */
+    double sweep_seconds;  /* between two looks at what may go; 0: none */
     /* trace: the traceparent that the job came with, or "". */
     void (*log)(void *user, const char *event, const char *job_id, const char *trace,
                 const char *detail);

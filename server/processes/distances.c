@@ -189,23 +189,6 @@ static json_t *run_distances(struct jobs_run *run, const void *typed, struct job
     return document;
 }
 
-static const struct process_table table = {
-    .inputs = inputs,
-    .outputs = outputs,
-    .size = sizeof(struct distances),
-    .complete = complete,
-    .run = run_distances,
-};
-
-const struct api_process distances_process = {
-    .id = "distances",
-    .title = "Distances between surfaces",
-    .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
-                   "registered pair by pair or as they are parameterised.",
-    .table = &table,
-    .seconds = distances_seconds,
-};
-
 /* ---- The matrix of a finished job ------------------------------------------------------------ */
 
 /* double[n][n], malloc; NULL where the document is not what document_of makes. */
@@ -248,7 +231,7 @@ static void respond_csv(struct api_call *call, const json_t *document, const dou
     table_respond_csv(call, &text, name);
 }
 
-void distances_respond(struct api_call *call, const struct store_job *job, enum table_form form)
+static void respond_table(struct api_call *call, const struct store_job *job, int form)
 {
     json_t *document = NULL;
     double *values = NULL;
@@ -278,3 +261,21 @@ out:
     json_decref(document);
     free(text);
 }
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct distances),
+    .complete = complete,
+    .run = run_distances,
+};
+
+const struct api_process distances_process = {
+    .id = "distances",
+    .title = "Distances between surfaces",
+    .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
+                   "registered pair by pair or as they are parameterised.",
+    .table = &table,
+    .seconds = distances_seconds,
+    .respond_table = respond_table,
+};

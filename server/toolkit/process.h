@@ -13,6 +13,7 @@
 #define SRNFD_TOOLKIT_PROCESS_H
 
 #include "api/handler.h"
+#include "api/json_memory.h"
 #include "api/json_numbers.h"
 #include "api/surfaces.h"
 #include "compute/compute.h"
@@ -154,7 +155,13 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
                              const char *what, struct jobs_result *result);
 /* Whether a row was read, by the status of the store. Where it could not be, and not because it is
    not there, nothing is made of the results: they would lack what it tells. */
-bool process_read(int status);
+static inline bool process_read(int status)
+{
+    if (status != STORE_OK && status != STORE_NOT_FOUND) {
+        json_memory_fail();
+    }
+    return status == STORE_OK;
+}
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);

@@ -162,14 +162,6 @@ json_t *process_source(struct jobs_run *run, const char *process, const char *me
     return source;
 }
 
-bool process_read(int status)
-{
-    if (status != STORE_OK && status != STORE_NOT_FOUND) {
-        json_memory_fail();
-    }
-    return status == STORE_OK;
-}
-
 double process_scale(struct jobs_run *run, const char *id, double known)
 {
     struct store_surface surface = {0};
