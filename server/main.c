@@ -142,6 +142,15 @@ static int start_jobs(struct service *service, const struct config *config)
     return jobs_open(&service->jobs, &jobs);
 }
 
+static void watch_faults(struct service *service, const struct config *config)
+{
+    if (!fault_open(config->data, service->faulty)) {
+        LOG_WARN("faults-not-recorded", log_text("message", strerror(errno)));
+    }
+    fault_thread();
+    fault_watch();
+}
+
 static int start(struct service *service, const struct config *config, char *message, size_t size)
 {
     char reason[300] = "";
@@ -194,11 +203,7 @@ static int start(struct service *service, const struct config *config, char *mes
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
-    if (!fault_open(config->data, service->faulty)) {
-        LOG_WARN("faults-not-recorded", log_text("message", strerror(errno)));
-    }
-    fault_thread();
-    fault_watch();
+    watch_faults(service, config);
     if (start_jobs(service, config) != 0) {
         (void)snprintf(message, size, "the workers could not be started");
         return -1;

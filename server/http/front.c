@@ -12,8 +12,8 @@
  *
  * When more than max_waiting connections wait, the one that has waited longest goes, unless its
  * head has come meanwhile: whoever sends a request when it connects is never kept out by those who
- * do not. Whether a head has a token that holds is judged here, too, before there is a place for it:
- * that takes microseconds, and no more heads are unjudged than wait. A head must come in
+ * do not. Whether a head has a token that holds is judged here, too, before there is a place for
+ * it: that takes microseconds, and no more heads are unjudged than wait. A head must come in
  * header_seconds and in PIECES_MAX pieces. With all max_connections in use another one gives way
  * (slots.c); where none does, a request is answered 503 here. An answer closes its connection in
  * good order: what the client still sends is passed over for a moment, since closing a socket with

@@ -4,10 +4,10 @@
  *
  * A suspended exchange goes QUEUED -> RUNNING -> READY, or, when its handler asked to wait for a
  * job, RUNNING -> QUEUED once more (the job may have ended before the wait was known) -> RUNNING ->
- * WAITING, and from there back to QUEUED whenever the job changes, the deadline or WAIT_CHECK passes
- * or the daemon drains. A change that comes while the exchange is queued or running is kept in `woken`, so
- * none is lost. When READY it leaves all lists and the connection is resumed without the lock: from
- * then on it belongs to libmicrohttpd's thread again.
+ * WAITING, and from there back to QUEUED whenever the job changes, the deadline or WAIT_CHECK
+ * passes or the daemon drains. A change that comes while the exchange is queued or running is kept
+ * in `woken`, so none is lost. When READY it leaves all lists and the connection is resumed without
+ * the lock: from then on it belongs to libmicrohttpd's thread again.
  */
 #include "http/internal.h"
 

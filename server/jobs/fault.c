@@ -1,21 +1,23 @@
 /*
  * fault.c - the handler of faults, and the file in which it notes the job at fault.
  *
- * A daemon that dies of SIGSEGV and the like takes all running jobs with it, and most often one of them is the
- * reason: the one that the thread at fault was computing. Each thread keeps the id of its job in a thread-local
- * variable (workers and those that help them in a loop; others have none). The handler writes
+ * A daemon that dies of SIGSEGV and the like takes all running jobs with it, and most often one of
+ * them is the reason: the one that the thread at fault was computing. Each thread keeps the id of
+ * its job in a thread-local variable (workers and those that help them in a loop; others have
+ * none). The handler writes
  *
  *   one line to standard error, past the log's own buffer, with the signal, the job and its process
- *   the job's id over the beginning of DATA/fault, a file of RECORD bytes made at the start, so that neither a
- *   full disk nor a lack of descriptors stops it
+ *   the job's id over the beginning of DATA/fault, a file of RECORD bytes made at the start, so
+ *   that neither a full disk nor a lack of descriptors stops it
  *
- * and raises the signal again with its own action: the process ends, and dumps core, as without a handler. At the
- * next start that job alone has failed (store_job_recover_named); those that ran beside it are put back, and no
- * death is counted with them.
+ * and raises the signal again with its own action: the process ends, and dumps core, as without a
+ * handler. At the next start that job alone has failed (store_job_recover_named); those that ran
+ * beside it are put back, and no death is counted with them.
  *
- * All that the handler calls is async-signal-safe: write, pwrite, sigaction, raise. Of several threads at fault the
- * first one writes; the others wait for the end. The handler runs on a stack of its own where the thread has
- * one (fault_thread). Its state is the process's, as signals are: static, and atomic where threads meet.
+ * All that the handler calls is async-signal-safe: write, pwrite, sigaction, raise. Of several
+ * threads at fault the first one writes; the others wait for the end. The handler runs on a stack
+ * of its own where the thread has one (fault_thread). Its state is the process's, as signals are:
+ * static, and atomic where threads meet.
  */
 #include "jobs/fault.h"
 

@@ -159,7 +159,7 @@ struct jobs_ids {
 /* "job-" and a UUIDv7 greater than all that this source has given before. */
 void jobs_id_next(struct jobs_ids *ids, char id[STORE_ID_MAX], int64_t *created_ms);
 
-/* ---- Letting go (retention.c) ------------------------------------------------------------------- */
+/* ---- Letting go (retention.c) ---------------------------------------------------------------- */
 
 struct jobs_retention {
     pthread_t thread;

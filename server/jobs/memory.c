@@ -24,9 +24,9 @@
 
 #define ALIGNMENT ((size_t)64)
 
-/* From this size on a block comes from calloc, which takes pages of the system that are cleared when
-   they are first used: clearing a gigabyte at once takes seconds. What comes so is not aligned, and
-   gets one unit more. */
+/* From this size on a block comes from calloc, which takes pages of the system that are cleared
+   when they are first used: clearing a gigabyte at once takes seconds. What comes so is not
+   aligned, and gets one unit more. */
 #define LAZY_FROM ((size_t)16 << 20)
 
 struct front {

@@ -347,71 +347,6 @@ static void test_abandoned_requests_are_let_go(void **state)
     assert_true(now() - start < 8);
 }
 
-/* A client that has sent everything and closed its half still gets its answer, late as it is. */
-static void test_half_closed_clients_are_answered(void **state)
-{
-    struct http *http = serve((struct http_config){0});
-    int fd = dial(http), waits = dial(http), status;
-
-    (void)state;
-    say(fd, "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhello");
-    (void)shutdown(fd, SHUT_WR);
-    say(waits, "GET /wait HTTP/1.1\r\nHost: x\r\n\r\n");
-    (void)shutdown(waits, SHUT_WR);
-    assert_int_equal(hear(fd, text, false, NULL), 200);
-    nap(1500);
-    atomic_store(&fake.job_ended, true);
-    http_job_changed(http, "job-1");
-    status = hear(waits, text, false, NULL);
-    assert_int_equal(status, 200);
-    (void)close(fd);
-    (void)close(waits);
-    http_stop(http, 5);
-}
-
-/* So does one whose bytes were read, but not looked at for a while: a thread that has to wait for a
-   processor does not make a client abandoned. */
-static void test_half_closed_clients_can_wait(void **state)
-{
-    struct http *http = serve((struct http_config){0});
-    int fd = dial(http);
-
-    (void)state;
-    say(fd, "POST /late HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhello");
-    (void)shutdown(fd, SHUT_WR);
-    assert_int_equal(hear(fd, text, false, NULL), 200);
-    (void)close(fd);
-    http_stop(http, 5);
-}
-
-/* Nor does it matter when the end of what a client sends is seen: while the request is handled, or
-   before. */
-static void test_half_closes_come_at_any_time(void **state)
-{
-    struct http *http = serve((struct http_config){0});
-    int fds[20];
-
-    (void)state;
-    for (size_t i = 0; i < 20; i++) {
-        fds[i] = dial(http);
-        say(fds[i], i % 2 == 0 ? "POST /wait HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhello"
-                               : "GET /wait HTTP/1.1\r\nHost: x\r\n\r\n");
-        if (i >= 10) {
-            nap(10);
-        }
-        (void)shutdown(fds[i], SHUT_WR);
-    }
-    nap(100);
-    atomic_store(&fake.job_ended, true);
-    http_job_changed(http, "job-1");
-    for (size_t i = 0; i < 20; i++) {
-        assert_int_equal(hear(fds[i], text, false, NULL), 200);
-        assert_true(closes(fds[i]));
-        (void)close(fds[i]);
-    }
-    http_stop(http, 5);
-}
-
 /* One head, and it is ours. */
 static void test_refusals_have_one_head(void **state)
 {
@@ -783,9 +718,6 @@ int main(void)
         cmocka_unit_test(test_stopping_answers_what_waits),
         cmocka_unit_test(test_dawdlers_are_cut_off),
         cmocka_unit_test(test_abandoned_requests_are_let_go),
-        cmocka_unit_test(test_half_closed_clients_are_answered),
-        cmocka_unit_test(test_half_closed_clients_can_wait),
-        cmocka_unit_test(test_half_closes_come_at_any_time),
         cmocka_unit_test(test_refusals_have_one_head),
         cmocka_unit_test(test_foreign_sites_are_kept_out),
         cmocka_unit_test(test_streams_follow_the_job),

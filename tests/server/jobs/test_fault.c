@@ -1,7 +1,7 @@
 /*
- * test_fault.c - a daemon that dies of a fault tells which job its thread ran: one line on standard error, and at
- * the next start that job alone has failed; what ran beside it is put back without a death. A fault outside of
- * jobs blames none of them.
+ * test_fault.c - a daemon that dies of a fault tells which job its thread ran: one line on standard
+ * error, and at the next start that job alone has failed; what ran beside it is put back without a
+ * death. A fault outside of jobs blames none of them.
  *
  * srnfd-test: release-only
  */
@@ -79,7 +79,8 @@ static void run_deadly(struct jobs_run *run, void *user, const char *inputs,
 static const struct jobs_process table[] = {
     {"lasting", run_lasting}, {"deadly", run_deadly}, {NULL, NULL}};
 
-/* The life of a daemon that ends by a fault: of a job, or, without inputs, of a thread without one. */
+/* The life of a daemon that ends by a fault: of a job, or, without inputs, of a thread without
+   one. */
 static void live(const char *path, const char *inputs, int told)
 {
     struct jobs_config config = {
