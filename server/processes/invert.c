@@ -1,5 +1,5 @@
 /*
- * invert.c - the process invert over HTTP: schemas, canonical inputs, result document.
+ * invert.c - the process invert: from an SRNF to the surface that has it.
  *
  * What counts as a result: a surface whose relative energy reached the tolerance has converged
  * true. One that stopped at a minimum of positive energy ("stationary") is a result too, with
@@ -7,86 +7,52 @@
  * best. Where the iterations ran out, it depends on who set their number: an explicit
  * maxIterations asks how far that many lead and gives a result with converged false and stopped
  * "maxIterations"; the method's own limit is a failure, not-converged, which says how far it got.
- * The method closed-form gives what the formula does, with stopped "closedForm" where that is above
- * the tolerance.
+ * closed-form gives what the formula does, with stopped "closedForm" where above the tolerance.
  *
- * A q that is given is read by toolkit/field.c.
+ * The result is moved to its area centroid: an SRNF does not know translations, and stored surfaces
+ * are centred by convention. Its orientation follows the core: positive volume.
  */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "toolkit/process.h"
 #include "toolkit/routes.h"
+#include "toolkit/seconds.h"
+#include "toolkit/table.h"
+#include "toolkit/target.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
-#include "compute/invert.h"
 
-static const char *const names[] = {"srnf",      "initial",       "method", "lmax",
-                                    "tolerance", "maxIterations", NULL};
+#define SHARE_MESH 30.0 /* percent of the job that encoding a mesh takes */
+
+struct start {
+    enum srnf_initial initial;
+    char surface[STORE_ID_MAX]; /* of SRNF_INITIAL_SURFACE */
+};
+
+struct inverting {
+    struct target target;
+    struct start start;
+    int method;
+    long degree, max_iterations;
+    double tolerance;
+};
 
 /* In the order of enum srnf_inversion_method and of enum srnf_initial. */
 static const char *const methods[] = {"auto",     "gauss-newton", "spectral",
                                       "gradient", "closed-form",  NULL};
 static const char *const initials[] = {"auto", "sphere", "star", NULL};
 
-static int index_of(const char *name, const char *const *choices)
+/* ---- The input initial ----------------------------------------------------------------------- */
+
+static enum srnf_initial initial_of(const char *name)
 {
-    for (int i = 0; name && choices[i]; i++) {
-        if (strcmp(name, choices[i]) == 0) {
-            return i;
-        }
+    int i = 0;
+
+    while (initials[i] && strcmp(name, initials[i]) != 0) {
+        i++;
     }
-    return -1;
-}
-
-/* ---- Canonical inputs ------------------------------------------------------------------------ */
-
-/* srnf in either form; returns the degree that lmax defaults to. */
-static long read_srnf(struct process_inputs *inputs)
-{
-    const json_t *srnf = json_object_get(inputs->given, "srnf");
-    const json_t *surface = json_object_get(srnf, "surface");
-    long degree = PROCESS_DEGREE_DEFAULT;
-    const char *id;
-
-    if (!json_is_object(srnf)) {
-        problem_add(inputs->list, "/inputs/srnf",
-                    "is required: {\"surface\": id} or {\"lmax\", \"nTheta\", \"nPhi\", \"q\"}");
-    } else if (!surface) {
-        (void)json_object_set_new(inputs->canonical, "srnf",
-                                  inputs_field(inputs, srnf, "/inputs/srnf", &degree));
-    } else if (json_object_size(srnf) != 1) {
-        problem_add(inputs->list, "/inputs/srnf",
-                    "has either surface, or lmax, nTheta, nPhi and q, and nothing else");
-    } else {
-        id = inputs_surface_at(inputs, surface, "/inputs/srnf/surface", &degree);
-        if (id) {
-            (void)json_object_set_new(inputs->canonical, "srnf", json_pack("{s:s}", "surface", id));
-        }
-    }
-    return degree;
-}
-
-/* initial: a word or an id. */
-static void read_initial(struct process_inputs *inputs)
-{
-    const json_t *value = json_object_get(inputs->given, "initial");
-    const char *text = json_string_value(value);
-    long degree;
-
-    if (text && (strncmp(text, "surf-", 5) == 0 || strncmp(text, "mesh-", 5) == 0)) {
-        text = inputs_surface_at(inputs, value, "/inputs/initial", &degree);
-        if (text) {
-            (void)json_object_set_new(inputs->canonical, "initial", json_string(text));
-        }
-    } else if (text && index_of(text, initials) < 0) {
-        problem_add(inputs->list, "/inputs/initial",
-                    "must be auto, sphere, star or the id of a surface or a mesh");
-    } else {
-        (void)inputs_choice(inputs, "initial", initials);
-    }
+    return initials[i] ? (enum srnf_initial)i : SRNF_INITIAL_SURFACE;
 }
 
 /* The methods that do not search have no place to start from. */
@@ -103,81 +69,205 @@ static void check_initial(struct process_inputs *inputs)
     }
 }
 
-/* A q on a grid must resolve the degree asked for. */
-static void check_grid(struct process_inputs *inputs, long lmax)
+/* A word or an id. */
+static void read_start(struct process_inputs *inputs, const struct process_input *input)
 {
-    const json_t *srnf = json_object_get(inputs->canonical, "srnf");
-    json_int_t rows = json_integer_value(json_object_get(srnf, "nTheta"));
-    json_int_t columns = json_integer_value(json_object_get(srnf, "nPhi"));
-
-    if (rows && columns && (rows < lmax + 1 || columns < 2 * lmax + 1)) {
-        problem_add(inputs->list, "/inputs/lmax",
-                    "is %ld, but a grid of %lld x %lld resolves degree %lld at most", lmax,
-                    (long long)rows, (long long)columns,
-                    (long long)(rows - 1 < (columns - 1) / 2 ? rows - 1 : (columns - 1) / 2));
-    }
-}
-
-json_t *invert_canonicalise(struct api_call *call, const json_t *given, struct problem_list *list)
-{
-    struct process_inputs inputs;
+    const json_t *value = json_object_get(inputs->given, input->name);
+    const char *text = json_string_value(value);
     long degree;
 
-    if (!inputs_open(&inputs, call, given, list, names)) {
-        return NULL;
+    if (text && (strncmp(text, "surf-", 5) == 0 || strncmp(text, "mesh-", 5) == 0)) {
+        text = inputs_surface_at(inputs, value, "/inputs/initial", &degree);
+        if (text) {
+            (void)json_object_set_new(inputs->canonical, input->name, json_string(text));
+        }
+    } else if (text && initial_of(text) == SRNF_INITIAL_SURFACE) {
+        problem_add(inputs->list, "/inputs/initial",
+                    "must be auto, sphere, star or the id of a surface or a mesh");
+    } else {
+        (void)inputs_choice(inputs, input->name, initials);
     }
-    (void)inputs_choice(&inputs, "method", methods);
-    (void)inputs_real(&inputs, "tolerance", PROCESS_TOLERANCE_MIN, PROCESS_TOLERANCE_MAX,
-                      PROCESS_TOLERANCE_DEFAULT);
-    (void)inputs_integer_or_null(&inputs, "maxIterations", 1, PROCESS_ITERATIONS_MAX);
-    degree = read_srnf(&inputs);
-    degree = inputs_integer(&inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, degree);
-    check_grid(&inputs, degree);
-    read_initial(&inputs);
-    check_initial(&inputs);
-    return inputs_close(&inputs);
+    check_initial(inputs);
 }
 
-/* ---- Running --------------------------------------------------------------------------------- */
-
-/* Fills typed from canonical inputs; *q is owned by the caller. False with the problem set. */
-static bool typed_inputs(const json_t *inputs, struct compute_invert_inputs *typed, double **q,
-                         struct jobs_result *result)
+static bool type_start(const json_t *value, void *member)
 {
-    const json_t *srnf = json_object_get(inputs, "srnf"), *values = json_object_get(srnf, "q");
-    const char *initial = json_string_value(json_object_get(inputs, "initial"));
-    int start = index_of(initial, initials);
-    size_t nodes;
+    const char *text = json_string_value(value);
+    struct start *start = member;
 
-    typed->options = srnf_invert_options_defaults();
-    typed->options.method = (enum srnf_inversion_method)index_of(
-        json_string_value(json_object_get(inputs, "method")), methods);
-    typed->options.initial = start < 0 ? SRNF_INITIAL_SURFACE : (enum srnf_initial)start;
-    typed->initial_surface = start < 0 ? initial : NULL;
-    typed->options.tolerance = json_number_value(json_object_get(inputs, "tolerance"));
-    typed->options.max_iterations =
-        (size_t)json_integer_value(json_object_get(inputs, "maxIterations"));
-    typed->degree = (size_t)json_integer_value(json_object_get(inputs, "lmax"));
-    typed->surface = json_string_value(json_object_get(srnf, "surface"));
-    if (typed->surface) {
-        return true;
+    start->initial = text ? initial_of(text) : SRNF_INITIAL_AUTO;
+    if (start->initial == SRNF_INITIAL_SURFACE) {
+        (void)snprintf(start->surface, sizeof start->surface, "%s", text);
     }
-    typed->n_theta = (size_t)json_integer_value(json_object_get(srnf, "nTheta"));
-    typed->n_phi = (size_t)json_integer_value(json_object_get(srnf, "nPhi"));
-    nodes = typed->n_theta * typed->n_phi;
-    *q = srnf_alloc(nodes, 3 * sizeof(double));
-    if (!*q) {
-        (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading q");
-        return false;
-    }
-    for (size_t i = 0; i < nodes; i++) {
-        for (size_t k = 0; k < 3; k++) {
-            (*q)[k * nodes + i] = json_number_value(json_array_get(values, 3 * i + k));
+    return text != NULL;
+}
+
+static const struct input_own start_input = {
+    .schema = "\"oneOf\":[{\"enum\":[\"auto\",\"sphere\",\"star\"]},{\"type\":\"string\","
+              "\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}],\"default\":\"auto\"",
+    .read = read_start,
+    .type = type_start,
+    .refers = true,
+};
+
+/* ---- Inputs and outputs ---------------------------------------------------------------------- */
+
+#define AT(member) offsetof(struct inverting, member)
+static const struct process_input inputs[] = {
+    {"srnf", INPUT_OWN, AT(target),
+     "The SRNF: of a surface (or of a mesh, encoded with the default options, for the method "
+     "closed-form by star), or its values q [nTheta][nPhi][3], nested or flat, on the "
+     "Gauss-Legendre grid with nTheta at least lmax + 1 and nPhi at least 2 lmax + 1.",
+     .required = true, .own = &target_input},
+    {"initial", INPUT_OWN, AT(start),
+     "Where the search starts: the unit sphere, turned to fit; the closed form; a surface. auto "
+     "takes the closed form where it is good and the sphere otherwise. Of the methods that search "
+     "only: with closed-form and spectral it is left out or auto.",
+     .own = &start_input},
+    {"method", INPUT_CHOICE, AT(method),
+     "gauss-newton: Levenberg-Marquardt with conjugate gradients; spectral: the linear "
+     "eigenproblem, for exact SRNFs; gradient: descent as in the paper; closed-form: for "
+     "star-shaped surfaces in their radial parameterisation.",
+     .choices = methods},
+    {"lmax", INPUT_INTEGER, AT(degree),
+     "Degree of the result. Default: that of the surface, or of srnf.", .lowest = SRNF_DEGREE_MIN,
+     .highest = SRNF_DEGREE_MAX, .derived = true},
+    {"tolerance", INPUT_REAL, AT(tolerance), "On the energy relative to the squared norm of q.",
+     .lowest = PROCESS_TOLERANCE_MIN, .highest = PROCESS_TOLERANCE_MAX,
+     .fallback = PROCESS_TOLERANCE_DEFAULT},
+    {"maxIterations", INPUT_INTEGER, AT(max_iterations),
+     "null: the method's own limit, which is a failure when it is reached. A number given here "
+     "makes the surface reached by then a result, with converged false.",
+     .lowest = 1, .highest = PROCESS_ITERATIONS_MAX, .nullable = true},
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"surface", OUTPUT_OBJECT,
+     "Record of the surface: positive volume, centred at its area centroid."},
+    {"energy", OUTPUT_NUMBER, "||Q(f) - q||^2."},
+    {"relativeEnergy", OUTPUT_NUMBER, "The same divided by ||q||^2."},
+    {"gradientNorm", OUTPUT_NUMBER_OR_NULL, "Of the energy in the coefficients: 0 at a minimum."},
+    {"iterations", OUTPUT_INTEGER, "Of the method."},
+    {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms of three coordinates."},
+    {"converged", OUTPUT_BOOLEAN,
+     "Whether relativeEnergy reached the tolerance (stopped is then tolerance)."},
+    {"stopped", "\"enum\":[\"tolerance\",\"stationary\",\"maxIterations\",\"closedForm\"]",
+     "tolerance: solved; stationary: a minimum of positive energy; maxIterations: it was still "
+     "falling; closedForm: what the method closed-form gives, above the tolerance."},
+    {"method", OUTPUT_STRING, "The method that produced the result."},
+    {"history", OUTPUT_ARRAY, "[{iteration, energy, seconds, transforms}]."},
+    {"certificate", OUTPUT_OBJECT_OR_NULL,
+     "residual, secondEigenvalue, threshold, unique; null where it was not computed."},
+    {"smallestSingularValue", OUTPUT_NUMBER_OR_NULL,
+     "Of the differential of Q at the surface, translations left out; null where it was not "
+     "computed."},
+    {"surfaceErrorBound", OUTPUT_NUMBER_OR_NULL,
+     "L2 distance to the true surface, in the units of q."},
+    {"surfaceError", OUTPUT_NUMBER_OR_NULL,
+     "L2 distance to the surface given, translations left out, at unit area; null where there is "
+     "none of this degree."},
+    {"flipped", OUTPUT_BOOLEAN, "The mirror image was found first."},
+    {"closedForm", OUTPUT_OBJECT,
+     "relativeEnergy of the closed form; null above 1e-4, where it does not apply: q is not the "
+     "SRNF of a star-shaped surface in its radial parameterisation."},
+    {NULL, NULL, NULL},
+};
+
+/* ---- Inverting ------------------------------------------------------------------------------- */
+
+struct inverted {
+    struct sampled sampled;
+    struct srnf_inversion inversion;
+    struct srnf_surface_measures measures; /* of the result, centred at its area centroid */
+    double surface_error; /* from the surface given; below 0 where there is none of this degree */
+};
+
+/* The surface to start from, at the degree of the result: [3][(degree+1)^2], srnf_free. */
+static int load_start(struct jobs_run *run, const char *id, size_t degree, double **start,
+                      struct jobs_result *result)
+{
+    struct compute_surface surface = {0};
+    int status = compute_surface_load(run, id, SHARE_MESH, &surface, result);
+
+    if (status == 0) {
+        *start = srnf_alloc(srnf_coefficient_count(degree), 3 * sizeof(double));
+        if (*start) {
+            srnf_surface_change_degree(surface.degree, surface.coefficients, degree, *start);
+        } else {
+            status = compute_fail(result, SRNF_ENOMEM, NULL, "preparing the initial surface");
         }
     }
-    typed->q = *q;
-    return true;
+    compute_surface_clear(&surface);
+    return status;
 }
+
+static double error_of(const struct inverted *inverted, size_t degree)
+{
+    const struct sampled *sampled = &inverted->sampled;
+    struct srnf_surface_measures measures;
+
+    if (!sampled->truth.coefficients || sampled->truth.degree != degree) {
+        return -1.0;
+    }
+    srnf_surface_measure(sampled->forward, sampled->truth.coefficients, &measures,
+                         sampled->workspace);
+    return srnf_surface_error(degree, sampled->truth.coefficients, &measures,
+                              inverted->inversion.coefficients);
+}
+
+static int search(struct jobs_run *run, const struct inverting *inverting, const double *start,
+                  struct inverted *inverted, struct jobs_result *result)
+{
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    const double origin[3] = {0.0, 0.0, 0.0};
+    struct srnf_inversion *inversion = &inverted->inversion;
+    size_t degree = (size_t)inverting->degree;
+    struct srnf_error error = {0};
+    int status;
+
+    options.method = (enum srnf_inversion_method)inverting->method;
+    options.initial = inverting->start.initial;
+    options.surface = start;
+    options.tolerance = inverting->tolerance;
+    options.max_iterations = (size_t)inverting->max_iterations;
+    jobs_run_phase(run, 100.0);
+    status = srnf_invert(inverted->sampled.sht, inverted->sampled.q, &options,
+                         jobs_run_context(run), inversion, &error);
+    if (status < 0) {
+        return compute_fail(result, status, &error, "inverting the SRNF");
+    }
+    status = compute_measure(run, degree, 1, inversion->coefficients, &inverted->measures, result);
+    if (status == 0) {
+        srnf_surface_move(degree, inversion->coefficients, &inverted->measures, origin);
+        inverted->surface_error = error_of(inverted, degree);
+    }
+    return status;
+}
+
+static int compute(struct jobs_run *run, const struct inverting *inverting,
+                   struct inverted *inverted, struct jobs_result *result)
+{
+    /* The closed form holds for star. */
+    enum srnf_parameterization route = inverting->method == SRNF_INVERT_CLOSED_FORM
+                                           ? SRNF_PARAMETERIZATION_STAR
+                                           : SRNF_PARAMETERIZATION_AUTO;
+    size_t degree = (size_t)inverting->degree;
+    double *start = NULL;
+    int status =
+        target_open(run, &inverting->target, degree, route, SHARE_MESH, &inverted->sampled, result);
+
+    if (status == 0 && inverting->start.surface[0]) {
+        status = load_start(run, inverting->start.surface, degree, &start, result);
+    }
+    if (status == 0) {
+        status = search(run, inverting, start, inverted, result);
+    }
+    srnf_free(start);
+    return status;
+}
+
+/* ---- Result ---------------------------------------------------------------------------------- */
 
 static json_t *history_json(const struct srnf_inversion *inversion)
 {
@@ -203,43 +293,33 @@ static json_t *certificate_json(const struct srnf_certificate *certificate)
                      json_finite(certificate->threshold), "unique", certificate->unique);
 }
 
-static json_t *result_document(const struct compute_invert_outputs *outputs, json_t *surface)
+/* null where it was not computed. */
+static json_t *where(bool computed, double number)
 {
-    const struct srnf_inversion *inversion = &outputs->inversion;
-    json_t *document = json_object(), *warnings = json_array();
-    bool applies = inversion->closed_form_relative_energy <= SRNF_CLOSED_FORM_APPLIES;
-    const struct {
-        const char *name;
-        json_t *value;
-    } members[] = {
-        {"surface", surface},
-        {"energy", json_finite(inversion->energy)},
-        {"relativeEnergy", json_finite(inversion->relative_energy)},
-        {"gradientNorm", json_finite(inversion->gradient_norm)},
-        {"iterations", json_integer((json_int_t)inversion->iterations)},
-        {"transforms", json_finite(inversion->transforms)},
-        {"converged", json_boolean(inversion->converged)},
-        {"stopped", json_string(srnf_stop_name(inversion->stopped))},
-        {"method", json_string(methods[inversion->method])},
-        {"history", history_json(inversion)},
-        {"certificate", certificate_json(&inversion->certificate)},
-        {"smallestSingularValue", inversion->smallest_singular_value > 0.0
-                                      ? json_finite(inversion->smallest_singular_value)
-                                      : json_null()},
-        {"surfaceErrorBound", inversion->surface_error_bound >= 0.0
-                                  ? json_finite(inversion->surface_error_bound)
-                                  : json_null()},
-        {"surfaceError",
-         outputs->surface_error >= 0.0 ? json_finite(outputs->surface_error) : json_null()},
-        {"flipped", json_boolean(inversion->flipped)},
-        {"closedForm",
-         json_pack("{s:o}", "relativeEnergy",
-                   applies ? json_finite(inversion->closed_form_relative_energy) : json_null())},
-    };
+    return computed ? json_finite(number) : json_null();
+}
 
-    for (size_t i = 0; i < sizeof members / sizeof members[0]; i++) {
-        (void)json_object_set_new(document, members[i].name, members[i].value);
-    }
+static json_t *document_of(const struct inverted *inverted, json_t *surface)
+{
+    const struct srnf_inversion *inversion = &inverted->inversion;
+    bool applies = inversion->closed_form_relative_energy <= SRNF_CLOSED_FORM_APPLIES;
+    json_t *warnings = json_array();
+    json_t *document = json_pack(
+        "{s:o, s:o, s:o, s:o, s:I, s:o, s:b, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:b, s:{s:o}}",
+        "surface", surface, "energy", json_finite(inversion->energy), "relativeEnergy",
+        json_finite(inversion->relative_energy), "gradientNorm",
+        json_finite(inversion->gradient_norm), "iterations", (json_int_t)inversion->iterations,
+        "transforms", json_finite(inversion->transforms), "converged", inversion->converged,
+        "stopped", srnf_stop_name(inversion->stopped), "method", methods[inversion->method],
+        "history", history_json(inversion), "certificate",
+        certificate_json(&inversion->certificate), "smallestSingularValue",
+        where(inversion->smallest_singular_value > 0.0, inversion->smallest_singular_value),
+        "surfaceErrorBound",
+        where(inversion->surface_error_bound >= 0.0, inversion->surface_error_bound),
+        "surfaceError", where(inverted->surface_error >= 0.0, inverted->surface_error), "flipped",
+        inversion->flipped, "closedForm", "relativeEnergy",
+        where(applies, inversion->closed_form_relative_energy));
+
     if (inversion->stopped == SRNF_STOP_CLOSED_FORM && !applies) {
         warning_add(
             warnings, "closed-form-inapplicable",
@@ -253,11 +333,11 @@ static json_t *result_document(const struct compute_invert_outputs *outputs, jso
 }
 
 /* The method's own limit was reached: a failure that says how far it got. */
-static bool ran_out(const struct compute_invert_inputs *typed,
-                    const struct srnf_inversion *inversion, struct jobs_result *result)
+static bool ran_out(const struct inverting *inverting, const struct srnf_inversion *inversion,
+                    struct jobs_result *result)
 {
     if (inversion->converged || inversion->stopped != SRNF_STOP_MAX_ITERATIONS ||
-        typed->options.max_iterations > 0 || !isfinite(inversion->relative_energy)) {
+        inverting->max_iterations > 0 || !isfinite(inversion->relative_energy)) {
         return false;
     }
     result->problem_code = "not-converged";
@@ -265,72 +345,58 @@ static bool ran_out(const struct compute_invert_inputs *typed,
                    "The relative energy is %.3g after %zu iterations of %s and still falling; the "
                    "tolerance is %.3g. Give maxIterations to get the surface as it is then.",
                    inversion->relative_energy, inversion->iterations, methods[inversion->method],
-                   typed->options.tolerance);
+                   inverting->tolerance);
     return true;
 }
 
-/* The scale of a surface given carries over to its reconstruction: q has the units of that
-   surface. */
-static double scale_of(struct jobs_run *run, const struct compute_surface *truth)
+static json_t *keep_surface(struct jobs_run *run, const struct inverting *inverting,
+                            const struct inverted *inverted, struct jobs_result *result)
 {
-    if (truth->coefficients) {
-        return process_scale(run, truth->id, truth->scale);
-    }
-    return truth->scale > 0.0 ? truth->scale : 1.0;
-}
-
-static json_t *keep_surface(struct jobs_run *run, const struct compute_invert_inputs *typed,
-                            const struct compute_invert_outputs *outputs,
-                            struct jobs_result *result)
-{
-    const char *id = typed->surface;
+    const char *id = inverting->target.surface;
+    const struct compute_surface *truth = &inverted->sampled.truth;
     struct surface_description description = {
         .name = "inverted",
-        .degree = typed->degree,
-        .coefficients = outputs->inversion.coefficients,
-        .scale = scale_of(run, &outputs->truth),
-        .measures = &outputs->measures,
+        .degree = (size_t)inverting->degree,
+        .coefficients = inverted->inversion.coefficients,
+        /* q has the units of the surface given */
+        .scale = truth->coefficients ? process_scale(run, truth->id, truth->scale) : 1.0,
+        .measures = &inverted->measures,
         .parameterization = "inherited",
-        .route = id ? routes_common(run, 1, &id, outputs->truth.route) : NULL,
+        .route = id[0] ? routes_common(run, 1, &id, truth->route) : NULL,
         .source = process_source(run, "invert", NULL, NULL),
     };
 
     return process_keep_surface(run, &description, "the surface", result);
 }
 
-/* The inputs of the results document: q by its digest. */
-static json_t *inputs_for_results(const json_t *inputs)
+static json_t *run_invert(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
-    json_t *copy = json_deep_copy(inputs);
+    const struct inverting *inverting = typed;
+    struct inverted inverted = {.surface_error = -1.0};
+    json_t *surface, *document = NULL;
 
-    field_by_digest(json_object_get(copy, "srnf"));
-    return copy;
+    if (compute(run, inverting, &inverted, result) == 0 &&
+        !ran_out(inverting, &inverted.inversion, result)) {
+        surface = keep_surface(run, inverting, &inverted, result);
+        document = surface ? document_of(&inverted, surface) : NULL;
+    }
+    target_close(run, &inverted.sampled);
+    srnf_inversion_clear(&inverted.inversion);
+    return document;
 }
 
-void invert_run(struct jobs_run *run, void *api, const char *text, struct jobs_result *result)
-{
-    json_t *inputs = process_parse(text, result), *surface, *echoed;
-    struct compute_invert_inputs typed = {0};
-    struct compute_invert_outputs outputs = {0};
-    double *q = NULL;
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct inverting),
+    .run = run_invert,
+};
 
-    (void)api;
-    if (!inputs) {
-        return;
-    }
-    if (!typed_inputs(inputs, &typed, &q, result) ||
-        compute_invert(run, &typed, &outputs, result) ||
-        ran_out(&typed, &outputs.inversion, result)) {
-        goto out;
-    }
-    surface = keep_surface(run, &typed, &outputs, result);
-    if (surface) {
-        echoed = inputs_for_results(inputs);
-        process_finish(run, result_document(&outputs, surface), echoed, result);
-        json_decref(echoed);
-    }
-out:
-    compute_invert_clear(&outputs);
-    srnf_free(q);
-    json_decref(inputs);
-}
+const struct api_process invert_process = {
+    .id = "invert",
+    .title = "Invert a square-root normal field",
+    .description = "From an SRNF to the surface that has it, with the energy that is left, what "
+                   "proves the surface right and how far off it can be.",
+    .table = &table,
+    .seconds = invert_seconds,
+};

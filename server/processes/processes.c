@@ -12,20 +12,6 @@
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
 
-static const struct api_process invert_process = {
-    .id = "invert",
-    .title = "Invert a square-root normal field",
-    .description =
-        "From an SRNF to the surface that has it, with the energy that is left, what proves the "
-        "surface "
-        "right and how far off it can be.",
-    .inputs_schema = invert_inputs_schema,
-    .outputs_schema = invert_outputs_schema,
-    .canonicalise = invert_canonicalise,
-    .run = invert_run,
-    .seconds = invert_seconds,
-};
-
 static const struct api_process classify_process = {
     .id = "classify",
     .title = "Classification of a labelled cohort",

@@ -61,7 +61,7 @@ json_t *inputs_field(struct process_inputs *inputs, const json_t *value, const c
                                      PROCESS_ROWS_MAX);
     shape[1] = (size_t)field_integer(inputs, value, canonical, pointer, "nPhi", 2 * *degree + 1,
                                      PROCESS_COLUMNS_MAX);
-    if (!inputs->list->errors) {
+    if (*degree && shape[0] && shape[1]) {
         q = srnf_alloc(shape[0] * shape[1], 3 * sizeof(double));
     }
     (void)snprintf(at, sizeof at, "%s/q", pointer);

@@ -171,7 +171,7 @@ bool process_mirrored(struct jobs_run *run, const char *id);
 /* ---- The processes --------------------------------------------------------------------------- */
 
 extern const struct api_process encode_process;
-extern const char invert_inputs_schema[], invert_outputs_schema[];
+extern const struct api_process invert_process;
 extern const struct api_process geodesic_process;
 extern const struct api_process register_process;
 extern const struct api_process distances_process;
@@ -187,10 +187,8 @@ extern const struct api_process transport_process;
 extern const struct api_process transfer_process;
 extern const char classify_inputs_schema[], classify_outputs_schema[];
 
-json_t *invert_canonicalise(struct api_call *call, const json_t *inputs, struct problem_list *list);
 json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
                               struct problem_list *list);
-void invert_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

@@ -20,12 +20,7 @@
     "{\"$schema\":\"https://json-schema.org/draft/2020-12/schema\",\"type\":\"object\"," \
     "\"additionalProperties\":false,"
 
-#define BRIDGED                                                                                   \
-    "\"bridged\":{\"type\":\"boolean\",\"description\":\"Whether the surfaces came by different " \
-    "routes from meshes that are known and were registered through the encodings of those by "    \
-    "area.\"},"
-
-/* The same of a group. */
+/* Of the processes on a group. */
 #define BRIDGED_GROUP                                                                             \
     "\"bridged\":{\"type\":\"boolean\",\"description\":\"Whether registered members by star, "    \
     "beside others by area, were compared by the encodings of their meshes by area.\"},"          \
