@@ -343,6 +343,20 @@ void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
     *residual = sqrt(sum);
 }
 
+int srnf_pca_residuals(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                       const double *mean_q, size_t n, const double *registered_q,
+                       double *residuals)
+{
+    double *scores = srnf_alloc(pca->components ? pca->components : 1, sizeof *scores);
+
+    for (size_t i = 0; scores && i < n; i++) {
+        srnf_pca_project(grid, pca, mean_q, registered_q + i * 3 * stats_points(grid), scores,
+                         &residuals[i]);
+    }
+    srnf_free(scores);
+    return scores ? SRNF_OK : SRNF_ENOMEM;
+}
+
 void srnf_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_pca *pca,
                           const double *mean_q, const double *scores, double *q)
 {

@@ -18,6 +18,21 @@ void subjects_clear(struct subjects *s)
     *s = (struct subjects){0};
 }
 
+size_t srnf_subject_count(size_t n, const size_t *subjects)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        size_t first = subjects ? 0 : i;
+
+        while (first < i && subjects[first] != subjects[i]) {
+            first++;
+        }
+        count += first == i;
+    }
+    return count;
+}
+
 /* Numbers the subjects in the order of their first members. seen: [n] of scratch, 0. */
 static int number(struct subjects *s, const size_t *given, size_t *seen, struct srnf_error *error)
 {

@@ -9,6 +9,7 @@
 #include "srnf/base.h"
 #include "srnf/sphere.h"
 #include "srnf/register.h"
+#include "srnf/pullback.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -73,6 +74,22 @@ SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
                                    const struct srnf_context *context, struct srnf_mean *mean,
                                    struct srnf_error *error);
 
+/*
+ * The mean in the pulled-back metric takes the place of that of SRNFs: its surface, the distances to
+ * it, what it loses of mean_q, and converged, if both were. mean_q and registered_q stay.
+ *   coefficients  [in/out] double[n][3][(L+1)^2] the surfaces of the mean; registered to its surface
+ *                 where registration is not NULL
+ *   mean          [in/out] of srnf_karcher_mean
+ *   pullback      [out] as of srnf_pullback_mean; cleared with srnf_pullback_mean_clear
+ * Errors: SRNF_EINVAL (n is not that of the mean), else as srnf_register and srnf_pullback_mean; the
+ * mean is then as it was, the coefficients are undefined. SRNF_WNOT_CONVERGED: as srnf_pullback_mean.
+ */
+SRNF_CHECKED int srnf_mean_pull_back(const struct srnf_sht *sht, size_t n, double *coefficients,
+                                     const struct srnf_register_options *registration,
+                                     const struct srnf_pullback_mean_options *options,
+                                     const struct srnf_context *context, struct srnf_mean *mean,
+                                     struct srnf_pullback_mean *pullback, struct srnf_error *error);
+
 /* Principal components of registered SRNFs about their mean, with quadrature weights: eigenvectors
    of the n x n Gram matrix. Signs are fixed: the largest entry of each score column is positive. */
 struct srnf_pca {
@@ -95,6 +112,11 @@ SRNF_CHECKED int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, con
 /* Scores of another q in the frozen model, and the norm of what the modes cannot represent. */
 void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
                       const double *mean_q, const double *q, double *scores, double *residual);
+/* Those norms of n of them. registered_q: double[n][3][n_theta][n_phi]; residuals: double[n].
+   Errors: SRNF_ENOMEM. */
+SRNF_CHECKED int srnf_pca_residuals(const struct srnf_grid *grid, const struct srnf_pca *pca,
+                                    const double *mean_q, size_t n, const double *registered_q,
+                                    double *residuals);
 /* q = mean_q + sum_k scores[k] mode_k */
 void srnf_pca_reconstruct(const struct srnf_grid *grid, const struct srnf_pca *pca,
                           const double *mean_q, const double *scores, double *q);

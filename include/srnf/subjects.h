@@ -27,6 +27,9 @@ extern "C" {
 #endif
 #pragma GCC visibility push(default)
 
+/* How many subjects the n members are of. */
+size_t srnf_subject_count(size_t n, const size_t *subjects);
+
 struct srnf_permutation_test {
     size_t permutations; /* m: relabellings beside the observed one; 0: none was asked for */
     double relabellings; /* different ones there are, the observed among them; may be INFINITY */

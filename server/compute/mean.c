@@ -10,7 +10,6 @@
 #include "compute/mean.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* Percent that the mean SRNF takes before the pulled-back mean, registered or not. */
 #define SHARE_FIRST_REGISTERED 50.0
@@ -68,108 +67,6 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     return status;
 }
 
-/* Registers every member to the mean surface, in its place. */
-static int register_members(const struct srnf_sht *sht, const struct compute_mean_inputs *inputs,
-                            const struct srnf_context *context,
-                            struct compute_mean_outputs *outputs, struct srnf_error *error)
-{
-    struct compute_group *group = &outputs->group;
-    size_t count = 3 * srnf_coefficient_count(group->degree);
-
-    for (size_t i = 0; i < group->n; i++) {
-        struct srnf_registration registration;
-        int status = srnf_register(sht, outputs->mean.coefficients, NULL, group->surfaces[i],
-                                   inputs->registration, NULL, context, &registration, error);
-
-        if (status < 0) {
-            return status;
-        }
-        memcpy(group->coefficients + i * count, registration.coefficients, count * sizeof(double));
-        srnf_registration_clear(&registration);
-    }
-    return 0;
-}
-
-/* How far the surface's SRNF is from the mean SRNF, relative to that. */
-static int measure_loss(const struct srnf_sht *sht, struct srnf_mean *mean)
-{
-    void *workspace = srnf_alloc(1, srnf_surface_workspace_size(sht));
-
-    if (!workspace) {
-        return SRNF_ENOMEM;
-    }
-    mean->relative_energy = srnf_energy(sht, mean->coefficients, mean->mean_q, NULL, workspace) /
-                            srnf_inner_product(srnf_sht_grid(sht), mean->mean_q, mean->mean_q);
-    srnf_free(workspace);
-    return 0;
-}
-
-/* The mean in the pulled-back metric takes the place of the other one. */
-static int pull_back(struct jobs_run *run, const struct srnf_sht *sht,
-                     const struct compute_mean_inputs *inputs, struct compute_mean_outputs *outputs,
-                     struct srnf_error *error)
-{
-    struct srnf_pullback_mean_options options =
-        srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH);
-    const struct compute_group *group = &outputs->group;
-    struct srnf_context quiet = *jobs_run_context(run);
-    struct srnf_mean *mean = &outputs->mean;
-    int status = 0;
-
-    quiet.progress = NULL;
-    jobs_run_phase(run, 100.0);
-    if (inputs->registration) {
-        status = register_members(sht, inputs, &quiet, outputs, error);
-    }
-    options.max_iterations = inputs->max_iterations;
-    if (status == 0) {
-        status = srnf_pullback_mean(sht, group->n, group->surfaces, &options, jobs_run_context(run),
-                                    &outputs->pullback, error);
-    }
-    if (status < 0) {
-        return status;
-    }
-    memcpy(mean->coefficients, outputs->pullback.coefficients,
-           3 * srnf_coefficient_count(group->degree) * sizeof(double));
-    memcpy(mean->distances, outputs->pullback.distances, group->n * sizeof(double));
-    mean->converged = mean->converged && outputs->pullback.converged;
-    return measure_loss(sht, mean);
-}
-
-/* What the components that are kept cannot represent of each surface. */
-static int measure_residuals(const struct srnf_grid *grid, struct compute_mean_outputs *outputs)
-{
-    const struct srnf_mean *mean = &outputs->mean;
-    size_t count = 3 * outputs->n_theta * outputs->n_phi;
-    double *scores = srnf_alloc(outputs->pca.components, sizeof(double));
-    int status;
-
-    outputs->residuals = srnf_alloc(mean->n, sizeof(double));
-    for (size_t i = 0; scores && outputs->residuals && i < mean->n; i++) {
-        srnf_pca_project(grid, &outputs->pca, mean->mean_q, mean->registered_q + i * count, scores,
-                         &outputs->residuals[i]);
-    }
-    status = scores && outputs->residuals ? 0 : SRNF_ENOMEM;
-    srnf_free(scores);
-    return status;
-}
-
-/* As many as there are subjects. */
-static size_t count_subjects(size_t n, const struct compute_mean_inputs *inputs)
-{
-    size_t count = 0;
-
-    for (size_t i = 0; i < n; i++) {
-        size_t first = 0;
-
-        while (inputs->subjects && inputs->subjects[first] != inputs->subjects[i]) {
-            first++;
-        }
-        count += !inputs->subjects || first == i;
-    }
-    return count;
-}
-
 static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
                           const struct compute_mean_inputs *inputs,
                           struct compute_mean_outputs *outputs, struct jobs_result *result)
@@ -183,9 +80,13 @@ static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
                             "principal components of surfaces that do not differ");
     }
     if (status >= 0) {
-        status = measure_residuals(srnf_sht_grid(sht), outputs);
+        outputs->residuals = srnf_alloc(mean->n, sizeof(double));
+        status = outputs->residuals
+                     ? srnf_pca_residuals(srnf_sht_grid(sht), &outputs->pca, mean->mean_q, mean->n,
+                                          mean->registered_q, outputs->residuals)
+                     : SRNF_ENOMEM;
     }
-    if (status >= 0 && count_subjects(mean->n, inputs) >= 3) {
+    if (status >= 0 && srnf_subject_count(mean->n, inputs->subjects) >= 3) {
         struct srnf_context quiet = *jobs_run_context(run);
 
         quiet.progress = NULL;
@@ -203,7 +104,7 @@ static int measure_angles(const struct srnf_grid *grid, const struct compute_mea
     int status;
 
     if ((inputs->registration && !inputs->registration->common_pose) ||
-        count_subjects(mean->n, inputs) < 2) {
+        srnf_subject_count(mean->n, inputs->subjects) < 2) {
         return 0;
     }
     outputs->angles = srnf_alloc(mean->n, sizeof(double));
@@ -245,7 +146,14 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
     outputs->n_phi = srnf_sht_grid(sht)->n_phi;
     status = iterate(run, sht, inputs, outputs, &error);
     if (status >= 0 && inputs->pullback) {
-        status = pull_back(run, sht, inputs, outputs, &error);
+        struct srnf_pullback_mean_options options =
+            srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH);
+
+        jobs_run_phase(run, 100.0);
+        options.max_iterations = inputs->max_iterations;
+        status = srnf_mean_pull_back(sht, outputs->group.n, outputs->group.coefficients,
+                                     inputs->registration, &options, jobs_run_context(run), mean,
+                                     &outputs->pullback, &error);
     }
     if (status < 0) {
         (void)compute_fail(result, status, &error, "computing the mean");

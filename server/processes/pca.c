@@ -115,7 +115,8 @@ static bool model_sound(const struct compute_mean_outputs *found, struct jobs_re
                           "the leave-one-out values", result);
 }
 
-/* Stores the model; its record with the mean surface's (taken over) in it, or NULL with the problem set. */
+/* Stores the model; its record with the mean surface's (taken over) in it, or NULL with the problem
+   set. */
 static json_t *keep_model(struct jobs_run *run, const struct group_mean *mean, json_t *surface,
                           struct jobs_result *result)
 {

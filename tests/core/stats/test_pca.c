@@ -52,6 +52,36 @@ static void modes_are_orthonormal(void **state)
     close_model(&m);
 }
 
+/* Of all members at once what srnf_pca_project says of each; nothing is left where all components
+   are kept. */
+static void residuals_are_those_of_each(void **state)
+{
+    struct model m;
+    double residuals[N];
+    double scores[RANK];
+    double residual;
+
+    (void)state;
+    open_model(&m, RANK);
+    assert_int_equal(
+        srnf_pca_residuals(m.g.grid, &m.pca, m.mean.mean_q, N, m.mean.registered_q, residuals),
+        SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        srnf_pca_project(m.g.grid, &m.pca, m.mean.mean_q, m.mean.registered_q + i * 3 * m.g.points,
+                         scores, &residual);
+        assert_true(residuals[i] == residual && residual > 1e-6);
+    }
+    close_model(&m);
+    open_model(&m, 0);
+    assert_int_equal(
+        srnf_pca_residuals(m.g.grid, &m.pca, m.mean.mean_q, N, m.mean.registered_q, residuals),
+        SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        assert_true(residuals[i] < 1e-12);
+    }
+    close_model(&m);
+}
+
 static void eigenvalues_are_the_variances(void **state)
 {
     struct model m;
@@ -264,6 +294,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(modes_are_orthonormal),
+        cmocka_unit_test(residuals_are_those_of_each),
         cmocka_unit_test(eigenvalues_are_the_variances),
         cmocka_unit_test(signs_are_fixed),
         cmocka_unit_test(a_training_subject_has_its_own_scores),

@@ -5,6 +5,17 @@
 #include "group.h"
 #include "stats/subjects.h"
 
+static void counts_subjects(void **state)
+{
+    const size_t numbers[6] = {5, 2, 2, 0, 5, 2};
+
+    (void)state;
+    assert_int_equal(srnf_subject_count(6, numbers), 3);
+    assert_int_equal(srnf_subject_count(1, numbers), 1);
+    assert_int_equal(srnf_subject_count(6, NULL), 6);
+    assert_int_equal(srnf_subject_count(0, numbers), 0);
+}
+
 static void intervals_count_subjects(void **state)
 {
     enum { N = 24 };
@@ -172,6 +183,7 @@ static void p_values_say_what_they_leave_open(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counts_subjects),
         cmocka_unit_test(intervals_count_subjects),
         cmocka_unit_test(effective_count_is_that_of_the_formula),
         cmocka_unit_test(intervals_cover),
