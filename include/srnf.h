@@ -47,6 +47,7 @@
 #include "srnf/deform.h"
 #include "srnf/classify.h"
 #include "srnf/typicality.h"
+#include "srnf/methods.h"
 #include "srnf/twins.h"
 
 #endif

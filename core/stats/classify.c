@@ -84,11 +84,10 @@ static int check_options(const struct srnf_folds *c, const struct srnf_classify_
     return SRNF_OK;
 }
 
-/* Subjects of each class, counts: [n_classes] zeros, and what they determine. */
-static int count_classes(struct study *study, const size_t *labels, size_t *counts,
-                         struct srnf_error *error)
+/* As srnf_class_subjects; counts: [n_classes] zeros. */
+static size_t count_subjects(const struct subjects *s, const size_t *labels, size_t n_classes,
+                             size_t *counts)
 {
-    const struct subjects *s = &study->subjects;
     size_t all = 0;
     size_t most = 0; /* classes that one subject is in */
 
@@ -107,7 +106,34 @@ static int count_classes(struct study *study, const size_t *labels, size_t *coun
         all += classes;
         most = classes > most ? classes : most;
     }
-    study->smallest = s->n;
+    return all > n_classes + most ? all - n_classes - most : 0;
+}
+
+int srnf_class_subjects(size_t n, const size_t *labels, const size_t *subjects, size_t n_classes,
+                        size_t *counts, size_t *determined)
+{
+    struct subjects s;
+    int status = subjects_open(&s, n, subjects, NULL);
+
+    for (size_t k = 0; k < n_classes; k++) {
+        counts[k] = 0;
+    }
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        status = labels[i] < n_classes ? SRNF_OK : SRNF_EINVAL;
+    }
+    if (status == SRNF_OK) {
+        *determined = count_subjects(&s, labels, n_classes, counts);
+    }
+    subjects_clear(&s);
+    return status;
+}
+
+/* Subjects of each class, counts: [n_classes] zeros, and what they determine. */
+static int count_classes(struct study *study, const size_t *labels, size_t *counts,
+                         struct srnf_error *error)
+{
+    study->determined = count_subjects(&study->subjects, labels, study->n_classes, counts);
+    study->smallest = study->subjects.n;
     for (size_t k = 0; k < study->n_classes; k++) {
         study->smallest = counts[k] < study->smallest ? counts[k] : study->smallest;
         if (counts[k] < CLASS_MIN) {
@@ -116,7 +142,6 @@ static int count_classes(struct study *study, const size_t *labels, size_t *coun
                              CLASS_MIN);
         }
     }
-    study->determined = all - study->n_classes > most ? all - study->n_classes - most : 0;
     return SRNF_OK;
 }
 

@@ -162,6 +162,18 @@ struct srnf_classification {
 void srnf_classification_clear(struct srnf_classification *classification);
 
 /*
+ * Subjects of each class, and how many features of one covariance the training subjects of any fold
+ * determine: without the subject that is in most classes, one less for each of those than there are
+ * subjects of classes beyond one for each class.
+ *   labels      [in]  [n] below n_classes
+ *   subjects    [in]  [n] as in srnf/subjects.h, or NULL
+ *   counts      [out] [n_classes]
+ * Errors: SRNF_EINVAL (a label or a subject), SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_class_subjects(size_t n, const size_t *labels, const size_t *subjects,
+                                     size_t n_classes, size_t *counts, size_t *determined);
+
+/*
  * Gaussian classifier on the first k components: N(mean of the class, covariance), equal priors;
  * the class of the largest likelihood. A covariance is divided by its degrees of freedom. Size, if
  * given, is one more feature, which k does not count; the likelihoods do not depend on its unit.

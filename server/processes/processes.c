@@ -12,19 +12,6 @@
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
 
-static const struct api_process classify_process = {
-    .id = "classify",
-    .title = "Classification of a labelled cohort",
-    .description =
-        "Each member classified by those of other subjects, by one method or several; how often "
-        "that is right, and how often by chance.",
-    .inputs_schema = classify_inputs_schema,
-    .outputs_schema = classify_outputs_schema,
-    .canonicalise = classify_canonicalise,
-    .run = classify_run,
-    .seconds = classify_seconds,
-};
-
 static const struct api_process *const rows[] = {
     &encode_process,
     &invert_process,

@@ -185,10 +185,7 @@ extern const struct api_process compare_process;
 extern const struct api_process shoot_process;
 extern const struct api_process transport_process;
 extern const struct api_process transfer_process;
-extern const char classify_inputs_schema[], classify_outputs_schema[];
+extern const struct api_process classify_process;
 
-json_t *classify_canonicalise(struct api_call *call, const json_t *inputs,
-                              struct problem_list *list);
-void classify_run(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
 
 #endif

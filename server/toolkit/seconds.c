@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "compute/classify.h"
 #include "compute/seconds.h"
 
 #define PULLBACK 50.0 /* a path or a mean in the pulled-back metric, in inversions for each step */
@@ -45,8 +44,7 @@ static double first(const struct api_work *work)
     return seconds_of_encodings((double)work->degree, (double)work->meshes, (double)work->faces);
 }
 
-/* The same for a group, with the encodings that bridge its routes. */
-static double first_of_group(const struct api_work *work, bool registered)
+double seconds_of_group(const struct api_work *work, bool registered)
 {
     return first(work) + (registered
                               ? seconds_of_encodings((double)work->degree, (double)work->bridges,
@@ -105,7 +103,7 @@ double distances_seconds(const struct api_work *work, const json_t *inputs)
     double n = of_members(work), pairs = 0.5 * n * (n - 1.0), degree = degree_of(work, inputs);
     bool registered = json_is_true(json_object_get(inputs, "register"));
 
-    return first_of_group(work, registered) +
+    return seconds_of_group(work, registered) +
            pairs * (registered ? 2.0 * seconds_of_registration(degree) : 1e-6 * degree * degree);
 }
 
@@ -115,7 +113,7 @@ double mean_seconds(const struct api_work *work, const json_t *inputs)
     bool registered = json_is_true(json_object_get(inputs, "register"));
     bool pullback = is(inputs, "method", "pullback");
 
-    return first_of_group(work, registered) +
+    return seconds_of_group(work, registered) +
            seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
            n * (registered ? seconds_of_registration(degree) * (pullback ? 2.0 : 1.0)
                            : 1e-4 * degree * degree);
@@ -193,25 +191,4 @@ double transport_seconds(const struct api_work *work, const json_t *inputs)
 double transfer_seconds(const struct api_work *work, const json_t *inputs)
 {
     return path(work, inputs, 2.0, 4.0);
-}
-
-double classify_seconds(const struct api_work *work, const json_t *inputs)
-{
-    double n = of_members(work), degree = degree_of(work, inputs);
-    const json_t *name, *names = json_object_get(inputs, "method");
-    double seconds = first_of_group(work, true);
-    size_t i;
-
-    json_array_foreach(names, i, name)
-    {
-        const struct compute_classify_method *method = compute_classify_methods;
-
-        while (method->name && strcmp(method->name, json_string_value(name)) != 0) {
-            method++;
-        }
-        seconds +=
-            seconds_of_folds(method->metric, n, degree) +
-            seconds_of_label_permutations(method->gauss, n, 2.0, number(inputs, "permutations"));
-    }
-    return seconds;
 }

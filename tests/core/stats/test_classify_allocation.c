@@ -56,6 +56,45 @@ static int run_classifier(bool gauss)
     return status;
 }
 
+/* Two methods that share a metric, with sizes. */
+static int run_methods(void)
+{
+    static const struct srnf_method methods[] = {
+        {.name = "one", .metric = SRNF_METRIC_HARMONIC},
+        {.name = "other", .metric = SRNF_METRIC_HARMONIC},
+    };
+    static const double scales[N] = {1.0, 2.0, 1.0, 3.0, 1.0, 2.0, 1.0};
+    const struct srnf_methods_inputs inputs = {.n = N,
+                                               .surfaces = g.surfaces,
+                                               .scales = scales,
+                                               .labels = labels,
+                                               .n_classes = 2,
+                                               .n_methods = 2,
+                                               .methods = methods,
+                                               .comparison = srnf_folds_options_defaults(),
+                                               .classifier = srnf_classify_options_defaults(),
+                                               .alpha = 0.05};
+    struct srnf_classification results[2];
+    struct srnf_folds_typicality typicality[2];
+    const char *step = NULL;
+    int status =
+        srnf_classify_by_methods(g.sht, &inputs, NULL, results, typicality, NULL, &step, NULL);
+
+    assert_non_null(step);
+    for (size_t m = 0; m < 2; m++) {
+        srnf_classification_clear(&results[m]);
+        srnf_folds_typicality_clear(&typicality[m]);
+    }
+    return status;
+}
+
+static int run_counts(void)
+{
+    size_t counts[2], determined;
+
+    return srnf_class_subjects(N, labels, NULL, 2, counts, &determined);
+}
+
 static int run_gauss(void)
 {
     return run_classifier(true);
@@ -91,6 +130,8 @@ static void classifiers_survive(void **state)
     planted.subjects = (size_t[N]){0, 0, 1, 2, 3, 4, 5};
     refusing_sweep("Gauss with a subject twice", run_gauss, EACH, 1);
     planted.subjects = NULL;
+    refusing_sweep("methods with sizes", run_methods, 20, 7);
+    refusing_sweep("subjects of classes", run_counts, EACH, 1);
 }
 
 int main(void)
@@ -105,7 +146,7 @@ int main(void)
     openblas_set_num_threads(1);
     cmocka_set_message_output(CM_OUTPUT_TAP);
     classes_two(N, 4, labels);
-    group_open_stars(&g, DEGREE, COMPARED, 0.3);
+    group_open_stars(&g, DEGREE, N, 0.3);
     planted = classes_open(N, 2, 1.0, labels, 2);
     options = srnf_folds_options_defaults();
     options.registration.degree = 2;

@@ -1,0 +1,68 @@
+/*
+ * classify.h - what the files of the process classify share: its typed inputs, the classes of a
+ * cohort, and what a run has come to.
+ */
+#ifndef SRNFD_PROCESSES_CLASSIFY_H
+#define SRNFD_PROCESSES_CLASSIFY_H
+
+#include "toolkit/group.h"
+
+#define CLASSIFY_METHODS 7
+
+struct classify_methods {
+    size_t n;
+    struct srnf_method list[CLASSIFY_METHODS];
+};
+
+/* classify_methods.c: the input method, a struct classify_methods, and components, a long, which is
+   0 for auto; a method by its name, without costs, or NULL. */
+extern const struct input_own classify_method_own, classify_components_own;
+const struct srnf_method *classify_method_find(const char *name);
+
+/* The inputs as they are typed. */
+struct classify {
+    struct group_input group;
+    struct classify_methods methods;
+    long components;
+    int covariance, validation, scale, refit;
+    double size_weight;
+    long permutations, seed, lmax;
+    bool common_pose;
+};
+
+/* The classes of a cohort's labels, in the order in which these first appear. */
+struct classify_classes {
+    size_t n, count;
+    size_t *labels;     /* [n] */
+    size_t *sizes;      /* [count] members */
+    size_t *subjects;   /* [count] */
+    size_t determined;  /* features of one covariance in any fold: srnf_class_subjects */
+    const char **names; /* [count], borrowed from the labels */
+};
+
+/*
+ * classify_classes.c. Of a canonical cohort.
+ *   subjects  [in]  [n] group_subject_numbers
+ *   missing   [out] the first member without a label, or n; the classes are then empty
+ * False: no memory. classify_classes_clear in any case.
+ */
+bool classify_classes_find(const json_t *cohort, const size_t *subjects,
+                           struct classify_classes *classes, size_t *missing);
+void classify_classes_clear(struct classify_classes *classes);
+
+/* What a run has loaded and computed. */
+struct classify_answer {
+    struct compute_group group;
+    struct classify_classes classes;
+    struct srnf_methods_inputs asked;
+    double *scales; /* [n], or NULL: shape only */
+    double *pairs;  /* [n][n] */
+    struct srnf_classification results[CLASSIFY_METHODS];
+    struct srnf_folds_typicality typicality[CLASSIFY_METHODS];
+};
+
+/* classify_result.c: the result document; NULL with the problem set. */
+json_t *classify_document(struct jobs_run *run, const struct classify *classify,
+                          const struct classify_answer *answer, struct jobs_result *result);
+
+#endif
