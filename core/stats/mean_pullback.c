@@ -67,8 +67,8 @@ int srnf_mean_pull_back(const struct srnf_sht *sht, size_t n, double *coefficien
         surfaces[i] = coefficients + i * count;
     }
     if (registration) {
-        status = register_all(sht, n, mean->coefficients, coefficients, registration, &quiet,
-                              error);
+        status =
+            register_all(sht, n, mean->coefficients, coefficients, registration, &quiet, error);
     }
     if (status == SRNF_OK) {
         status = srnf_pullback_mean(sht, n, surfaces, options, context, pullback, error);

@@ -164,18 +164,8 @@ struct process_table; /* toolkit/table.h */
 
 struct api_process {
     const char *id, *title, *description;
-    /* Of a process that declares its inputs and outputs: schemas, validation and typed inputs
-       follow from it. Without one these four say it: */
+    /* Its inputs and outputs: schemas, validation and typed inputs follow from it. */
     const struct process_table *table;
-    /* Inputs and outputs as JSON Schema with units, defaults and limits: JSON text. */
-    const char *inputs_schema, *outputs_schema;
-    /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh
-       where a surface is wanted is replaced as the contract says), fills defaults, and returns the
-       canonical inputs (new reference, keys sorted when dumped), or NULL with problems in list or
-       an answered problem in call->response. */
-    json_t *(*canonicalise)(struct api_call *call, const json_t *inputs, struct problem_list *list);
-    /* On a worker, by process_run. */
-    void (*run)(struct jobs_run *run, void *api, const char *inputs, struct jobs_result *result);
     /* Seconds that a job with these canonical inputs is expected to take. */
     double (*seconds)(const struct api_work *work, const json_t *inputs);
     /* Of a process whose results have a form as a table too: answers with the results of a
@@ -186,9 +176,13 @@ struct api_process {
    them by name. */
 struct api_processes {
     const struct api_process *const *rows; /* ended by NULL */
-    /* The canonical inputs, as canonicalise above; and the JSON Schemas (new references). */
+    /* Validates inputs (an object), resolves references (mesh and surface ids must exist; a mesh
+       where a surface is wanted is replaced as the contract says), fills defaults, and returns the
+       canonical inputs (new reference, keys sorted when dumped), or NULL with problems in list or
+       an answered problem in call->response. */
     json_t *(*canonicalise)(const struct api_process *process, struct api_call *call,
                             const json_t *inputs, struct problem_list *list);
+    /* JSON Schemas with units, defaults and limits (new references). */
     json_t *(*inputs_schema)(const struct api_process *process);
     json_t *(*outputs_schema)(const struct api_process *process);
 };

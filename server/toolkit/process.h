@@ -2,8 +2,7 @@
  * process.h - what the files of the processes share: reading inputs into canonical form, and
  * writing results.
  *
- * A process says its inputs twice, as a JSON Schema for people and clients and as calls of the
- * readers below; limits are macros that both use, and a test holds them together.
+ * A process declares its inputs and outputs in tables (toolkit/table.h), which use what is here.
  *
  * Canonical inputs are an object that holds every option after defaulting, in one spelling for each
  * meaning (whole numbers as integers, real ones as reals), and the ids of what they refer to.
@@ -167,25 +166,5 @@ static inline bool process_read(int status)
 double process_scale(struct jobs_run *run, const char *id, double known);
 /* Whether the record of a surface says that it is a mirror image; a mesh is none. */
 bool process_mirrored(struct jobs_run *run, const char *id);
-
-/* ---- The processes --------------------------------------------------------------------------- */
-
-extern const struct api_process encode_process;
-extern const struct api_process invert_process;
-extern const struct api_process geodesic_process;
-extern const struct api_process register_process;
-extern const struct api_process distances_process;
-extern const struct api_process mean_process;
-extern const struct api_process pca_process;
-extern const struct api_process modes_process;
-extern const struct api_process sample_process;
-extern const struct api_process project_process;
-extern const struct api_process evaluate_process;
-extern const struct api_process compare_process;
-extern const struct api_process shoot_process;
-extern const struct api_process transport_process;
-extern const struct api_process transfer_process;
-extern const struct api_process classify_process;
-
 
 #endif

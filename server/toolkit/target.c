@@ -44,7 +44,8 @@ static void read_target(struct process_inputs *inputs, const struct process_inpu
     } else {
         id = inputs_surface_at(inputs, surface, "/inputs/srnf/surface", &degree);
         if (id) {
-            (void)json_object_set_new(inputs->canonical, input->name, json_pack("{s:s}", "surface", id));
+            (void)json_object_set_new(inputs->canonical, input->name,
+                                      json_pack("{s:s}", "surface", id));
         }
     }
     if (!json_object_get(inputs->given, "lmax")) {
@@ -79,7 +80,7 @@ static void clear_target(void *member)
     srnf_free(((struct target *)member)->q);
 }
 
-#define WHOLE(lowest, highest)                                                    \
+#define WHOLE(lowest, highest) \
     "{\"type\":\"integer\",\"minimum\":" lowest ",\"maximum\":" PROCESS_TEXT(highest) "}"
 const struct input_own target_input = {
     .schema =
@@ -87,9 +88,15 @@ const struct input_own target_input = {
         "\"properties\":{\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
         "\"}}},{\"type\":\"object\",\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"],"
         "\"additionalProperties\":false,\"properties\":{"
-        "\"lmax\":" WHOLE(PROCESS_TEXT(SRNF_DEGREE_MIN), SRNF_DEGREE_MAX) ","
-        "\"nTheta\":" WHOLE("5", PROCESS_ROWS_MAX) ","
-        "\"nPhi\":" WHOLE("9", PROCESS_COLUMNS_MAX) ",\"q\":{\"type\":\"array\"}}}]",
+        "\"lmax\":" WHOLE(
+            PROCESS_TEXT(SRNF_DEGREE_MIN),
+            SRNF_DEGREE_MAX) ","
+                             "\"nTheta\":" WHOLE(
+                                 "5", PROCESS_ROWS_MAX) ","
+                                                        "\"nPhi\":" WHOLE(
+                                                            "9",
+                                                            PROCESS_COLUMNS_MAX) ",\"q\":{\"type\":"
+                                                                                 "\"array\"}}}]",
     .read = read_target,
     .type = type_target,
     .clear = clear_target,

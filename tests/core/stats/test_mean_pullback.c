@@ -63,8 +63,7 @@ static void expect_replaced(const struct pulled *p)
                         p->g.count * sizeof(double));
     assert_memory_equal(p->mean.distances, p->pullback.distances, N * sizeof(double));
     assert_true(p->mean.relative_energy > 0.0);
-    figure_below("loss off that of the field", fabs(p->mean.relative_energy / loss(p) - 1.0),
-                 1e-9);
+    figure_below("loss off that of the field", fabs(p->mean.relative_energy / loss(p) - 1.0), 1e-9);
 }
 
 static void replaces_the_mean_of_srnfs(void **state)
