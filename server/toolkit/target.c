@@ -80,23 +80,18 @@ static void clear_target(void *member)
     srnf_free(((struct target *)member)->q);
 }
 
-#define WHOLE(lowest, highest) \
+#define RANGE(lowest, highest) \
     "{\"type\":\"integer\",\"minimum\":" lowest ",\"maximum\":" PROCESS_TEXT(highest) "}"
+#define DEGREES RANGE(PROCESS_TEXT(SRNF_DEGREE_MIN), SRNF_DEGREE_MAX)
+#define ROWS RANGE("5", PROCESS_ROWS_MAX)
+#define COLUMNS RANGE("9", PROCESS_COLUMNS_MAX)
 const struct input_own target_input = {
-    .schema =
-        "\"oneOf\":[{\"type\":\"object\",\"required\":[\"surface\"],\"additionalProperties\":false,"
-        "\"properties\":{\"surface\":{\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN
-        "\"}}},{\"type\":\"object\",\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"],"
-        "\"additionalProperties\":false,\"properties\":{"
-        "\"lmax\":" WHOLE(
-            PROCESS_TEXT(SRNF_DEGREE_MIN),
-            SRNF_DEGREE_MAX) ","
-                             "\"nTheta\":" WHOLE(
-                                 "5", PROCESS_ROWS_MAX) ","
-                                                        "\"nPhi\":" WHOLE(
-                                                            "9",
-                                                            PROCESS_COLUMNS_MAX) ",\"q\":{\"type\":"
-                                                                                 "\"array\"}}}]",
+    .schema = "\"oneOf\":[{\"type\":\"object\",\"required\":[\"surface\"],"
+              "\"additionalProperties\":false,\"properties\":{\"surface\":{\"type\":\"string\","
+              "\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}}},{\"type\":\"object\","
+              "\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"],\"additionalProperties\":false,"
+              "\"properties\":{\"lmax\":" DEGREES ",\"nTheta\":" ROWS ",\"nPhi\":" COLUMNS
+              ",\"q\":{\"type\":\"array\"}}}]",
     .read = read_target,
     .type = type_target,
     .clear = clear_target,
