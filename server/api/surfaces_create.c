@@ -328,7 +328,7 @@ static double normalise(struct given *given, struct srnf_surface_measures *measu
     if (!given->unit_area) {
         return 1.0;
     }
-    compute_move(given->degree, given->coefficients, measures, origin);
+    srnf_surface_move(given->degree, given->coefficients, measures, origin);
     for (size_t i = 0; i < count; i++) {
         given->coefficients[i] /= scale;
     }

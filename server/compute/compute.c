@@ -1,6 +1,6 @@
 /*
- * compute.c - the shared steps of the computations: problems of failed jobs, loading of surfaces,
- * change of degree, centring and measuring.
+ * compute.c - the shared steps of the computations: problems of failed jobs, loading of surfaces
+ * and measuring.
  *
  * Runs on worker threads; holds no lock and no state.
  */
@@ -177,50 +177,17 @@ int compute_surface_load_within(struct jobs_run *run, const struct srnf_context 
     return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, mirror, surface, result);
 }
 
-void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out)
-{
-    size_t source = srnf_coefficient_count(from), target = srnf_coefficient_count(to);
-    size_t common = source < target ? source : target;
-
-    memset(out, 0, 3 * target * sizeof(double));
-    for (size_t k = 0; k < 3; k++) {
-        memcpy(out + k * target, coefficients + k * source, common * sizeof(double));
-    }
-}
-
-void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
-                  const double target[3])
-{
-    srnf_surface_move(degree, coefficients, measures, target);
-}
-
 int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,
                     struct srnf_surface_measures *measures, struct jobs_result *result)
 {
-    const struct srnf_context *context = jobs_run_context(run);
     struct jobs *jobs = jobs_run_jobs(run);
     const struct srnf_sht *sht = NULL;
-    void *workspace = NULL;
     int status = jobs_transform_acquire(jobs, degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
 
     if (status) {
         return compute_fail(result, status, NULL, "preparing the harmonic transform");
     }
-    workspace = srnf_alloc(srnf_surface_workspace_size(sht), 1);
-    if (!workspace) {
-        status = compute_fail(result, SRNF_ENOMEM, NULL, "measuring the surface");
-        goto out;
-    }
-    for (size_t i = 0; i < count; i++) {
-        if (context->canceled(context->user)) {
-            status = SRNF_ECANCELED;
-            break;
-        }
-        srnf_surface_measure(sht, coefficients + i * 3 * srnf_coefficient_count(degree),
-                             &measures[i], workspace);
-    }
-out:
-    srnf_free(workspace);
+    status = srnf_surfaces_measure(sht, count, coefficients, jobs_run_context(run), measures);
     jobs_transform_release(jobs, sht);
-    return status;
+    return status ? compute_fail(result, status, NULL, "measuring the surface") : 0;
 }

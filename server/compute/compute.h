@@ -2,10 +2,9 @@
  * compute.h - what the computations of the processes share: how a core status becomes the problem
  * of a failed job, and how an id becomes a surface in memory.
  *
- * The computations (compute_encode, compute_invert, compute_geodesic) are typed C: a struct of
- * inputs in, a struct of outputs out. They read from the store, call the core with the run's
- * context and know nothing of JSON; what of their outputs is kept, and how it is described, is
- * decided by the caller.
+ * The computations are typed C: a struct of inputs in, a struct of outputs out. They read from the
+ * store, call the core with the run's context and know nothing of JSON; what of their outputs is
+ * kept, and how it is described, is decided by the caller.
  */
 #ifndef SRNFD_COMPUTE_H
 #define SRNFD_COMPUTE_H
@@ -61,13 +60,6 @@ int compute_surface_load_within(struct jobs_run *run, const struct srnf_context 
                                 const char *id, bool mirror, struct compute_surface *surface,
                                 struct jobs_result *result);
 void compute_surface_clear(struct compute_surface *surface);
-
-/* Copies coefficients to another degree: cut, or filled with zeros. out: [3][(to+1)^2]. */
-void compute_change_degree(size_t from, const double *coefficients, size_t to, double *out);
-
-/* Moves the surface so that its area centroid, which measures holds, becomes target. */
-void compute_move(size_t degree, double *coefficients, struct srnf_surface_measures *measures,
-                  const double target[3]);
 
 /* Measures of several surfaces of one degree on its working grid: coefficients
    double[count][3][..]. */

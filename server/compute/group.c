@@ -91,8 +91,8 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < n; i++) {
-        compute_change_degree(slots[i].surface.degree, slots[i].surface.coefficients, group->degree,
-                              group->coefficients + i * count);
+        srnf_surface_change_degree(slots[i].surface.degree, slots[i].surface.coefficients,
+                                   group->degree, group->coefficients + i * count);
         group->surfaces[i] = group->coefficients + i * count;
         group->scales[i] = slots[i].surface.scale;
         group->bridged[i] = slots[i].bridged;

@@ -88,8 +88,8 @@ static int match(const struct likeness_run *l, size_t i, size_t j, double share,
     double plain, mirrored, unturned, angle;
     int status;
 
-    compute_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
-    compute_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
+    srnf_surface_change_degree(group->degree, group->surfaces[i], l->degree, l->ends);
+    srnf_surface_change_degree(group->degree, group->surfaces[j], l->degree, l->ends + l->count);
     status = match_ends(l, &plain, &unturned, &angle, error);
     mirrored = plain;
     if (status == 0 && l->inputs->mirrors) {

@@ -171,7 +171,7 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
                                  &outputs->measures, result);
     }
     if (status == 0) {
-        compute_move(outputs->group.degree, mean->coefficients, &outputs->measures, origin);
+        srnf_surface_move(outputs->group.degree, mean->coefficients, &outputs->measures, origin);
         outputs->seconds = mean->iterations ? mean->history[mean->iterations - 1].seconds : 0.0;
     }
 out:

@@ -171,8 +171,8 @@ static int screen(struct jobs_run *run, size_t degree, const double *fixed, cons
         options.start = SRNF_START_RIGID;
     }
     if (status == 0) {
-        compute_change_degree(degree, fixed, low, ends);
-        compute_change_degree(degree, moving, low, ends + count);
+        srnf_surface_change_degree(degree, fixed, low, ends);
+        srnf_surface_change_degree(degree, moving, low, ends + count);
         for (size_t k = 0; k < 2 && status >= 0; k++) {
             status = measure(sht, ends, ends + count, &options, &context, &distances[k], error);
             srnf_surface_mirror(low, ends + count);

@@ -174,7 +174,7 @@ static int measure_all(struct jobs_run *run, size_t degree, struct compute_recon
     int status = compute_measure(run, degree, out->n, out->coefficients, out->measures, result);
 
     for (size_t i = 0; status == 0 && i < out->n; i++) {
-        compute_move(degree, out->coefficients + i * count, &out->measures[i], origin);
+        srnf_surface_move(degree, out->coefficients + i * count, &out->measures[i], origin);
     }
     return status;
 }
@@ -286,7 +286,7 @@ static double *load_subject(struct jobs_run *run, const struct compute_model *mo
     if (compute_surface_load(run, id, SHARE_MESH, &loaded, result) == 0) {
         coefficients = srnf_alloc(srnf_coefficient_count(degree), 3 * sizeof(double));
         if (coefficients) {
-            compute_change_degree(loaded.degree, loaded.coefficients, degree, coefficients);
+            srnf_surface_change_degree(loaded.degree, loaded.coefficients, degree, coefficients);
             *subject = find_subject(subjects, loaded.content);
         } else {
             (void)compute_fail(result, SRNF_ENOMEM, NULL, "projecting");

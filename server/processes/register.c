@@ -111,14 +111,12 @@ static bool type_penalty(const json_t *value, void *member)
     return true;
 }
 
-#define WEIGHT(default_)                                            \
-    "{\"type\":\"number\",\"minimum\":0,\"maximum\":" PROCESS_TEXT( \
-        PROCESS_PENALTY_MAX) ",\"default\":" default_ "}"
+#define WEIGHT_MAX PROCESS_TEXT(PROCESS_PENALTY_MAX)
+#define WEIGHT "\"type\":\"number\",\"minimum\":0,\"maximum\":" WEIGHT_MAX ",\"default\":"
 static const struct input_own penalty = {
     .schema = "\"oneOf\":[{\"enum\":[\"default\",\"none\"]},{\"type\":\"object\","
-              "\"additionalProperties\":false,\"properties\":{\"jacobian\":" WEIGHT(
-                  "0.003") ","
-                           "\"displacement\":" WEIGHT("0.01") "}}],\"default\":\"default\"",
+              "\"additionalProperties\":false,\"properties\":{\"jacobian\":{" WEIGHT "0.003},"
+              "\"displacement\":{" WEIGHT "0.01}}}],\"default\":\"default\"",
     .read = read_penalty,
     .type = type_penalty,
 };
