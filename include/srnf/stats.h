@@ -75,14 +75,15 @@ SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
                                    struct srnf_error *error);
 
 /*
- * The mean in the pulled-back metric takes the place of that of SRNFs: its surface, the distances to
- * it, what it loses of mean_q, and converged, if both were. mean_q and registered_q stay.
- *   coefficients  [in/out] double[n][3][(L+1)^2] the surfaces of the mean; registered to its surface
- *                 where registration is not NULL
+ * The mean in the pulled-back metric takes the place of that of SRNFs: its surface, the distances
+ * to it, what it loses of mean_q, and converged, if both were. mean_q and registered_q stay.
+ *   coefficients  [in/out] double[n][3][(L+1)^2] the surfaces of the mean; registered to its
+ *                 surface where registration is not NULL
  *   mean          [in/out] of srnf_karcher_mean
  *   pullback      [out] as of srnf_pullback_mean; cleared with srnf_pullback_mean_clear
- * Errors: SRNF_EINVAL (n is not that of the mean), else as srnf_register and srnf_pullback_mean; the
- * mean is then as it was, the coefficients are undefined. SRNF_WNOT_CONVERGED: as srnf_pullback_mean.
+ * Errors: SRNF_EINVAL (n is not that of the mean), else as srnf_register and srnf_pullback_mean;
+ * mean and coefficients are then undefined, to be cleared as ever. SRNF_WNOT_CONVERGED: as
+ * srnf_pullback_mean.
  */
 SRNF_CHECKED int srnf_mean_pull_back(const struct srnf_sht *sht, size_t n, double *coefficients,
                                      const struct srnf_register_options *registration,

@@ -84,7 +84,7 @@ static void replaces_the_mean_of_srnfs(void **state)
     close_pulled(&p);
 }
 
-/* Registered to the surface of the mean SRNF, in place: to the last bit what srnf_register gives. */
+/* To the surface of the mean SRNF, in place: to the last bit what srnf_register gives. */
 static void registers_the_surfaces_first(void **state)
 {
     struct srnf_register_options options = srnf_register_options_defaults();
