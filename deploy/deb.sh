@@ -73,7 +73,7 @@ strip --remove-section=.comment --remove-section=.note "$stage/usr/bin/srnfd"
 install -D -m 644 deploy/srnfd.service "$stage/lib/systemd/system/srnfd.service"
 install -D -m 644 deploy/srnfd.sysusers "$stage/usr/lib/sysusers.d/srnfd.conf"
 install -D -m 644 deploy/srnfd.json "$stage/etc/srnfd/srnfd.json"
-install -D -m 644 -t "$stage/usr/share/doc/srnfd" README.md CHANGELOG.md deploy/OPERATIONS.md
+install -D -m 644 -t "$stage/usr/share/doc/srnfd" README.md CHANGELOG.md deploy/OPERATIONS.md docs/*.md
 install -D -m 644 deploy/nginx.conf "$stage/usr/share/doc/srnfd/examples/nginx.conf"
 documents srnfd
 mkdir -p "$stage/DEBIAN"

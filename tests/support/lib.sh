@@ -57,6 +57,22 @@ skip() { # NAME REASON
     printf 'ok %d - %s # SKIP %s\n' "$TAP_COUNT" "$1" "$2"
 }
 
+# Runs the ```sh blocks of documents word for word, in order, in one bash that stops at the first failure. It runs in
+# $SCRATCH/clone, where tests, build and data are links, so that no file it writes lands in the project. What it prints
+# is in $SCRATCH/out, what it runs in $SCRATCH/trace.
+run_documents() { # FILE..
+    mkdir "$SCRATCH/clone"
+    ln -s "$ROOT/tests" "$SCRATCH/clone/tests"
+    ln -s "$SRNFD_BUILD" "$SCRATCH/clone/build"
+    ln -s "$SCRATCH/data" "$SCRATCH/clone/data"
+    awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$@" >"$SCRATCH/blocks.sh"
+    if (cd "$SCRATCH/clone" && URL=$URL bash -eu -o pipefail -x "$SCRATCH/blocks.sh") >"$SCRATCH/out" 2>"$SCRATCH/trace"; then
+        ok "all lines of $* succeed"
+    else
+        not_ok "all lines of $* succeed" "$(tail -n 5 "$SCRATCH/trace")"
+    fi
+}
+
 # Leaves the whole script out. Only before the first test.
 skip_all() { # REASON
     printf '1..0 # SKIP %s\n' "$1"
