@@ -20,7 +20,7 @@
 #   make fuzz       each reader, 60 s
 #   make fuzz-api   requests drawn from api/openapi.yaml, REQUESTS=20000 of them
 #   make coverage   lines of core/ and server/ that the tests run
-#   make bench      every figure the README quotes
+#   make bench      every figure that the READMEs and docs/ quote
 #   make paper      the paper's figures and tables with the data at hand, build/paper.html
 #
 #   make format     clang-format over all sources
