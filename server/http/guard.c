@@ -1,6 +1,7 @@
 /*
  * guard.c - the first look at a request, before any byte of its body is read: what head.c, which
- * has judged its form (tap.c), leaves open. One Host, and a permitted one; a target that is a path.
+ * has judged its form (tap.c), leaves open. One Host, and a permitted one; a target that is a path,
+ * or has one behind an authority, which then counts in the place of Host (RFC 9112, 3.2.2).
  *
  * libmicrohttpd cuts a path at %00; so the target is taken raw, from the log callback, and decoded
  * here: a zero byte, an encoded slash and a broken escape are refused.
@@ -11,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+#define AUTHORITY_MAX 300 /* bytes of a name of the DNS, and a port */
 
 static enum MHD_Result take_header(void *cls, enum MHD_ValueKind kind, const char *name,
                                    size_t name_length, const char *value, size_t value_length)
@@ -65,14 +68,39 @@ static int hex_value(char c)
 
 static const char no_memory[] = "There is not enough memory for the path.";
 
+/* Bytes of the scheme and the slashes in front of the authority; 0: the target has none. */
+static size_t scheme_length(const char *target)
+{
+    return strncasecmp(target, "http://", 7) == 0    ? 7
+           : strncasecmp(target, "https://", 8) == 0 ? 8
+                                                     : 0;
+}
+
+/* Host, or the target's authority in its place, which is written to text. */
+static const char *take_authority(const char *target, const char **host, char text[AUTHORITY_MAX])
+{
+    size_t scheme = scheme_length(target), length = strcspn(target + scheme, "/?#");
+
+    if (scheme == 0) {
+        return NULL;
+    }
+    if (length == 0 || length >= AUTHORITY_MAX || memchr(target + scheme, '@', length)) {
+        return "The request target has no host, a name beside it, or one that is too long.";
+    }
+    memcpy(text, target + scheme, length);
+    text[length] = '\0';
+    *host = text;
+    return NULL;
+}
+
 /* Decodes the target's path into exchange->path and sets the query. */
 static const char *check_target(struct exchange *exchange)
 {
     const char *target = exchange->connection->target;
-    size_t length, n = 0;
+    size_t length = scheme_length(target), n = 0;
 
-    if (strncasecmp(target, "http://", 7) == 0) {
-        target += 7 + strcspn(target + 7, "/?");
+    if (length > 0) {
+        target += length + strcspn(target + length, "/?");
     }
     length = strcspn(target, "?#");
     if (target[0] != '/') {
@@ -149,6 +177,7 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
                         const char **code)
 {
     const char *detail = NULL, *host = NULL;
+    char authority[AUTHORITY_MAX];
     size_t hosts;
 
     *status = 400;
@@ -167,6 +196,10 @@ const char *guard_check(struct exchange *exchange, const char *version, int *sta
     hosts = count_headers(exchange, "Host", &host);
     if (hosts > 1 || (hosts == 0 && strcmp(version, "HTTP/1.1") == 0)) {
         return "A request has exactly one Host field.";
+    }
+    detail = take_authority(exchange->connection->target, &host, authority);
+    if (detail) {
+        return detail;
     }
     detail = check_origin(exchange, host);
     if (detail) {

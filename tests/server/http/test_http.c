@@ -426,6 +426,41 @@ static void test_foreign_sites_are_kept_out(void **state)
     http_stop(http, 5);
 }
 
+/* An authority in the target counts in the place of Host. */
+static void test_authorities_count_as_host(void **state)
+{
+    static const struct {
+        const char *target, *host;
+        int status;
+    } cases[] = {
+        {"http://evil.example", "shapes.example", 403},
+        {"HTTPS://evil.example:1", "shapes.example", 403},
+        {"http://shapes.example.evil", "shapes.example", 403},
+        {"http://shapes.example", "shapes.example", 200},
+        {"https://shapes.example:1", "evil.example", 200},
+        {"http://shapes.example@evil.example", "shapes.example", 400},
+        {"http://me@shapes.example", "shapes.example", 400},
+        {"http://", "shapes.example", 400},
+    };
+    struct http *http =
+        serve((struct http_config){.local_only = true, .allowed_hosts = "shapes.example"});
+
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char request[200];
+        int status;
+
+        (void)snprintf(request, sizeof request, "GET %s/quick HTTP/1.1\r\nHost: %s\r\n\r\n",
+                       cases[i].target, cases[i].host);
+        status = ask(http, request);
+        if (status != cases[i].status) {
+            print_message("%s answered %d\n", cases[i].target, status);
+        }
+        assert_int_equal(status, cases[i].status);
+    }
+    http_stop(http, 5);
+}
+
 /* Reads until the text has come, or the peer has closed. */
 static bool hear_until(int fd, const char *wanted)
 {
@@ -720,6 +755,7 @@ int main(void)
         cmocka_unit_test(test_abandoned_requests_are_let_go),
         cmocka_unit_test(test_refusals_have_one_head),
         cmocka_unit_test(test_foreign_sites_are_kept_out),
+        cmocka_unit_test(test_authorities_count_as_host),
         cmocka_unit_test(test_streams_follow_the_job),
         cmocka_unit_test(test_streams_pass_over_what_is_stale),
         cmocka_unit_test(test_streams_are_limited),
