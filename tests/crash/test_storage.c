@@ -6,7 +6,8 @@
  * what it would have been, or 503 or 507 with a code that says why, and the same daemon goes on
  * working. Then on a file system that is really full, which needs the right to mount one: nothing
  * new is taken, reading, cancelling and deleting go on, also after a kill and a start on the full
- * disk, and with room again everything goes on without a restart.
+ * disk, and with room again everything goes on without a restart. A limit on the sizes of files is
+ * the same.
  *
  *   STRIDE=19   of the calls every nineteenth is made to fail; `make faults` takes each
  * srnfd-test: slow
@@ -23,6 +24,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mount.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -328,6 +330,28 @@ static void a_full_disk_takes_nothing_and_gives_everything(void **state)
     assert_int_equal(umount2(disk, MNT_DETACH), 0);
 }
 
+/* A limit on the sizes of files ends nothing either: what does not fit is refused. */
+static void a_limit_on_sizes_is_a_full_disk(void **state)
+{
+    struct scene *scene = *state;
+    struct rlimit before, limit;
+    char id[64];
+
+    daemon_prepare(&scene->daemon, scene->folder, "data");
+    assert_true(daemon_start(&scene->daemon));
+    assert_true(upload(scene, 0, false, scene->mesh));
+    assert_int_equal(prlimit(scene->daemon.pid, RLIMIT_FSIZE, NULL, &before), 0);
+    limit = before;
+    limit.rlim_cur = 4096;
+    assert_int_equal(prlimit(scene->daemon.pid, RLIMIT_FSIZE, &limit, NULL), 0);
+    assert_false(upload(scene, 1, true, id));
+    assert_false(daemon_has_ended(&scene->daemon));
+    assert_int_equal(daemon_status(&scene->daemon, "GET", "/v1/meshes", ""), 200);
+    assert_int_equal(prlimit(scene->daemon.pid, RLIMIT_FSIZE, &before, NULL), 0);
+    wait_for_room(scene, 2);
+    assert_int_equal(daemon_stop(&scene->daemon), 0);
+}
+
 /* A job that waits is cancelled while there is no room, and the rest of the queue runs to its end
    when there is. */
 static void a_queue_outlives_a_full_disk(void **state)
@@ -370,6 +394,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(every_failing_write_is_an_answer),
         TEST(a_full_disk_takes_nothing_and_gives_everything),
+        TEST(a_limit_on_sizes_is_a_full_disk),
         TEST(a_queue_outlives_a_full_disk),
     };
 
