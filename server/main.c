@@ -465,7 +465,7 @@ static int print_help(int n_arguments, char **arguments)
 int main(int argc, char **argv)
 {
     (void)umask(077); /* nothing of the data is for others, whatever the folder allows */
-    (void)signal(SIGXFSZ, SIG_IGN); /* a limit on the sizes of files is a full disk to whoever writes */
+    (void)signal(SIGXFSZ, SIG_IGN); /* a limit on file sizes is a full disk to whoever writes */
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             return print_help(0, NULL);

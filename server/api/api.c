@@ -23,6 +23,7 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
+#define SMALL_MEMORY ((size_t)32 << 20) /* bytes that a small upload has: read in half a second */
 
 static const char *const json_types[] = {"application/json", NULL};
 static const char *const surface_types[] = {"application/json", "application/x-npy",
@@ -293,8 +294,9 @@ static void judge_upload(struct api_call *call, const struct jobs_memory *memory
     if (atomic_load(&memory->stopped)) {
         api_response_clear(response);
         response->undone = API_STOPPED;
-    } else if (atomic_load(&memory->refused) > 0 && atomic_load(&memory->beside) > 0 &&
-               !call->request->alone) {
+    } else if (atomic_load(&memory->refused) > 0 &&
+               (call->request->small ||
+                (atomic_load(&memory->beside) > 0 && !call->request->alone))) {
         api_response_clear(response);
         response->undone = API_AGAIN;
     } else if (atomic_load(&memory->refused) > 0) {
@@ -306,13 +308,16 @@ static void judge_upload(struct api_call *call, const struct jobs_memory *memory
     }
 }
 
-/* The handler with an account of its own within that of all uploads. */
+/* The handler with an account of its own, within that of all uploads unless it is to do with
+   little. */
 static void handle_upload(struct api_call *call, const struct api_route *route)
 {
-    struct jobs_memory memory = {.parent = &call->api->uploads, .stop = call->request->stop};
+    bool small = call->request->small;
+    struct jobs_memory memory = {.parent = small ? NULL : &call->api->uploads,
+                                 .stop = call->request->stop};
     struct jobs_memory *before;
 
-    jobs_memory_begin(&memory, SIZE_MAX);
+    jobs_memory_begin(&memory, small ? SMALL_MEMORY : SIZE_MAX);
     before = jobs_memory_enter(&memory);
     run_handler(call, route);
     (void)jobs_memory_enter(before);

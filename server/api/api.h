@@ -72,7 +72,8 @@ struct api_request {
     bool bodiless;            /* the same: the route takes no body, and one need not be awaited */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
     const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
-    bool alone;               /* no other upload is handled beside this one */
+    bool alone;               /* no other upload is handled beside this one, but small ones */
+    bool small; /* an upload that has little memory, of its own: API_AGAIN where it needs more */
 };
 /* Whether a header has this name, without regard to case. Most differ in their first letter, seen
    with the bit set that tells small letters from capitals. */
@@ -86,7 +87,8 @@ const char *api_request_header(const struct api_request *request, const char *na
 /* What an upload may come to instead of an answer. */
 enum api_undone {
     API_DONE,
-    API_AGAIN,   /* others held the memory that it needs: to be handled again, alone */
+    API_AGAIN,   /* to be handled again: alone, since others held the memory that it needs, or
+                    among the others, where it was small */
     API_STOPPED, /* request->stop was seen */
 };
 
@@ -139,6 +141,9 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
 /* Whether api_handle has a body to parse, which can take seconds and memory that is counted: it
    belongs on a thread that nothing short waits for. Of a request whose body is there. */
 bool api_is_upload(const struct api_request *request);
+/* Whether such a body is so small that it most likely needs little time and memory: it may be
+   handled with request->small first. */
+bool api_is_small(const struct api_request *request);
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response);
 /* Whether the value of an Authorization field is a token that holds. Counts for nothing: for
    whoever must choose which of many requests to look at first. */

@@ -5,6 +5,7 @@
 #include "api/routes.h"
 
 /* Bytes of a JSON body that takes more than a few milliseconds. */
+#define SMALL_BODY ((size_t)1 << 20) /* bytes of an upload that may be small */
 #define JSON_UPLOAD_FROM ((size_t)64 << 10)
 
 bool route_takes_json(const struct api_route *route)
@@ -24,6 +25,11 @@ bool api_is_upload(const struct api_request *request)
     return route && request->body_size > 0 &&
            (route->body == ROUTE_MESH || route->body == ROUTE_SURFACE ||
             (route_takes_json(route) && request->body_size > JSON_UPLOAD_FROM));
+}
+
+bool api_is_small(const struct api_request *request)
+{
+    return request->body_size <= SMALL_BODY;
 }
 
 json_t *body_json(struct api_call *call)

@@ -5,8 +5,8 @@
  * formed head.
  *
  * Stopping goes in this order: the front, and so no new connections; what waits for jobs is
- * answered with the job as it is; requests in progress get their grace, uploads the most of it; the
- * pool ends, after which no connection is suspended (libmicrohttpd aborts the process otherwise);
+ * answered with the job as it is; requests in progress get their grace, those that are queued and
+ * uploads the most of it; the pool ends, after which no connection is suspended (libmicrohttpd aborts the process otherwise);
  * then the daemon, and with it the connections that are left.
  */
 #include "http/internal.h"
@@ -27,8 +27,9 @@
     ((size_t)32 << 10) /* for a head within head.h's limits and ours; cleared for each request */
 #define OWNER_REQUESTS_LEAST 16 /* of the default, where connections are few */
 #define THREADS_MAX 4           /* that are started without being asked for */
-/* Part of the grace after which uploads are told to stop, which they do in a second or two. */
-#define UPLOAD_GRACE 0.75
+/* Part of the grace after which what is queued is not handled any more, and uploads are told to
+   stop, which they do in a second or two. */
+#define HANDLING_GRACE 0.75
 
 /* Requests that these threads answer take microseconds: one thread for two processors keeps up with
    clients on the others. On two processors a second one cost more in changing places than it won:
@@ -258,11 +259,11 @@ void http_stop(struct http *http, double grace_seconds)
     http->draining = true;
     pool_wake_all(http);
     (void)pthread_mutex_unlock(&http->mutex);
-    wait_idle(http, UPLOAD_GRACE * grace_seconds);
+    wait_idle(http, HANDLING_GRACE * grace_seconds);
     (void)pthread_mutex_lock(&http->mutex);
-    lane_stop_uploads(http);
+    lane_stop(http);
     (void)pthread_mutex_unlock(&http->mutex);
-    wait_idle(http, (1 - UPLOAD_GRACE) * grace_seconds);
+    wait_idle(http, (1 - HANDLING_GRACE) * grace_seconds);
     pool_stop(http);
     MHD_stop_daemon(http->daemon);
     timer_stop(http);

@@ -19,7 +19,7 @@ struct http_config {
     const char *listen;        /* "127.0.0.1:8080", "[::1]:0"; port 0 takes a free one */
     size_t threads;            /* of libmicrohttpd; 0: half the processors, 1 to 4 */
     size_t request_threads;    /* for slow routes; 0: 4 */
-    size_t upload_threads;     /* that parse bodies; 0: 2 */
+    size_t upload_threads;     /* that parse bodies, beside one for small ones; 0: 2 */
     size_t max_connections;    /* beyond them idle ones give way (slots.c); 0: 1024 */
     size_t kept_connections;   /* of them, for those whose requests are admitted; 0: an eighth */
     size_t max_owner_requests; /* in progress, of a token's name or, without, an address that is not

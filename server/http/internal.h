@@ -30,8 +30,8 @@
 #define HTTP_HEADERS_MAX HEAD_FIELDS_MAX
 #define HTTP_SHORT_PATH 128               /* bytes of a path that needs no memory of its own */
 #define HTTP_DRAIN_MAX ((size_t)16 << 20) /* of a refused body that is read all the same */
-#define HTTP_REQUEST_THREADS_MAX 33 /* of a lane; uploads have one more than can be asked for */
-#define HTTP_HOLDERS 1024           /* chains of the table of shares.c */
+#define HTTP_REQUEST_THREADS_MAX 33       /* 32, and that for small uploads */
+#define HTTP_HOLDERS 1024                 /* chains of the table of shares.c */
 #define HOLDER_KEY_MAX (STORE_OWNER_MAX + 1)
 
 /* An address, or a token's name, and what it holds (shares.c). */
@@ -122,7 +122,8 @@ struct exchange {
     double deadline;             /* [m] of the wait */
     char wait_job[STORE_ID_MAX]; /* [m] the job that it waits for */
     int lane;                    /* [m] LANE_REQUESTS or LANE_UPLOADS */
-    atomic_bool gone;            /* an upload whose client is not there any more */
+    bool small;                  /* [m] an upload that little memory may do for */
+    atomic_bool gone;            /* its client is not there any more: nobody waits for the answer */
     double ended_at;             /* [m] since when it sends nothing more; 0: it has not said so */
     atomic_bool stop;            /* whoever handles it is to give up */
     int status;                  /* as sent; 0: nothing was */
@@ -165,6 +166,7 @@ struct http {
     atomic_ullong ids;
     atomic_bool draining;          /* written under the mutex, read anywhere */
     bool stopping, timer_stopping; /* [m] */
+    bool giving_up;                /* [m] nothing more is handled (lane_stop) */
     pthread_t timer_thread;
     bool timer_started;
 };
@@ -319,10 +321,11 @@ struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread);
 void lane_leave(struct http *http, struct lane *lane, size_t thread);
 /* Whether the lane's threads may end: the daemon stops, and nothing is left to do. */
 bool lane_is_over(const struct http *http, const struct lane *lane);
-/* Tells uploads whose clients have gone to stop. */
+/* Tells uploads whose clients have gone to stop, and passes over requests that are queued for such
+   clients. */
 void lane_look(struct http *http, double now);
-/* Tells all uploads to stop. */
-void lane_stop_uploads(struct http *http);
+/* Tells all uploads to stop; what is queued, and what comes from now on, is answered with 503. */
+void lane_stop(struct http *http);
 
 /* ---- More of pool.c -------------------------------------------------------------------------- */
 

@@ -5,35 +5,37 @@
  *   uploads    srnfd-upload-N: bodies that are to be parsed (api_is_upload), which can take
  *              seconds and hundreds of MiB, and give way like workers do
  *
- * So nothing short ever waits for a body to be parsed. In either lane the first in the queue goes
- * first unless its like have as many threads as they may:
+ * So nothing short ever waits for a body to be parsed. In either lane owners take turns: once a
+ * request of one was taken, what else it has queued goes behind the others'. An owner is a token's
+ * name or, without tokens, an address. The first in the queue goes first unless its like have as
+ * many threads as they may:
  *
- *   requests   an owner may have half the threads, and all but probes one less than there are:
- *              /readyz and /metrics find a thread, whatever the others do
- *   uploads    one thread more than is asked for is kept for bodies of up to SMALL_BODY of owners
- *              that have no upload running: so two names that hold the others keep no third one
- *              waiting. Of the others an owner may have one less than there are, and after each
- *              turn what else it has queued goes behind the others
+ *   requests   all but probes may have one thread less than there are: /readyz and /metrics find
+ *              one, whatever the others do. Of these a name may have as many as make half of all
+ *              threads, and beyond its first none that is the last: another name finds one
+ *   uploads    a name may have one thread less than there are
  *
- * Without tokens there is one owner, who has all threads that are not kept for probes.
+ * The two queues have no such shares without tokens. One more thread for uploads takes only those
+ * that are small (api_is_small), with a little memory of their own: so they have a way past large
+ * ones, whoever sends those, and whatever memory these need. One that turns out to need more
+ * (a small file can hold a large mesh) is queued again, for the other threads.
  *
  * An upload that found no memory beside others is queued again, before all, to run alone: none
- * begins before it has ended. One whose client has gone is told to stop, and leaves the queue by
- * the other lane; when the daemon ends all are told so.
+ * begins before it has ended, but on that thread. A request whose client has gone, and which could
+ * not run so far, is not handled any more; an upload is told to stop. Either leaves the queue by
+ * the lane of requests; when the daemon ends all are told so.
  *
- * Whether a client has gone its socket tells: it sends no more. One that only closed its half is
- * not told apart from one that is not there any more. Here it is taken for gone after GONE_SECONDS,
- * since what it would wait for can hold others up.
+ * Whether a client has gone its socket tells: it was reset, or sends no more. One that only closed
+ * its half is not told apart from one that is not there any more. Here it is taken for gone after
+ * GONE_SECONDS, since what it would wait for can hold others up.
  *
  * All functions are to be called with http->mutex held.
  */
 #include "http/internal.h"
 
 #include <poll.h>
-#include <string.h>
 
 #define GONE_SECONDS 1.0
-#define SMALL_BODY ((size_t)1 << 20)
 
 void lane_enqueue(struct http *http, struct exchange *exchange)
 {
@@ -52,7 +54,11 @@ void lane_enqueue(struct http *http, struct exchange *exchange)
         *lane->last = exchange;
         lane->last = &exchange->queue_next;
     }
-    (void)pthread_cond_signal(&lane->work);
+    if (exchange->lane == LANE_UPLOADS) { /* one of its threads takes small ones alone */
+        (void)pthread_cond_broadcast(&lane->work);
+    } else {
+        (void)pthread_cond_signal(&lane->work);
+    }
 }
 
 static struct exchange *cut(struct lane *lane, struct exchange **place)
@@ -68,8 +74,7 @@ static struct exchange *cut(struct lane *lane, struct exchange **place)
 
 static bool same_owner(const struct exchange *a, const struct exchange *b)
 {
-    return (a->request.caller.account != NULL) == (b->request.caller.account != NULL) &&
-           strcmp(a->request.caller.name, b->request.caller.name) == 0;
+    return a->holder == b->holder;
 }
 
 static size_t at_least_one(size_t count)
@@ -77,17 +82,26 @@ static size_t at_least_one(size_t count)
     return count > 0 ? count : 1;
 }
 
-/* Whether the exchange may have one more thread of the lane. */
-static bool may_run(const struct lane *lane, const struct exchange *exchange)
+/* The first thread for uploads takes small ones only, and counts for no share. */
+static bool is_for_small(const struct lane *lane, size_t thread)
+{
+    return lane == &lane->http->lanes[LANE_UPLOADS] && thread == 0;
+}
+
+/* Whether this thread of the lane may take the exchange. */
+static bool may_run(const struct lane *lane, size_t thread, const struct exchange *exchange)
 {
     bool known = exchange->request.caller.account != NULL, uploads = exchange->lane == LANE_UPLOADS;
-    size_t others = 0, own = 0, n = lane->n_threads, most;
+    size_t others = 0, own = 0, n = lane->n_threads - uploads, most;
 
     if (exchange->request.probe || atomic_load(&exchange->gone)) {
         return true;
     }
-    for (size_t i = 0; i < n; i++) {
-        const struct exchange *runs = lane->running[i];
+    if (is_for_small(lane, thread)) {
+        return exchange->small;
+    }
+    for (size_t i = 0; i < lane->n_threads; i++) {
+        const struct exchange *runs = is_for_small(lane, i) ? NULL : lane->running[i];
 
         if (runs && runs->request.alone) {
             return false;
@@ -96,24 +110,19 @@ static bool may_run(const struct lane *lane, const struct exchange *exchange)
         own += runs && !runs->request.probe && same_owner(runs, exchange);
     }
     if (uploads) {
-        size_t common = n - 1; /* without the one that is kept */
-        bool kept = known && own == 0 && exchange->request.body_size <= SMALL_BODY;
-
-        return exchange->request.alone
-                   ? others == 0
-                   : (others < common || kept) && (!known || own < at_least_one(common - 1));
+        return exchange->request.alone ? others == 0 : !known || own < at_least_one(n - 1);
     }
     most = at_least_one(n - 1);
-    return others < most && (!known || own < (n + 1) / 2);
+    return others < most && (!known || own == 0 || (own < (n + 1) / 2 && others + 1 < most));
 }
 
-/* What else the owner has queued goes to the end, in its order. */
+/* What else the owner has queued goes to the end, in its order; but what is to run alone stays. */
 static void give_way(struct lane *lane, const struct exchange *taken)
 {
     struct exchange *later = NULL, **last = &later, **place = &lane->first;
 
     while (*place) {
-        if (same_owner(*place, taken)) {
+        if (same_owner(*place, taken) && !(*place)->request.alone) {
             *last = cut(lane, place);
             last = &(*last)->queue_next;
         } else {
@@ -131,8 +140,8 @@ struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread)
 {
     struct exchange **place = &lane->first, *taken;
 
-    while (*place && !http->stopping && !may_run(lane, *place)) {
-        if ((*place)->request.alone) {
+    while (*place && !http->stopping && !may_run(lane, thread, *place)) {
+        if ((*place)->request.alone && !is_for_small(lane, thread)) {
             return NULL; /* nothing overtakes it */
         }
         place = &(*place)->queue_next;
@@ -141,9 +150,10 @@ struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread)
         return NULL;
     }
     taken = cut(lane, place);
-    if (taken->lane == LANE_UPLOADS) {
+    if (!atomic_load(&taken->gone)) {
         give_way(lane, taken);
     }
+    taken->request.small = is_for_small(lane, thread) && taken->small;
     taken->phase = PHASE_RUNNING;
     lane->running[thread] = taken;
     return taken;
@@ -178,6 +188,9 @@ static bool has_gone(struct exchange *exchange, double now)
     struct pollfd fd = {.fd = exchange->connection->fd, .events = POLLRDHUP};
     bool ended = poll(&fd, 1, 0) > 0 && (fd.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
 
+    if (ended && (fd.revents & (POLLHUP | POLLERR)) != 0) {
+        return true;
+    }
     if (!ended) {
         exchange->ended_at = 0.0;
     } else if (exchange->ended_at == 0.0) {
@@ -186,10 +199,33 @@ static bool has_gone(struct exchange *exchange, double now)
     return ended && now - exchange->ended_at >= GONE_SECONDS;
 }
 
+/* Takes those out of the queue whose clients have gone, to be passed over. What may run is about to
+   be taken, and left to that: who closed its half is answered, however late the threads come to it
+   on a busy machine. */
+static void look_at_queue(struct http *http, struct lane *lane, double now)
+{
+    struct exchange **place = &lane->first;
+
+    while (*place) {
+        struct exchange *exchange = *place;
+
+        if (!atomic_load(&exchange->gone) && !exchange->resumed && !exchange->streams &&
+            has_gone(exchange, now) &&
+            (exchange->lane == LANE_UPLOADS || !may_run(lane, 0, exchange))) {
+            (void)cut(lane, place);
+            atomic_store(&exchange->gone, true);
+            atomic_store(&exchange->stop, true);
+            exchange->lane = LANE_REQUESTS;
+            lane_enqueue(http, exchange);
+        } else {
+            place = &exchange->queue_next;
+        }
+    }
+}
+
 void lane_look(struct http *http, double now)
 {
     struct lane *uploads = &http->lanes[LANE_UPLOADS];
-    struct exchange **place = &uploads->first;
 
     for (size_t i = 0; i < uploads->n_threads; i++) {
         struct exchange *exchange = uploads->running[i];
@@ -199,30 +235,27 @@ void lane_look(struct http *http, double now)
             atomic_store(&exchange->stop, true);
         }
     }
-    while (*place) {
-        if (has_gone(*place, now)) {
-            struct exchange *exchange = cut(uploads, place);
-
-            atomic_store(&exchange->gone, true);
-            atomic_store(&exchange->stop, true);
-            exchange->lane = LANE_REQUESTS;
-            lane_enqueue(http, exchange);
-        } else {
-            place = &(*place)->queue_next;
-        }
+    for (size_t i = 0; i < LANES; i++) {
+        look_at_queue(http, &http->lanes[i], now);
     }
 }
 
-void lane_stop_uploads(struct http *http)
+void lane_stop(struct http *http)
 {
     struct lane *uploads = &http->lanes[LANE_UPLOADS];
 
+    http->giving_up = true;
     for (size_t i = 0; i < uploads->n_threads; i++) {
         if (uploads->running[i]) {
             atomic_store(&uploads->running[i]->stop, true);
         }
     }
-    for (struct exchange *exchange = uploads->first; exchange; exchange = exchange->queue_next) {
-        atomic_store(&exchange->stop, true);
+    for (size_t i = 0; i < LANES; i++) {
+        for (struct exchange *exchange = http->lanes[i].first; exchange;
+             exchange = exchange->queue_next) {
+            if (!exchange->resumed) { /* what is left of those is short */
+                atomic_store(&exchange->stop, true);
+            }
+        }
     }
 }

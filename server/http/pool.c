@@ -26,8 +26,9 @@ bool pool_submit(struct exchange *exchange)
     bool open;
 
     (void)pthread_mutex_lock(&http->mutex);
-    open = !http->stopping;
+    open = !http->stopping && !http->giving_up;
     if (open) {
+        exchange->small = api_is_upload(&exchange->request) && api_is_small(&exchange->request);
         exchange->lane = api_is_upload(&exchange->request) ? LANE_UPLOADS : LANE_REQUESTS;
         exchange->request.stop = &exchange->stop;
         MHD_suspend_connection(exchange->mhd);
@@ -116,7 +117,7 @@ static void remove_wait(struct exchange *exchange)
     exchange->waits = false;
 }
 
-/* The answer of an upload that was told to stop. */
+/* The answer of what was told to stop, or passed over. */
 static void give_up(struct exchange *exchange)
 {
     bool gone = atomic_load(&exchange->gone);
@@ -124,7 +125,7 @@ static void give_up(struct exchange *exchange)
     exchange->close = true;
     api_problem(&exchange->request, &exchange->response, gone ? 408 : 503,
                 gone ? "request-timeout" : "shutting-down",
-                gone ? "The connection was closed at its other end before the body was read."
+                gone ? "The connection was closed at its other end before the request was handled."
                      : "The service is shutting down.");
 }
 
@@ -176,7 +177,8 @@ static bool settle(struct http *http, struct exchange *exchange, bool was_waitin
     }
     if (exchange->response.undone == API_AGAIN) {
         exchange->response.undone = API_DONE;
-        exchange->request.alone = true;
+        exchange->request.alone = !exchange->request.small;
+        exchange->small = false; /* it belongs to the threads that large ones have, too */
         lane_enqueue(http, exchange);
         return false;
     }
@@ -276,7 +278,7 @@ int pool_start(struct http *http)
 
     return status ? status
                   : start_threads(http, &http->lanes[LANE_UPLOADS], "upload",
-                                  http->config.upload_threads + 1); /* one is kept: lane.c */
+                                  http->config.upload_threads + 1);
 }
 
 void pool_stop(struct http *http)
@@ -285,7 +287,7 @@ void pool_stop(struct http *http)
     http->draining = true;
     http->stopping = true;
     pool_wake_all(http);
-    lane_stop_uploads(http);
+    lane_stop(http);
     for (size_t i = 0; i < LANES; i++) {
         (void)pthread_cond_broadcast(&http->lanes[i].work);
     }

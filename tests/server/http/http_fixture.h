@@ -39,8 +39,8 @@ static struct {
     atomic_int uploads, most_uploads; /* inside api_handle now, and at most */
     atomic_int alone;                 /* handled with request->alone */
     atomic_int crowded;               /* of these, those beside which another was handled */
-    atomic_int begun;                 /* uploads */
-    char order[64];                   /* of uploads begun: the letters of their owners */
+    atomic_int begun;                 /* uploads and slow requests */
+    char order[64];                   /* of those: the letters of their owners */
     atomic_bool asks_for_tokens;      /* of all paths but /quick */
 } fake;
 
@@ -147,6 +147,12 @@ bool api_is_upload(const struct api_request *request)
     return strncmp(request->path, "/upload", 7) == 0;
 }
 
+/* "/upload-X-small" and what begins so. */
+bool api_is_small(const struct api_request *request)
+{
+    return strncmp(request->path + 9, "-small", 6) == 0;
+}
+
 /* "Bearer NAME" with a name that begins with k is known. */
 bool api_knows(struct api *api, const char *authorization, size_t length)
 {
@@ -160,10 +166,8 @@ static void handle_upload(const struct api_request *request, struct api_response
 {
     int now, most = atomic_load(&fake.most_uploads);
 
-    if (request->path[1] == 'u') { /* before it is counted, on which the test waits */
-        fake.order[atomic_fetch_add(&fake.begun, 1) % (int)sizeof fake.order] =
-            request->caller.name[0];
-    }
+    /* Before it is counted, on which the test waits. */
+    fake.order[atomic_fetch_add(&fake.begun, 1) % (int)sizeof fake.order] = request->caller.name[0];
     now = atomic_fetch_add(&fake.uploads, 1) + 1;
     while (now > most && !atomic_compare_exchange_weak(&fake.most_uploads, &most, now)) {
     }

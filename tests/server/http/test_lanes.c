@@ -1,7 +1,8 @@
 /*
  * test_lanes.c - who may go first among what leaves libmicrohttpd's threads, against an api layer
- * made for the test: uploads have threads of their own, nobody has all of them, one that needs the
- * memory of all runs alone, and what nobody waits for any more is told to stop.
+ * made for the test: uploads have threads of their own, owners take turns and nobody has all of
+ * them, small ones pass, one that needs the memory of all runs alone, and what nobody waits for any
+ * more is told to stop.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -65,11 +66,11 @@ static void uploads_keep_nobody_waiting(void **state)
 }
 
 /* One owner leaves a thread to others, and what it has queued does not go before theirs. Where two
-   have all threads, a small body of a third has the one that is kept. */
+   have the others, a small body of a third has a thread of its own. */
 static void owners_take_turns(void **state)
 {
-    static const char *const sent[] = {"/upload-a", "/upload-a", "/upload-a", "/upload-a",
-                                       "/upload-b", "/upload-b", "/upload-c", "/upload-d"};
+    static const char *const sent[] = {"/upload-a", "/upload-a", "/upload-a",       "/upload-a",
+                                       "/upload-b", "/upload-b", "/upload-c-small", "/upload-d"};
     enum { COUNT = sizeof sent / sizeof sent[0] };
     struct http *http = serve((struct http_config){.upload_threads = 2});
     int uploads[COUNT];
@@ -118,6 +119,120 @@ static void requests_leave_room_for_probes(void **state)
     for (size_t i = 0; i < CROWD; i++) {
         assert_int_equal(leave_and_hear(slow[i]), 200);
     }
+    http_stop(http, 5);
+}
+
+/* Two owners leave a thread to a third one. */
+static void requests_leave_room_for_others(void **state)
+{
+    struct http *http = serve((struct http_config){.request_threads = 6});
+    int slow[2 * CROWD + 1];
+
+    (void)state;
+    for (size_t i = 0; i < CROWD; i++) {
+        slow[i] = send_to(http, "/slow-a");
+    }
+    assert_true(comes_to(&fake.uploads, 3));
+    for (size_t i = CROWD; i < 2 * CROWD; i++) {
+        slow[i] = send_to(http, "/slow-b");
+    }
+    nap(100);
+    assert_string_equal(fake.order, "aaab");
+    slow[2 * CROWD] = send_to(http, "/slow-c");
+    assert_true(comes_to(&fake.uploads, 5));
+    assert_string_equal(fake.order, "aaabc");
+    for (size_t i = 0; i <= 2 * CROWD; i++) {
+        assert_int_equal(leave_and_hear(slow[i]), 200);
+    }
+    http_stop(http, 5);
+}
+
+/* What an owner has queued does not go before that of those who come later. */
+static void requests_take_turns(void **state)
+{
+    static const char *const sent[] = {"/slow-a", "/slow-a", "/slow-a", "/slow-a",
+                                       "/slow-b", "/slow-b", "/slow-b", "/slow-c"};
+    enum { COUNT = sizeof sent / sizeof sent[0] };
+    struct http *http = serve((struct http_config){.request_threads = 2});
+    int slow[COUNT];
+
+    (void)state;
+    for (size_t i = 0; i < COUNT; i++) {
+        slow[i] = send_to(http, sent[i]);
+        assert_true(comes_to(&fake.uploads, 1));
+        nap(50); /* so that they are queued in this order */
+    }
+    for (size_t i = 0; i < COUNT; i++) {
+        assert_int_equal(leave_and_hear(slow[i]), 200);
+    }
+    assert_string_equal(fake.order, "aabcabab");
+    http_stop(http, 5);
+}
+
+/* Those that nobody waits for any more are not handled. */
+static void requests_in_the_queue_end_with_their_clients(void **state)
+{
+    struct http *http = serve((struct http_config){.request_threads = 2});
+    int runs = send_to(http, "/slow-0"), left[CROWD], half;
+
+    (void)state;
+    assert_true(comes_to(&fake.uploads, 1));
+    for (size_t i = 0; i < CROWD; i++) {
+        left[i] = send_to(http, "/slow-0");
+    }
+    half = send_to(http, "/slow-0");
+    nap(100);
+    for (size_t i = 0; i < CROWD; i++) {
+        (void)close(left[i]);
+    }
+    (void)shutdown(half, SHUT_WR);
+    nap(2000);
+    assert_int_equal(leave_and_hear(runs), 200);
+    assert_int_equal(hear(half, text, false, NULL), 408);
+    (void)close(half);
+    http_stop(http, 5);
+    assert_int_equal(atomic_load(&fake.handled), 1);
+}
+
+/* Small ones have a thread, whatever the others do, and give it up where they turn out large. */
+static void small_uploads_have_a_way(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 2});
+    int uploads[6];
+
+    (void)state;
+    uploads[0] = send_to(http, "/upload-a");
+    assert_true(comes_to(&fake.uploads, 1));
+    uploads[1] = send_to(http, "/upload-b");
+    assert_true(comes_to(&fake.uploads, 2));
+    uploads[2] = send_to(http, "/upload-c-small-again");
+    uploads[3] = send_to(http, "/upload-d");
+    assert_true(comes_to(&fake.begun, 3));
+    nap(100);
+    assert_int_equal(atomic_load(&fake.uploads), 2);
+    uploads[4] = send_to(http, "/upload-e-small");
+    assert_true(comes_to(&fake.uploads, 3));
+    assert_string_equal(fake.order, "abce");
+    uploads[5] = send_to(http, "/upload-f-small"); /* waits for the one before, or the others */
+    nap(100);
+    assert_int_equal(atomic_load(&fake.uploads), 3);
+    for (size_t i = 0; i < 6; i++) {
+        assert_int_equal(leave_and_hear(uploads[i]), 200);
+    }
+    http_stop(http, 5);
+}
+
+static void small_uploads_pass_what_runs_alone(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 2});
+    int alone = send_to(http, "/upload-0-again"), small;
+
+    (void)state;
+    assert_true(comes_to(&fake.alone, 1));
+    small = send_to(http, "/upload-1-small");
+    assert_true(comes_to(&fake.uploads, 2));
+    assert_int_equal(leave_and_hear(small), 200);
+    assert_int_equal(leave_and_hear(alone), 200);
     http_stop(http, 5);
 }
 
@@ -192,15 +307,53 @@ static void stopping_ends_uploads_within_the_grace(void **state)
     (void)close(waits);
 }
 
+static void *let_leave(void *argument)
+{
+    (void)argument;
+    nap(1900);
+    atomic_store(&fake.leave, true);
+    return NULL;
+}
+
+/* What is queued is not handled when most of the grace is over; what runs is waited for. */
+static void stopping_ends_requests_within_the_grace(void **state)
+{
+    struct http *http = serve((struct http_config){.request_threads = 2});
+    int fds[CROWD];
+    pthread_t thread;
+
+    (void)state;
+    fds[0] = send_to(http, "/slow-0");
+    assert_true(comes_to(&fake.uploads, 1));
+    for (size_t i = 1; i < CROWD; i++) {
+        fds[i] = send_to(http, "/slow-0");
+    }
+    nap(100);
+    assert_int_equal(pthread_create(&thread, NULL, let_leave, NULL), 0);
+    http_stop(http, 2);
+    (void)pthread_join(thread, NULL);
+    for (size_t i = 0; i < CROWD; i++) {
+        assert_int_equal(hear(fds[i], text, false, NULL), i == 0 ? 200 : 503);
+        (void)close(fds[i]);
+    }
+    assert_int_equal(atomic_load(&fake.handled), 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uploads_keep_nobody_waiting),
         cmocka_unit_test(owners_take_turns),
         cmocka_unit_test(requests_leave_room_for_probes),
+        cmocka_unit_test(requests_leave_room_for_others),
+        cmocka_unit_test(requests_take_turns),
+        cmocka_unit_test(requests_in_the_queue_end_with_their_clients),
+        cmocka_unit_test(small_uploads_have_a_way),
+        cmocka_unit_test(small_uploads_pass_what_runs_alone),
         cmocka_unit_test(what_finds_no_room_runs_alone),
         cmocka_unit_test(uploads_end_with_their_clients),
         cmocka_unit_test(stopping_ends_uploads_within_the_grace),
+        cmocka_unit_test(stopping_ends_requests_within_the_grace),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
