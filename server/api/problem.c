@@ -63,6 +63,7 @@ static const struct problem_kind kinds[] = {
     {"not-star-shaped", 422, "The surface is not star-shaped"},
     {"mixed-routes", 422, "The surfaces came to their sphere by different routes"},
     {"mixed-scales", 422, "The surfaces are of two scales"},
+    {"surface-inside-out", 422, "The surface has its normals inwards"},
     {"encoding-unfaithful", 422, "The surface is another shape than its mesh"},
     {"not-converged", 422, "The computation did not converge"},
     {"numerical-failure", 422, "A numerical step broke down"},

@@ -4,8 +4,10 @@
  *
  * The surface is kept as it is given, with scale 1, unless scale unit-area asks for the usual
  * pre-shape: centred at its area centroid and divided by the square root of its area, which
- * becomes the record's scale. Options stand in the JSON body, or in the query where the body is
- * .npy. Every problem of a member carries its JSON pointer, of a query parameter its name as one.
+ * becomes the record's scale. A surface whose volume is negative is refused, since all that is
+ * computed of it is that of a mirror image, unless orientation is any. Options stand in the JSON
+ * body, or in the query where the body is .npy. Every problem of a member carries its JSON pointer,
+ * of a query parameter its name as one.
  */
 #include <math.h>
 #include <stdio.h>
@@ -16,18 +18,20 @@
 #include "api/npy.h"
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
+#include "api/warnings.h"
 
 /* What one request gives, once it is read. */
 struct given {
     char name[NAME_SIZE];
-    bool unit_area;
+    bool unit_area, any_orientation;
     size_t degree;
     double *coefficients; /* owned, srnf_free */
     struct srnf_fit fit;
     bool has_fit;
 };
 
-static const char *const body_names[] = {"coefficients", "grid", "lmax", "name", "scale", NULL};
+static const char *const body_names[] = {"coefficients", "grid",  "lmax", "name",
+                                         "orientation",  "scale", NULL};
 static const char *const coefficients_names[] = {"lmax", "x", "y", "z", NULL};
 static const char *const grid_names[] = {"kind", "nTheta", "nPhi", "xyz", NULL};
 
@@ -180,6 +184,14 @@ static void read_scale(const char *text, struct given *given, struct problem_lis
     }
 }
 
+static void read_orientation(const char *text, struct given *given, struct problem_list *list)
+{
+    given->any_orientation = strcmp(text, "any") == 0;
+    if (!given->any_orientation && strcmp(text, "outward") != 0) {
+        problem_add(list, "/orientation", "must be outward or any");
+    }
+}
+
 /* A member that is absent or a string; NULL where it is absent. */
 static const char *text_member(const json_t *body, const char *name, const char *pointer,
                                struct problem_list *list)
@@ -213,6 +225,7 @@ static bool read_json(struct api_call *call, const json_t *body, struct given *g
     const json_t *grid = json_object_get(body, "grid"), *lmax = json_object_get(body, "lmax");
     const char *name = text_member(body, "name", "/name", list);
     const char *scale = text_member(body, "scale", "/scale", list);
+    const char *orientation = text_member(body, "orientation", "/orientation", list);
 
     refuse_query(call, list);
     check_names(body, body_names, "", list);
@@ -221,6 +234,9 @@ static bool read_json(struct api_call *call, const json_t *body, struct given *g
     }
     if (scale) {
         read_scale(scale, given, list);
+    }
+    if (orientation) {
+        read_orientation(orientation, given, list);
     }
     if (json_is_object(coefficients) == json_is_object(grid)) {
         problem_add(list, "", "must have either coefficients or grid, as an object");
@@ -250,6 +266,9 @@ static bool read_query(struct api_call *call, struct surface_grid *grid, struct 
     }
     if (!refused && query_get(call, "scale", text, sizeof text, &refused)) {
         read_scale(text, given, list);
+    }
+    if (!refused && query_get(call, "orientation", text, sizeof text, &refused)) {
+        read_orientation(text, given, list);
     }
     if (!refused && query_get(call, "kind", text, sizeof text, &refused) &&
         !surface_grid_kind(text, &grid->kind)) {
@@ -360,6 +379,17 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
     description.scale = normalise(given, &measures, list);
     if (list->errors) {
         (void)problem_respond_list(call, "invalid-input", list);
+        return;
+    }
+    if (!given->any_orientation &&
+        warning_shape_of(measures.area, measures.volume) == SHAPE_INSIDE_OUT) {
+        (void)problem_respond(
+            call, "surface-inside-out",
+            "The volume is %.6g: the normals f_theta x f_phi point inwards, and whatever is "
+            "computed would be of a mirror image. Turn one axis of the parameters: the columns of "
+            "a grid in reverse order, or the sign of the coefficients with m < 0. With orientation "
+            "any the surface is taken as it is, with a warning.",
+            measures.volume);
         return;
     }
     description.fit = given->has_fit ? surface_fit_json(&given->fit) : NULL;

@@ -15,6 +15,7 @@
 
 #include "api/json_memory.h"
 #include "api/json_numbers.h"
+#include "api/warnings.h"
 
 static const struct {
     const char *relation, *suffix;
@@ -33,6 +34,22 @@ static json_t *links_json(const char *id)
         (void)json_object_set_new(object, links[i].relation, json_string(path));
     }
     return object;
+}
+
+/* Told of any record, whenever it was kept. */
+static void warn_of_shape(json_t *record)
+{
+    const json_t *area = json_object_get(record, "area"),
+                 *volume = json_object_get(record, "volume");
+    json_t *warnings = json_array();
+
+    if (json_is_number(area) && json_is_number(volume)) {
+        warning_shape(warnings, NULL, 1, json_number_value(area), json_number_value(volume));
+    }
+    if (json_array_size(warnings) > 0) {
+        warnings_put(record, json_incref(warnings));
+    }
+    json_decref(warnings);
 }
 
 json_t *surface_record(const struct store_surface *surface)
@@ -57,6 +74,7 @@ json_t *surface_record(const struct store_surface *surface)
         }
     }
     (void)json_object_update_missing(record, stored);
+    warn_of_shape(record);
     if (!json_object_get(record, "mirrored")) { /* kept before there were mirror images */
         (void)json_object_set_new(record, "mirrored", json_false());
     }

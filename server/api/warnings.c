@@ -6,6 +6,7 @@
 #include "api/warnings.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -35,6 +36,8 @@ static const char *const codes[] = {
     "registration-distorted",
     "registration-not-converged",
     "registration-truncated",
+    "surface-flat",
+    "surface-inside-out",
 };
 
 bool warning_known(const char *code)
@@ -133,4 +136,46 @@ void warning_coarse(json_t *warnings, const char *mesh, double coarseness)
                 "rounded, and some may fall on each other. Write the mesh nearer to the origin, or "
                 "in double precision.",
                 mesh ? mesh : "the mesh", coarseness);
+}
+
+enum warning_shape warning_shape_of(double area, double volume)
+{
+    double ratio = volume / (area * sqrt(area));
+    double quotient = 36.0 * acos(-1.0) * ratio * ratio;
+
+    return !isfinite(quotient) || quotient < SHAPE_FLAT ? SHAPE_FLAT_SURFACE
+           : volume < 0.0                               ? SHAPE_INSIDE_OUT
+                                                        : SHAPE_SOUND;
+}
+
+void warning_shape(json_t *warnings, const char *surface, size_t count, double area, double volume)
+{
+    enum warning_shape shape = warning_shape_of(area, volume);
+    json_t *figures;
+    char others[40] = "";
+
+    if (shape == SHAPE_SOUND) {
+        return;
+    }
+    figures = json_pack("{s:f, s:f}", "area", area, "volume", volume);
+    if (surface) {
+        (void)json_object_set_new(figures, "surface", json_string(surface));
+        (void)json_object_set_new(figures, "count", json_integer((json_int_t)count));
+    }
+    if (count > 1) {
+        (void)snprintf(others, sizeof others, " (and %zu more)", count - 1);
+    }
+    if (shape == SHAPE_FLAT_SURFACE) {
+        warning_add(warnings, "surface-flat", figures,
+                    "%s%s encloses next to nothing: a volume of %.3g at an area of %.3g. It is a "
+                    "flat sheet, or parts of it are inside out; no closed surface of a body is so.",
+                    surface ? surface : "The surface", others, volume, area);
+        return;
+    }
+    warning_add(warnings, "surface-inside-out", figures,
+                "%s%s has its normals inwards: its volume is %.3g. The field of such a surface is "
+                "that of its point reflection, so what is compared is a mirror image. Turn one "
+                "axis of its parameters: the columns of a grid in reverse order, or the sign of "
+                "the coefficients with m < 0.",
+                surface ? surface : "The surface", others, volume);
 }

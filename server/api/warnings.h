@@ -28,6 +28,20 @@ void warnings_put(json_t *document, json_t *from);
 /* coordinates-coarse, of a mesh by its id, or of the mesh that is spoken of where that is NULL. */
 void warning_coarse(json_t *warnings, const char *mesh, double coarseness);
 bool warning_known(const char *code);
+
+/*
+ * What a surface encloses, by its isoperimetric quotient 36 pi V^2 / A^3: 1 for the sphere, below 1
+ * for all others, however often they wind around. Below SHAPE_FLAT the volume is nothing: a disc
+ * would have 1/200 of its radius as thickness, or a needle 20,000 times its own as length; cortices
+ * have about 5e-3. Otherwise the sign of the volume says where the normals point.
+ */
+#define SHAPE_FLAT 1e-4
+enum warning_shape { SHAPE_SOUND, SHAPE_FLAT_SURFACE, SHAPE_INSIDE_OUT, SHAPES };
+enum warning_shape warning_shape_of(double area, double volume);
+/* surface-flat or surface-inside-out, or nothing.
+     surface  [in] id, or NULL for the surface that is spoken of
+     count    [in] so many of those that are compared, this one the first */
+void warning_shape(json_t *warnings, const char *surface, size_t count, double area, double volume);
 /* The array "warnings" of a result document, borrowed; made where there is none. */
 json_t *warnings_of(json_t *document);
 

@@ -74,6 +74,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     routes_warn(run, inputs, document);
     degrees_warn(run, inputs, document);
     units_warn(run, inputs, document);
+    shapes_warn(run, inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));

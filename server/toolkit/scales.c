@@ -1,5 +1,5 @@
 /*
- * scales.c - scales, degrees and sizes of what a process compares, from the records.
+ * scales.c - scales, degrees, sizes and volumes of what a process compares, from the records.
  */
 #include "toolkit/scales.h"
 
@@ -51,8 +51,8 @@ static void each_input(const json_t *inputs, bool with_transfer,
 }
 
 struct traits {
-    bool known, encoded;
-    double area;
+    bool known, encoded, measured;
+    double area, volume;
     int64_t degree;
 };
 
@@ -69,7 +69,9 @@ static void read_surface(struct store *store, const char *id, struct traits *tra
     process = json_string_value(json_object_get(json_object_get(record, "source"), "process"));
     *traits = (struct traits){.known = true,
                               .encoded = process && strcmp(process, "encode") == 0,
+                              .measured = json_is_number(json_object_get(record, "volume")),
                               .area = json_number_value(json_object_get(record, "area")),
+                              .volume = json_number_value(json_object_get(record, "volume")),
                               .degree = surface.lmax};
     json_decref(record);
     store_surface_clear(&surface);
@@ -360,4 +362,43 @@ void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
         "and %.4g). Are the files in one unit, and not some in millimetres and others in "
         "metres?",
         tally.id[1], tally.size[1] / tally.size[0], tally.id[0], tally.size[1], tally.size[0]);
+}
+
+/* ---- Volumes --------------------------------------------------------------------------------- */
+
+struct shape_tally {
+    struct store *store;
+    struct {
+        size_t n;
+        char first[STORE_ID_MAX];
+        double area, volume; /* of the first */
+    } of[SHAPES];
+};
+
+static void tally_shape(void *user, const char *id, const char *label)
+{
+    struct shape_tally *tally = user;
+    const struct traits traits = find_traits(tally->store, id);
+    enum warning_shape shape =
+        traits.measured ? warning_shape_of(traits.area, traits.volume) : SHAPE_SOUND;
+
+    (void)label;
+    if (tally->of[shape].n++ == 0 && id) {
+        (void)snprintf(tally->of[shape].first, STORE_ID_MAX, "%s", id);
+        tally->of[shape].area = traits.area;
+        tally->of[shape].volume = traits.volume;
+    }
+}
+
+void shapes_warn(struct jobs_run *run, const json_t *inputs, json_t *document)
+{
+    struct shape_tally tally = {.store = jobs_run_store(run)};
+
+    each_input(inputs, true, tally_shape, &tally);
+    for (size_t i = SHAPE_SOUND + 1; i < SHAPES; i++) {
+        if (tally.of[i].n > 0) {
+            warning_shape(warnings_of(document), tally.of[i].first, tally.of[i].n, tally.of[i].area,
+                          tally.of[i].volume);
+        }
+    }
 }

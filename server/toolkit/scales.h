@@ -1,6 +1,6 @@
 /*
- * scales.h - in what units surfaces are, by what degrees they were made and what sizes they
- * had: doubts that the records of what is compared tell of by themselves.
+ * scales.h - in what units surfaces are, by what degrees they were made, what sizes they
+ * had and what they enclose: doubts that the records of what is compared tell of by themselves.
  *
  * SRNF distances of surfaces are those of shapes only where the surfaces have one scale. encode
  * brings them to unit area, or with scale none leaves them in the units of their files, and the
@@ -32,5 +32,9 @@ void degrees_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
    largest is ten times as large as the smallest, or more: roots of areas, in the units of the
    files. */
 void units_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
+
+/* Adds surface-flat and surface-inside-out (api/warnings.h) where the records of what the inputs
+   name tell of such volumes. */
+void shapes_warn(struct jobs_run *run, const json_t *inputs, json_t *document);
 
 #endif

@@ -124,6 +124,34 @@ UNIT=$(json .id)
 get "/v1/surfaces/$UNIT/srnf?nTheta=48&format=npy"
 is "$STATUS" 200 'the scaled surface has its own fields'
 
+# ---- Normals inwards, and nothing inside -------------------------------------------------------------
+
+# (x, y, z) -> (-x, y, z) turns the normals inwards; on a grid the columns in reverse order turn them back.
+INSIDE=$(jq -c '.coefficients.x |= map(-.)' <<<"$DIRECT")
+post_json /v1/surfaces "$INSIDE"
+is_problem 422 surface-inside-out 'a surface of negative volume is refused'
+like "$(json .detail)" 'volume is -4.18879.*columns of a grid in reverse order.*orientation any' 'with the ways out'
+jq '.grid.xyz |= map(reverse)' "$SCRATCH/nested.json" >"$SCRATCH/turned.json"
+post_json /v1/surfaces "@$SCRATCH/turned.json"
+is_problem 422 surface-inside-out 'a grid whose columns run backwards is another'
+post_json /v1/surfaces "$(jq -c '.coefficients |= with_entries(if .key == "lmax" then . else
+    .value[1] |= -. | .value[4] |= -. end)' <<<"$INSIDE")"
+is "$STATUS $(json '.volume > 4.18')" '201 true' 'signs changed for m < 0 it is a surface'
+post_json /v1/surfaces "$(jq -c '.orientation = "any"' <<<"$INSIDE")"
+is "$STATUS $(json '[.warnings[].code] | tojson')" '201 ["surface-inside-out"]' 'asked for, it is taken with a warning'
+TURNED=$(json .id)
+get "/v1/surfaces/$TURNED"
+is "$(json '.warnings[0].figures.volume < -4.18')" true 'which its record keeps'
+execute distances "{\"surfaces\":[\"$ID\",\"$TURNED\",\"$NESTED\"],\"register\":false}"
+is "$STATUS $(json '[.warnings[] | select(.code == "surface-inside-out") | .figures | .surface, .count] | tojson')" \
+    "200 [\"$TURNED\",1]" 'and every result of it tells'
+execute distances "{\"surfaces\":[\"$ID\",\"$NESTED\"],\"register\":false}"
+is "$(json '[.warnings[].code] | index("surface-inside-out")')" null 'others do not'
+post_json /v1/surfaces "$(jq -c '.coefficients.z |= map(0)' <<<"$DIRECT")"
+is "$STATUS $(json '[.warnings[].code] | tojson')" '201 ["surface-flat"]' 'a disc is taken with a warning'
+execute distances "{\"surfaces\":[\"$ID\",\"$(json .id)\"],\"register\":false}"
+is "$(json '[.warnings[].code] | index("surface-flat") != null')" true 'which its results repeat'
+
 # ---- Triangles --------------------------------------------------------------------------------------
 
 for format in ply obj stl vtk glb; do
@@ -186,6 +214,7 @@ wrong "$(jq -c '.coefficients.lmax = 128' <<<"$DIRECT")" /coefficients/lmax 'a d
 wrong "$(jq -c '.coefficients.y[7] = "x"' <<<"$DIRECT")" /coefficients/y 'a word among the numbers'
 wrong "$(jq -c 'del(.coefficients.z[24])' <<<"$DIRECT")" /coefficients/z 'a number too few'
 wrong "$(jq -c '.scale = "metres"' <<<"$DIRECT")" /scale 'an unknown scale'
+wrong "$(jq -c '.orientation = "left"' <<<"$DIRECT")" /orientation 'an unknown orientation'
 wrong "$(jq -c '.coefficients |= (.x |= map(0) | .y |= map(0) | .z |= map(0))' <<<"$DIRECT")" '' 'no area'
 wrong "$(jq -c '.grid.kind = "hexagonal"' "$SCRATCH/flat.json")" /grid/kind 'an unknown grid'
 wrong "$(jq -c '.grid.nTheta = 1e9' "$SCRATCH/flat.json")" /grid/nTheta 'a grid beyond the limit'

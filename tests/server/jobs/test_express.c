@@ -2,10 +2,10 @@
  * Short jobs beside long ones: with every worker held by a long job, a job that is expected to be
  * short runs at once, one of which nothing is known waits; short jobs keep to the limits of their
  * owner and are found again after a restart; a job that is not short after all gives up the lane,
- * so that others go on, as often as there is a thread for it, and the threads are counted; one owner
- * does not get all of them where there are others; nothing
- * is run twice or left behind where the express worker and the others are after the same jobs; and
- * the accounts of memory are kept apart.
+ * so that others go on, as often as there is a thread for it, and the threads are counted; one
+ * owner does not get all of them where there are others; nothing is run twice or left behind where
+ * the express worker and the others are after the same jobs; and the accounts of memory are kept
+ * apart.
  */
 #include <setjmp.h>
 #include <stdarg.h>
