@@ -4,6 +4,7 @@
  */
 #include "toolkit/process.h"
 #include "api/json_memory.h"
+#include "toolkit/answers.h"
 #include "toolkit/routes.h"
 #include "toolkit/scales.h"
 #include "api/surfaces.h"
@@ -75,6 +76,7 @@ void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
     degrees_warn(run, inputs, document);
     units_warn(run, inputs, document);
     shapes_warn(run, inputs, document);
+    answers_warn(inputs, document);
     warnings_merge(warnings_of(document), doubts);
     json_decref(doubts);
     (void)json_object_set_new(document, "numericBuild", json_string(jobs_run_numeric_build(run)));

@@ -1,0 +1,15 @@
+/*
+ * answers.h - doubts that the figures of a result tell of by themselves, whatever process it is of:
+ * surfaces that are not what was asked for, paths that jump, and parameters that a metric leaves as
+ * they are.
+ */
+#ifndef SRNFD_TOOLKIT_ANSWERS_H
+#define SRNFD_TOOLKIT_ANSWERS_H
+
+#include <jansson.h>
+
+/* Adds not-reached, parameters-not-registered and path-jumps to the warnings of a result document,
+   from its members and from the canonical inputs. */
+void answers_warn(const json_t *inputs, json_t *document);
+
+#endif
