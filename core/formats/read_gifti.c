@@ -9,8 +9,9 @@
  *
  * Source: "GIFTI Surface Data Format", version 1.0, 2008. Needed are one point set and one array
  * of triangles; others are passed over without being decoded. The coordinates are taken as they
- * stand: the point set's CoordinateSystemTransformMatrix, which would carry them to another space,
- * is not applied. External files are refused.
+ * stand, as FreeSurfer and Connectome Workbench do: the point set's CoordinateSystemTransformMatrix,
+ * which would carry them to another space, is not applied. One that does more than move the points
+ * is told of. External files are refused.
  *
  * What XML can do to a reader: a document type with declarations inside the file is refused at its
  * bracket, so that there are neither entities to expand nor attributes by default; the external
@@ -22,10 +23,13 @@
 
 #include <expat.h>
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #define DEPTH_MAX 64
 #define SNIFF_BYTES ((size_t)4096)
+#define MATRIX_BYTES ((size_t)2048) /* of 16 numbers; what is longer is passed over */
+#define MATRIX_EQUAL 1e-6           /* of the identity, as it is written in single precision */
 
 enum { ARRAY_POINTS, ARRAY_TRIANGLES, ARRAY_COUNT };
 
@@ -37,8 +41,10 @@ struct gifti {
     struct gifti_array arrays[ARRAY_COUNT];
     bool seen[ARRAY_COUNT];
     struct gifti_array *current; /* that the parser is inside of, if it is wanted */
-    bool in_data;
+    bool in_data, in_matrix;
     struct gifti_decoder decoder;
+    unsigned char matrix[MATRIX_BYTES];
+    size_t matrix_size;
 };
 
 /* ---- expat's memory: from srnf_alloc, with the size in front for realloc --------------------- */
@@ -139,6 +145,27 @@ static int begin_data(struct gifti *gifti)
     return status;
 }
 
+/* The linear part of the matrix, where there are 16 numbers. */
+static void end_matrix(struct gifti *gifti)
+{
+    struct scan scan;
+    struct token word;
+    double value;
+    size_t n = 0;
+    bool differs = false;
+
+    gifti->in_matrix = false;
+    scan_begin(&scan, gifti->matrix, gifti->matrix_size);
+    while (n < 16 && scan_word(&scan, &word) && token_number(word, gifti->reader->locale, &value)) {
+        double wanted = n / 4 == n % 4 ? 1.0 : 0.0;
+
+        differs = differs || (n / 4 < 3 && n % 4 < 3 && !(fabs(value - wanted) <= MATRIX_EQUAL));
+        n++;
+    }
+    gifti->reader->info.transform_ignored =
+        gifti->reader->info.transform_ignored || (n == 16 && differs);
+}
+
 /* ---- Handlers -------------------------------------------------------------------------------- */
 
 static void stop(struct gifti *gifti, int status)
@@ -175,6 +202,10 @@ static void on_start(void *user, const XML_Char *name, const XML_Char **pairs)
         status = begin_array(gifti, pairs);
     } else if (gifti->depth == 3 && gifti->current && strcmp(name, "Data") == 0) {
         status = begin_data(gifti);
+    } else if (gifti->depth == 4 && gifti->current == &gifti->arrays[ARRAY_POINTS] &&
+               strcmp(name, "MatrixData") == 0) {
+        gifti->in_matrix = true;
+        gifti->matrix_size = 0;
     }
     stop(gifti, status);
 }
@@ -193,6 +224,9 @@ static void on_end(void *user, const XML_Char *name)
         gifti_decode_close(&gifti->decoder);
         gifti->in_data = false;
     }
+    if (gifti->in_matrix && gifti->depth == 4) {
+        end_matrix(gifti);
+    }
     gifti->depth--;
     if (gifti->depth == 1) {
         gifti->current = NULL;
@@ -207,6 +241,10 @@ static void on_text(void *user, const XML_Char *text, int size)
     stop(gifti, gifti->status == SRNF_OK ? mesh_step(gifti->reader) : gifti->status);
     if (gifti->status == SRNF_OK && gifti->in_data) {
         stop(gifti, gifti_decode(&gifti->decoder, (const unsigned char *)text, (size_t)size));
+    } else if (gifti->status == SRNF_OK && gifti->in_matrix && size > 0 &&
+               (size_t)size <= MATRIX_BYTES - gifti->matrix_size) {
+        memcpy(gifti->matrix + gifti->matrix_size, text, (size_t)size);
+        gifti->matrix_size += (size_t)size;
     }
 }
 

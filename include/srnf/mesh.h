@@ -46,6 +46,8 @@ struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
 struct srnf_mesh_read_info {
     enum srnf_mesh_format format;
     size_t polygons_triangulated; /* faces with more than three corners, cut into triangles */
+    bool transform_ignored; /* GIfTI: the point set has a matrix to another space that does more
+                                     than move the points; they are taken as they stand */
 };
 
 /* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */

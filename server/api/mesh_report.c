@@ -121,6 +121,12 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
     if (report->coarseness >= JOBS_COARSE) {
         warning_coarse(warnings_of(document), NULL, report->coarseness);
     }
+    if (info && info->transform_ignored) {
+        warning_add(warnings_of(document), "transform-not-applied", NULL,
+                    "The file has a CoordinateSystemTransformMatrix that turns, scales or reflects "
+                    "its points into another space. They are taken as they stand in the file. "
+                    "Where the other space is meant, apply the matrix before.");
+    }
     return document;
 }
 

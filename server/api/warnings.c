@@ -41,6 +41,7 @@ static const char *const codes[] = {
     "registration-truncated",
     "surface-flat",
     "surface-inside-out",
+    "transform-not-applied",
 };
 
 bool warning_known(const char *code)

@@ -287,6 +287,41 @@ static void test_corpora(void **state)
     assert_true(count >= 20);
 }
 
+/* Whether a tetrahedron in GIfTI with this matrix among its point set tells of it. */
+static bool ignores(const char *matrix)
+{
+    struct srnf_mesh_read_info info;
+    struct srnf_mesh mesh;
+    char text[1200];
+    int n = snprintf(
+        text, sizeof text,
+        "<GIFTI><DataArray Intent=\"NIFTI_INTENT_POINTSET\" DataType=\"NIFTI_TYPE_FLOAT32\" "
+        "Encoding=\"ASCII\" Dim0=\"4\" Dim1=\"3\"><CoordinateSystemTransformMatrix>"
+        "<MatrixData>%s</MatrixData></CoordinateSystemTransformMatrix>"
+        "<Data>0 0 0 1 0 0 0 1 0 0 0 1</Data></DataArray><DataArray "
+        "Intent=\"NIFTI_INTENT_TRIANGLE\" DataType=\"NIFTI_TYPE_INT32\" Encoding=\"ASCII\" "
+        "Dim0=\"4\" Dim1=\"3\"><Data>0 2 1 0 1 3 1 2 3 0 3 2</Data></DataArray></GIFTI>",
+        matrix);
+
+    assert_true(n > 0 && (size_t)n < sizeof text);
+    assert_int_equal(srnf_mesh_read(text, (size_t)n, SRNF_MESH_GIFTI, NULL, &mesh, &info, NULL),
+                     SRNF_OK);
+    assert_true(mesh.vertices[3] == 1.0); /* as they stand */
+    srnf_mesh_clear(&mesh);
+    return info.transform_ignored;
+}
+
+static void test_gifti_matrix(void **state)
+{
+    (void)state;
+    assert_true(ignores("-2 0 0 0 0 3 0 0 0 0 1 0 0 0 0 1"));
+    assert_true(ignores("0 -1 0 0\n1 0 0 0\n0 0 1 0\n0 0 0 1"));
+    assert_false(ignores("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"));
+    assert_false(ignores("1.0000001 0 0 5.4 0 1 0 -17 0 0 1 19 0 0 0 1")); /* moved only */
+    assert_false(ignores("2 0 0"));
+    assert_false(ignores(""));
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
@@ -295,6 +330,7 @@ int main(void)
         cmocka_unit_test(test_truncated_everywhere),
         cmocka_unit_test(test_damaged_everywhere),
         cmocka_unit_test(test_names),
+        cmocka_unit_test(test_gifti_matrix),
         cmocka_unit_test(test_real_meshes),
         cmocka_unit_test(test_corpora),
     };
