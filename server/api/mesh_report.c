@@ -121,6 +121,9 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
     if (report->coarseness >= JOBS_COARSE) {
         warning_coarse(warnings_of(document), NULL, report->coarseness);
     }
+    if (report->n_problems == 0 && warning_shape_of(report->area, report->volume) != SHAPE_SOUND) {
+        warning_shape(warnings_of(document), NULL, 1, report->area, report->volume);
+    }
     if (info && info->transform_ignored) {
         warning_add(warnings_of(document), "transform-not-applied", NULL,
                     "The file has a CoordinateSystemTransformMatrix that turns, scales or reflects "

@@ -152,6 +152,15 @@ is "$STATUS $(json '[.warnings[].code] | tojson')" '201 ["surface-flat"]' 'a dis
 execute distances "{\"surfaces\":[\"$ID\",\"$(json .id)\"],\"register\":false}"
 is "$(json '[.warnings[].code] | index("surface-flat") != null')" true 'which its results repeat'
 
+flat_mesh() { # HALF-THICKNESS of an octahedron
+    printf 'OFF\n6 8 0\n1 0 0\n-1 0 0\n0 1 0\n0 -1 0\n0 0 %s\n0 0 -%s\n' "$1" "$1"
+    printf '3 %s\n' '0 2 4' '2 1 4' '1 3 4' '3 0 4' '2 0 5' '1 2 5' '3 1 5' '0 3 5'
+}
+post '/v1/meshes?format=off' --data-binary "$(flat_mesh 0.001)"
+is "$(json '[.report | .analysable, .warnings[0].code] | tojson')" '[true,"surface-flat"]' 'a flat mesh is told of in its report'
+post '/v1/meshes?format=off' --data-binary "$(flat_mesh 0.1)"
+is "$(json '[.report | .analysable, .warnings] | tojson')" '[true,null]' 'a thin one is not'
+
 # ---- Triangles --------------------------------------------------------------------------------------
 
 for format in ply obj stl vtk glb; do
