@@ -39,9 +39,11 @@ static const struct process_input inputs[] = {
     {"metric", INPUT_CHOICE, offsetof(struct distances, metric),
      "srnf: L2 over the sphere of the difference of SRNFs, whose squared norm is the area: in the "
      "coordinates' unit of length. harmonic: L2 over the sphere of the difference of the surfaces, "
-     "centred, after a rotation: in lengths too. srm: as srnf, by square-root maps |n|^(1/2) f: in "
-     "squared lengths. icp: root mean square distance of closest points, after rigid alignment: in "
-     "lengths. Surfaces of unit area have the root of their area as unit.",
+     "centred, after a rotation in space that leaves their parameters as they are: in lengths too. "
+     "srm: as srnf, by square-root maps |n|^(1/2) f: in squared lengths. icp: root mean square "
+     "distance of closest points, after rigid alignment: in lengths. Surfaces of unit area have "
+     "the "
+     "root of their area as unit.",
      .choices = metrics},
     HANDEDNESS_INPUT(distances,
                      "members that are left and right ones of the same, by label, subject or name, "
