@@ -9,9 +9,9 @@
  *
  * Source: "GIFTI Surface Data Format", version 1.0, 2008. Needed are one point set and one array
  * of triangles; others are passed over without being decoded. The coordinates are taken as they
- * stand, as FreeSurfer and Connectome Workbench do: the point set's CoordinateSystemTransformMatrix,
- * which would carry them to another space, is not applied. One that does more than move the points
- * is told of. External files are refused.
+ * stand, as FreeSurfer and Connectome Workbench do: the CoordinateSystemTransformMatrix of the
+ * point set, which would carry them to another space, is not applied. One that does more than move
+ * the points is told of. External files are refused.
  *
  * What XML can do to a reader: a document type with declarations inside the file is refused at its
  * bracket, so that there are neither entities to expand nor attributes by default; the external
