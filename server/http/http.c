@@ -6,8 +6,8 @@
  *
  * Stopping goes in this order: the front, and so no new connections; what waits for jobs is
  * answered with the job as it is; requests in progress get their grace, those that are queued and
- * uploads the most of it; the pool ends, after which no connection is suspended (libmicrohttpd aborts the process otherwise);
- * then the daemon, and with it the connections that are left.
+ * uploads the most of it; the pool ends, after which no connection is suspended (libmicrohttpd
+ * aborts the process otherwise); then the daemon, and with it the connections that are left.
  */
 #include "http/internal.h"
 

@@ -69,6 +69,42 @@ static int run_registered_mean(void)
     return run_mean_with(&registration, 2);
 }
 
+/* In the pulled-back metric, of registered surfaces: the mean of SRNFs comes before it. */
+static int run_pulled_mean(void)
+{
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_pullback_mean_options pulled =
+        srnf_pullback_mean_defaults(SRNF_PULLBACK_MEAN_GRAPH);
+    struct srnf_pullback_mean pullback = {0};
+    double *coefficients = malloc(2 * g.count * sizeof(double));
+    struct srnf_mean mean = {0};
+    int status;
+
+    assert_non_null(coefficients);
+    for (size_t i = 0; i < 2; i++) {
+        memcpy(coefficients + i * g.count, g.f[i], g.count * sizeof(double));
+    }
+    options.registration = NULL;
+    options.max_iterations = 1;
+    pulled.max_iterations = 1;
+    status = srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, NULL);
+    if (status >= 0) {
+        status = srnf_mean_pull_back(g.sht, 2, coefficients, &registration, &pulled, NULL, &mean,
+                                     &pullback, NULL);
+    }
+    srnf_pullback_mean_clear(&pullback);
+    srnf_mean_clear(&mean);
+    free(coefficients);
+    return status;
+}
+
+static int run_residuals(void)
+{
+    double residuals[N];
+
+    return srnf_pca_residuals(g.grid, &model, fields, N, fields + 3 * g.points, residuals);
+}
+
 static int run_pca(void)
 {
     struct srnf_pca pca;
@@ -214,6 +250,7 @@ static void mean_survives(void **state)
     (void)state;
     refusing_sweep("mean", run_mean, EACH, 1);
     refusing_sweep("registered mean", run_registered_mean, EACH, 7);
+    refusing_sweep("mean in the pulled-back metric", run_pulled_mean, EACH / 4, 7);
 }
 
 static void components_survive(void **state)
@@ -226,6 +263,7 @@ static void typicality_survives(void **state)
 {
     (void)state;
     assert_int_equal(srnf_pca_fit(g.grid, N, fields, fields + 3 * g.points, 0, &model), SRNF_OK);
+    refusing_sweep("residuals of a model", run_residuals, EACH, 1);
     refusing_sweep("leave-one-out values", run_calibration, EACH, 1);
     assert_int_equal(srnf_pca_fit(g.grid, COMPARED, fields, compared, 0, &repeated_model), SRNF_OK);
     refusing_sweep("leave-one-out values of repeated subjects", run_repeated_calibration, EACH, 1);
