@@ -154,6 +154,10 @@ void store_reserve_take(struct store *store);
 void store_reserve_leave(const struct store *store);
 /* Lets go of it; false where there is none. */
 bool store_reserve_release(struct store *store);
+/* Pages of the log that it has room for in the database. */
+int store_reserve_pages(const struct store *store);
+/* Whether there is room to copy the log, which db has written, into the database. */
+bool store_reserve_copies(const struct store *store, sqlite3 *db);
 
 /* ---- Reading (readers.c) --------------------------------------------------------------------- */
 

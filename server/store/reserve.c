@@ -10,8 +10,10 @@
  * tried every RETRY_MS, and nobody needs to restart the daemon.
  *
  * The room is for the pages by which that copy makes the database longer: no more than the log has,
- * which is copied every 8 MB (writer.c). After it, deletions need none: they rewrite pages that are
- * there, in the log and in the database.
+ * which is copied whenever it has grown by what the reserve has (writer.c). After it, deletions
+ * need none: they rewrite pages that are there, in the log and in the database. A copy for which
+ * there is no room, since one write alone was larger, is not begun: it would use up what there is
+ * and end nothing, and what there is lets deletions go on at the end of the log.
  *
  * Threads: the file belongs to the writer thread (before it starts, to whoever opens the store);
  * the status is read by all.
@@ -21,6 +23,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <time.h>
 #include <unistd.h>
@@ -28,6 +31,7 @@
 #define RESERVE_MAX (8 * 1024 * 1024)
 #define RESERVE_PART 32           /* of the file system */
 #define RESERVE_LEAST (64 * 1024) /* enough for a start */
+#define PAGE_SIZE 4096            /* of the database */
 #define RETRY_MS 500
 
 static int64_t monotonic_ms(void)
@@ -113,6 +117,32 @@ bool store_reserve_release(struct store *store)
         store->reserve_tried_ms = monotonic_ms();
     }
     return released;
+}
+
+int store_reserve_pages(const struct store *store)
+{
+    int directory = open_directory(store);
+    off_t size = directory >= 0 ? size_of_reserve(directory) : RESERVE_MAX;
+
+    if (directory >= 0) {
+        close(directory);
+    }
+    return (int)(size / PAGE_SIZE);
+}
+
+bool store_reserve_copies(const struct store *store, sqlite3 *db)
+{
+    int64_t pages = 0, page_size = 0;
+    struct statvfs info;
+    struct stat file;
+
+    if (store_scalar(db, &pages, "PRAGMA page_count") != STORE_OK ||
+        store_scalar(db, &page_size, "PRAGMA page_size") != STORE_OK ||
+        stat(store->database, &file) != 0 || statvfs(store->directory, &info) != 0 ||
+        pages * page_size <= file.st_size) {
+        return true;
+    }
+    return (uint64_t)(pages * page_size - file.st_size) / info.f_frsize < info.f_bavail;
 }
 
 int store_room(const struct store *store)

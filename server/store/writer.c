@@ -12,10 +12,10 @@
  * whoever causes it; one that frees room then has the reserve (reserve.c).
  *
  * Checkpoints copy the log into the database: when no write has come for IDLE_MS, and between two
- * groups when the log has grown by PAGES_MAX under sustained load. They are PASSIVE: they never
- * wait for readers, and what one could not copy, the next one does. Only where readers, each
- * beginning before the last has ended, have kept SQLite from beginning the log anew up to
- * PAGES_FAR, one waits for them.
+ * groups when the log has grown under sustained load by what the reserve has (8 MiB). They are
+ * PASSIVE: they never wait for readers, and what one could not copy, the next one does. Only where
+ * readers, each beginning before the last has ended, have kept SQLite from beginning the log anew
+ * up to PAGES_FAR, one waits for them.
  *
  * Threads: the writer thread srnfd-store. Lock: writer->mutex (rank 40), never held while SQLite
  * runs.
@@ -28,8 +28,7 @@
 
 #define GROUP_MAX 64
 #define IDLE_MS 200
-#define PAGES_MAX 2048             /* 8 MiB of log with pages of 4 KiB: reserve.c counts on it */
-#define PAGES_FAR (64 * PAGES_MAX) /* where waiting for readers is better than growing on */
+#define PAGES_FAR (64 * 2048) /* where waiting for readers is better than growing on */
 
 static int execute(sqlite3 *db, const char *sql)
 {
@@ -96,12 +95,14 @@ static int run_group(struct store *store, struct store_write *list)
 }
 
 /* A failure loses nothing: the log keeps what it has, and the next checkpoint tries again. */
-static void checkpoint(struct store_writer *writer)
+static void checkpoint(struct store *store)
 {
+    struct store_writer *writer = &store->writer;
     int mode = writer->pages > PAGES_FAR ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
     int pages = 0, copied = 0;
 
-    if (sqlite3_wal_checkpoint_v2(writer->db, NULL, mode, &pages, &copied) == SQLITE_OK) {
+    if (store_reserve_copies(store, writer->db) &&
+        sqlite3_wal_checkpoint_v2(writer->db, NULL, mode, &pages, &copied) == SQLITE_OK) {
         writer->pages_copied = copied > 0 ? copied : 0;
     }
 }
@@ -112,7 +113,7 @@ static void run_alone(struct store *store, struct store_write *write)
     int status = run_group(store, write);
 
     if (status == STORE_FULL && write->frees && store_reserve_release(store)) {
-        checkpoint(&store->writer);
+        checkpoint(store);
         status = run_group(store, write);
     }
     if (status != STORE_OK) {
@@ -204,6 +205,7 @@ static void *writer_main(void *user)
 {
     struct store *store = user;
     struct store_writer *writer = &store->writer;
+    int most = store_reserve_pages(store); /* of the log, before it is copied */
 
     pthread_setname_np(pthread_self(), "srnfd-store");
     for (bool closing = false; !closing;) {
@@ -220,8 +222,8 @@ static void *writer_main(void *user)
             run_list(store, list);
             wake_callers(writer, list);
         }
-        if (writer->pages - writer->pages_copied > PAGES_MAX || (idle && !list && writer->dirty)) {
-            checkpoint(writer);
+        if (writer->pages - writer->pages_copied > most || (idle && !list && writer->dirty)) {
+            checkpoint(store);
             /* What readers still hold back waits for the next commit rather than for a timer. */
             writer->dirty = false;
         }

@@ -330,6 +330,34 @@ static void a_full_disk_takes_nothing_and_gives_everything(void **state)
     assert_int_equal(umount2(disk, MNT_DETACH), 0);
 }
 
+/* So where the service itself has filled a disk whose reserve is smaller than its log may be, with
+   meshes that lie in the database, and no pause between them. */
+static void a_small_disk_that_was_filled_gives_everything(void **state)
+{
+    static const char *const options[] = {"--workers", "1", NULL};
+    struct scene *scene = *state;
+    char disk[300], ended[20][64], id[64];
+    int refused = 0;
+
+    snprintf(disk, sizeof disk, "%s/disk", scene->folder);
+    if (mkdir(disk, 0700) != 0 || !small_disk_mount(disk, "size=13m")) {
+        print_message("# no right to mount a small file system\n");
+        skip();
+    }
+    daemon_prepare(&scene->daemon, scene->folder, "disk/data");
+    scene->daemon.options = options;
+    snprintf(scene->daemon.log, sizeof scene->daemon.log, "%s/log", scene->folder);
+    assert_true(daemon_start(&scene->daemon));
+    assert_true(upload(scene, 0, false, scene->mesh));
+    queue_jobs(scene, ended, 20, 1000, true);
+    for (unsigned seed = 1; refused < 3; seed++) {
+        refused += !upload(scene, seed, false, id);
+    }
+    live_on_a_full_disk(scene, ended, 0, 20);
+    assert_int_equal(daemon_stop(&scene->daemon), 0);
+    assert_int_equal(umount2(disk, MNT_DETACH), 0);
+}
+
 /* A limit on the sizes of files ends nothing either: what does not fit is refused. */
 static void a_limit_on_sizes_is_a_full_disk(void **state)
 {
@@ -394,6 +422,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(every_failing_write_is_an_answer),
         TEST(a_full_disk_takes_nothing_and_gives_everything),
+        TEST(a_small_disk_that_was_filled_gives_everything),
         TEST(a_limit_on_sizes_is_a_full_disk),
         TEST(a_queue_outlives_a_full_disk),
     };
