@@ -81,9 +81,6 @@ void group_input_clear(void *member); /* struct group_input */
     }
 #define GROUP_MEMBERS_SCHEMA "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN "\""
 
-/* The same for a process without a table: reads "surfaces", "cohort" and "mixedRoutes". Returns the
-   number of members, or 0 with a problem noted or answered. degree gets the largest of theirs. */
-size_t inputs_group(struct process_inputs *inputs, long *degree);
 /* The members of the canonical cohort as the store has them, with all that it says of them (new
    reference; NULL where it is gone by now, or answered). */
 json_t *group_stored_members(struct process_inputs *inputs);

@@ -167,17 +167,6 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
     (void)json_object_set_new(json_object_get(inputs->canonical, "cohort"), "surfaces", surfaces);
 }
 
-size_t inputs_group(struct process_inputs *inputs, long *degree)
-{
-    (void)inputs_boolean(inputs, "mixedRoutes", false);
-    group_read_surfaces(inputs, NULL);
-    group_read_cohort(inputs, NULL);
-    *degree = inputs->degree;
-    return inputs->list->errors || inputs->answered
-               ? 0
-               : json_array_size(json_object_get(inputs->canonical, "surfaces"));
-}
-
 json_t *group_stored_members(struct process_inputs *inputs)
 {
     const json_t *cohort = json_object_get(inputs->canonical, "cohort");

@@ -15,18 +15,6 @@
 
 const char *const handedness_choices[] = {"check", "ignore", NULL};
 
-void inputs_handedness(struct process_inputs *inputs)
-{
-    (void)inputs_choice(inputs, "handedness", handedness_choices);
-}
-
-bool handedness_checked(const json_t *inputs)
-{
-    const char *choice = json_string_value(json_object_get(inputs, "handedness"));
-
-    return choice && strcmp(choice, handedness_choices[HANDEDNESS_CHECK]) == 0;
-}
-
 /* ---- Sides of members ------------------------------------------------------------------------ */
 
 /* The name that a mesh or surface has (new reference, or NULL), and whether it is mirrored. */

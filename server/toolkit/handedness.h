@@ -21,11 +21,6 @@
 enum handedness { HANDEDNESS_CHECK, HANDEDNESS_IGNORE };
 extern const char *const handedness_choices[];
 
-/* The input handedness: "check", the default, or "ignore". */
-void inputs_handedness(struct process_inputs *inputs);
-/* Whether canonical inputs ask for the check. */
-bool handedness_checked(const json_t *inputs);
-
 /* Where a member may tell of its side. */
 #define SIDES_TEXTS 3
 
