@@ -13,6 +13,7 @@
 
 #include "api/json_memory.h"
 #include "api/respond.h"
+#include "store/job.h"
 
 #include <assert.h>
 #include <malloc.h>

@@ -19,6 +19,7 @@
 
 #include "api/json_memory.h"
 #include "api/routes.h"
+#include "store/cohort.h"
 
 #define POINTER_MAX 200
 

@@ -6,6 +6,8 @@
 
 #include "api/handler.h"
 
+struct store_cohort; /* store/cohort.h */
+
 #define COHORT_MEMBERS_MAX 1000
 #define COHORT_COVARIATES_MAX 64
 #define COHORT_TEXT_MAX 200 /* characters of labels, subjects, and texts among the covariates */

@@ -18,6 +18,7 @@
 #include "api/routes.h"
 
 #include "log.h"
+#include "store/job.h"
 
 #include <stdio.h>
 #include <stdlib.h>

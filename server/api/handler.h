@@ -13,6 +13,10 @@
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
+struct store_job;     /* store/job.h */
+struct store_mesh;    /* store/mesh.h */
+struct store_surface; /* store/surface.h */
+
 struct api_auth;     /* auth.c: tokens, and what each has used */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 

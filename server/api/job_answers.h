@@ -6,6 +6,8 @@
 
 #include "api/handler.h"
 
+struct store_job; /* store/job.h */
+
 bool job_ended(const struct store_job *job);
 
 /* 200 with the results of a successful job; the problem of a failed one with its status; 410 for a

@@ -12,6 +12,7 @@
 
 #include "api/job_answers.h"
 #include "api/tables.h"
+#include "store/job.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -14,6 +14,7 @@
 
 #include "api/warnings.h"
 #include "compute/compute.h"
+#include "store/mesh.h"
 
 static void set_repair(json_t *repairs, const char *code, size_t count)
 {

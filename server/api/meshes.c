@@ -19,6 +19,7 @@
 
 #include "compute/compute.h"
 #include "jobs/memory.h"
+#include "store/mesh.h"
 
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {

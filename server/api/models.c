@@ -20,6 +20,8 @@
 #include "api/routes.h"
 #include "api/surfaces.h"
 #include "api/tables.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 #define EIGENVALUES (1u << STORE_MODEL_EIGENVALUES)
 #define SCORES (1u << STORE_MODEL_SCORES)

@@ -7,6 +7,8 @@
 
 #include "api/handler.h"
 
+struct store_model; /* store/model.h */
+
 /* The full record (new reference): the arrays of eigenvalues and scores must have been read.
    mean is the record of the mean surface, taken over. */
 json_t *model_record(const struct store_model *model, json_t *mean);

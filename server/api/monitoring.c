@@ -18,6 +18,8 @@
 
 #include "build.h"
 #include "log.h"
+#include "store/job.h"
+#include "store/usage.h"
 
 #include <stdio.h>
 #include <string.h>

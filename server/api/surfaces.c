@@ -12,6 +12,7 @@
 #include "api/npy.h"
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
+#include "store/surface.h"
 
 static bool find_surface(struct api_call *call, bool with_coefficients,
                          struct store_surface *surface)

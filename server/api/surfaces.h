@@ -7,6 +7,9 @@
 
 #include "api/handler.h"
 
+struct store_maps;    /* store/surface.h */
+struct store_surface; /* store/surface.h */
+
 /* The degree of a surface where none is asked for. */
 #define SURFACE_DEGREE_DEFAULT 31
 /* Numbers in one JSON answer; larger fields are asked for as .npy. */

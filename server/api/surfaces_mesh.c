@@ -16,6 +16,7 @@
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
 #include "compute/compute.h"
+#include "store/surface.h"
 
 static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
 #define FORMATS (sizeof formats / sizeof formats[0])

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "compute/encode.h"
+#include "store/surface.h"
 
 static const struct {
     int status;

@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "compute/compute.h"
+#include "store/mesh.h"
 
 /* A stored mesh, read, and mirrored if asked for; to be cleared when this returns 0. */
 static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,

@@ -10,6 +10,7 @@
  * An SRNF does not know translations: surfaces are moved to their area centroids.
  */
 #include "compute/model.h"
+#include "store/model.h"
 
 #include <math.h>
 #include <stdlib.h>

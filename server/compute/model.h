@@ -6,6 +6,7 @@
 #define SRNFD_COMPUTE_MODEL_H
 
 #include "compute/compute.h"
+#include "store/model.h"
 
 /* A model in memory, with its mean surface. */
 struct compute_model {

@@ -27,6 +27,8 @@
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
+struct store_job; /* store/job.h */
+
 /* Deaths of the daemon with a job after which that runs alone. */
 #define JOBS_DEATHS_MAX 3
 #define JOBS_QUEUE_DEFAULT 10000

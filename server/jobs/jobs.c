@@ -7,6 +7,7 @@
  * the running attempts.
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #include <cblas.h>
 #include <stdio.h>

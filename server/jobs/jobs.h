@@ -18,6 +18,8 @@
 #include "srnf.h"
 #include "store/store.h"
 
+struct store_job; /* store/job.h */
+
 struct jobs;
 struct jobs_run;
 

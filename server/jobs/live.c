@@ -11,6 +11,7 @@
  * Locks: jobs->mutex, and each run->mutex inside it.
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #include <stdlib.h>
 #include <string.h>

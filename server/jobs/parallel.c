@@ -15,6 +15,7 @@
  * runs.
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 static void take_indexes(struct jobs *jobs, struct jobs_loop *loop, bool helper)
 {

@@ -12,6 +12,7 @@
  * has the owner's name before it, with a newline between, which no name has.
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #include <math.h>
 #include <stdio.h>

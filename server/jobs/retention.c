@@ -10,6 +10,7 @@
  * Thread: srnfd-keep. Lock: retention.mutex (rank 24) protects closing; it is held across nothing.
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #include <errno.h>
 #include <math.h>

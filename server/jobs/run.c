@@ -22,6 +22,7 @@
  * Progress and message live in memory only (run->mutex, rank 21).
  */
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #include <math.h>
 #include <stdio.h>

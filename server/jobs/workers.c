@@ -36,6 +36,7 @@
 #include "jobs/internal.h"
 
 #include "priority.h"
+#include "store/job.h"
 
 #include <math.h>
 #include <stdio.h>

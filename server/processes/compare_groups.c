@@ -17,6 +17,7 @@
 #include "toolkit/permutation_test.h"
 #include "toolkit/seconds.h"
 #include "toolkit/typicality.h"
+#include "store/surface.h"
 
 /* The cohort with what is compared of it. */
 struct compared {

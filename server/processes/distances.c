@@ -20,6 +20,7 @@
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
+#include "store/job.h"
 
 struct distances {
     struct group_input group;

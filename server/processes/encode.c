@@ -12,6 +12,7 @@
 #include "toolkit/table.h"
 #include "api/surfaces.h"
 #include "compute/encode.h"
+#include "store/mesh.h"
 
 struct center {
     bool given;

@@ -16,6 +16,7 @@
 #include "toolkit/seconds.h"
 #include "toolkit/typicality.h"
 #include "api/warnings.h"
+#include "store/model.h"
 
 struct evaluate {
     char model[STORE_ID_MAX];

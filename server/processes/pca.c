@@ -13,6 +13,7 @@
 #include "api/models.h"
 #include "toolkit/mean.h"
 #include "toolkit/seconds.h"
+#include "store/model.h"
 
 struct pca {
     struct group_input group;

@@ -8,6 +8,7 @@
  * do at once, are swept afterwards, one write each, since a write can drop one blob.
  */
 #include "store/internal.h"
+#include "store/job.h"
 
 #include <string.h>
 

@@ -7,6 +7,7 @@
  * cohort never changes: the same name with another record is a conflict.
  */
 #include "store/internal.h"
+#include "store/cohort.h"
 
 #include <stdio.h>
 #include <stdlib.h>

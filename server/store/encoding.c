@@ -6,6 +6,7 @@
  * so that they pass it by so many at most.
  */
 #include "store/internal.h"
+#include "store/encoding.h"
 
 #include <stdlib.h>
 #include <string.h>

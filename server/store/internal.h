@@ -19,6 +19,9 @@
 
 #include "store/store.h"
 
+struct store_job;  /* store/job.h */
+struct store_maps; /* store/surface.h */
+
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
 #define STORE_RESERVE_NAME "reserve"

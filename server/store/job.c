@@ -3,6 +3,7 @@
  * them from state to state.
  */
 #include "store/internal.h"
+#include "store/job.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -26,6 +26,7 @@
  * was given up finds that the guard does not hold.
  */
 #include "store/internal.h"
+#include "store/job.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,6 +4,7 @@
  * program that stored it last: a later version may find more.
  */
 #include "store/internal.h"
+#include "store/mesh.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -12,6 +12,7 @@
  * again they get another id.
  */
 #include "store/internal.h"
+#include "store/model.h"
 
 #include <sodium.h>
 #include <stdio.h>

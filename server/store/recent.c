@@ -11,6 +11,7 @@
  * Lock: recent->mutex (rank 42) protects the slots; nothing but malloc and memcpy happens under it.
  */
 #include "store/internal.h"
+#include "store/job.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>

@@ -11,6 +11,7 @@
  * files come to their names.
  */
 #include "store/internal.h"
+#include "store/job.h"
 
 #include <dirent.h>
 #include <fcntl.h>

@@ -6,6 +6,7 @@
  * (lmax + 1)^2 of them.
  */
 #include "store/internal.h"
+#include "store/surface.h"
 
 #include <assert.h>
 #include <sodium.h>

@@ -7,6 +7,7 @@
  * start removes, do not count.
  */
 #include "store/internal.h"
+#include "store/usage.h"
 
 #include <stdio.h>
 #include <sys/stat.h>

@@ -10,6 +10,8 @@
 #include "api/json_memory.h"
 #include "api/warnings.h"
 #include "toolkit/routes.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 /* Percent of a job that encoding its meshes takes, before registration or without it: half a
    second each at degree 31, where a registration takes two and more. */

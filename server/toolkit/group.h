@@ -10,6 +10,8 @@
 #include "toolkit/process.h"
 #include "toolkit/table.h"
 
+struct store_model; /* store/model.h */
+
 _Static_assert(PROCESS_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed");
 
 /* ---- Inputs (group_inputs.c) ----------------------------------------------------------------- */

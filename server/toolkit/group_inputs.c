@@ -12,6 +12,7 @@
 
 #include "api/cohorts.h"
 #include "toolkit/routes.h"
+#include "store/cohort.h"
 
 #define MIB 1048576.0
 

@@ -12,6 +12,8 @@
 
 #include "api/json_memory.h"
 #include "api/warnings.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 const char *const handedness_choices[] = {"check", "ignore", NULL};
 

@@ -12,6 +12,8 @@
  */
 #include "toolkit/process.h"
 #include "toolkit/scales.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 #include <math.h>
 #include <stdio.h>

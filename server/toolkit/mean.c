@@ -10,6 +10,7 @@
 #include "api/warnings.h"
 #include "toolkit/handedness.h"
 #include "toolkit/typicality.h"
+#include "store/surface.h"
 
 const char *const mean_srnf_methods[] = {"srnf", NULL};
 

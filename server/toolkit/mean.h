@@ -11,6 +11,8 @@
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 
+struct store_maps; /* store/surface.h */
+
 /* ---- Inputs ---------------------------------------------------------------------------------- */
 
 struct mean_input {

@@ -10,6 +10,7 @@
 #include "toolkit/group.h"
 #include "toolkit/routes.h"
 #include "api/surfaces.h"
+#include "store/model.h"
 
 bool inputs_model(struct process_inputs *inputs, struct store_model *model)
 {

@@ -9,6 +9,7 @@
 #include "toolkit/scales.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
+#include "store/surface.h"
 
 #include <float.h>
 #include <math.h>

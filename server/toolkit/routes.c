@@ -11,6 +11,10 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 #define NAMED_MAX 4 /* members that a sentence names */
 

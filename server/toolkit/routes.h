@@ -19,6 +19,8 @@
 #include "toolkit/table.h"
 #include "compute/bridge.h"
 
+struct store_surface; /* store/surface.h */
+
 /* Outputs: what routes_set_bridged sets. */
 #define BRIDGED_GROUP_OUTPUTS                                                                     \
     {"bridged", OUTPUT_BOOLEAN,                                                                   \

@@ -9,6 +9,9 @@
 
 #include "api/json_memory.h"
 #include "api/warnings.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 /* Of the area of an encoded surface, which was divided by it: rounding, and the figures of its
    record. */

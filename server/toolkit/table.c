@@ -14,6 +14,7 @@
 
 #include "api/json_memory.h"
 #include "toolkit/group.h"
+#include "store/model.h"
 
 #define DIALECT "https://json-schema.org/draft/2020-12/schema"
 

@@ -11,6 +11,8 @@
 #include "api/cohorts.h"
 #include "api/handler.h"
 #include "api/surfaces.h"
+#include "store/cohort.h"
+#include "store/surface.h"
 
 static void surfaces_are_not_mirrored(void **state)
 {

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "store/job.h"
 
 #define CALM 0.3 /* seconds */
 #define OTHERS 12

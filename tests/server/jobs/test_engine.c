@@ -17,6 +17,7 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "store/job.h"
 
 #define JOBS_MANY 500
 

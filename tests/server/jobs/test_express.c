@@ -17,6 +17,7 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "store/job.h"
 
 #define MANY 300
 #define CLIENTS 4

@@ -19,6 +19,7 @@
 #include "../store/fixture.h"
 #include "jobs/fault.h"
 #include "jobs/jobs.h"
+#include "store/job.h"
 
 static atomic_int besides; /* jobs that run beside the deadly one */
 

@@ -12,6 +12,7 @@
 
 #include "engine.h"
 #include "jobs/internal.h"
+#include "store/job.h"
 
 #define NUMBERS 40
 #define SIZE 3                                          /* values of each */

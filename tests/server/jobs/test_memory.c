@@ -18,6 +18,7 @@
 #include "engine.h"
 #include "jobs/memory.h"
 #include "srnf.h"
+#include "store/job.h"
 
 #define BLOCK ((size_t)1 << 20)
 #define FRONT ((size_t)64)           /* in front of each block */

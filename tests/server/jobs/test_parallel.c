@@ -13,6 +13,7 @@
 #include <time.h>
 
 #include "engine.h"
+#include "store/job.h"
 
 #define COUNT ((size_t)2000)
 #define INNER ((size_t)10)

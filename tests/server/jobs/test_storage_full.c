@@ -15,6 +15,7 @@
 #include "../store/fixture.h"
 #include "jobs/jobs.h"
 #include "support/small_disk.h"
+#include "store/job.h"
 
 #define CANNOT_MOUNT 77
 #define TRIES 10000

@@ -13,6 +13,7 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "store/job.h"
 
 #define OWNERS 4
 #define CLIENTS 20

@@ -14,6 +14,8 @@
 
 #include "store/store.h"
 #include "support/scratch.h"
+#include "store/job.h"
+#include "store/mesh.h"
 
 struct fixture {
     char path[SCRATCH_MAX];

@@ -16,6 +16,9 @@
 
 #include "fixture.h"
 #include "store/maintenance.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 #define LARGE (STORE_INLINE_MAX + 1000)
 

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "server/store/fixture.h"
+#include "store/encoding.h"
 
 #define SIZE ((size_t)1024)
 #define LIMIT ((int64_t)20 * 1024)

@@ -15,6 +15,8 @@
 
 #include "fixture.h"
 #include "support/small_disk.h"
+#include "store/job.h"
+#include "store/mesh.h"
 
 #define LARGE (STORE_INLINE_MAX + 1000)
 

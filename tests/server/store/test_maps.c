@@ -11,6 +11,7 @@
 #include <sqlite3.h>
 
 #include "server/store/fixture.h"
+#include "store/surface.h"
 
 #define LMAX 4
 

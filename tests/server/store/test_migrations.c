@@ -13,6 +13,11 @@
 
 #include "embedded.h"
 #include "fixture.h"
+#include "store/cohort.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 #define H1 "1111111111111111111111111111111111111111111111111111111111111111"
 #define H2 "2222222222222222222222222222222222222222222222222222222222222222"

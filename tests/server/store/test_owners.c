@@ -10,6 +10,10 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/cohort.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 #define OWNERS 4
 

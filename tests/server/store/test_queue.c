@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/job.h"
 
 #define JOBS 60
 

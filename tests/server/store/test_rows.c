@@ -10,6 +10,9 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/surface.h"
 
 static void check_mesh(struct store *store, const char *id, const unsigned char *bytes, size_t size)
 {

@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/job.h"
 
 #define N_STATES 5
 

@@ -12,6 +12,10 @@
 #include <sqlite3.h>
 
 #include "server/store/fixture.h"
+#include "store/cohort.h"
+#include "store/job.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 #define LMAX 4
 #define ROWS 8

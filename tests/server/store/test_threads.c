@@ -15,6 +15,8 @@
 #include <stdatomic.h>
 
 #include "fixture.h"
+#include "store/job.h"
+#include "store/mesh.h"
 
 #define THREADS 20
 #define ROUNDS 15

@@ -20,6 +20,10 @@
 #include "processes/processes.h"
 #include "toolkit/process.h"
 #include "support/scratch.h"
+#include "store/cohort.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/surface.h"
 
 #define GOOD_MESH "mesh-00000000000000000000000000000001"
 #define OPEN_MESH "mesh-00000000000000000000000000000002"

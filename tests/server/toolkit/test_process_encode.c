@@ -3,6 +3,7 @@
  * another meaning, and refusal of meshes before there is a job.
  */
 #include "server/toolkit/process_fixture.h"
+#include "store/mesh.h"
 
 static void test_one_meaning_one_text(void **state)
 {

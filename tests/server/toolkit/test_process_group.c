@@ -4,6 +4,7 @@
  * named.
  */
 #include "server/toolkit/process_fixture.h"
+#include "store/surface.h"
 
 #include <math.h>
 
