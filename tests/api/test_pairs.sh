@@ -62,7 +62,7 @@ compare "$(json .closedForm.relativeEnergy)" '<' 1e-20 'of a radial surface it i
 is "$(json '"\(.converged) \(.stopped)"') $(warned)" 'true tolerance ' 'and says so'
 run invert "{\"srnf\":{\"surface\":\"$A\"},\"method\":\"closed-form\"}"
 is "$(json '"\(.closedForm.relativeEnergy) \(.converged) \(.stopped)"') $(warned)" \
-    'null false closedForm closed-form-inapplicable' 'of another it is nothing'
+    'null false closedForm closed-form-inapplicable not-reached' 'of another it is nothing'
 run invert "{\"srnf\":{\"surface\":\"$A\"}}"
 is "$(json '"\(.closedForm.relativeEnergy) \(.converged) \(.stopped)"') $(warned)" 'null true tolerance ' \
     'whose SRNF the search inverts'
