@@ -8,7 +8,7 @@
  * on the disk.
  *
  * The jobs layer calls back on changed rows before http exists and after it is gone; the pointer to
- * it is therefore kept under a lock. Lock: link.mutex protects link.http, rank before http's own.
+ * it is therefore kept under a lock. Lock: link.lock protects link.http, rank before http's own.
  */
 #include "api/handler.h"
 #include "processes/processes.h"

@@ -7,8 +7,8 @@
  * strips into triangles, and the sentences of the errors. The table of formats is in
  * format.c.
  */
-#ifndef SRNF_MESH_IO_H
-#define SRNF_MESH_IO_H
+#ifndef SRNF_FORMATS_INTERNAL_H
+#define SRNF_FORMATS_INTERNAL_H
 
 #include "internal.h"
 #include "scalar.h"

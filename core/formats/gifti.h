@@ -3,8 +3,8 @@
  * characters into numbers. gifti_attributes.c reads those, gifti_data.c decodes, read_gifti.c knows
  * the XML.
  */
-#ifndef SRNF_MESH_GIFTI_H
-#define SRNF_MESH_GIFTI_H
+#ifndef SRNF_FORMATS_GIFTI_H
+#define SRNF_FORMATS_GIFTI_H
 
 #include <zlib.h>
 

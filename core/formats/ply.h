@@ -2,8 +2,8 @@
  * ply.h - the header of a PLY file, taken apart: elements in the order of the file, each with its
  * properties. Shared by ply_header.c, which fills it, and read_ply.c, which reads the body by it.
  */
-#ifndef SRNF_MESH_PLY_H
-#define SRNF_MESH_PLY_H
+#ifndef SRNF_FORMATS_PLY_H
+#define SRNF_FORMATS_PLY_H
 
 #include "formats.h"
 

@@ -2,8 +2,8 @@
  * polygon.h - polygons of more than three corners: noted while a file is read, cut into triangles
  * at its end, when all vertices are known (polygon.c).
  */
-#ifndef SRNF_MESH_POLYGON_H
-#define SRNF_MESH_POLYGON_H
+#ifndef SRNF_FORMATS_POLYGON_H
+#define SRNF_FORMATS_POLYGON_H
 
 #include "formats.h"
 

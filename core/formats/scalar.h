@@ -3,8 +3,8 @@
  * writing one value in either byte order at any alignment. Shared by the readers of PLY, VTK,
  * GIfTI and FreeSurfer and by the writers.
  */
-#ifndef SRNF_MESH_SCALAR_H
-#define SRNF_MESH_SCALAR_H
+#ifndef SRNF_FORMATS_SCALAR_H
+#define SRNF_FORMATS_SCALAR_H
 
 #include <stdbool.h>
 #include <stddef.h>

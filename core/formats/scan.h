@@ -3,8 +3,8 @@
  * past the end of its bytes, needs a terminating zero, or looks at a byte more than a fixed number
  * of times.
  */
-#ifndef SRNF_MESH_SCAN_H
-#define SRNF_MESH_SCAN_H
+#ifndef SRNF_FORMATS_SCAN_H
+#define SRNF_FORMATS_SCAN_H
 
 #include <locale.h>
 #include <stdbool.h>

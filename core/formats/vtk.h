@@ -2,8 +2,8 @@
  * vtk.h - words and numbers of a legacy VTK file: what read_vtk.c, which knows the sections, asks
  * of vtk_block.c.
  */
-#ifndef SRNF_MESH_VTK_H
-#define SRNF_MESH_VTK_H
+#ifndef SRNF_FORMATS_VTK_H
+#define SRNF_FORMATS_VTK_H
 
 #include "formats.h"
 

@@ -1,8 +1,8 @@
 /*
  * geodesic.h - what geodesics, shooting and transport share.
  */
-#ifndef SRNF_GEODESIC_H
-#define SRNF_GEODESIC_H
+#ifndef SRNF_GEODESIC_INTERNAL_H
+#define SRNF_GEODESIC_INTERNAL_H
 
 #include "inversion/inversion.h"
 

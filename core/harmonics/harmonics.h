@@ -2,8 +2,8 @@
  * harmonics.h - what the files of core/harmonics share: the transform object, its tables and its
  * kernels.
  */
-#ifndef SRNF_SPHERE_H
-#define SRNF_SPHERE_H
+#ifndef SRNF_HARMONICS_INTERNAL_H
+#define SRNF_HARMONICS_INTERNAL_H
 
 #include <fftw3.h>
 

@@ -5,8 +5,8 @@
  * belongs to one thread at a time. Making one costs O(L^2); code that evaluates again and again
  * keeps it.
  */
-#ifndef SRNF_POINTS_H
-#define SRNF_POINTS_H
+#ifndef SRNF_HARMONICS_POINTS_H
+#define SRNF_HARMONICS_POINTS_H
 
 #include "internal.h"
 #include "simd.h"

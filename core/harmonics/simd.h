@@ -7,8 +7,8 @@
  * baseline only. Both versions do the same operations in the same order; they differ in the last
  * bits because one of them fuses multiply and add.
  */
-#ifndef SRNF_SIMD_H
-#define SRNF_SIMD_H
+#ifndef SRNF_HARMONICS_SIMD_H
+#define SRNF_HARMONICS_SIMD_H
 
 #include <stddef.h>
 #include <string.h>

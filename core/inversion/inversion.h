@@ -1,8 +1,8 @@
 /*
  * inversion.h - what the solvers of the inversion share.
  */
-#ifndef SRNF_INVERSION_H
-#define SRNF_INVERSION_H
+#ifndef SRNF_INVERSION_INTERNAL_H
+#define SRNF_INVERSION_INTERNAL_H
 
 #include "srnf/field.h"
 #include "srnf/gauss_newton.h"

@@ -5,8 +5,8 @@
  * "Translations" are the three l = 0 coefficients: they do not change q, and every solver keeps
  * them at 0.
  */
-#ifndef SRNF_LINEAR_H
-#define SRNF_LINEAR_H
+#ifndef SRNF_LINEAR_INTERNAL_H
+#define SRNF_LINEAR_INTERNAL_H
 
 #include "internal.h"
 
@@ -39,7 +39,7 @@ struct linear_figures {
     double residual; /* sqrt(r' P r) relative to that of x = 0; 0 for b = 0 */
 };
 
-/* cg.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns SRNF_OK whether the
+/* conjugate_gradients.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns SRNF_OK whether the
    tolerance was reached or not, or SRNF_ECANCELED. */
 int linear_conjugate_gradients(const struct linear_problem *problem, double *r, double *x,
                                double *work, struct linear_figures *figures);

@@ -2,8 +2,8 @@
  * mesh_geometry.h - what the files of core/mesh and core/surface/fit.c share beyond srnf.h:
  * vectors, corners of faces, a stable sort, the topology of a mesh and its measures.
  */
-#ifndef SRNF_MESH_GEOMETRY_H
-#define SRNF_MESH_GEOMETRY_H
+#ifndef SRNF_MESH_MESH_GEOMETRY_H
+#define SRNF_MESH_MESH_GEOMETRY_H
 
 #include "internal.h"
 
@@ -120,7 +120,7 @@ struct srnf_mesh_origin {
     uint32_t *vertices, *faces;
 };
 
-/* Repairs of srnf_mesh_prepare (repair.c); each returns SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
+/* Repairs (repair.c), for srnf_mesh_prepare; each returns SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
    Survivors keep their order; origin goes along with vertices and faces. */
 SRNF_CHECKED int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
                                             const struct srnf_context *context, size_t *merged);

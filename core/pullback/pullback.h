@@ -6,8 +6,8 @@
  * surfaces. A path is a chain of m + 1 surfaces with m segments; its energy, m sum ||Q_k+1 -
  * Q_k||^2, tends to the integral of <<f', f'>> with m.
  */
-#ifndef SRNF_PULLBACK_H
-#define SRNF_PULLBACK_H
+#ifndef SRNF_PULLBACK_INTERNAL_H
+#define SRNF_PULLBACK_INTERNAL_H
 
 #include "inversion/inversion.h"
 

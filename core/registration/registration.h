@@ -14,8 +14,8 @@
  * Fields are X = grad phi + p x grad psi with phi and psi of degree D; their coefficients, divided
  * by sqrt(l (l + 1)), are the unknowns: double[2][(D+1)^2], entries l = 0 unused.
  */
-#ifndef SRNF_REGISTRATION_H
-#define SRNF_REGISTRATION_H
+#ifndef SRNF_REGISTRATION_INTERNAL_H
+#define SRNF_REGISTRATION_INTERNAL_H
 
 #include "linear/linear.h"
 #include "srnf/field.h"
@@ -33,7 +33,7 @@ struct moving {
 };
 
 /* From coefficients of one degree, cut to `degree` if that is lower. context: asked for
-   cancellation by all that evaluates it, see sphere/points.h; it outlives the moving surface, or is
+   cancellation by all that evaluates it, see harmonics/points.h; it outlives the moving surface, or is
    NULL. */
 SRNF_CHECKED int moving_create(struct moving *moving, size_t from_degree,
                                const double *coefficients, size_t degree,

@@ -8,7 +8,7 @@
  * The inverse map solves exp_x(w(x)) = y from x = exp_y(-w(y)) on, by Newton's method with the
  * derivative of exp in the same frames; its Jacobian is 1 / J_step(x).
  * grad w = Hess phi + R Hess psi, R the quarter turn v -> p x v; both from jets of the potentials
- * (sphere/points_jets.c).
+ * (harmonics/points_jets.c).
  */
 #include "registration.h"
 

@@ -8,8 +8,8 @@
  * sweeps of relaxation on the way. Every step keeps every spherical triangle oriented, so there is
  * nothing to untangle.
  */
-#ifndef SRNF_SPHERICAL_H
-#define SRNF_SPHERICAL_H
+#ifndef SRNF_SPHERE_MAP_INTERNAL_H
+#define SRNF_SPHERE_MAP_INTERNAL_H
 
 #include "mesh/mesh_geometry.h"
 
@@ -40,7 +40,7 @@ struct spherical {
     double total_area; /* of the triangles of the present level, by the robust metric */
     uint32_t *record;  /* of the collapses: v, u, count, ring of v from u on */
     size_t record_size, record_capacity;
-    double *star; /* scratch for one star, grown by spherical_star_room */
+    double *star; /* scratch for one star, grown by star_room */
     size_t star_capacity;
     const struct srnf_context *context;
 };

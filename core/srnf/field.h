@@ -5,8 +5,8 @@
  * "Translations" are the three l = 0 coefficients: they do not change q, and every solver keeps
  * them at 0.
  */
-#ifndef SRNF_FIELD_H
-#define SRNF_FIELD_H
+#ifndef SRNF_SRNF_FIELD_H
+#define SRNF_SRNF_FIELD_H
 
 #include "internal.h"
 

@@ -1,8 +1,8 @@
 /*
  * gauss_newton.h - the energy E = ||Q(f) - q||^2 and its Gauss-Newton model at one surface.
  */
-#ifndef SRNF_GAUSS_NEWTON_H
-#define SRNF_GAUSS_NEWTON_H
+#ifndef SRNF_SRNF_GAUSS_NEWTON_H
+#define SRNF_SRNF_GAUSS_NEWTON_H
 
 #include "internal.h"
 

@@ -25,7 +25,7 @@ struct quality_distances {
 
 /*
  * A surface that follows a q as components are added: each inversion starts from the last.
- * walk_step inverts walk->q and puts the point of the surface into walk->vector.
+ * quality_walk_step inverts walk->q and puts the point of the surface into walk->vector.
  */
 struct quality_walk {
     const struct quality_run *run;

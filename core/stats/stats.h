@@ -1,13 +1,12 @@
 /*
- * stats.h - what the files of core/stats share: parallel tasks that may fail, fields as vectors,
- * and the state of a group mean.
+ * stats.h - what the files of core/stats share: parallel tasks that may fail, fields as vectors.
  *
  * A field is double[3][P] with P = n_theta n_phi; norms and inner products are those of
  * srnf_inner_product. Sums over subjects run in the order of the subjects, whatever thread made the
  * terms: results do not depend on the number of threads.
  */
-#ifndef SRNF_STATS_H
-#define SRNF_STATS_H
+#ifndef SRNF_STATS_INTERNAL_H
+#define SRNF_STATS_INTERNAL_H
 
 #include "internal.h"
 

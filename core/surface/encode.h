@@ -4,8 +4,8 @@
  * A route gives the coefficients of the mesh in a frame of its own (the origin moved, nothing
  * turned or scaled) and says how its map to the sphere distorts. encode.c does the rest.
  */
-#ifndef SRNF_ENCODE_H
-#define SRNF_ENCODE_H
+#ifndef SRNF_SURFACE_ENCODE_H
+#define SRNF_SURFACE_ENCODE_H
 
 #include "internal.h"
 

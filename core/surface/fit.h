@@ -1,8 +1,8 @@
 /*
  * fit.h - how far a mesh and the surface fitted to it are apart.
  */
-#ifndef SRNF_FIT_H
-#define SRNF_FIT_H
+#ifndef SRNF_SURFACE_FIT_H
+#define SRNF_SURFACE_FIT_H
 
 #include "srnf.h"
 

@@ -55,7 +55,6 @@ struct api_auth {
     struct auth_account *accounts;
 };
 
-/* Routes that need no token. */
 /* What the first parameter of a path names. */
 static const struct {
     const char *prefix, *code;

@@ -4,8 +4,8 @@
 #include "api/json_memory.h"
 #include "api/routes.h"
 
-/* Bytes of a JSON body that takes more than a few milliseconds. */
 #define SMALL_BODY ((size_t)1 << 20) /* bytes of an upload that may be small */
+/* Bytes of a JSON body that takes more than a few milliseconds. */
 #define JSON_UPLOAD_FROM ((size_t)64 << 10)
 
 bool route_takes_json(const struct api_route *route)

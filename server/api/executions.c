@@ -1,5 +1,5 @@
 /*
- * executions.c - POST /v1/processes/{id}/execution, and the descriptions of the processes.
+ * executions.c - POST /v1/processes/{id}/execution.
  *
  * The inputs are brought into canonical form by the process (references resolved, defaults filled
  * in), dumped with sorted keys, and submitted: equal texts are equal jobs, which is what the cache,
@@ -253,9 +253,9 @@ static bool enter_key(struct api_call *call, struct execution_wait *wait)
     return true;
 }
 
-/* SHA-256 of the path, a zero byte and the body: what a repeated Idempotency-Key must come with
-   again. */
-static bool body_digest(const struct api_request *request, char digest[65])
+/* SHA-256 of two digests, that of the path with its zero byte and that of the body: what a repeated
+   Idempotency-Key must come with again. */
+static void body_digest(const struct api_request *request, char digest[65])
 {
     size_t length = strlen(request->path) + 1;
     char path_digest[65], both[130];
@@ -264,7 +264,6 @@ static bool body_digest(const struct api_request *request, char digest[65])
     store_sha256_hex(digest, request->body, request->body_size);
     (void)snprintf(both, sizeof both, "%s%s", path_digest, digest);
     store_sha256_hex(digest, both, strlen(both));
-    return true;
 }
 
 static void refuse_submission(struct api_call *call, int status)
@@ -349,7 +348,8 @@ void executions_create(struct api_call *call)
         goto out;
     }
     inputs = canonical_text(call, process, &seconds);
-    if (!inputs || !body_digest(call->request, digest)) {
+    body_digest(call->request, digest);
+    if (!inputs) {
         goto out;
     }
     status = submit(call, process, inputs, seconds, digest, &job, &wait->how);

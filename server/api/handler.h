@@ -32,7 +32,6 @@ struct api {
     } probe;
 };
 
-/* One parsed request: segments[0..] are the path parameters in the order of the route's braces. */
 /* What the inputs of an execution name, noted while they are read: what a job's expected time is
    computed from (toolkit/seconds.h). */
 struct api_work {
@@ -43,6 +42,7 @@ struct api_work {
     int64_t bridged_faces;   /* of these meshes together */
 };
 
+/* One parsed request; parameters are those of the path, in the order of the route's braces. */
 struct api_call {
     struct api *api;
     const struct api_request *request;

@@ -193,6 +193,14 @@ static bool respond_recent(struct api_call *call)
     return true;
 }
 
+/* Whether the results have a form as a table. */
+static bool has_table(const struct api *api, const struct store_job *job)
+{
+    const struct api_process *process = api_process_find(api, job->process);
+
+    return process && process->respond_table;
+}
+
 void jobs_results(struct api_call *call)
 {
     struct store_job job = {0};
@@ -204,7 +212,7 @@ void jobs_results(struct api_call *call)
     }
     if (job.status != STORE_JOB_SUCCESSFUL) {
         job_respond_results(call, &job);
-    } else if (form != TABLE_JSON && strcmp(job.process, "distances") != 0) {
+    } else if (form != TABLE_JSON && !has_table(call->api, &job)) {
         (void)problem_respond(call, "not-acceptable",
                               "The results of %s are served as application/json.", job.process);
     } else {

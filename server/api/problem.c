@@ -1,7 +1,7 @@
 /*
  * problem.c - problem documents (RFC 9457): one table of codes with their status and title, the
  * documents made from it, and the codes that failures of the store stand for (those of the core are
- * in jobs/compute.c).
+ * in compute/compute.c).
  *
  * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a
  * sentence about this occurrence, its instance the path asked for (or the job that failed). Clients

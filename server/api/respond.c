@@ -193,9 +193,7 @@ bool respond_precondition_failed(struct api_call *call, const char *tag)
     return true;
 }
 
-/* ---- In
-   -----------------------------------------------------------------------------------------------
- */
+/* ---- In -------------------------------------------------------------------------------------- */
 
 const char *api_request_header(const struct api_request *request, const char *name)
 {

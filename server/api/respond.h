@@ -55,9 +55,9 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
 /* Whether what the path names belongs to the caller; otherwise answers that there is no such thing.
    On a request thread, as is the next. */
 bool auth_owns_path(struct api_call *call, const struct api_route *route);
-/* Writes down, now and then, that the caller's token was used. */
 /* Whether the file of tokens can be read, where tokens are asked for. */
 bool auth_readable(struct api *api);
+/* Writes down, now and then, that the caller's token was used. */
 void auth_record(struct api *api, const struct api_request *request);
 
 /* Whether a mesh may come under this media type of that length (meshes.c). */

@@ -1,5 +1,5 @@
 /*
- * encode.h - the process encode: from a stored mesh to the coefficients of its surface.
+ * encode.h - from a stored mesh to the coefficients of its surface.
  */
 #ifndef SRNFD_COMPUTE_ENCODE_H
 #define SRNFD_COMPUTE_ENCODE_H

@@ -1,5 +1,5 @@
 /*
- * mean.h - the processes mean and pca: what is computed of a whole group.
+ * mean.h - the mean of a group, and its principal components.
  */
 #ifndef SRNFD_COMPUTE_MEAN_H
 #define SRNFD_COMPUTE_MEAN_H
@@ -12,7 +12,7 @@ struct compute_mean_inputs {
     size_t max_iterations;
     bool fit;               /* principal components as well */
     size_t components;      /* of those; 0: all above rounding */
-    double share;           /* percent of the job that the mean is; 0: all that loading leaves */
+    double share;           /* percent of the job that the mean is; 0: all that is left */
     bool pullback;          /* the mean in the pulled-back metric instead */
     const size_t *subjects; /* [n] as in srnf/subjects.h; NULL: each member its own */
 };

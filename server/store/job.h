@@ -23,7 +23,7 @@ struct store_job {
     char *process;
     enum store_job_status status;
     char *inputs;    /* canonical text after defaulting */
-    char digest[65]; /* cache key: SHA-256 of process, inputs, numeric build id */
+    char digest[65]; /* cache key: SHA-256 of owner, process, inputs, build (queue.c) */
     char *message;   /* may be empty */
     double progress; /* 0 .. 100; < 0: unknown */
     int64_t created_ms, started_ms, finished_ms, updated_ms; /* 0: not yet */
@@ -82,7 +82,7 @@ int store_job_position(struct store *store, const char *id, size_t *position);
    call into the store from inside visit. */
 int store_job_places(struct store *store,
                      bool (*visit)(void *user, const char *id, size_t position), void *user);
-/* The one function in which a job ends or goes back: a transition table and one UPDATE guarded by
+/* Apart from cancellation and recovery, the one function in which a job ends or goes back: a transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
    a problem only with FAILED. Going back to ACCEPTED gives the attempt back. STORE_QUOTA: the owner
    may not hold the results; nothing has changed. */

@@ -2,8 +2,8 @@
  * group_doubts.h - warnings of a group whose members do not belong together (compute/likeness.h):
  * the same subject twice, members unlike the others, mirror images, other poses.
  */
-#ifndef SRNFD_API_GROUP_DOUBTS_H
-#define SRNFD_API_GROUP_DOUBTS_H
+#ifndef SRNFD_TOOLKIT_GROUP_DOUBTS_H
+#define SRNFD_TOOLKIT_GROUP_DOUBTS_H
 
 #include "toolkit/process.h"
 #include "compute/likeness.h"

@@ -2,8 +2,8 @@
  * permutation_test.h - p-values by permutation in result documents: each with whether it is the
  * smallest that the test could give and what is left open by drawing relabellings at random.
  */
-#ifndef SRNFD_API_PERMUTATION_TEST_H
-#define SRNFD_API_PERMUTATION_TEST_H
+#ifndef SRNFD_TOOLKIT_PERMUTATION_TEST_H
+#define SRNFD_TOOLKIT_PERMUTATION_TEST_H
 
 #include <jansson.h>
 

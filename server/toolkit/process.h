@@ -127,11 +127,11 @@ void field_by_digest(json_t *field);
 
 /* Adds inputs, numericBuild and warnings (warnings.h) to the document, which is taken over, and
    makes it the result of the run. inputs is borrowed. To the warnings that the document has come
-   those of process_doubts, and one where what the inputs name came by different routes
-   (routes.h). */
+   those of process_doubts, of routes, degrees, units and shapes of what the inputs name, and of
+   what the figures say (results.c). */
 void process_finish(struct jobs_run *run, json_t *document, json_t *inputs,
                     struct jobs_result *result);
-/* A new array with a warning (encoding-poor) for each mesh that the run encoded poorly. */
+/* A new array with a warning for each mesh that the run encoded poorly, or that is coarse. */
 json_t *process_doubts(struct jobs_run *run);
 /* Parses the canonical inputs of a run; NULL with the problem set. */
 json_t *process_parse(const char *inputs, struct jobs_result *result);

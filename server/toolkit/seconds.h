@@ -1,7 +1,7 @@
 /*
  * seconds.h - how long a job is expected to take, from its canonical inputs and from what
  * was read of the things that they name. It orders the queue and says which jobs are short enough
- * for the express worker (jobs/workers.c); nothing that a job computes depends on it.
+ * for the express threads (jobs/workers.c); nothing that a job computes depends on it.
  */
 #ifndef SRNFD_TOOLKIT_SECONDS_H
 #define SRNFD_TOOLKIT_SECONDS_H

@@ -2,8 +2,8 @@
  * sides.h - the side of the body that a name, label or subject tells of: "L_hippocampus",
  * "Right-Thalamus", "lh.pial".
  */
-#ifndef SRNFD_API_SIDES_H
-#define SRNFD_API_SIDES_H
+#ifndef SRNFD_TOOLKIT_SIDES_H
+#define SRNFD_TOOLKIT_SIDES_H
 
 #include <stdbool.h>
 

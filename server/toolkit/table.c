@@ -8,6 +8,7 @@
  */
 #include "toolkit/table.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -115,7 +116,8 @@ static bool open_inputs(struct process_inputs *inputs, const struct process_tabl
     const char *names[32];
     size_t n = 0;
 
-    for (; table->inputs[n].name && n + 1 < sizeof names / sizeof names[0]; n++) {
+    for (; table->inputs[n].name; n++) {
+        assert(n + 1 < sizeof names / sizeof names[0]);
         names[n] = table->inputs[n].name;
     }
     names[n] = NULL;

@@ -2,8 +2,8 @@
  * typicality.h - in result documents: how a surface compares with the members of a group, and the
  * warnings where it does not belong to them.
  */
-#ifndef SRNFD_API_TYPICALITY_H
-#define SRNFD_API_TYPICALITY_H
+#ifndef SRNFD_TOOLKIT_TYPICALITY_H
+#define SRNFD_TOOLKIT_TYPICALITY_H
 
 #include "toolkit/process.h"
 #include "compute/mean.h"
