@@ -24,7 +24,7 @@ int main(int argc, char **argv)
     from = encode_file(argv[1]);
     to = encode_file(argv[2]);
 
-    /* Rotation and parameterisation of the second, so that it lies best on the first. */
+    /* Rotation and parameterization of the second, so that it lies best on the first. */
     demand(srnf_register(sht, from, NULL, to, &matching, NULL, NULL, &laid, &error), "registration",
            &error);
     (void)printf("distance %.4f as they came, %.4f registered\n", laid.distance_before,

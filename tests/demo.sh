@@ -132,7 +132,7 @@ geodesic() {
     want 200 'the geodesic'
     ms=$(server_ms)
     cp "$BODY" "$SCRATCH/geodesic.json"
-    printf '\nGeodesic from the left thalamus to the right one, %d surfaces, as they are parameterised\n' "$STEPS"
+    printf '\nGeodesic from the left thalamus to the right one, %d surfaces, as they are parameterized\n' "$STEPS"
     awk -v ms="$ms" -v d="$(json .distance)" -v l="$(json .length)" 'BEGIN {
         printf "(distance %.4f, length %.4f, %.2f s). Squared distance from the straight line in the space\n",
             d, l, ms / 1000 }'
@@ -142,7 +142,7 @@ geodesic() {
         "$SCRATCH/geodesic.json" |
         awk -F '\t' '{ printf "  %6.3f %12.1e %12.1e %12s\n", $1, $2, $3, ($4 == "" ? "none" : sprintf("%.1e", $4)) }'
     if [ "$(json .energies.closedForm)" = null ]; then
-        printf '\nThe closed form is for star-shaped surfaces in their radial parameterisation, which these are not in.\n'
+        printf '\nThe closed form is for star-shaped surfaces in their radial parameterization, which these are not in.\n'
     fi
     for id in $(jq -r '.surfaces[].id' "$SCRATCH/geodesic.json"); do
         i=$((i + 1))

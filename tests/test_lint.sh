@@ -224,7 +224,7 @@ variable() { # NAME DECLARATION
     finds core-globals 'core/harmonics/grid.o: mutable state' "$1 is found"
 }
 variable 'a zeroed variable' 'static int state;'
-variable 'an initialised variable' 'static int state = 5;'
+variable 'an initialized variable' 'static int state = 5;'
 variable 'a thread-local variable' 'static _Thread_local int state;'
 file core/harmonics/grid.c <<'END'
 #include "harmonics/grid.h"

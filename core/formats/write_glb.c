@@ -5,7 +5,7 @@
  *     chunk JSON, padded with spaces to four bytes
  *     chunk BIN, padded with zeros to four bytes:
  *         positions   float32 [n][3]      normals  float32 [n][3]
- *         colours     uint16 [n][4], normalised, linear: of the first field, if there is one
+ *         colours     uint16 [n][4], normalized, linear: of the first field, if there is one
  *         fields      float32 [n] each: attribute _NAME
  *         indices     uint32 [faces][3]
  *

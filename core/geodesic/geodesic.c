@@ -1,5 +1,5 @@
 /*
- * geodesic.c - geodesics of the SRNF metric between two surfaces as they are parameterised (the
+ * geodesic.c - geodesics of the SRNF metric between two surfaces as they are parameterized (the
  * paper, section 4.1).
  *
  * In Q the geodesic is the straight line q_t = (1 - t) Q(f_0) + t Q(f_1); each of its points is
@@ -9,7 +9,7 @@
  *                (1 - t) f_0 + t f_1, and the closed form. A step of it never raises E, so the
  *                curve of the geodesic lies below the other two
  *   closed-form  by r = sqrt(|q| <q, e>), which is right where both ends are star-shaped, and in
- *                their radial parameterisation, and so is the way between
+ *                their radial parameterization, and so is the way between
  *   linear       not at all: the blend itself
  * The line leaves the image of Q in general, so that the energy E_t = ||Q(f_t) - q_t||^2 has a
  * positive minimum; the three curves of it are those of the paper's Fig. 4. Q knows no

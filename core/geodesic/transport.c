@@ -3,7 +3,7 @@
  * Algorithm 4).
  *
  * Carried along a straight line in the flat space of SRNFs, v is constant. What moves f by it is
- * the w that minimises ||Q_*f(w) - v||, from the normal equations J' W J w = J' W v. Two surfaces
+ * the w that minimizes ||Q_*f(w) - v||, from the normal equations J' W J w = J' W v. Two surfaces
  * have different images of Q_*, which leaves a residual; it is what the transport between curved
  * subspaces of a flat space loses, not an error of the solver.
  *

@@ -50,8 +50,8 @@ void sphere_gauss_legendre(size_t n, double *theta, double *cosine, double *sine
 void sphere_clenshaw_curtis(size_t n, double *theta, double *cosine, double *sine, double *weight);
 
 /*
- * legendre.c: normalised associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with
- * the normalisation of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
+ * legendre.c: normalized associated Legendre functions of one colatitude, p[l (l + 1) / 2 + m] with
+ * the normalization of the complex harmonics (no factor sqrt 2), for 0 <= m <= l <= degree.
  */
 void sphere_legendre(size_t degree, double cosine, double sine, double *p);
 /* From p, at the same colatitude: dP_lm/dtheta and m P_lm / sin theta of the real harmonics (sqrt 2

@@ -1,5 +1,5 @@
 /*
- * legendre.c - normalised associated Legendre functions and what the gradient needs of them.
+ * legendre.c - normalized associated Legendre functions and what the gradient needs of them.
  *
  *   P_mm = sqrt((2m + 1) / (2m)) sin(theta) P_m-1,m-1,   P_00 = 1 / sqrt(4 pi)
  *   P_lm = a_lm (cos(theta) P_l-1,m - P_l-2,m / a_l-1,m),   a_lm = sqrt((4 l^2 - 1) / (l^2 - m^2))
@@ -9,7 +9,7 @@
  *
  * No Condon-Shortley sign. The recurrences in l at fixed m are stable, and neither derivative
  * divides by the sine. Source: NIST Digital Library of Mathematical Functions, 14.10, rewritten for
- * the normalised functions.
+ * the normalized functions.
  */
 #include "harmonics.h"
 

@@ -15,12 +15,12 @@
  *
  * Two ways are offered: LOBPCG without a matrix, two transforms a step, and, up to
  * SPECTRAL_DENSE_MAX unknowns, the matrix A = M^(-1/2) T M^(-1/2) itself with one Cholesky
- * factorisation (n^3 / 3 multiply-adds, n = 3 (L+1)^2 - 3). The certificate is of the second kind:
+ * factorization (n^3 / 3 multiply-adds, n = 3 (L+1)^2 - 3). The certificate is of the second kind:
  * A + f f' - threshold I has a Cholesky factor if and only if, up to rounding, the second
  * eigenvalue exceeds the threshold; an iteration alone could only bound it from above.
  *
- * At degree 31 assembling takes 6,000 transforms and a factorisation 10^10 multiply-adds. Both ask
- * for cancellation on the way, the assembly at each column, the factorisation at each panel.
+ * At degree 31 assembling takes 6,000 transforms and a factorization 10^10 multiply-adds. Both ask
+ * for cancellation on the way, the assembly at each column, the factorization at each panel.
  */
 #include "inversion.h"
 
@@ -37,7 +37,7 @@
 #define DENSE_SHIFT 1e-13 /* keeps the factor of a singular A definite: a few hundred roundings */
 #define DENSE_STEPS 12
 #define ROUNDING 2.2e-16
-/* Rounding of the matrix and of its factorisation grows like sqrt(n) in practice: on spheres and
+/* Rounding of the matrix and of its factorization grows like sqrt(n) in practice: on spheres and
    ellipsoids, whose second eigenvalue is 0, the computed one stays below 1e-15. */
 #define THRESHOLD_ROUNDING 10.0
 #define THRESHOLD_NOISE 100.0

@@ -1,5 +1,5 @@
 /*
- * sphere_start.c - the unit sphere as a start: R e with R in SO(3) maximising integral <R e, q>,
+ * sphere_start.c - the unit sphere as a start: R e with R in SO(3) maximizing integral <R e, q>,
  * at the area of q.
  *
  * With B = integral q e', the maximum of trace(R' B) over rotations is R = U diag(1, 1, det(U V'))

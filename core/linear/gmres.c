@@ -1,5 +1,5 @@
 /*
- * gmres.c - the generalised minimal residual method for A x = b without a symmetry: Y. Saad, M.
+ * gmres.c - the generalized minimal residual method for A x = b without a symmetry: Y. Saad, M.
  * Schultz, "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear
  * systems", SIAM J. Sci. Stat. Comput. 7 (1986).
  *
@@ -36,7 +36,7 @@ static struct gmres split(size_t n, size_t cap, double *work)
     return s;
 }
 
-/* Orthogonalises basis vector k + 1 against the ones before it, and rotates column k. False when
+/* Orthogonalizes basis vector k + 1 against the ones before it, and rotates column k. False when
    the space is exhausted: the solution lies in it. */
 static bool extend(struct gmres *s, size_t k)
 {

@@ -39,7 +39,8 @@ struct linear_figures {
     double residual; /* sqrt(r' P r) relative to that of x = 0; 0 for b = 0 */
 };
 
-/* conjugate_gradients.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns SRNF_OK whether the
+/* conjugate_gradients.c. r: b on entry, b - A x on return; x from 0; work double[3][n]. Returns
+ * SRNF_OK whether the
    tolerance was reached or not, or SRNF_ECANCELED. */
 int linear_conjugate_gradients(const struct linear_problem *problem, double *r, double *x,
                                double *work, struct linear_figures *figures);
@@ -60,7 +61,7 @@ struct linear_eigen {
     size_t cap;
     const struct srnf_context *context;
 };
-/* x: start and result, M-normalised. residual: ||A x - mu M x|| in the norm of the preconditioner.
+/* x: start and result, M-normalized. residual: ||A x - mu M x|| in the norm of the preconditioner.
    */
 SRNF_CHECKED int linear_lobpcg(const struct linear_eigen *problem, double *x, double *mu,
                                double *residual);

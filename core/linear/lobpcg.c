@@ -2,7 +2,7 @@
  * lobpcg.c - smallest eigenpair of A x = mu M x by single-vector LOBPCG: A. Knyazev, "Toward the
  * optimal preconditioned eigensolver", SIAM J. Sci. Comput. 23 (2001).
  *
- * Each step minimises the Rayleigh quotient over span {x, w, p}: the iterate, the preconditioned
+ * Each step minimizes the Rayleigh quotient over span {x, w, p}: the iterate, the preconditioned
  * residual and the last direction, kept M-orthonormal by Gram-Schmidt done twice, so that the small
  * problem is an ordinary symmetric one of order 3. Images under A are carried along by the same
  * linear combinations and renewed now and then, since their rounding would otherwise limit mu. One
@@ -30,7 +30,7 @@ static double mass_dot(const struct lobpcg *s, const double *a, const double *b)
 }
 
 /* Scales a (and its image, if any) to unit mass norm; false when nothing is left of it. */
-static bool normalise(const struct lobpcg *s, double *a, double *image, double least)
+static bool normalize(const struct lobpcg *s, double *a, double *image, double least)
 {
     double norm = sqrt(mass_dot(s, a, a));
 
@@ -67,7 +67,7 @@ static bool new_direction(struct lobpcg *s, const double *x, double mu, double *
         norm2 += s->r[i] * s->w[i];
     }
     *residual = sqrt(fmax(0.0, norm2));
-    if (!normalise(s, s->w, NULL, 0.0)) {
+    if (!normalize(s, s->w, NULL, 0.0)) {
         return false;
     }
     for (int twice = 0; twice < 2; twice++) {
@@ -75,7 +75,7 @@ static bool new_direction(struct lobpcg *s, const double *x, double mu, double *
         if (s->has_p) {
             remove_component(s, s->w, NULL, s->p, NULL);
         }
-        if (!normalise(s, s->w, NULL, DEPENDENT)) {
+        if (!normalize(s, s->w, NULL, DEPENDENT)) {
             return false;
         }
     }
@@ -123,9 +123,9 @@ static void combine(struct lobpcg *s, double *x, const double c[3])
         x[i] = c[0] * x[i] + p;
         s->ax[i] = c[0] * s->ax[i] + ap;
     }
-    (void)normalise(s, x, s->ax, 0.0);
+    (void)normalize(s, x, s->ax, 0.0);
     remove_component(s, s->p, s->ap, x, s->ax);
-    s->has_p = normalise(s, s->p, s->ap, 0.0);
+    s->has_p = normalize(s, s->p, s->ap, 0.0);
     if (s->has_p) {
         remove_component(s, s->p, s->ap, x, s->ax);
     }
@@ -184,7 +184,7 @@ int linear_lobpcg(const struct linear_eigen *problem, double *x, double *mu, dou
     for (size_t i = 0; i < problem->n; i++) {
         x[i] = problem->mass[i] > 0.0 ? x[i] : 0.0;
     }
-    status = normalise(&s, x, NULL, 0.0) ? iterate(&s, x, mu, residual) : SRNF_ENUMERIC;
+    status = normalize(&s, x, NULL, 0.0) ? iterate(&s, x, mu, residual) : SRNF_ENUMERIC;
     srnf_free(s.memory);
     return status;
 }

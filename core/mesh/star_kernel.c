@@ -4,7 +4,7 @@
  *
  * For each face f with unit normal n_f, a corner v_f and offset d_f = <n_f, v_f>, the slack of a
  * point c is s_f(c) = d_f - <n_f, c>, its distance behind the plane of the face. The margin of c is
- * min_f s_f(c), a concave function; the best centre maximises it:
+ * min_f s_f(c), a concave function; the best centre maximizes it:
  *
  *   primal   max t   subject to   <n_f, c> + t <= d_f           four unknowns, one row per face
  *   dual     min sum d_f y_f   subject to   sum n_f y_f = 0, sum y_f = 1, y >= 0      four rows

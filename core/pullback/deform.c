@@ -3,7 +3,7 @@
  * on each other where that is asked for, moved in one metric or the other, and what is reached is
  * placed.
  *
- * What is registered to what keeps the answer in the pose and parameterisation of the surface that
+ * What is registered to what keeps the answer in the pose and parameterization of the surface that
  * it is about. What goes along is cut to the degree of the transform (srnf_registration_apply).
  */
 #include "geodesic/geodesic.h"

@@ -66,7 +66,7 @@ static int straighten(const struct srnf_sht *sht, const struct srnf_pullback_opt
         solve->decrease = options->tolerance;
         solve->max_steps = options->max_iterations;
         solve->message = "straightening the path";
-        status = pullback_minimise(graph, path, solve);
+        status = pullback_minimize(graph, path, solve);
         *transforms += graph->transforms;
     }
     pullback_graph_destroy(graph);

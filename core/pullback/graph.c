@@ -137,7 +137,7 @@ double pullback_graph_try(struct pullback_graph *graph, const double *x)
     return sum_edges(graph);
 }
 
-static void linearise(struct pullback_graph *graph, struct pullback_slot *slot,
+static void linearize(struct pullback_graph *graph, struct pullback_slot *slot,
                       struct pullback_node *node, size_t index)
 {
     (void)index;
@@ -148,10 +148,10 @@ static void linearise(struct pullback_graph *graph, struct pullback_slot *slot,
     set_field(graph, node->unit, slot->root, node->q);
 }
 
-void pullback_graph_linearise(struct pullback_graph *graph, const double *x)
+void pullback_graph_linearize(struct pullback_graph *graph, const double *x)
 {
     graph->in = x;
-    for_nodes(graph, false, linearise);
+    for_nodes(graph, false, linearize);
     graph->transforms += (double)graph->free;
 }
 
@@ -256,7 +256,7 @@ void pullback_graph_product(void *argument, const double *x, double *out)
     graph->transforms += 2.0 * (double)graph->free;
 }
 
-/* Moves the linearisation: it belongs to no accepted surface afterwards. */
+/* Moves the linearization: it belongs to no accepted surface afterwards. */
 void pullback_graph_hessian(void *argument, const double *x, double *out)
 {
     struct pullback_graph *graph = argument;
@@ -267,7 +267,7 @@ void pullback_graph_hessian(void *argument, const double *x, double *out)
 
     linear_copy(n, graph->base, graph->displaced);
     linear_axpy(n, step, x, graph->displaced);
-    pullback_graph_linearise(graph, graph->displaced);
+    pullback_graph_linearize(graph, graph->displaced);
     pullback_graph_gradient(graph, out);
     linear_axpy(n, -1.0, graph->base_gradient, out);
     linear_scale(n, 1.0 / step, out);

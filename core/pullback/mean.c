@@ -221,7 +221,7 @@ static int solve_star(const struct pullback_group *group, struct srnf_pullback_m
     status = status || f ? status : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         lay_star(group, mean->extrinsic, f);
-        status = pullback_minimise(graph, f, &solve);
+        status = pullback_minimize(graph, f, &solve);
     }
     if (status == SRNF_OK) {
         /* Edges belong to the last trial, which may have been refused. */

@@ -37,7 +37,7 @@ double pullback_distance(const struct srnf_grid *grid, const double *a, const do
 }
 
 /* From the lengths of the segments. */
-static void summarise(size_t segments, const double *lengths, struct srnf_path_figures *figures)
+static void summarize(size_t segments, const double *lengths, struct srnf_path_figures *figures)
 {
     double m = (double)segments;
     double square = 0.0;
@@ -96,7 +96,7 @@ int pullback_measure(const struct srnf_sht *sht, const struct srnf_context *cont
         next = swap;
     }
     if (status == SRNF_OK) {
-        summarise(segments, lengths, figures);
+        summarize(segments, lengths, figures);
         status = isfinite(figures->energy) ? SRNF_OK : SRNF_ENUMERIC;
     }
     srnf_free(memory);

@@ -1,6 +1,6 @@
 /*
  * pullback.h - what the files of the pulled-back metric share: the energy of a tree of surfaces,
- * and its minimiser.
+ * and its minimizer.
  *
  * The metric <<v, w>>_f = <Q_*f(v), Q_*f(w)> is that of L2 pulled back by Q to the space of
  * surfaces. A path is a chain of m + 1 surfaces with m segments; its energy, m sum ||Q_k+1 -
@@ -74,8 +74,8 @@ void pullback_graph_destroy(struct pullback_graph *graph);
 double pullback_graph_start(struct pullback_graph *graph, const double *f);
 /* Energy with the free surfaces at x, double[free][count]; as a trial. */
 double pullback_graph_try(struct pullback_graph *graph, const double *x);
-/* Linearises at free surfaces x. */
-void pullback_graph_linearise(struct pullback_graph *graph, const double *x);
+/* Linearizes at free surfaces x. */
+void pullback_graph_linearize(struct pullback_graph *graph, const double *x);
 /* g, double[free][count]: half the gradient of the energy. */
 void pullback_graph_gradient(struct pullback_graph *graph, double *g);
 /* out = (J' W (Lap x 1) J + lambda Lap x D) x, Lap the weighted Laplacian of the free nodes. */
@@ -98,9 +98,9 @@ struct pullback_solve {
     size_t steps;
     bool converged;
 };
-/* Minimises over the free surfaces of f, double[nodes][count]. SRNF_ENOMEM, SRNF_ECANCELED,
+/* Minimizes over the free surfaces of f, double[nodes][count]. SRNF_ENOMEM, SRNF_ECANCELED,
    SRNF_ENUMERIC when the energy is not finite. */
-SRNF_CHECKED int pullback_minimise(struct pullback_graph *graph, double *f,
+SRNF_CHECKED int pullback_minimize(struct pullback_graph *graph, double *f,
                                    struct pullback_solve *solve);
 
 /* ---- transport.c: the tangent space at one surface ---------------------------------- */

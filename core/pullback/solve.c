@@ -40,7 +40,7 @@
 #define BETTER 0.9      /* what a step must bring the gradient below, of the best so far */
 #define STALLS 3        /* steps in a row without a better gradient */
 
-struct minimise {
+struct minimize {
     struct pullback_graph *graph;
     struct pullback_solve *solve;
     size_t n;
@@ -68,7 +68,7 @@ static void scatter(const struct pullback_graph *graph, const double *x, double 
 }
 
 /* Gradient and its relative size. */
-static void differentiate(struct minimise *m)
+static void differentiate(struct minimize *m)
 {
     pullback_graph_gradient(m->graph, m->gradient);
     pullback_graph_precondition(m->graph, m->gradient, m->residual);
@@ -79,7 +79,7 @@ static void differentiate(struct minimise *m)
 }
 
 /* The step by the Hessian or by its Gauss-Newton part. */
-static void solve_step(struct minimise *m, bool newton)
+static void solve_step(struct minimize *m, bool newton)
 {
     struct linear_problem problem = {.n = m->n,
                                      .product =
@@ -101,12 +101,12 @@ static void solve_step(struct minimise *m, bool newton)
     linear_scale(m->n, -1.0, m->residual);
     (void)linear_conjugate_gradients(&problem, m->residual, m->step, m->inner, &figures);
     if (newton) {
-        pullback_graph_linearise(m->graph, m->x);
+        pullback_graph_linearize(m->graph, m->x);
     }
 }
 
 /* Goes along the step; false when no length of it lowers the energy. */
-static bool search_line(struct minimise *m, double *energy)
+static bool search_line(struct minimize *m, double *energy)
 {
     double allowed = m->solve->gradient > 0.0 ? ROUNDING * m->solve->energy : 0.0;
     double length = 1.0;
@@ -124,7 +124,7 @@ static bool search_line(struct minimise *m, double *energy)
 }
 
 /* One accepted step; false when there is none. */
-static bool advance(struct minimise *m, double *energy)
+static bool advance(struct minimize *m, double *energy)
 {
     struct pullback_graph *graph = m->graph;
 
@@ -141,7 +141,7 @@ static bool advance(struct minimise *m, double *energy)
         if (search_line(m, energy)) {
             m->x = m->candidate;
             m->candidate = swap;
-            pullback_graph_linearise(graph, m->x);
+            pullback_graph_linearize(graph, m->x);
             graph->lambda = fmax(LAMBDA, LAMBDA_DOWN * graph->lambda);
             return true;
         }
@@ -155,7 +155,7 @@ static bool advance(struct minimise *m, double *energy)
     }
 }
 
-static void tell(const struct minimise *m)
+static void tell(const struct minimize *m)
 {
     const struct pullback_solve *solve = m->solve;
     double part = (double)solve->steps / ((double)solve->steps + 3.0);
@@ -166,7 +166,7 @@ static void tell(const struct minimise *m)
 }
 
 /* Whether neither the gradient nor the energy falls any more. */
-static bool stalled(struct minimise *m)
+static bool stalled(struct minimize *m)
 {
     bool better = m->solve->gradient_left < BETTER * m->best || m->gain > GAIN_SEEN;
 
@@ -180,7 +180,7 @@ static double square(double x)
     return x * x;
 }
 
-static int iterate(struct minimise *m)
+static int iterate(struct minimize *m)
 {
     struct pullback_solve *solve = m->solve;
     bool more = true;
@@ -215,9 +215,9 @@ static int iterate(struct minimise *m)
     return SRNF_OK;
 }
 
-int pullback_minimise(struct pullback_graph *graph, double *f, struct pullback_solve *solve)
+int pullback_minimize(struct pullback_graph *graph, double *f, struct pullback_solve *solve)
 {
-    struct minimise m = {.graph = graph, .solve = solve, .n = graph->free * graph->count};
+    struct minimize m = {.graph = graph, .solve = solve, .n = graph->free * graph->count};
     int status;
 
     m.best = HUGE_VAL;
@@ -241,7 +241,7 @@ int pullback_minimise(struct pullback_graph *graph, double *f, struct pullback_s
     }
     m.zero = ZERO * graph->edge_weight * (double)graph->nodes *
              pointwise_norm2(graph->points, graph->weight, graph->node[0].q);
-    pullback_graph_linearise(graph, m.x);
+    pullback_graph_linearize(graph, m.x);
     graph->lambda = LAMBDA;
     status = iterate(&m);
     status = graph->canceled ? SRNF_ECANCELED : status;

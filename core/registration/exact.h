@@ -1,5 +1,5 @@
 /*
- * exact.h - the linearised action of fields on an SRNF over a regular grid,
+ * exact.h - the linearized action of fields on an SRNF over a regular grid,
  * matrix-free.
  *
  * Unknowns of degree D: double[2][(D+1)^2] as in registration.h, entries l = 0 included and idle,

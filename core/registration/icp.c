@@ -3,7 +3,7 @@
  * for registration of 3-D shapes", IEEE TPAMI 1992), counted both ways.
  *
  * With a_i the vertices of the fixed mesh A and b_j those of the moving one B, weighted by a third
- * of the area around them (summing to 1), minimised over R in SO(3) and t is
+ * of the area around them (summing to 1), minimized over R in SO(3) and t is
  *
  *   r(R, t) = 1/2 [sum w_i min over y in B of |a_i - (R y + t)|^2
  *                + sum v_j min over x in A of |x - (R b_j + t)|^2].

@@ -85,7 +85,7 @@ void level_clear(struct level *level)
     level->matrix = NULL;
 }
 
-struct optimiser {
+struct optimizer {
     const struct problem *problem;
     const struct level *level;
     size_t unknowns, fields; /* all, and those of one kind of field */
@@ -96,14 +96,14 @@ struct optimiser {
     double curvature; /* of the Jacobian penalty */
 };
 
-static int create(struct optimiser *o, const struct problem *problem, const struct level *level)
+static int create(struct optimizer *o, const struct problem *problem, const struct level *level)
 {
     size_t n = problem->target.n;
     size_t count = level->fields.count;
     size_t k = registration_unknowns(level->fields.degree);
     double *next;
 
-    *o = (struct optimiser){.problem = problem, .level = level, .fields = count - 1};
+    *o = (struct optimizer){.problem = problem, .level = level, .fields = count - 1};
     o->unknowns = problem->free_rotation ? k : k - 3;
     o->memory = srnf_alloc(k * k + 3 * k + 17 * count + (16 + FIELDS_SCRATCH) * n, sizeof(double));
     if (!o->memory) {
@@ -149,7 +149,7 @@ static void residual(const double r[9], const double *a, double root, const doub
 }
 
 /* Loads of all nodes; sums of the value rotation; curvature of the Jacobian penalty. */
-static void load_nodes(struct optimiser *o, const struct warp *warp, const struct samples *s,
+static void load_nodes(struct optimizer *o, const struct warp *warp, const struct samples *s,
                        const double displacement_rotation[9], double torque[3])
 {
     const struct target *t = &o->problem->target;
@@ -196,7 +196,7 @@ static void load_nodes(struct optimiser *o, const struct warp *warp, const struc
     }
 }
 
-static void assemble_rhs(struct optimiser *o, const struct warp *warp, const double torque[3])
+static void assemble_rhs(struct optimizer *o, const struct warp *warp, const double torque[3])
 {
     const struct fields *f = &o->level->fields;
     size_t degree = f->degree;
@@ -259,7 +259,7 @@ bool registration_factor(const struct level *level, size_t unknowns, double curv
 
 /* Step for a damping lambda and the gain that the model expects of it; false when the matrix has no
    factor. */
-static bool solve(struct optimiser *o, double lambda, double *expected)
+static bool solve(struct optimizer *o, double lambda, double *expected)
 {
     lapack_int n = (lapack_int)o->unknowns;
 
@@ -287,7 +287,7 @@ void registration_potentials(const struct fields *fields, const double *step, do
     }
 }
 
-static void swap_points(struct optimiser *o, struct warp *warp)
+static void swap_points(struct optimizer *o, struct warp *warp)
 {
     size_t n = warp->n;
 
@@ -300,7 +300,7 @@ static void swap_points(struct optimiser *o, struct warp *warp)
 }
 
 /* One accepted step, or none: *gain is what it lowered the objective by. */
-static int advance(struct optimiser *o, struct warp *warp, struct samples *samples,
+static int advance(struct optimizer *o, struct warp *warp, struct samples *samples,
                    double rotation[9], double *lambda, double *gain)
 {
     double torque[3];
@@ -348,7 +348,7 @@ int registration_gradient(const struct problem *problem, const struct level *lev
                           const double displacement_rotation[9], double *gradient,
                           double *curvature)
 {
-    struct optimiser o;
+    struct optimizer o;
     double torque[3];
     int status = create(&o, problem, level);
 
@@ -364,11 +364,11 @@ int registration_gradient(const struct problem *problem, const struct level *lev
     return status;
 }
 
-int registration_optimise(const struct problem *problem, const struct level *level,
+int registration_optimize(const struct problem *problem, const struct level *level,
                           const struct schedule *schedule, const struct srnf_context *context,
                           struct warp *warp, struct samples *samples, size_t *iterations)
 {
-    struct optimiser o;
+    struct optimizer o;
     double rotation[9];
     double lambda = LAMBDA_START;
     size_t small = 0;

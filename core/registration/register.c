@@ -3,7 +3,7 @@
  *
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
  * d(b, a) to the last bit: both directions are searched, the lower objective is kept (the objective
- * itself is symmetric), and two swaps follow, in which the warp is inverted and optimised in the
+ * itself is symmetric), and two swaps follow, in which the warp is inverted and optimized in the
  * other direction. The answer is the warp or its inverse. Why the search ended is the worst reason
  * of all these runs: one that was cut off might have ended lower than the one that is kept. (Swaps
  * begin where there is little to gain: that one gained nothing tells nothing.)
@@ -245,7 +245,7 @@ static int search_pair(const struct call *c, struct pair *pair)
     return status;
 }
 
-/* Inverts the best warp and optimises in the other direction; keeps what is lower. */
+/* Inverts the best warp and optimizes in the other direction; keeps what is lower. */
 static int swap_once(const struct call *c, struct pair *pair)
 {
     struct srnf_warp inverse = {0};

@@ -4,7 +4,7 @@
  * min over O in SO(3) and gamma in Diff+(S^2) of ||q1 - O (q2, gamma)||^2, (q2, gamma) = sqrt(J) q2
  * o gamma.
  *
- * Nothing is resampled while optimising. The state is the points p_i = gamma(s_i) on the template's
+ * Nothing is resampled while optimizing. The state is the points p_i = gamma(s_i) on the template's
  * grid and J_i; q2 and its derivative at p_i come from the harmonics of the moving surface itself.
  * A left step gamma <- exp(w) o gamma moves the points, and multiplies J by the step's own
  * Jacobian, both in closed form. Since the action is isometric, the Gauss-Newton matrix of left
@@ -33,8 +33,8 @@ struct moving {
 };
 
 /* From coefficients of one degree, cut to `degree` if that is lower. context: asked for
-   cancellation by all that evaluates it, see harmonics/points.h; it outlives the moving surface, or is
-   NULL. */
+   cancellation by all that evaluates it, see harmonics/points.h; it outlives the moving surface,
+   or is NULL. */
 SRNF_CHECKED int moving_create(struct moving *moving, size_t from_degree,
                                const double *coefficients, size_t degree,
                                const struct srnf_context *context);
@@ -101,7 +101,7 @@ struct target {
     const double *q;      /* [n][3] */
     double norm2;         /* ||q||^2, or what energies are told relative to */
     /* The penalties compare gamma with another warp d than the identity, for a group whose
-       parameterisation is centred elsewhere: that of gamma o d^-1. Both NULL: the identity. */
+       parameterization is centred elsewhere: that of gamma o d^-1. Both NULL: the identity. */
     const double *reference; /* [n][3] sqrt(K) d(s_i) */
     const double *area;      /* [n] K, the Jacobian of d */
 };
@@ -167,10 +167,10 @@ void registration_objective(const struct problem *problem, struct warp *warp,
 /* The same with the samples as they are. */
 void registration_measure(const struct problem *problem, struct warp *warp,
                           const struct samples *samples, double displacement_rotation[9]);
-/* R maximising trace(R' B), B row-major: closest rotation; returns that trace. */
+/* R maximizing trace(R' B), B row-major: closest rotation; returns that trace. */
 double registration_closest_rotation(const double b[9], double rotation[9]);
 
-/* ---- Optimisation (optimize.c) -------------------------------------------------- */
+/* ---- Optimization (optimize.c) -------------------------------------------------- */
 
 /* What one degree of fields needs for one moving surface. */
 struct level {
@@ -188,7 +188,7 @@ struct schedule {
 };
 /* Levenberg-Marquardt with left steps. The warp must have been evaluated by registration_objective;
    its member stopped says why the steps ended. */
-SRNF_CHECKED int registration_optimise(const struct problem *problem, const struct level *level,
+SRNF_CHECKED int registration_optimize(const struct problem *problem, const struct level *level,
                                        const struct schedule *schedule,
                                        const struct srnf_context *context, struct warp *warp,
                                        struct samples *samples, size_t *iterations);

@@ -277,7 +277,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
         if (degree > from) {
             status = open_level(s, &s->full, degree, &level);
             if (status == SRNF_OK) {
-                status = registration_optimise(&s->full, &level, &schedule, s->context, warp,
+                status = registration_optimize(&s->full, &level, &schedule, s->context, warp,
                                                &samples, iterations);
                 level_clear(&level);
             }
@@ -357,7 +357,7 @@ static int play_round(const struct search *s, const struct problem *problem, siz
     }
     status = samples_create(&samples, problem->target.n);
     for (size_t i = 0; i < e->count && status == SRNF_OK; i++) {
-        status = registration_optimise(problem, &level, &schedule, s->context, &e->warps[i],
+        status = registration_optimize(problem, &level, &schedule, s->context, &e->warps[i],
                                        &samples, iterations);
     }
     samples_clear(&samples);

@@ -1,5 +1,5 @@
 /*
- * accept.c - is this a mesh that the parameterisation can work on?
+ * accept.c - is this a mesh that the parameterization can work on?
  *
  * Everything after this walks around vertices and takes for granted that the faces there form one
  * ring of three or more. That holds for every vertex of a triangulation whose edges have two faces

@@ -13,7 +13,7 @@
 #define FLOOR_EDGE 0.01 /* of the mean edge */
 #define SLIVER 0.02     /* as in the first attempt of map.c */
 
-int spherical_normalise(struct spherical *s)
+int spherical_normalize(struct spherical *s)
 {
     struct srnf_mesh_measures measures;
     double sum = 0.0;
@@ -116,7 +116,7 @@ int spherical_distortion(const struct srnf_mesh *mesh, const double *points,
 
     s.positions = srnf_alloc(3 * s.n, sizeof(double));
     if (s.positions) {
-        status = spherical_normalise(&s);
+        status = spherical_normalize(&s);
     }
     if (status == SRNF_OK) {
         spherical_measure(&s, points, distortion);

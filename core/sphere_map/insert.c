@@ -101,7 +101,7 @@ static void restore_vertex(struct spherical *s, uint32_t v, const uint32_t *ring
     }
 }
 
-static bool normalise(double p[3])
+static bool normalize(double p[3])
 {
     double length = vector_norm(p);
 
@@ -120,7 +120,7 @@ static void try_point(const struct spherical *s, uint32_t v, const double *candi
     double p[3] = {candidate[0], candidate[1], candidate[2]};
     double energy;
 
-    if (!normalise(p)) {
+    if (!normalize(p)) {
         return;
     }
     energy = spherical_star_energy(s, v, p);
@@ -152,7 +152,7 @@ static double wedge(const struct spherical *s, const uint32_t *ring, uint32_t co
         for (size_t j = 0; j < 3; j++) {
             sides[k][j] -= lean * u[j];
         }
-        (void)normalise(sides[k]);
+        (void)normalize(sides[k]);
     }
     /* The polygon lies counter-clockwise from the first side to the second. */
     vector_cross(u, sides[0], across);

@@ -258,7 +258,7 @@ static int create(struct spherical *s, const struct srnf_mesh *mesh,
     if (!s->positions || !s->points || !s->rings || !s->present) {
         return SRNF_ENOMEM;
     }
-    return spherical_normalise(s);
+    return spherical_normalize(s);
 }
 
 static void destroy(struct spherical *s)

@@ -1,12 +1,12 @@
 /*
- * sample.c - a mesh with a spherical parameterisation, sampled on the grid.
+ * sample.c - a mesh with a spherical parameterization, sampled on the grid.
  *
- * Every spherical triangle (a, b, c) is rasterised: of the nodes inside a cap that holds it, those
+ * Every spherical triangle (a, b, c) is rasterized: of the nodes inside a cap that holds it, those
  * with
  *   l_a = s . (b x c), l_b = s . (c x a), l_c = s . (a x b) all >= 0
  * lie in it, and the point of the surface is (l_a x_a + l_b x_b + l_c x_c) / (l_a + l_b + l_c):
  * central projection to the flat triangle, then linear. Each node keeps the triangle in which its
- * least normalised l is largest, so that rounding on an edge leaves no gap and the order of the
+ * least normalized l is largest, so that rounding on an edge leaves no gap and the order of the
  * faces does not matter beyond ties, which go to the lower index. Cost: a few tests for each node
  * and face.
  */

@@ -1,5 +1,5 @@
 /*
- * sphere_map.h - what the files of the spherical parameterisation share.
+ * sphere_map.h - what the files of the spherical parameterization share.
  *
  * The scheme is progressive: E. Praun and H. Hoppe, "Spherical parametrization and remeshing",
  * SIGGRAPH 2003; X. Hu, X.-M. Fu, L. Liu, "Advanced hierarchical spherical parameterizations", IEEE
@@ -70,12 +70,12 @@ void spherical_metric(const struct spherical *s, const double *a, const double *
 /* distortion.c */
 /* Positions about the centre of the bounding box, in units of its diagonal, and floor_edge. Errors:
    SRNF_EDEGENERATE (no area). */
-SRNF_CHECKED int spherical_normalise(struct spherical *s);
-/* Of a map of the normalised mesh; leaves flipped alone. */
+SRNF_CHECKED int spherical_normalize(struct spherical *s);
+/* Of a map of the normalized mesh; leaves flipped alone. */
 void spherical_measure(const struct spherical *s, const double *points,
                        struct srnf_distortion *distortion);
 /* Of any map, flips counted exactly: points are unit vectors, [n_vertices][3]. Errors: as
-   spherical_normalise, SRNF_ENOMEM. */
+   spherical_normalize, SRNF_ENOMEM. */
 SRNF_CHECKED int spherical_distortion(const struct srnf_mesh *mesh, const double *points,
                                       struct srnf_distortion *distortion);
 

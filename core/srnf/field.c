@@ -54,7 +54,7 @@ static struct field_work split(const struct srnf_sht *sht, void *workspace)
 }
 
 /* Gradient and normals of a surface. */
-static void linearise(const struct srnf_sht *sht, const double *coefficients,
+static void linearize(const struct srnf_sht *sht, const double *coefficients,
                       const struct field_work *w)
 {
     srnf_sht_gradient(sht, 3, coefficients, w->f_theta, w->f_phi, w->transform);
@@ -66,7 +66,7 @@ void srnf_field(const struct srnf_sht *sht, const double *coefficients, double *
     struct field_work work = split(sht, workspace);
     size_t n = points_of(sht);
 
-    linearise(sht, coefficients, &work);
+    linearize(sht, coefficients, &work);
     for (size_t c = 0; c < 3; c++) {
         for (size_t i = 0; i < n; i++) {
             q[c * n + i] = work.unit[c * n + i] * work.root[i];
@@ -80,7 +80,7 @@ void srnf_square_root_map(const struct srnf_sht *sht, const double *coefficients
     struct field_work work = split(sht, workspace);
     size_t n = points_of(sht);
 
-    linearise(sht, coefficients, &work);
+    linearize(sht, coefficients, &work);
     srnf_sht_synthesis(sht, 3, coefficients, work.field, work.transform);
     for (size_t c = 0; c < 3; c++) {
         for (size_t i = 0; i < n; i++) {
@@ -104,7 +104,7 @@ void srnf_field_differential(const struct srnf_sht *sht, const double *coefficie
 {
     struct field_work work = split(sht, workspace);
 
-    linearise(sht, coefficients, &work);
+    linearize(sht, coefficients, &work);
     srnf_sht_gradient(sht, 3, direction, work.w_theta, work.w_phi, work.transform);
     pointwise_differential(points_of(sht), work.f_theta, work.f_phi, work.unit, work.inverse,
                            work.w_theta, work.w_phi, out);
@@ -117,7 +117,7 @@ double srnf_energy(const struct srnf_sht *sht, const double *coefficients, const
     size_t n = points_of(sht);
     double energy;
 
-    linearise(sht, coefficients, &work);
+    linearize(sht, coefficients, &work);
     pointwise_weights(srnf_sht_grid(sht), work.weight);
     pointwise_residual(n, work.unit, work.root, q, work.field);
     energy = pointwise_norm2(n, work.weight, work.field);
@@ -159,7 +159,7 @@ void srnf_surface_measure(const struct srnf_sht *sht, const double *coefficients
     double volume = 0.0;
     double first[3] = {0.0, 0.0, 0.0};
 
-    linearise(sht, coefficients, &work);
+    linearize(sht, coefficients, &work);
     srnf_sht_synthesis(sht, 3, coefficients, x, work.transform);
     pointwise_weights(srnf_sht_grid(sht), work.weight);
     for (size_t i = 0; i < n; i++) {

@@ -8,7 +8,7 @@
  *
  *   -1/2 [D log(2 pi / f) + 2 sum of log L_ii + f |z|^2],  z = L^-1 (x - m),
  *
- * and since the leading block of L is the factor of the leading block of S, one factorisation and
+ * and since the leading block of L is the factor of the leading block of S, one factorization and
  * one substitution give it for every D at once, as running sums.
  *
  * Inner leave-one-out: a training subject is taken out with all its members. Where r of them belong
@@ -19,7 +19,7 @@
  *   (x - m_d')' S'^-1 (x - m_d') = |z|^2 + (Z'z)' M^-1 (Z'z),   M = 1 - 11' / n_c - Z'Z,
  *   log det S' = log det S + log det M + log(n_c / n_c'),
  *
- * running sums again, with a factorisation of M, r by r, for every D. The pooled scatter loses the
+ * running sums again, with a factorization of M, r by r, for every D. The pooled scatter loses the
  * members of all classes: 11' / n_c stands in the blocks of M where both are of class c. For r = 1
  * it is Sherman and Morrison's formula.
  *
@@ -29,7 +29,7 @@
  * beyond is only the variation within them. The pooled one has the sums of both over classes.
  *
  * Cost of a fold: O(n C D^2) for C classes, and O(r^3 D) for each subject of r members. Members of
- * a subject share their fold. Nothing is regularised: where subjects are too few for a covariance
+ * a subject share their fold. Nothing is regularized: where subjects are too few for a covariance
  * it is not a candidate.
  */
 #include "classify_fold.h"
@@ -91,7 +91,7 @@ void classify_fold_clear(struct classify_fold *fold)
 /* ---- Fitting --------------------------------------------------------------------------------- */
 
 /* In place; returns how many leading rows have a factor. */
-static size_t factorise(size_t d, double *a)
+static size_t factorize(size_t d, double *a)
 {
     for (size_t i = 0; i < d; i++) {
         double diagonal = a[i * d + i];
@@ -174,7 +174,7 @@ static void find_factors(struct classify_fold *fold)
         }
     }
     for (size_t c = 0; c <= fold->classes; c++) {
-        fold->rank[c] = factorise(d, fold->factor + c * d * d);
+        fold->rank[c] = factorize(d, fold->factor + c * d * d);
     }
 }
 
@@ -253,7 +253,7 @@ static void leave_subject_out(struct classify_fold *fold, size_t subject)
 }
 
 /* Cholesky of an r x r matrix in place; false where it is not positive. */
-static bool factorise_small(size_t r, double *a)
+static bool factorize_small(size_t r, double *a)
 {
     for (size_t i = 0; i < r; i++) {
         for (size_t j = 0; j <= i; j++) {
@@ -275,7 +275,7 @@ static bool factorise_small(size_t r, double *a)
 }
 
 /* M for 1, 2, .. features, factored. rank: of the scatter; log_det: of K. */
-static void factorise_removal(const struct classify_fold *fold, size_t rank, const size_t *members,
+static void factorize_removal(const struct classify_fold *fold, size_t rank, const size_t *members,
                               double log_det, struct classify_removal *removal)
 {
     size_t r = removal->r;
@@ -300,7 +300,7 @@ static void factorise_removal(const struct classify_fold *fold, size_t rank, con
                 m[a * r + b] = entry;
             }
         }
-        if (!factorise_small(r, m)) {
+        if (!factorize_small(r, m)) {
             return;
         }
         removal->log_det[i] = log_det;
@@ -337,7 +337,7 @@ static void remove_members(struct classify_fold *fold, size_t subject, size_t wh
         }
     }
     if (removal->r > 0) {
-        factorise_removal(fold, fold->rank[which], members, log_det, removal);
+        factorize_removal(fold, fold->rank[which], members, log_det, removal);
     }
 }
 

@@ -3,7 +3,7 @@
  * covariance, chosen inside the fold, and the class of the largest likelihood.
  *
  * Likelihoods for all candidates, and of training subjects as if they had been left out too, are
- * those of classify_fold.c. What is maximised is the sum over training members of the log posterior
+ * those of classify_fold.c. What is maximized is the sum over training members of the log posterior
  * probability of their own class, equal priors: a proper scoring rule, where counts of right
  * answers are too coarse to choose by.
  */

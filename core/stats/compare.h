@@ -15,7 +15,7 @@ struct compare_design {
     double squared;     /* its square */
 };
 
-/* Orthonormalises covariates and group. SRNF_EINVAL with a sentence where they depend on one
+/* Orthonormalizes covariates and group. SRNF_EINVAL with a sentence where they depend on one
    another, or where too few degrees of freedom are left. */
 SRNF_CHECKED int compare_design_create(struct compare_design *design, size_t n, const int *group,
                                        size_t n_covariates, const double *covariates,

@@ -1,7 +1,7 @@
 /*
  * distances.c - the symmetric matrix of distances between surfaces.
  *
- * As parameterised: d(i, j) = ||Q(f_i) - Q(f_j)||, a metric; each SRNF, or square-root map, is
+ * As parameterized: d(i, j) = ||Q(f_i) - Q(f_j)||, a metric; each SRNF, or square-root map, is
  * computed once.
  * Registered: the distance of srnf_register in symmetric mode, equal for (i, j) and (j, i) by
  * construction; the triangle inequality then holds up to the local minima of registration.
@@ -17,7 +17,7 @@
 struct distances {
     const struct srnf_sht *sht;
     const double *const *surfaces;
-    const struct srnf_register_options *options; /* NULL: as parameterised */
+    const struct srnf_register_options *options; /* NULL: as parameterized */
     const double *q;                             /* [n][3][P], then */
     uint64_t series;                             /* of registered ones (kept.c) */
     size_t n;

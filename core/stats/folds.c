@@ -1,10 +1,10 @@
 /*
  * folds.c - each subject of a cohort compared with all others, in a fold of its own that it was
- * left out of with all its members: options, normalisation, and the loop over folds.
+ * left out of with all its members: options, normalization, and the loop over folds.
  *
  * Metrics with a registration. Nothing of the subject left out may shape what the others are
  * compared by. So the template of a fold is the medoid of its training members, by distances as
- * parameterised: one of them. A registration to it depends on these two surfaces and nothing else,
+ * parameterized: one of them. A registration to it depends on these two surfaces and nothing else,
  * so folds with the same template share it without a trace of each other's subjects; there are few
  * templates, as leaving out one of many subjects rarely changes the medoid, and the medoid's own
  * fold has the runner-up of another subject. Each further round, where more than one is asked for,
@@ -68,12 +68,12 @@ static int check(size_t n, const struct srnf_folds_options *options, struct srnf
     }
     if (!options->registration.reparameterization || options->registration.exact) {
         return srnf_fail(error, SRNF_EINVAL, -1,
-                         "a comparison reparameterises, and not in exact mode");
+                         "a comparison reparameterizes, and not in exact mode");
     }
     return SRNF_OK;
 }
 
-/* ---- Normalised surfaces --------------------------------------------------------------------- */
+/* ---- Normalized surfaces --------------------------------------------------------------------- */
 
 struct cohort {
     const struct srnf_sht *sht;
@@ -300,7 +300,7 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
     size_t n = out->n;
     size_t most = n - subjects->largest - 1; /* components that the fewest training members have */
     struct alignment a;
-    double *fields = NULL; /* as parameterised */
+    double *fields = NULL; /* as parameterized */
     double *products = srnf_alloc(n, n * sizeof(double));
     size_t *templates = srnf_alloc(n, 2 * sizeof *templates);
     int status = alignment_create(&a, sht, n, surfaces, options, representation, context);

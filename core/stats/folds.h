@@ -21,7 +21,7 @@ struct alignment {
     const struct srnf_context *context;
     struct srnf_register_options registration;
     size_t n, points, degree, unknowns; /* unknowns of the fields' highest degree */
-    const double *const *surfaces;      /* [n] normalised */
+    const double *const *surfaces;      /* [n] normalized */
     double *nodes, *weight;             /* [P][3], [P] */
     double *q;                          /* [n][3][P] O sqrt(J) q_i(gamma_i) */
     double *gamma, *jacobian;           /* [n][P][3], [n][P] */
@@ -34,7 +34,7 @@ SRNF_CHECKED int alignment_create(struct alignment *a, const struct srnf_sht *sh
                                   enum srnf_representation representation,
                                   const struct srnf_context *context);
 void alignment_clear(struct alignment *a);
-/* Fills the matrices; fields: [n][3][P] as parameterised. */
+/* Fills the matrices; fields: [n][3][P] as parameterized. */
 SRNF_CHECKED int alignment_assemble(struct alignment *a, const double *fields,
                                     struct srnf_error *error);
 /* Registers all to a field, [3][P], from nothing. series NULL: nothing is kept; otherwise the

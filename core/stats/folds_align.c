@@ -136,7 +136,7 @@ static int refine(struct alignment *a, size_t i, const struct target *target,
     memcpy(warp.jacobian, jacobian, a->points * sizeof(double));
     memcpy(warp.rotation, a->rotation + 9 * i, sizeof warp.rotation);
     status =
-        registration_optimise(&problem, &level, &schedule, context, &warp, &samples, &iterations);
+        registration_optimize(&problem, &level, &schedule, context, &warp, &samples, &iterations);
     if (status) {
         goto out;
     }

@@ -1,7 +1,7 @@
 /*
  * mean.c - the Karcher mean of a group (the paper, Algorithm 2).
  *
- * Minimises the objective G of mean.h over the mean mu, the value rotations O_i and the warps
+ * Minimizes the objective G of mean.h over the mean mu, the value rotations O_i and the warps
  * gamma_i:
  *
  *   1. start: mu is the q of the medoid, the surface with the least sum of unregistered distances;
@@ -345,7 +345,7 @@ static int find_medoid(const struct mean_run *run, size_t *index, struct srnf_er
     return status;
 }
 
-/* q of all as they are parameterised, and N. */
+/* q of all as they are parameterized, and N. */
 static int find_fields(struct mean_run *run, struct srnf_error *error)
 {
     size_t field = 3 * run->points;

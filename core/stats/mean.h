@@ -1,7 +1,7 @@
 /*
  * mean.h - what the files of the group mean share.
  *
- * The mean mu, the value rotations O_i and the warps gamma_i minimise together
+ * The mean mu, the value rotations O_i and the warps gamma_i minimize together
  *
  *   G = (1/n) sum_i [ ||mu - O_i (q_i, gamma_i)||^2 / N + R(gamma_i) ],   N = (1/n) sum_i
  *   ||q_i||^2,
@@ -46,7 +46,7 @@ struct mean_run {
     const struct srnf_grid *grid; /* of work */
     const struct srnf_context *context;
     struct srnf_register_options registration;
-    bool registered; /* false: the surfaces stay as they are parameterised */
+    bool registered; /* false: the surfaces stay as they are parameterized */
     bool started;    /* the subjects hold registrations to start from */
     size_t n, points;
     size_t degree; /* of the fields of steps and of centring */
@@ -98,7 +98,7 @@ void mean_evaluate(const struct mean_run *run, size_t i);
 /* The same with the samples as they are. */
 void mean_measure(const struct mean_run *run, size_t i);
 /* The penalty alone, against the centre as it is. */
-void mean_penalise(const struct mean_run *run, size_t i);
+void mean_penalize(const struct mean_run *run, size_t i);
 /* q of the run from samples, J and O. */
 void mean_field(const struct mean_run *run, size_t i);
 /* The Gauss-Newton step of the subject's own objective, O at its best. potentials: [2][(D+1)^2] */
@@ -137,7 +137,7 @@ SRNF_CHECKED int mean_place_center(struct mean_run *run, struct srnf_error *erro
 /* ---- mean_change.c --------------------------------------------------------------------------- */
 
 SRNF_CHECKED int mean_change_create(struct mean_run *run);
-/* centred <- the mean as it is parameterised from its centre. */
+/* centred <- the mean as it is parameterized from its centre. */
 SRNF_CHECKED int mean_view(struct mean_run *run, struct srnf_error *error);
 /* ||centred - old_centred|| / ||centred|| */
 double mean_change(const struct mean_run *run);

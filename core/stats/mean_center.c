@@ -1,5 +1,5 @@
 /*
- * mean_center.c - keeps the parameterisation of a group mean centred.
+ * mean_center.c - keeps the parameterization of a group mean centred.
  *
  * The mean is defined up to a common warp of all subjects: (q_i, gamma_i) may be replaced by (q_i,
  * gamma_i o c) for any diffeomorphism c, which moves the mean along its orbit and changes no
@@ -45,7 +45,7 @@ struct center {
     struct mean_run *run;
     size_t count;                  /* (D+1)^2 */
     double jacobian, displacement; /* a and b */
-    bool penalised;                /* not both 0 */
+    bool penalized;                /* not both 0 */
     double *moments;               /* [blocks][3][count]: gradients, curls, divergence */
     double *curvature;             /* [blocks] of the Jacobian penalty */
     double *potentials;            /* [2][count] of v */
@@ -197,18 +197,18 @@ int mean_place_center(struct mean_run *run, struct srnf_error *error)
     return move_center(run, &run->centring, error);
 }
 
-static int penalise_one(void *argument, size_t i, const struct srnf_context *context,
+static int penalize_one(void *argument, size_t i, const struct srnf_context *context,
                         struct srnf_error *error)
 {
     (void)context;
     (void)error;
-    mean_penalise(argument, i);
+    mean_penalize(argument, i);
     return SRNF_OK;
 }
 
-static int penalise_all(struct mean_run *run, struct srnf_error *error)
+static int penalize_all(struct mean_run *run, struct srnf_error *error)
 {
-    return stats_run(run->context, run->n, penalise_one, run, (struct stats_progress){0}, error);
+    return stats_run(run->context, run->n, penalize_one, run, (struct stats_progress){0}, error);
 }
 
 /* Whether no area has changed too much under the step. */
@@ -247,12 +247,12 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
     memcpy(center->old_area, run->area, run->points * sizeof(double));
     for (size_t k = 0; k < HALVINGS_MAX; k++) {
         status = move_center(run, &step, error);
-        status = status ? status : penalise_all(run, error);
+        status = status ? status : penalize_all(run, error);
         if (status && status != SRNF_ENUMERIC) { /* that step cannot be inverted: a shorter one */
             return status;
         }
         if (status == SRNF_OK && is_gentle(center) &&
-            (!center->penalised || mean_objective(run) < before)) {
+            (!center->penalized || mean_objective(run) < before)) {
             return warp_append(&run->centring, SRNF_WARP_EXP_INVERSE, run->degree,
                                center->potentials);
         }
@@ -262,7 +262,7 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
     }
     *moved = 0.0;
     status = move_center(run, &none, error);
-    return status ? status : penalise_all(run, error);
+    return status ? status : penalize_all(run, error);
 }
 
 static int create(struct center *center, struct mean_run *run)
@@ -276,9 +276,9 @@ static int create(struct center *center, struct mean_run *run)
         center->jacobian = o->penalty_jacobian;
         center->displacement = o->penalty_displacement;
     }
-    center->penalised = center->jacobian > 0.0 || center->displacement > 0.0;
+    center->penalized = center->jacobian > 0.0 || center->displacement > 0.0;
     if (!(center->displacement > 0.0)) { /* keeps the second derivative positive */
-        center->displacement = center->penalised ? center->jacobian : 1.0;
+        center->displacement = center->penalized ? center->jacobian : 1.0;
     }
     center->moments =
         srnf_alloc((3 * count + 1) * blocks + 2 * count + 4 * run->points, sizeof(double));

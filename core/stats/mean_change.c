@@ -1,5 +1,5 @@
 /*
- * mean_change.c - the group mean as it is parameterised from its centre, to tell how far it moves.
+ * mean_change.c - the group mean as it is parameterized from its centre, to tell how far it moves.
  *
  * While the mean is sought it drifts along its orbit, and the centre d with it (mean_center.c):
  * that is no change. What is compared from one iteration to the next is therefore

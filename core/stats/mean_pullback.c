@@ -1,7 +1,7 @@
 /*
  * mean_pullback.c - from the mean of SRNFs to the mean in the pulled-back metric.
  *
- * That mean warps nothing: its geodesics join surfaces as they are parameterised. So the surfaces
+ * That mean warps nothing: its geodesics join surfaces as they are parameterized. So the surfaces
  * are registered to the surface of the mean SRNF first. What the new surface loses of the mean
  * SRNF, ||Q(f) - q||^2 / ||q||^2, takes the place of what the inversion of that lost.
  */

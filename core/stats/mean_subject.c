@@ -129,7 +129,7 @@ void mean_measure(const struct mean_run *run, size_t i)
     subject->penalty = warp.objective - warp.energy;
 }
 
-void mean_penalise(const struct mean_run *run, size_t i)
+void mean_penalize(const struct mean_run *run, size_t i)
 {
     struct mean_subject *subject = &run->subjects[i];
     struct problem problem = problem_of(run, i);

@@ -179,7 +179,7 @@ static void combine(const struct fit *fit, size_t k, double *mode)
     }
 }
 
-static void orthonormalise(const struct fit *fit, double *modes, size_t k)
+static void orthonormalize(const struct fit *fit, double *modes, size_t k)
 {
     double *mode = modes + k * fit->size;
 
@@ -260,7 +260,7 @@ int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *me
         pca->eigenvalues[k] = fit.values[n - 1 - k];
         pca->explained[k] = pca->eigenvalues[k] / pca->total_variance;
         combine(&fit, k, pca->modes + k * fit.size);
-        orthonormalise(&fit, pca->modes, k);
+        orthonormalize(&fit, pca->modes, k);
         score(&fit, pca, k);
         if (srnf_is_canceled(context)) {
             status = SRNF_ECANCELED;

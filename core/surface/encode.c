@@ -76,7 +76,7 @@ static int measure_fit(const struct encode_task *task, const double *coefficient
 }
 
 /* Centres at the area centroid and scales; sets scale, origin and measures. */
-static int normalise(const struct srnf_sht *sht, bool unit_area, const double frame[3],
+static int normalize(const struct srnf_sht *sht, bool unit_area, const double frame[3],
                      struct srnf_encoded *encoded)
 {
     size_t count = srnf_coefficient_count(encoded->degree);
@@ -214,7 +214,7 @@ static int encode(struct encode_task *task, struct srnf_index **index, struct sr
         status = measure_fit(task, encoded->coefficients, result.frame, &encoded->fit);
     }
     if (status == SRNF_OK) {
-        status = normalise(*sht, task->options->unit_area, result.frame, encoded);
+        status = normalize(*sht, task->options->unit_area, result.frame, encoded);
     }
     if (status == SRNF_OK) {
         double scale = encoded->scale;

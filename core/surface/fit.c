@@ -63,7 +63,7 @@ static bool distance_less(const void *context, uint32_t a, uint32_t b)
 }
 
 /* Fills rms, p95 and max from n weighted distances; order and scratch are workspace for n. */
-static void summarise(const double *distances, const double *weights, size_t n, uint32_t *order,
+static void summarize(const double *distances, const double *weights, size_t n, uint32_t *order,
                       uint32_t *scratch, struct srnf_fit *fit)
 {
     double largest, sum = 0.0, weight = 0.0;
@@ -158,7 +158,7 @@ int srnf_fit_measure(const struct srnf_mesh *mesh, const struct srnf_index *inde
         goto out;
     }
     srnf_mesh_measure(mesh, NULL, &measures);
-    summarise(distances, weights, n, order, scratch, fit);
+    summarize(distances, weights, n, order, scratch, fit);
     fit->diagonal = measures.diagonal;
     status = SRNF_OK;
 out:

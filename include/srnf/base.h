@@ -45,7 +45,7 @@ enum srnf_status {
     SRNF_EGENUS = -11,       /* Euler characteristic other than 2 */
     SRNF_EDEGENERATE = -12,  /* no area, no volume, or a face that names one vertex twice */
     SRNF_ENOT_STAR = -13,    /* no point sees the whole surface, or not from the given centre */
-    SRNF_ENUMERIC = -14,     /* a factorisation, an eigensolver or a line search broke down */
+    SRNF_ENUMERIC = -14,     /* a factorization, an eigensolver or a line search broke down */
     SRNF_WNOT_CONVERGED = 1, /* stopped before the tolerance was reached */
 };
 

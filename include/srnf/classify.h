@@ -26,7 +26,7 @@ extern "C" {
 enum srnf_metric {
     SRNF_METRIC_SRNF = 0,     /* between SRNFs, registered elastically */
     SRNF_METRIC_SRM = 1,      /* between square-root maps |n|^(1/2) f, registered elastically */
-    SRNF_METRIC_HARMONIC = 2, /* between the surfaces as parameterised, after a rotation */
+    SRNF_METRIC_HARMONIC = 2, /* between the surfaces as parameterized, after a rotation */
     SRNF_METRIC_ICP = 3,      /* between closest points, after iterated rigid alignment */
     SRNF_METRIC_SPHARM = 4,   /* between points that the first-order ellipsoids make correspond */
 };
@@ -102,7 +102,7 @@ struct srnf_folds {
 void srnf_folds_clear(struct srnf_folds *comparison);
 
 /*
- * Compares n surfaces by a metric. Surfaces are normalised first (srnf_normalize).
+ * Compares n surfaces by a metric. Surfaces are normalized first (srnf_normalize).
  *
  * srnf and srm: the template of a fold is the medoid of its training members, to which all are
  * registered from nothing; in each further round the target is the mean of the training

@@ -4,7 +4,7 @@
  *
  * A part of srnf.h, which states the conventions; programs include that.
  *
- * srnf/transport.h and srnf/pullback.h take surfaces as they are parameterised and know no
+ * srnf/transport.h and srnf/pullback.h take surfaces as they are parameterized and know no
  * translations. Here they are registered first, if that is asked for: the surface that a velocity
  * is toward, or the deformed one, is laid on the surface that it starts from; then these, with the
  * vector or the deformation, on the surface where the answer lies, which stays as it is. And what
@@ -40,7 +40,7 @@ struct srnf_velocity {
 };
 
 struct srnf_deform_options {
-    const struct srnf_register_options *registration; /* NULL: surfaces as they are parameterised */
+    const struct srnf_register_options *registration; /* NULL: surfaces as they are parameterized */
     bool pullback; /* in the pulled-back metric, not that of L2 in the space of SRNFs */
 };
 
@@ -109,7 +109,7 @@ struct srnf_deform_transport {
 /*
  * A vector at `from` carried to `to`, by srnf_transport or along the geodesic between them, and the
  * surface that it leads to.
- *   vector  [in] a field belongs to surfaces as they are parameterised: register nothing then
+ *   vector  [in] a field belongs to surfaces as they are parameterized: register nothing then
  *   result  [out] freed with srnf_deform_transport_clear
  * Errors: as srnf_deform_shoot, srnf_transport and srnf_pullback_transport. SRNF_WNOT_CONVERGED of
  * srnf_transport is one here: the result is empty.

@@ -11,7 +11,7 @@
  *
  * dA and A the area element and the area of the mean surface. It is a length in the unit of the
  * surfaces (for surfaces of area 1, the root of that area) and does not depend on how the mean is
- * parameterised.
+ * parameterized.
  */
 #ifndef SRNF_PUBLIC_GROUPS_H
 #define SRNF_PUBLIC_GROUPS_H

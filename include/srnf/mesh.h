@@ -74,7 +74,7 @@ SRNF_CHECKED int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_f
                                 const struct srnf_mesh_limits *limits, struct srnf_mesh *mesh,
                                 struct srnf_mesh_read_info *info, struct srnf_error *error);
 
-/* A growing byte buffer with a ceiling. Zero-initialise; free with srnf_buffer_clear. */
+/* A growing byte buffer with a ceiling. Zero-initialize; free with srnf_buffer_clear. */
 struct srnf_buffer {
     unsigned char *data;
     size_t size, capacity;
@@ -182,7 +182,7 @@ SRNF_CHECKED int srnf_mesh_prepare_pair_within(struct srnf_mesh *mesh, struct sr
                                                const struct srnf_context *context,
                                                struct srnf_mesh_report *report);
 
-/* Star-shapedness. The centre maximises the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
+/* Star-shapedness. The centre maximizes the margin: the largest t with <n_f, c> + t <= <n_f, v_f>
    for every face, n_f its unit normal; t > 0 is the radius of a ball of points that see the whole
    surface. */
 struct srnf_star {
@@ -260,7 +260,7 @@ struct srnf_spherical_map {
 };
 
 /*
- * Low-distortion spherical parameterisation by progressive insertion with a barrier energy (method
+ * Low-distortion spherical parameterization by progressive insertion with a barrier energy (method
  * and sources in core/sphere_map/sphere_map.h). The rotation of the map is canonical: in another
  * pose or numbering a mesh gets the same map up to the tolerance of the relaxation (about 0.01 on
  * the unit sphere), or, if it is symmetric to that, another choice of axes. The same mesh always

@@ -6,7 +6,7 @@
  * <<v, w>>_f = <Q_*f(v), Q_*f(w)>: the length of a path of surfaces is that of its SRNFs in L2. Its
  * geodesics stay in the space of surfaces, which the straight line in L2 leaves; its distance is
  * therefore the larger one. This is the framework that the paper compares with (Algorithms 1, 3 and
- * 5). Surfaces are compared as they are parameterised: register them first. Vectors, that is
+ * 5). Surfaces are compared as they are parameterized: register them first. Vectors, that is
  * velocities of surfaces, are double[3][(L+1)^2] like surfaces; their l = 0 terms are translations,
  * which the metric does not see and everything here carries along unchanged.
  *

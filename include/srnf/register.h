@@ -153,7 +153,7 @@ srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
 
 /*
  * Lays something else along with the surface that was registered: out = O f o gamma, analysed to
- * the degree of sht. For surfaces in the parameterisation and pose of the moving one (its
+ * the degree of sht. For surfaces in the parameterization and pose of the moving one (its
  * deformations), and for vectors on it (motions of its points): both transform in the same way, and
  * linearly.
  *   sht           [in]  that of the registration

@@ -56,7 +56,7 @@ double srnf_inner_product(const struct srnf_grid *grid, const double *a, const d
 
 /*
  * Closed-form inverse (the paper, Eq. 9): r = sqrt(|q| <q, e>), f = r e, analysed to the degree of
- * sht. Exact to rounding when q is the SRNF of a star-shaped surface in its radial parameterisation
+ * sht. Exact to rounding when q is the SRNF of a star-shaped surface in its radial parameterization
  * about any centre with r of degree L - 1; anything else must be checked with srnf_energy. Where
  * <q, e> < 0, r = 0.
  *   relative_energy [out] E(f) / ||q||^2; 1 when q = 0
@@ -66,7 +66,7 @@ void srnf_invert_closed_form(const struct srnf_sht *sht, const double *q, double
 
 /* The closed form applies to q where its relative energy is at most this: its SRNF is then q to
    1 %. Of 15 real surfaces (brain structures, ventricles, asteroids; degrees 8 to 31) it is below
-   1e-26 in the radial parameterisation, where there is one, and 1.4 to 1.7 by area. */
+   1e-26 in the radial parameterization, where there is one, and 1.4 to 1.7 by area. */
 #define SRNF_CLOSED_FORM_APPLIES 1e-4
 
 enum srnf_inversion_method {
@@ -79,7 +79,7 @@ enum srnf_inversion_method {
 
 enum srnf_initial {
     SRNF_INITIAL_AUTO = 0,    /* the closed form where it is good, the sphere otherwise */
-    SRNF_INITIAL_SPHERE = 1,  /* R e with R in SO(3) maximising <R e, q>, at the area of q */
+    SRNF_INITIAL_SPHERE = 1,  /* R e with R in SO(3) maximizing <R e, q>, at the area of q */
     SRNF_INITIAL_STAR = 2,    /* the closed form */
     SRNF_INITIAL_SURFACE = 3, /* coefficients given */
 };
@@ -174,7 +174,7 @@ struct srnf_geodesic {
 };
 
 /*
- * Geodesic between two surfaces as they are parameterised (the paper, section 4.1). The points are
+ * Geodesic between two surfaces as they are parameterized (the paper, section 4.1). The points are
  * inverted in order; each starts from the best of the path extrapolated so far, the linear blend
  * and the closed form.
  *   from, to  [in] double[3][(L+1)^2]

@@ -18,7 +18,7 @@ extern "C" {
 
 /*
  * Symmetric matrix of distances between n surfaces, double[n][n], diagonal 0. Pairs run in parallel
- * through the context. options NULL: as parameterised, no registration; otherwise symmetric is set.
+ * through the context. options NULL: as parameterized, no registration; otherwise symmetric is set.
  *   surfaces  [in] n pointers to double[3][(L+1)^2]
  * Errors: as srnf_register; the matrix is then undefined.
  */
@@ -28,7 +28,7 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
                                 struct srnf_error *error);
 
 struct srnf_mean_options {
-    const struct srnf_register_options *registration; /* NULL: as parameterised */
+    const struct srnf_register_options *registration; /* NULL: as parameterized */
     double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
                               which the mean is found; default 1e-3 */
     size_t max_iterations; /* default 20 */
@@ -41,7 +41,7 @@ struct srnf_mean_options {
 };
 struct srnf_mean_options srnf_mean_options_defaults(void);
 struct srnf_mean_iteration {
-    double change;    /* ||mu_k - mu_k-1|| / ||mu_k||, as parameterised from the centre */
+    double change;    /* ||mu_k - mu_k-1|| / ||mu_k||, as parameterized from the centre */
     double variance;  /* mean squared distance to the mean q */
     double objective; /* variance / mean of ||q_i||^2 + mean penalty: never rises */
     double seconds;
@@ -61,7 +61,7 @@ void srnf_mean_clear(struct srnf_mean *mean);
 
 /*
  * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
- * parameterisation centred, repeat; one inversion at the end. Starts from the medoid of the
+ * parameterization centred, repeat; one inversion at the end. Starts from the medoid of the
  * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
  * The registration's representation is the SRNF.

@@ -11,7 +11,7 @@
  *                        (srnf_velocity_toward)
  *   of a surface moving  v = Q_*f(w) for a vector w = double[3][(L+1)^2], the motion of its points
  *                        (srnf_field_differential)
- * All surfaces are taken as they are parameterised; srnf_registration_apply lays others along.
+ * All surfaces are taken as they are parameterized; srnf_registration_apply lays others along.
  */
 #ifndef SRNF_PUBLIC_TRANSPORT_H
 #define SRNF_PUBLIC_TRANSPORT_H

@@ -333,7 +333,7 @@ static bool read_npy(struct api_call *call, struct given *given, struct problem_
 }
 
 /* Centres and scales where that was asked for; returns the scale, or 0 when a problem was noted. */
-static double normalise(struct given *given, struct srnf_surface_measures *measures,
+static double normalize(struct given *given, struct srnf_surface_measures *measures,
                         struct problem_list *list)
 {
     const double origin[3] = {0.0, 0.0, 0.0};
@@ -376,7 +376,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
     }
     srnf_surface_measure(transform.sht, given->coefficients, &measures, transform.workspace);
     surface_transform_close(&transform);
-    description.scale = normalise(given, &measures, list);
+    description.scale = normalize(given, &measures, list);
     if (list->errors) {
         (void)problem_respond_list(call, "invalid-input", list);
         return;

@@ -7,7 +7,7 @@
 #include "compute/mirror.h"
 
 struct compute_mean_inputs {
-    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
+    const struct srnf_register_options *registration; /* NULL: as they are parameterized */
     double tolerance;
     size_t max_iterations;
     bool fit;               /* principal components as well */

@@ -40,6 +40,7 @@
 #endif
 #endif
 
+#ifndef SANITIZED
 static const struct {
     int number;
     const char *name;
@@ -49,6 +50,7 @@ static const struct {
                {SIGILL, "SIGILL"},
                {SIGABRT, "SIGABRT"}};
 #define N_SIGNALS (sizeof signals / sizeof signals[0])
+#endif
 
 static _Thread_local const char *current_job, *current_process;
 static atomic_int record = -1; /* descriptor of the file */

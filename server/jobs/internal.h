@@ -77,10 +77,10 @@ struct jobs_kept {
 
 void jobs_kept_init(struct jobs_kept *kept);
 void jobs_kept_destroy(struct jobs_kept *kept);
-/* As initialised again, but for what says when to write. */
+/* As initialized again, but for what says when to write. */
 void jobs_kept_clear(struct jobs_kept *kept);
 /* As bytes (malloc), NULL without memory; and back, false where these are no such bytes. kept is as
-   initialised. */
+   initialized. */
 unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size);
 bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t size);
 

@@ -44,7 +44,7 @@ static const struct process_input inputs[] = {
                                    "members of three subjects at least."),
     {"method", INPUT_OWN, AT(methods),
      "One method or several. gauss: a normal distribution for each class on principal components; "
-     "nn: nearest neighbour, by SRNFs, square-root maps, surfaces as parameterised, closest "
+     "nn: nearest neighbour, by SRNFs, square-root maps, surfaces as parameterized, closest "
      "points, or points that the first-order ellipsoids make correspond.",
      .own = &classify_method_own},
     {"components", INPUT_OWN, AT(components),

@@ -36,7 +36,7 @@ static const struct process_input inputs[] = {
     GROUP_INPUTS(distances),
     REGISTER_INPUT(distances,
                    "Register, with the default options of register but both ways (symmetric); "
-                   "false: as the surfaces are parameterised."),
+                   "false: as the surfaces are parameterized."),
     {"metric", INPUT_CHOICE, offsetof(struct distances, metric),
      "srnf: L2 over the sphere of the difference of SRNFs, whose squared norm is the area: in the "
      "coordinates' unit of length. harmonic: L2 over the sphere of the difference of the surfaces, "
@@ -79,7 +79,7 @@ static void complete(struct process_inputs *given)
 struct measured {
     enum srnf_metric metric;
     struct srnf_register_options options;
-    const struct srnf_register_options *registration; /* NULL: as they are parameterised */
+    const struct srnf_register_options *registration; /* NULL: as they are parameterized */
     struct group_sides sides;
     struct compute_handedness handedness;
     struct compute_group group;
@@ -277,7 +277,7 @@ const struct api_process distances_process = {
     .id = "distances",
     .title = "Distances between surfaces",
     .description = "The symmetric matrix of distances between the surfaces of a list or a cohort, "
-                   "registered pair by pair or as they are parameterised.",
+                   "registered pair by pair or as they are parameterized.",
     .table = &table,
     .seconds = distances_seconds,
     .respond_table = respond_table,

@@ -2,7 +2,7 @@
  * geodesic.c - the process geodesic: the path between two surfaces.
  *
  * The second end is registered to the first, with the default options and both ways unless
- * symmetric is false; where register is false the ends are joined as they are parameterised. Ends
+ * symmetric is false; where register is false the ends are joined as they are parameterized. Ends
  * of different degree are joined at the larger one. distance is that of distances for the same two
  * surfaces, whichever is from: of a registration, before the registered surface is cut to its
  * degree. The line that is followed ends at the cut surface, so that its length (lineLength) is
@@ -55,7 +55,7 @@ static const struct process_input inputs[] = {
     {"steps", INPUT_INTEGER, AT(steps), "Surfaces, both ends included.",
      .lowest = PROCESS_STEPS_MIN, .highest = PROCESS_STEPS_MAX, .fallback = PROCESS_STEPS_DEFAULT},
     REGISTER_INPUT(joining, "Register the second end to the first, with the default options of "
-                            "register; false: both as they are parameterised."),
+                            "register; false: both as they are parameterized."),
     SYMMETRIC_INPUT(joining, 1,
                     "Search the registration both ways, as distances does: the same distance from "
                     "either side. false, one way: faster, and the warp is smoother, so that less "
@@ -88,7 +88,7 @@ static const struct process_output outputs[] = {
      "geodesic, closedForm, linear: squared distance of each surface's SRNF from the straight "
      "line, for the surfaces returned, the closed form and the linear blend. closedForm is null "
      "where the formula does not apply: it does not give both ends back to a relative energy of "
-     "1e-4, since they are not star-shaped, or not in their radial parameterisation, which a "
+     "1e-4, since they are not star-shaped, or not in their radial parameterization, which a "
      "registered surface is not."},
     {"relativeEnergies", OUTPUT_OBJECT,
      "The same divided by the squared norm of the point on the line."},
@@ -357,7 +357,7 @@ static json_t *document_of(struct jobs_run *run, const struct joining *joining,
     if (joining->method == SRNF_GEODESIC_CLOSED_FORM && !geodesic->closed_form_applies) {
         warning_add(warnings, "closed-form-inapplicable", NULL,
                     "The closed form does not give the ends themselves back: it is for star-shaped "
-                    "surfaces in their radial parameterisation, which a registered one is not. The "
+                    "surfaces in their radial parameterization, which a registered one is not. The "
                     "surfaces between have nothing to do with the ends; use method srnf.");
     }
     warnings_put(document, warnings);

@@ -127,7 +127,7 @@ static const struct process_input inputs[] = {
     {"method", INPUT_CHOICE, AT(method),
      "gauss-newton: Levenberg-Marquardt with conjugate gradients; spectral: the linear "
      "eigenproblem, for exact SRNFs; gradient: descent as in the paper; closed-form: for "
-     "star-shaped surfaces in their radial parameterisation.",
+     "star-shaped surfaces in their radial parameterization.",
      .choices = methods},
     {"lmax", INPUT_INTEGER, AT(degree),
      "Degree of the result. Default: that of the surface, or of srnf.", .lowest = SRNF_DEGREE_MIN,
@@ -170,7 +170,7 @@ static const struct process_output outputs[] = {
     {"flipped", OUTPUT_BOOLEAN, "The mirror image was found first."},
     {"closedForm", OUTPUT_OBJECT,
      "relativeEnergy of the closed form; null above 1e-4, where it does not apply: q is not the "
-     "SRNF of a star-shaped surface in its radial parameterisation."},
+     "SRNF of a star-shaped surface in its radial parameterization."},
     {NULL, NULL, NULL},
 };
 
@@ -325,7 +325,7 @@ static json_t *document_of(const struct inverted *inverted, json_t *surface)
             warnings, "closed-form-inapplicable",
             json_pack("{s:f}", "relativeEnergy", inversion->relative_energy),
             "The closed form does not give this SRNF back: it is for star-shaped surfaces in "
-            "their radial parameterisation. The surface has nothing to do with q; use method "
+            "their radial parameterization. The surface has nothing to do with q; use method "
             "auto.");
     }
     warnings_put(document, warnings);

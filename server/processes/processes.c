@@ -21,10 +21,10 @@ PROCESSES(DECLARE)
 
 static const struct api_process *const rows[] = {PROCESSES(ADDRESS) NULL};
 
-static json_t *canonicalise(const struct api_process *process, struct api_call *call,
+static json_t *canonicalize(const struct api_process *process, struct api_call *call,
                             const json_t *inputs, struct problem_list *list)
 {
-    return table_canonicalise(process->table, call, inputs, list);
+    return table_canonicalize(process->table, call, inputs, list);
 }
 
 static json_t *inputs_schema(const struct api_process *process)
@@ -37,7 +37,7 @@ static json_t *outputs_schema(const struct api_process *process)
     return table_outputs_schema(process->table);
 }
 
-const struct api_processes processes = {rows, canonicalise, inputs_schema, outputs_schema};
+const struct api_processes processes = {rows, canonicalize, inputs_schema, outputs_schema};
 
 void process_run(struct jobs_run *run, void *user, const char *inputs, struct jobs_result *result)
 {

@@ -164,10 +164,10 @@ static const struct process_output outputs[] = {
      "its degree cuts anything off. 0 to 2 at unit area. It depends on degree and penalty "
      "(registration); with symmetric and the defaults it is that of distances and geodesic."},
     {"distanceBefore", OUTPUT_NUMBER_OR_NULL,
-     "The same for the surfaces as they were given, in their poses and parameterisations: no "
+     "The same for the surfaces as they were given, in their poses and parameterizations: no "
      "measure of shape, and none of what registration achieved."},
     {"objective", OUTPUT_NUMBER_OR_NULL,
-     "What was minimised: squared distance relative to the area of the template, and the "
+     "What was minimized: squared distance relative to the area of the template, and the "
      "penalties."},
     {"minJacobian", OUTPUT_NUMBER_OR_NULL,
      "Least factor by which the warp scales areas of the sphere, on a grid finer by half; above "

@@ -2,7 +2,7 @@
  * transfer.c - the process transfer: a surface deformed as another one was.
  *
  * The deformed surface is registered to its source, then the source, and the deformed one with it,
- * to the target: the answer keeps the pose and the parameterisation of the target.
+ * to the target: the answer keeps the pose and the parameterization of the target.
  *
  * Records know sizes by their scale. With size ratio the answer's shape is made at unit area, and
  * its scale is that of the target times the ratio of deformed to source; with size absolute the
@@ -43,7 +43,7 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     {"surface", OUTPUT_OBJECT,
-     "Record of the target deformed, in its own pose and parameterisation; with size ratio its "
+     "Record of the target deformed, in its own pose and parameterization; with size ratio its "
      "scale is that of the target times sizeRatio."},
     {"sizeRatio", OUTPUT_NUMBER, "Square root of the area of deformed over that of source."},
     {"energy", OUTPUT_NUMBER,

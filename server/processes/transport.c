@@ -2,7 +2,7 @@
  * transport.c - the process transport: a vector at one surface carried to another.
  *
  * `from`, with the vector at it, is registered to `to`, and before that the surface that the vector
- * is toward to `from`: the answer lies in the pose and parameterisation of `to`, which stays as it
+ * is toward to `from`: the answer lies in the pose and parameterization of `to`, which stays as it
  * is. Where nothing is registered the vector in the space of SRNFs is the same before and after.
  *
  * The vector comes out twice: as the motion of the points of `to` (coefficients), which is its

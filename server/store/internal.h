@@ -246,7 +246,8 @@ int store_write_all(int fd, const unsigned char *bytes, size_t size);
 /* ---- From outside the daemon (offline.c) ----------------------------------------------------- */
 
 /* Fills the paths and descriptors of a store without threads, and opens a read-only connection that
-   makes no checkpoint. message gets a sentence on failure; store_close_offline is due in any case. */
+   makes no checkpoint. message gets a sentence on failure; store_close_offline is due in any case.
+*/
 int store_open_offline(struct store *store, sqlite3 **db, const char *directory, char *message,
                        size_t message_size);
 void store_close_offline(struct store *store, sqlite3 *db);

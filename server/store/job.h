@@ -82,7 +82,8 @@ int store_job_position(struct store *store, const char *id, size_t *position);
    call into the store from inside visit. */
 int store_job_places(struct store *store,
                      bool (*visit)(void *user, const char *id, size_t position), void *user);
-/* Apart from cancellation and recovery, the one function in which a job ends or goes back: a transition table and one UPDATE guarded by
+/* Apart from cancellation and recovery, the one function in which a job ends or goes back: a
+ * transition table and one UPDATE guarded by
    status and attempt; STORE_CONFLICT when the guard does not hold. results only with SUCCESSFUL,
    a problem only with FAILED. Going back to ACCEPTED gives the attempt back. STORE_QUOTA: the owner
    may not hold the results; nothing has changed. */

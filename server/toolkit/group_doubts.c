@@ -160,7 +160,7 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
         json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)likeness->n_members, "turned",
                   (json_int_t)count, "members", members),
         "Nothing is rotated here, and %zu of the %zu members that were tried lie in other "
-        "poses, in space or in their parameterisation. %s matches %s turned by about %.0f "
+        "poses, in space or in their parameterization. %s matches %s turned by about %.0f "
         "degrees, and is then %.3g from it instead of %.3g. Bring all into one pose, or let "
         "rotations be sought (register true, commonPose false).",
         count, likeness->n_members, name, medoid, DEGREES * most->angle, most->plain,
@@ -189,7 +189,7 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
                           doubts->names[match->second], "angle", DEGREES * match->angle),
                 "Nothing is rotated here, and the group %.60s lies in another pose than %s, in "
                 "space "
-                "or in its parameterisation: turned by about "
+                "or in its parameterization: turned by about "
                 "%.0f degrees, its members are %.3g from those instead of %.3g. What looks like a "
                 "difference of the groups may be no more than that. Bring all into one pose, or "
                 "let rotations be sought (register true, commonPose false).",

@@ -29,7 +29,7 @@ struct mean_input {
      INPUT_BOOLEAN,                                                                               \
      offsetof(struct typed, mean.registered),                                                     \
      "Register every surface to the mean, with the default options of register; false: as they "  \
-     "are parameterised.",                                                                        \
+     "are parameterized.",                                                                        \
      .fallback = 1,                                                                               \
      .unless = replaced},                                                                         \
         {"commonPose", INPUT_BOOLEAN, offsetof(struct typed, mean.common_pose),                   \

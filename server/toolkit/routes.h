@@ -3,7 +3,7 @@
  * said where surfaces that are compared came by different ones.
  *
  * Two surfaces of one shape by two routes lie apart, since registration finds the way from one
- * parameterisation to the other only up to its penalty and degree. A mesh among the inputs is
+ * parameterization to the other only up to its penalty and degree. A mesh among the inputs is
  * encoded by the default route. Of a surface its record tells: encode writes the route down, and
  * what a process makes has the route that all it was made of share. Of coefficients that were sent
  * in, and of what was made of two routes, nothing is known.

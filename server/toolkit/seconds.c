@@ -131,7 +131,7 @@ double sample_seconds(const struct api_work *work, const json_t *inputs)
     return number(inputs, "count") * 2.0 * seconds_of_inversion((double)work->degree);
 }
 
-/* Models of surfaces as they are parameterised take less; the inputs do not say. */
+/* Models of surfaces as they are parameterized take less; the inputs do not say. */
 double project_seconds(const struct api_work *work, const json_t *inputs)
 {
     (void)inputs;

@@ -124,7 +124,7 @@ static bool open_inputs(struct process_inputs *inputs, const struct process_tabl
     return inputs_open(inputs, call, given, list, names);
 }
 
-json_t *table_canonicalise(const struct process_table *table, struct api_call *call,
+json_t *table_canonicalize(const struct process_table *table, struct api_call *call,
                            const json_t *given, struct problem_list *list)
 {
     struct process_inputs inputs;

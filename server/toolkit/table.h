@@ -99,7 +99,7 @@ struct process_table {
 };
 
 /* The canonical inputs (new reference), or NULL with problems in list or an answer in the call. */
-json_t *table_canonicalise(const struct process_table *table, struct api_call *call,
+json_t *table_canonicalize(const struct process_table *table, struct api_call *call,
                            const json_t *given, struct problem_list *list);
 /* JSON Schemas of both sides (new references; NULL: no memory). */
 json_t *table_inputs_schema(const struct process_table *table);

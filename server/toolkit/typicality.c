@@ -114,7 +114,7 @@ static void warn_turned(json_t *warnings, const struct compute_projection *proje
         json_pack("{s:f, s:o, s:f}", "angle", DEGREES * t->value, "limit",
                   json_finite(DEGREES * t->limit), "standardDeviations", projection->turn_back),
         "The surface is turned by %.3g degrees against the model's mean, in space or in "
-        "its parameterisation; its subjects' own turns allow for %.3g, and the model "
+        "its parameterization; its subjects' own turns allow for %.3g, and the model "
         "rotates nothing.%s Bring it into the pose of the others, or use a model that is made "
         "with rotations (register true, commonPose false).",
         DEGREES * t->value, DEGREES * t->limit, move);
@@ -197,7 +197,7 @@ void typicality_warn_poses(json_t *warnings, const struct compute_mean_outputs *
                         json_pack("{s:I, s:f, s:o}", "member", (json_int_t)i, "angle",
                                   DEGREES * t.value, "limit", json_finite(DEGREES * t.limit)),
                         "%s lies in another pose than the others: turned by about %.0f degrees "
-                        "against their mean, in space or in its parameterisation, where one of "
+                        "against their mean, in space or in its parameterization, where one of "
                         "them in a thousand would be turned by more than %.0f. Nothing is rotated "
                         "here: bring it into their pose, or let rotations be sought (register "
                         "true, commonPose false).",

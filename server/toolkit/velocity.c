@@ -4,7 +4,7 @@
  * A velocity has three forms: toward a surface, the motion of a surface's points as harmonic
  * coefficients, and a field in the space of SRNFs. The last is what transport answers and leaves
  * unchanged, so that a vector can be carried on, or back, without loss. It belongs to one grid, and
- * so to surfaces as they are parameterised.
+ * so to surfaces as they are parameterized.
  */
 #include "toolkit/velocity.h"
 
@@ -53,7 +53,7 @@ static json_t *read_motion(struct process_inputs *inputs, const json_t *value, c
     return canonical;
 }
 
-/* A field on the working grid of that degree, for surfaces as they are parameterised. */
+/* A field on the working grid of that degree, for surfaces as they are parameterized. */
 static json_t *read_field(struct process_inputs *inputs, const json_t *value, const char *pointer,
                           long degree)
 {
@@ -71,7 +71,7 @@ static json_t *read_field(struct process_inputs *inputs, const json_t *value, co
     }
     if (json_is_true(json_object_get(inputs->canonical, "register"))) {
         problem_add(inputs->list, "/inputs/register",
-                    "must be false with srnf, which belongs to surfaces as they are parameterised");
+                    "must be false with srnf, which belongs to surfaces as they are parameterized");
     }
     return canonical;
 }

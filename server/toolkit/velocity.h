@@ -39,7 +39,7 @@ extern const struct input_own velocity_own;
 #define DEFORMATION_INPUTS(typed, what, they_are)                                                \
     REGISTER_INPUT(typed, what                                                                   \
                    ", with the default options of register but both ways; false: as " they_are   \
-                   " parameterised."),                                                           \
+                   " parameterized."),                                                           \
         COMMON_POSE_INPUT(                                                                       \
             typed, "Where surfaces are registered: they share a pose, and nothing is rotated."), \
     {                                                                                            \

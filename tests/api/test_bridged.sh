@@ -50,7 +50,7 @@ is "$(warned)" '' 'without a warning'
 execute distances "{\"surfaces\":[$(by STAR 0 1),$(by AREA 2)],\"mixedRoutes\":true,$FAST}"
 is "$(json '.matrix | tojson')" "$ALIKE" 'two members by star are near each other by area too'
 execute distances "{\"surfaces\":[$(by STAR 0),\"${MESHES[1]}\",$(by AREA 2)],\"mixedRoutes\":true,\"register\":false}"
-is "$(json '[.bridged, .bridgedSurfaces] | tojson')" '[false,[]]' 'as parameterised, they are taken as they are'
+is "$(json '[.bridged, .bridgedSurfaces] | tojson')" '[false,[]]' 'as parameterized, they are taken as they are'
 is "$(warned)" '{"star":1,"area":2,"given":0,"unknown":0,"bridged":0}' 'with the warning'
 execute distances "{\"surfaces\":[$(by STAR 0 1 2)],$FAST}"
 is "$(json .bridged) $(warned)" 'false ' 'members that are all by star stay so'

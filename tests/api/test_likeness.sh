@@ -84,7 +84,7 @@ run compare-groups "{\"cohort\":\"plain\",$FEW}"
 is "$STATUS $(doubts)" '200 ' 'members that belong together are not doubted'
 for process in mean pca evaluate-model distances; do
     run "$process" '{"cohort":"plain","register":false}'
-    is "$STATUS $(doubts)" '200 ' "$process: nor as they are parameterised"
+    is "$STATUS $(doubts)" '200 ' "$process: nor as they are parameterized"
 done
 for process in mean compare-groups distances; do
     run "$process" "{\"cohort\":\"again\",\"register\":false}"

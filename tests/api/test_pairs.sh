@@ -37,7 +37,7 @@ STAR=$ID
 encode L_amygdala 8 star
 STAR8=$ID
 
-# ---- As the surfaces are parameterised ---------------------------------------------------------------
+# ---- As the surfaces are parameterized ---------------------------------------------------------------
 
 run geodesic "{\"from\":\"$STAR\",\"to\":\"$STAR8\",\"steps\":3,\"register\":false}"
 THERE=$(json .distance)

@@ -136,7 +136,7 @@ get "/v1/surfaces/$S/srnf"
 jq -c '{inputs: {srnf: {lmax: 15, nTheta, nPhi, q: .values}, method: "closed-form"}}' "$BODY" >"$SCRATCH/q.json"
 post_json /v1/processes/invert/execution "@$SCRATCH/q.json"
 is "$STATUS $(json .method)" '200 closed-form' 'an SRNF given as numbers is inverted by the closed form'
-compare "$(json .relativeEnergy)" '<=' 1e-20 'which is exact for a radial parameterisation'
+compare "$(json .relativeEnergy)" '<=' 1e-20 'which is exact for a radial parameterization'
 is "$(json '.surfaceError')" null 'no truth is known then'
 like "$(json .inputs.srnf.qDigest)" '^[0-9a-f]{64}$' 'the result names q by its digest'
 get "/v1/surfaces/$S/srnf?nTheta=30&nPhi=64"

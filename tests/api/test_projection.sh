@@ -126,7 +126,7 @@ known "${M[0]}" 0 'a mesh among the subjects has its own scores'
 known "$WHOLE" 0 'and so has the surface that it is encoded to'
 known "${A[2]}" 2 'and a surface among the subjects'
 
-# The same but for a hair: no subject, so registered anew, from its pose and parameterisation to the mean.
+# The same but for a hair: no subject, so registered anew, from its pose and parameterization to the mean.
 get "/v1/surfaces/${A[2]}/coefficients"
 jq '{coefficients: (.x[5] *= 1.000001)}' "$BODY" >"$SCRATCH/hair.json"
 post_json /v1/surfaces "@$SCRATCH/hair.json"

@@ -2,7 +2,7 @@
 # srnfd-test: timeout 600
 #
 # test_pullback.sh - shoot, transport, transfer and mean in the pulled-back metric end to end, on small surfaces of
-# brain structures as they are parameterised: what takes a surface back to itself or to another, what the metric
+# brain structures as they are parameterized: what takes a surface back to itself or to another, what the metric
 # keeps, how near both frameworks are, and a job that is cancelled on the way.
 # srnfd-test: slow
 

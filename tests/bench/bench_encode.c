@@ -259,7 +259,7 @@ int main(void)
         bench_structure(&b, structures[k]);
     }
     printf("\narea and star are srnf_encode by that route: kernel, index, map and samples or rays, "
-           "%zu of them,\nanalysis, fit and normalisation together.\n",
+           "%zu of them,\nanalysis, fit and normalization together.\n",
            b.rays->n_theta * b.rays->n_phi);
     srnf_free(b.values);
     srnf_free(b.d_phi);

@@ -1,5 +1,5 @@
 /*
- * bench_spherical.c - what the spherical parameterisation costs, on one core: real meshes, the same
+ * bench_spherical.c - what the spherical parameterization costs, on one core: real meshes, the same
  * meshes with every face cut into four, and spheres of up to 200,000 faces.
  *
  * Processor time of the fastest of a few runs. The first report of progress comes when the mesh has
@@ -240,7 +240,7 @@ int main(void)
     double unit = measure_unit();
     bool met;
 
-    printf("Spherical parameterisation, one core, processor time; one unit is %.1f us\n\n",
+    printf("Spherical parameterization, one core, processor time; one unit is %.1f us\n\n",
            1e6 * unit);
     printf("%-24s  %7s  %9s  %9s  %9s  %9s  %9s  %6s\n", "mesh", "faces", "ms", "collapse",
            "insert", "units", "ms/10,000", "E");

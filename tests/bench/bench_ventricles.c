@@ -1,6 +1,6 @@
 /*
  * bench_ventricles.c - mean and principal components of a hundred real left ventricles at degree
- * 15, in one run: as they are parameterised, and registered in a common pose; the spectra side by
+ * 15, in one run: as they are parameterized, and registered in a common pose; the spectra side by
  * side.
  *
  * Skips, saying so, where the data are not there. Seconds are processor time of one thread.
@@ -41,7 +41,7 @@ static void fit(const struct group *g, const struct srnf_register_options *regis
         exit(2);
     }
     printf("%s: %zu surfaces, %zu iterations, %s, %.2f s in all\n",
-           registration ? "registered in a common pose" : "as parameterised", g->n, mean.iterations,
+           registration ? "registered in a common pose" : "as parameterized", g->n, mean.iterations,
            mean.converged ? "converged" : "not converged", timing_cpu() - start);
     for (size_t k = 0; k < mean.iterations; k++) {
         printf("  iteration %2zu  change %.2e  variance %.5e  objective %.5e  %7.3f s\n", k + 1,
@@ -73,13 +73,13 @@ int main(void)
     registration.common_pose = true;
     fit(&g, NULL, plain);
     fit(&g, &registration, registered);
-    printf("components  cumulative share of the variance: as parameterised, registered\n");
+    printf("components  cumulative share of the variance: as parameterized, registered\n");
     for (size_t k = 0; k < SHOWN; k++) {
         printf("  %8zu  %.5f  %.5f\n", k + 1, plain[k], registered[k]);
     }
     group_close(&g);
     if (!(plain[MODES - 1] >= LEAST_SHARE)) {
-        printf("the first %zu of the parameterised are below %.2f\n", MODES, LEAST_SHARE);
+        printf("the first %zu of the parameterized are below %.2f\n", MODES, LEAST_SHARE);
         return EXIT_FAILURE;
     }
     return EXIT_SUCCESS;

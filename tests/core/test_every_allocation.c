@@ -409,7 +409,7 @@ static void survives_each_refusal(void **state)
         {"srnf_warp_join", run_join},
         {"srnf_register_known", run_known},
         {"srnf_metric_distances, srnf", run_elastic_metric},
-        {"srnf_metric_distances, srm as parameterised", run_square_root_metric},
+        {"srnf_metric_distances, srm as parameterized", run_square_root_metric},
         {"srnf_metric_distances, icp as it stands", run_closest_points_as_they_stand},
         {"srnf_folds_compare, shared", run_shared_folds},
         {"srnf_karcher_mean, resumed", run_resumed_mean},

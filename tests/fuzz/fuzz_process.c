@@ -1,5 +1,5 @@
 /*
- * fuzz_process.c - JSON as the inputs of every process, canonicalised against a store with meshes,
+ * fuzz_process.c - JSON as the inputs of every process, canonicalized against a store with meshes,
  * a surface, a model and cohorts. The first byte chooses the process; in the text after it @ stands
  * for the surface and % for the model. There is a canonical form or a reason, never both and never
  * neither: the fixture holds that, and ends the program where it is not so.
@@ -44,7 +44,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     expand(fixture, text, whole, sizeof whole);
     inputs = json_loads(whole, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, NULL);
     if (inputs) {
-        outcome = canonicalise(fixture, processes.rows[data[0] % count_processes()]->id, inputs);
+        outcome =
+            canonical_outcome(fixture, processes.rows[data[0] % count_processes()]->id, inputs);
         outcome_clear(&outcome);
         json_decref(inputs);
     }

@@ -116,7 +116,7 @@ check_core-symbols() {
     done <"$SCRATCH/built"
 }
 
-# No mutable data: neither initialised nor zeroed nor of a thread. Tables of pointers that are constant
+# No mutable data: neither initialized nor zeroed nor of a thread. Tables of pointers that are constant
 # after relocation (.data.rel.ro) are fine.
 check_core-globals() {
     local object

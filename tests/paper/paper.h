@@ -41,7 +41,7 @@ void paper_group_close(struct paper_group *group);
 bool paper_encode(struct paper_group *group, size_t i, const char *path,
                   enum srnf_parameterization route);
 /* Scales to unit area and moves to the centroid; returns the scale that was taken out. */
-double paper_normalise(const struct paper_group *group, double *surface);
+double paper_normalize(const struct paper_group *group, double *surface);
 /* The ventricles of labels.csv, with their labels; false where the data are not there. */
 bool paper_load_ventricles(struct paper_group *group, size_t degree, size_t limit);
 
@@ -59,7 +59,7 @@ struct paper_statistics {
     struct srnf_pca pca;
     double seconds; /* of the mean */
 };
-/* registration NULL: as parameterised. */
+/* registration NULL: as parameterized. */
 void paper_statistics_open(struct paper *paper, const struct paper_group *group,
                            const struct srnf_register_options *registration,
                            struct paper_statistics *s);

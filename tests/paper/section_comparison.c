@@ -37,7 +37,7 @@ static void compare(struct paper *paper, const struct paper_statistics *s, const
                 &error, "comparing two groups");
 }
 
-/* Share of the sphere's area, from where the mean is parameterised, that is reported at LEVEL. */
+/* Share of the sphere's area, from where the mean is parameterized, that is reported at LEVEL. */
 static double reported(const struct srnf_grid *grid, const struct srnf_comparison *c)
 {
     double area = 0.0;
@@ -122,7 +122,7 @@ static void plant(const struct paper_group *group, const int *labels, struct pap
             values[k] *= 1.0 + HEIGHT * exp(-SHARPNESS * (1.0 - x));
         }
         srnf_sht_analysis(group->sht, 3, values, out->surfaces[i], workspace);
-        (void)paper_normalise(out, out->surfaces[i]);
+        (void)paper_normalize(out, out->surfaces[i]);
     }
     srnf_free(workspace);
     srnf_free(values);

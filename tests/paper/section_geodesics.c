@@ -159,7 +159,7 @@ void paper_geodesics(struct paper *paper)
                      "the linear path blends the surfaces. The lower a curve, the closer its path "
                      "is to the geodesic of the space of SRNFs; the ends are given, and left out. "
                      "All are laid on the sphere by the route area; the closed form needs "
-                     "star-shaped ones in their radial parameterisation.");
+                     "star-shaped ones in their radial parameterization.");
     for (size_t i = 0; i < PAIRS; i++) {
         struct paper_group group = paper_group_open(DEGREE, 2);
         char from[200];

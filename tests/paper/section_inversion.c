@@ -125,7 +125,7 @@ void paper_inversion(struct paper *paper)
     report_paragraph(
         paper->report,
         "Each surface is recovered from its square-root normal field alone, starting from a round "
-        "sphere. The closed form holds for star-shaped surfaces in their radial parameterisation, "
+        "sphere. The closed form holds for star-shaped surfaces in their radial parameterization, "
         "which those of this table need not have. The surface error is the L2 distance of the "
         "harmonic coefficients at unit area, translations apart; the certificate says unique where "
         "the surface is proven to be the only one of its degree up to sign and translation.");

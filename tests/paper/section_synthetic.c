@@ -55,7 +55,7 @@ static void make_member(const struct paper_group *group, int which, const double
         }
     }
     srnf_sht_analysis(group->sht, 3, values, surface, workspace);
-    (void)paper_normalise(group, surface);
+    (void)paper_normalize(group, surface);
     srnf_free(workspace);
     srnf_free(values);
 }

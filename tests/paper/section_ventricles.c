@@ -11,7 +11,7 @@
 
 void paper_ventricles(struct paper *paper)
 {
-    static const char *const names[] = {"registered", "as parameterised"};
+    static const char *const names[] = {"registered", "as parameterized"};
     struct srnf_register_options registration = srnf_register_options_defaults();
     struct paper_statistics registered;
     struct paper_statistics plain;
@@ -36,7 +36,7 @@ void paper_ventricles(struct paper *paper)
     report_paragraph(
         paper->report,
         "%zu subjects, degree %d. The registered mean took %zu iterations and %.1f s (%.2f s an "
-        "iteration; %s). The data were rebuilt from %d published modes: as they are parameterised "
+        "iteration; %s). The data were rebuilt from %d published modes: as they are parameterized "
         "here, the first %d components carry %.1f %% of the variance; registration moves the "
         "surfaces over themselves, and so changes the spectrum.",
         group.n, DEGREE, registered.mean.iterations, registered.seconds,

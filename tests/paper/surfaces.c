@@ -48,7 +48,7 @@ void paper_group_close(struct paper_group *group)
     srnf_sht_destroy(group->sht);
 }
 
-double paper_normalise(const struct paper_group *group, double *surface)
+double paper_normalize(const struct paper_group *group, double *surface)
 {
     size_t each = group->count / 3;
     struct srnf_surface_measures measures;

@@ -2,7 +2,7 @@
  * libsharp.h - libsharp on our grids and our coefficients: the independent oracle of the tests and
  * the yardstick of the benchmark.
  *
- * The two bases. Ours is real and orthonormal: with N P_lm the normalised function without
+ * The two bases. Ours is real and orthonormal: with N P_lm the normalized function without
  * Condon-Shortley sign,
  *
  *   f = sum_l c_l0 N P_l0 + sum_m>0 sqrt(2) N P_lm (c_lm cos(m phi) + c_l,-m sin(m phi)).

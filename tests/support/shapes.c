@@ -158,7 +158,7 @@ void shapes_update(struct shapes_surface *s)
 }
 
 /* Unit area, no translation; returns the factor. */
-static double normalise(struct shapes_surface *s)
+static double normalize(struct shapes_surface *s)
 {
     struct srnf_surface_measures measures;
     double factor;
@@ -199,7 +199,7 @@ void shapes_fill(struct shapes_surface *s,
         }
     }
     srnf_sht_analysis(s->sht, 3, values, s->f, s->workspace);
-    (void)normalise(s);
+    (void)normalize(s);
     srnf_free(values);
 }
 
@@ -242,7 +242,7 @@ void shapes_fill_random_star(struct shapes_surface *s, uint64_t seed, double *ra
         }
     }
     srnf_sht_analysis(s->sht, 3, values, s->f, s->workspace);
-    factor = normalise(s);
+    factor = normalize(s);
     for (size_t i = 0; radius && i < s->degree * s->degree; i++) {
         radius[i] = factor * r[i];
     }
@@ -269,7 +269,7 @@ bool shapes_fill_structure(struct shapes_surface *s, const char *structure,
     must(srnf_mesh_prepare(&mesh, false, &report) == SRNF_OK, "preparing a structure");
     must(srnf_encode(&mesh, &report, &options, NULL, &encoded, NULL) == SRNF_OK, "encoding");
     memcpy(s->f, encoded.coefficients, s->count * sizeof *s->f);
-    (void)normalise(s);
+    (void)normalize(s);
     srnf_free(encoded.coefficients);
     srnf_mesh_clear(&mesh);
     return true;

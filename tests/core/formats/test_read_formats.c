@@ -1,5 +1,5 @@
 /*
- * test_read_formats.c - every format and encoding is read right, is recognised, and loses its end
+ * test_read_formats.c - every format and encoding is read right, is recognized, and loses its end
  * at every byte without harm. Format and encoding are those of support/mesh_files.h.
  */
 #include <setjmp.h>

@@ -1,6 +1,6 @@
 /*
  * test_closed_form.c - the closed-form inverse of star-shaped surfaces in their radial
- * parameterisation: exact for radii of degree L - 1 about any centre, and found wanting by its own
+ * parameterization: exact for radii of degree L - 1 about any centre, and found wanting by its own
  * energy everywhere else.
  */
 #include "core/figures.h"

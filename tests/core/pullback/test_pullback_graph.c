@@ -42,7 +42,7 @@ static void open_tree(struct tree *t, const struct srnf_context *context)
                t->s.count * sizeof(double));
     }
     (void)pullback_graph_start(t->graph, t->f);
-    pullback_graph_linearise(t->graph, t->x);
+    pullback_graph_linearize(t->graph, t->x);
 }
 
 static void close_tree(struct tree *t)

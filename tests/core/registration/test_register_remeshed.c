@@ -6,7 +6,7 @@
  *
  * What is left has three causes: the piecewise flat surface is another one where edges are flipped
  * or vertices moved; the map to the sphere is another one, which registration undoes up to its
- * penalty; and the harmonic series of a surface depends on its parameterisation where it is cut.
+ * penalty; and the harmonic series of a surface depends on its parameterization where it is cut.
  * srnfd-test: slow
  */
 #include "registrations.h"

@@ -1,6 +1,6 @@
 /*
  * test_register_symmetric.c - registration as a distance: symmetric to the last bit, zero for equal
- * surfaces, how far from a metric, what pose, scale and parameterisation of the input change;
+ * surfaces, how far from a metric, what pose, scale and parameterization of the input change;
  * and the range of the Jacobian under the default penalty.
  * srnfd-test: slow
  */
@@ -151,7 +151,7 @@ static void input_pose_scale_and_parameters_do_not_matter(void **state)
     figure_below("scale of both", relative(symmetric(&fine, f, &gap), 3.0 * before), 1e-6);
     registrations_warp(&random, 0.7, &warp);
     registrations_resample(&b, &warp, rotation, f);
-    figure_below("another parameterisation, cut to its degree",
+    figure_below("another parameterization, cut to its degree",
                  relative(symmetric(&a, f, &gap), before), 0.1);
     srnf_warp_clear(&warp);
     srnf_free(f);

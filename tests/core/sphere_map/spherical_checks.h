@@ -1,5 +1,5 @@
 /*
- * spherical_checks.h - what the tests of the spherical parameterisation share: is a map a
+ * spherical_checks.h - what the tests of the spherical parameterization share: is a map a
  * bijection, and how much does it distort? Both by other means than the library's own.
  *
  * Orientation: determinants in the extended precision of long double, whose rounding is at most

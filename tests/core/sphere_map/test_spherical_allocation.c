@@ -1,5 +1,5 @@
 /*
- * test_spherical_allocation.c - the spherical parameterisation when memory runs out: each
+ * test_spherical_allocation.c - the spherical parameterization when memory runs out: each
  * allocation in turn is refused; the call says so and nothing leaks.
  */
 #include "support/meshes.h"

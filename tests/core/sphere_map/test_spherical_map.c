@@ -1,5 +1,5 @@
 /*
- * test_spherical_map.c - the spherical parameterisation of real meshes and of shapes whose map is
+ * test_spherical_map.c - the spherical parameterization of real meshes and of shapes whose map is
  * known: bijective and little distorted, by measures of its own.
  *
  * srnfd-test: timeout 300

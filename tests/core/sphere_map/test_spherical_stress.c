@@ -1,5 +1,5 @@
 /*
- * test_spherical_stress.c - meshes on which a spherical parameterisation may fail, and what is no
+ * test_spherical_stress.c - meshes on which a spherical parameterization may fail, and what is no
  * closed surface of genus zero at all: each call ends in a valid map or in an error that says why,
  * in bounded time, and never in a flipped map.
  *

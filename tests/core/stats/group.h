@@ -99,7 +99,7 @@ static inline void group_encode(struct group *g, size_t i, struct srnf_mesh *mes
     srnf_mesh_clear(mesh);
 }
 
-/* Left ventricles of bodies.h, seeds 0 to n - 1, each in the radial parameterisation of its own. */
+/* Left ventricles of bodies.h, seeds 0 to n - 1, each in the radial parameterization of its own. */
 static inline void group_open_ventricles(struct group *g, size_t degree, size_t n)
 {
     group_open(g, degree, n);

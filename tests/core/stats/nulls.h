@@ -3,7 +3,7 @@
  * labels drawn by subject: how often the tests of two groups and of a classifier reject.
  *
  * Subjects are ellipsoids with noise of low degree; a second scan has a tenth of that noise anew.
- * All are parameterised alike and in one pose. Labels are fair coins, one a subject, thrown again
+ * All are parameterized alike and in one pose. Labels are fair coins, one a subject, thrown again
  * until each side has three.
  */
 #ifndef TESTS_STATS_NULLS_H

@@ -12,7 +12,7 @@
 #define NOISE_DEGREE 4
 #define NOISE ((size_t)(NOISE_DEGREE + 1) * (NOISE_DEGREE + 1))
 
-/* Ellipsoids with noise of low degree, all parameterised alike; those of group 1 have a bump about
+/* Ellipsoids with noise of low degree, all parameterized alike; those of group 1 have a bump about
    the direction (1, 0, 0). */
 struct groups {
     struct group g;

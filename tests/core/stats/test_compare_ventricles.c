@@ -22,7 +22,7 @@ struct cohort {
     struct group g;
     double *nodes;        /* [P][3] */
     double *mean;         /* [3][(L+1)^2] */
-    double *registered_q; /* [N][3][P], as parameterised */
+    double *registered_q; /* [N][3][P], as parameterized */
 };
 
 static void open_cohort(struct cohort *a)

@@ -112,7 +112,7 @@ static void pairs_are_kept_and_recalled(void **state)
     group_close(&g);
 }
 
-/* As parameterised a distance costs less than to keep it. */
+/* As parameterized a distance costs less than to keep it. */
 static void only_registered_pairs_are_kept(void **state)
 {
     struct attempt attempt = {.series = 0};

@@ -1,6 +1,6 @@
 /*
  * test_mean_pullback.c - the mean in the pulled-back metric in place of that of SRNFs: its surface,
- * the distances to it and what it loses, of surfaces as they are parameterised and registered.
+ * the distances to it and what it loses, of surfaces as they are parameterized and registered.
  */
 #include "group.h"
 

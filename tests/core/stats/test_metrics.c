@@ -78,8 +78,8 @@ static void poses_are_not_seen(void **state)
     group_close(&g);
 }
 
-/* The fixed parameterisation is what harmonic stands on: a turn of the domain is a distance. */
-static void harmonic_sees_the_parameterisation(void **state)
+/* The fixed parameterization is what harmonic stands on: a turn of the domain is a distance. */
+static void harmonic_sees_the_parameterization(void **state)
 {
     struct group g;
     double matrix[N * N];
@@ -192,7 +192,7 @@ static void ellipsoids_lie_on_the_axes(void **state)
     group_close(&g);
 }
 
-static void normalised_surfaces(void **state)
+static void normalized_surfaces(void **state)
 {
     struct group g;
     double *out;
@@ -253,11 +253,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(poses_are_not_seen),
-        cmocka_unit_test(harmonic_sees_the_parameterisation),
+        cmocka_unit_test(harmonic_sees_the_parameterization),
         cmocka_unit_test(nothing_is_turned_without_registration),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(ellipsoids_lie_on_the_axes),
-        cmocka_unit_test(normalised_surfaces),
+        cmocka_unit_test(normalized_surfaces),
         cmocka_unit_test(wrong_arguments_are_refused),
     };
 

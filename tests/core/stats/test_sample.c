@@ -57,7 +57,7 @@ static struct srnf_pca model(double *eigenvalues)
     return (struct srnf_pca){.n = 10, .components = COMPONENTS, .eigenvalues = eigenvalues};
 }
 
-/* Moments of the standardised scores against those of the normal distribution, each within five of
+/* Moments of the standardized scores against those of the normal distribution, each within five of
    its standard errors; the largest distance of the empirical distribution from the normal one,
    sqrt(n) D, against its 99.9 % point. */
 static void scores_are_normal(void **state)

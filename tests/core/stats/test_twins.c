@@ -8,7 +8,7 @@
 #define DEGREE 5
 #define N ((size_t)8)
 
-/* SRNFs of stars as they are parameterised, [N][3][P]. */
+/* SRNFs of stars as they are parameterized, [N][3][P]. */
 static double *fields(const struct group *g)
 {
     double *q = shapes_doubles(N * 3 * g->points);

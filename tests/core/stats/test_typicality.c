@@ -42,7 +42,7 @@ static void field_of(const struct group *g, const double *f, double *q)
     assert_int_equal(stats_fields(g->sht, 1, &f, NULL, q, NULL), SRNF_OK);
 }
 
-/* The first n of stars about one centre, as parameterised. */
+/* The first n of stars about one centre, as parameterized. */
 static void open_model(struct model *m, size_t all, size_t n, size_t components)
 {
     m->subjects = NULL;
@@ -594,7 +594,7 @@ static void expect_distances(const struct srnf_folds *c,
     srnf_free(mean);
 }
 
-/* Folds as parameterised, from the fields alone: what srnf_folds_compare makes of registered ones
+/* Folds as parameterized, from the fields alone: what srnf_folds_compare makes of registered ones
    (its inner products stand in folds_scores.c). */
 static struct srnf_folds make_folds(const struct group *g, size_t components, const double *q)
 {

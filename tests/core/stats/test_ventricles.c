@@ -7,7 +7,7 @@
  *
  * The vertices of the meshes correspond and have rank 12 (bodies.h). Surfaces that are interpolated
  * between them, all over the same directions, keep that rank; their SRNFs nearly do, for Q is
- * smooth. In the radial parameterisation of each mesh the correspondence is lost, and the rank with
+ * smooth. In the radial parameterization of each mesh the correspondence is lost, and the rank with
  * it. Real ventricles are in bench_ventricles.
  * srnfd-test: slow
  */
@@ -106,13 +106,13 @@ static void nearly_keep_the_rank_of_the_vertices(void **state)
 
 /* ---- As they are encoded --------------------------------------------------------------------- */
 
-static void as_parameterised(void **state)
+static void as_parameterized(void **state)
 {
     double first_twelve;
     double relative_energy;
 
     (void)state;
-    (void)analyse("as parameterised", PLAIN, NULL, &first_twelve, &relative_energy);
+    (void)analyse("as parameterized", PLAIN, NULL, &first_twelve, &relative_energy);
     printf("# the first twelve leave %.2e of the variance\n", 1.0 - first_twelve);
     assert_true(first_twelve >= 0.9);
     assert_true(relative_energy <= 1e-3);
@@ -131,7 +131,7 @@ static void registered(void **state)
         size_t n = cases[k].common_pose ? POSED : FREE;
         double first_twelve;
         double relative_energy;
-        double plain = analyse("as parameterised", n, NULL, &first_twelve, &relative_energy);
+        double plain = analyse("as parameterized", n, NULL, &first_twelve, &relative_energy);
         double total;
 
         registration.common_pose = cases[k].common_pose;
@@ -146,7 +146,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nearly_keep_the_rank_of_the_vertices),
-        cmocka_unit_test(as_parameterised),
+        cmocka_unit_test(as_parameterized),
         cmocka_unit_test(registered),
     };
 

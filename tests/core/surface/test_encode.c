@@ -292,7 +292,7 @@ static void scale_can_stay(void **state)
     srnf_mesh_clear(&mesh);
 }
 
-/* Another centre in the kernel gives another parameterisation of the same body; one outside is
+/* Another centre in the kernel gives another parameterization of the same body; one outside is
    refused. */
 static void centers_are_checked(void **state)
 {

@@ -1,6 +1,6 @@
 /*
  * process_fixture.h - a store with one good mesh, one with a hole, one surface, a model and a
- * cohort, and a call that canonicalises inputs against it. For the tests of the processes; no job
+ * cohort, and a call that canonicalizes inputs against it. For the tests of the processes; no job
  * engine runs.
  */
 #ifndef TEST_PROCESS_FIXTURE_H
@@ -177,7 +177,7 @@ static int fixture_close(void **state)
     return 0;
 }
 
-/* What one canonicalisation gave. */
+/* What one canonicalization gave. */
 struct outcome {
     json_t *canonical; /* or NULL */
     json_t *errors;    /* of the list, or NULL */
@@ -192,8 +192,8 @@ static void outcome_clear(struct outcome *outcome)
     json_decref(outcome->errors);
 }
 
-static struct outcome canonicalise_as(struct fixture *fixture, const struct api_process *process,
-                                      const json_t *inputs)
+static struct outcome canonical_outcome_as(struct fixture *fixture,
+                                           const struct api_process *process, const json_t *inputs)
 {
     struct api_request request = {.method = "POST", .path = "/", .query = "", .id = "r"};
     struct api_response response = {0};
@@ -202,7 +202,7 @@ static struct outcome canonicalise_as(struct fixture *fixture, const struct api_
     struct outcome outcome = {0};
     json_t *body;
 
-    outcome.canonical = processes.canonicalise(process, &call, inputs, &list);
+    outcome.canonical = processes.canonicalize(process, &call, inputs, &list);
     outcome.errors = list.errors;
     if (outcome.canonical && !list.errors) {
         outcome.seconds = process->seconds(&call.work, outcome.canonical);
@@ -220,10 +220,10 @@ static struct outcome canonicalise_as(struct fixture *fixture, const struct api_
     return outcome;
 }
 
-static struct outcome canonicalise(struct fixture *fixture, const char *process,
-                                   const json_t *inputs)
+static struct outcome canonical_outcome(struct fixture *fixture, const char *process,
+                                        const json_t *inputs)
 {
-    return canonicalise_as(fixture, api_process_find(&fixture->api, process), inputs);
+    return canonical_outcome_as(fixture, api_process_find(&fixture->api, process), inputs);
 }
 
 /* Text in which @ stands for the id of the surface and % for that of the model. */
@@ -238,7 +238,7 @@ static void expand(const struct fixture *fixture, const char *text, char *out, s
 }
 
 /* The same from such a text. */
-static struct outcome canonicalise_text(struct fixture *fixture, const char *process,
+static struct outcome canonicalize_text(struct fixture *fixture, const char *process,
                                         const char *text)
 {
     char whole[2048];
@@ -248,7 +248,7 @@ static struct outcome canonicalise_text(struct fixture *fixture, const char *pro
     expand(fixture, text, whole, sizeof whole);
     inputs = json_loads(whole, 0, NULL);
     assert_non_null(inputs);
-    outcome = canonicalise(fixture, process, inputs);
+    outcome = canonical_outcome(fixture, process, inputs);
     json_decref(inputs);
     return outcome;
 }
@@ -268,7 +268,7 @@ static bool has_error(const struct outcome *outcome, const char *pointer)
 __attribute__((unused)) static void refused(struct fixture *fixture, const char *process,
                                             const char *text, const char *pointer)
 {
-    struct outcome outcome = canonicalise_text(fixture, process, text);
+    struct outcome outcome = canonicalize_text(fixture, process, text);
 
     if (!has_error(&outcome, pointer)) {
         fail_msg("%s is not refused at %s", text, pointer);
@@ -280,7 +280,7 @@ __attribute__((unused)) static void refused(struct fixture *fixture, const char 
 __attribute__((unused)) static void answered(struct fixture *fixture, const char *process,
                                              const char *text, int status, const char *code)
 {
-    struct outcome outcome = canonicalise_text(fixture, process, text);
+    struct outcome outcome = canonicalize_text(fixture, process, text);
 
     assert_int_equal(outcome.status, status);
     assert_string_equal(outcome.code, code);
@@ -293,8 +293,8 @@ __attribute__((unused)) static void same(struct fixture *fixture, const char *pr
                                          const char *a, const char *b)
 {
     const size_t flags = JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(17);
-    struct outcome first = canonicalise_text(fixture, process, a);
-    struct outcome second = canonicalise_text(fixture, process, b);
+    struct outcome first = canonicalize_text(fixture, process, a);
+    struct outcome second = canonicalize_text(fixture, process, b);
     char *x = first.canonical ? json_dumps(first.canonical, flags) : NULL;
     char *y = second.canonical ? json_dumps(second.canonical, flags) : NULL;
 

@@ -46,7 +46,7 @@ static struct outcome invite(void **state, const struct api_process *process, co
     expand(*state, text, whole, sizeof whole);
     given = json_loads(whole, 0, NULL);
     assert_non_null(given);
-    outcome = canonicalise_as(*state, process, given);
+    outcome = canonical_outcome_as(*state, process, given);
     json_decref(given);
     return outcome;
 }

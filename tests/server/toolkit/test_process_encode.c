@@ -39,7 +39,7 @@ static void test_other_meaning_other_text(void **state)
         struct outcome outcome;
 
         (void)snprintf(inputs, sizeof inputs, "{\"mesh\":\"%s\"%s}", GOOD_MESH, options[i]);
-        outcome = canonicalise_text(*state, "encode", inputs);
+        outcome = canonicalize_text(*state, "encode", inputs);
         assert_non_null(outcome.canonical);
         texts[i] =
             json_dumps(outcome.canonical, JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(17));
@@ -115,7 +115,7 @@ static void test_routes(void **state)
 static void test_old_reports(void **state)
 {
     struct outcome outcome =
-        canonicalise_text(*state, "encode", "{\"mesh\":\"" STARLESS_MESH "\"}");
+        canonicalize_text(*state, "encode", "{\"mesh\":\"" STARLESS_MESH "\"}");
 
     assert_non_null(outcome.canonical);
     outcome_clear(&outcome);

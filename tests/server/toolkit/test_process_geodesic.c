@@ -46,7 +46,7 @@ static void test_symmetric(void **state)
 static void test_all_at_once(void **state)
 {
     struct outcome outcome =
-        canonicalise_text(*state, "geodesic",
+        canonicalize_text(*state, "geodesic",
                           "{\"from\":\"@\",\"to\":\"@\",\"steps\":1,\"method\":\"x\",\"more\":0}");
 
     assert_true(has_error(&outcome, "/inputs/steps"));

@@ -33,7 +33,7 @@ static void test_register(void **state)
 /* A cohort is what it names: other inputs than its surfaces, as its labels are told too. */
 static void test_cohort(void **state)
 {
-    struct outcome outcome = canonicalise_text(*state, "distances", "{\"cohort\":\"group\"}");
+    struct outcome outcome = canonicalize_text(*state, "distances", "{\"cohort\":\"group\"}");
     const json_t *surfaces = json_object_get(outcome.canonical, "surfaces");
     const json_t *cohort = json_object_get(outcome.canonical, "cohort");
 
@@ -109,7 +109,7 @@ static double seconds_of(struct fixture *fixture, const char *process, const cha
 
     (void)snprintf(text, sizeof text,
                    "{\"surfaces\":[\"%s\",\"" GOOD_MESH "\"],\"mixedRoutes\":true%s}", first, more);
-    outcome = canonicalise_text(fixture, process, text);
+    outcome = canonicalize_text(fixture, process, text);
     assert_non_null(outcome.canonical);
     seconds = outcome.seconds;
     outcome_clear(&outcome);
@@ -156,16 +156,16 @@ static void test_pullback(void **state)
         (void)json_array_append_new(json_object_get(inputs, "surfaces"),
                                     json_string(fixture->surface));
     }
-    outcome = canonicalise(*state, "mean", inputs);
+    outcome = canonical_outcome(*state, "mean", inputs);
     assert_non_null(outcome.canonical);
     outcome_clear(&outcome);
     (void)json_object_set_new(inputs, "lmax", json_integer(127));
-    outcome = canonicalise(*state, "mean", inputs);
+    outcome = canonical_outcome(*state, "mean", inputs);
     assert_true(has_error(&outcome, "/inputs"));
     outcome_clear(&outcome);
     (void)json_object_set_new(inputs, "lmax", json_integer(9));
     (void)json_array_append_new(json_object_get(inputs, "surfaces"), json_string(fixture->surface));
-    outcome = canonicalise(*state, "mean", inputs);
+    outcome = canonical_outcome(*state, "mean", inputs);
     assert_true(has_error(&outcome, "/inputs/method"));
     outcome_clear(&outcome);
     json_decref(inputs);
@@ -183,7 +183,7 @@ static void test_memory(void **state)
         (void)json_array_append_new(json_object_get(inputs, "surfaces"),
                                     json_string(fixture->surface));
     }
-    outcome = canonicalise(*state, "pca", inputs);
+    outcome = canonical_outcome(*state, "pca", inputs);
     assert_true(has_error(&outcome, "/inputs"));
     detail = json_string_value(json_object_get(json_array_get(outcome.errors, 0), "detail"));
     assert_non_null(strstr(detail, "500 surfaces of degree 127"));

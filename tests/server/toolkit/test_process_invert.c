@@ -26,8 +26,8 @@ static json_t *inputs_with_q(bool nested, size_t bad)
 static void test_q_nested_or_flat(void **state)
 {
     json_t *nested = inputs_with_q(true, SIZE_MAX), *flat = inputs_with_q(false, SIZE_MAX);
-    struct outcome a = canonicalise(*state, "invert", nested);
-    struct outcome b = canonicalise(*state, "invert", flat);
+    struct outcome a = canonical_outcome(*state, "invert", nested);
+    struct outcome b = canonical_outcome(*state, "invert", flat);
     const json_t *q = json_object_get(json_object_get(a.canonical, "srnf"), "q");
 
     assert_non_null(a.canonical);
@@ -46,7 +46,7 @@ static void test_q_wrong(void **state)
 {
     for (int nested = 0; nested < 2; nested++) {
         json_t *inputs = inputs_with_q(nested, 77), *q;
-        struct outcome outcome = canonicalise(*state, "invert", inputs);
+        struct outcome outcome = canonical_outcome(*state, "invert", inputs);
         const json_t *error = json_array_get(outcome.errors, 0);
 
         assert_true(has_error(&outcome, "/inputs/srnf/q"));
@@ -57,7 +57,7 @@ static void test_q_wrong(void **state)
         inputs = inputs_with_q(nested, SIZE_MAX);
         q = json_object_get(json_object_get(inputs, "srnf"), "q");
         (void)json_array_remove(q, 0);
-        outcome = canonicalise(*state, "invert", inputs);
+        outcome = canonical_outcome(*state, "invert", inputs);
         assert_true(has_error(&outcome, "/inputs/srnf/q"));
         outcome_clear(&outcome);
         json_decref(inputs);
@@ -71,12 +71,12 @@ static void test_grid_and_degree(void **state)
     struct outcome outcome;
 
     (void)json_object_set_new(inputs, "lmax", json_integer(5));
-    outcome = canonicalise(*state, "invert", inputs);
+    outcome = canonical_outcome(*state, "invert", inputs);
     assert_true(has_error(&outcome, "/inputs/lmax"));
     outcome_clear(&outcome);
     (void)json_object_del(inputs, "lmax");
     (void)json_object_set_new(json_object_get(inputs, "srnf"), "nPhi", json_integer(8));
-    outcome = canonicalise(*state, "invert", inputs);
+    outcome = canonical_outcome(*state, "invert", inputs);
     assert_true(has_error(&outcome, "/inputs/srnf/nPhi"));
     outcome_clear(&outcome);
     json_decref(inputs);
@@ -86,12 +86,12 @@ static void test_grid_and_degree(void **state)
 
 static void test_srnf(void **state)
 {
-    struct outcome outcome = canonicalise_text(*state, "invert", "{\"srnf\":{\"surface\":\"@\"}}");
+    struct outcome outcome = canonicalize_text(*state, "invert", "{\"srnf\":{\"surface\":\"@\"}}");
 
     assert_int_equal(json_integer_value(json_object_get(outcome.canonical, "lmax")),
                      SURFACE_DEGREE);
     outcome_clear(&outcome);
-    outcome = canonicalise_text(*state, "invert", "{\"srnf\":{\"surface\":\"" GOOD_MESH "\"}}");
+    outcome = canonicalize_text(*state, "invert", "{\"srnf\":{\"surface\":\"" GOOD_MESH "\"}}");
     assert_int_equal(json_integer_value(json_object_get(outcome.canonical, "lmax")),
                      PROCESS_DEGREE_DEFAULT);
     outcome_clear(&outcome);
@@ -133,7 +133,7 @@ static void test_initial_of_direct_methods(void **state)
             (void)snprintf(text, sizeof text,
                            "{\"srnf\":{\"surface\":\"@\"},\"method\":\"%s\",\"initial\":\"%s\"}",
                            direct[i], starts[k]);
-            outcome = canonicalise_text(*state, "invert", text);
+            outcome = canonicalize_text(*state, "invert", text);
             assert_int_equal(has_error(&outcome, "/inputs/initial"), k < 3);
             outcome_clear(&outcome);
         }

@@ -50,7 +50,7 @@ static struct outcome with(struct fixture *fixture, const char *process, const c
     struct outcome outcome;
 
     assert_int_equal(json_object_set_new(inputs, name, value), 0);
-    outcome = canonicalise(fixture, process, inputs);
+    outcome = canonical_outcome(fixture, process, inputs);
     json_decref(inputs);
     return outcome;
 }
@@ -72,7 +72,7 @@ static void check_default(struct fixture *fixture, const char *process, const ch
                           const json_t *fallback)
 {
     json_t *inputs = least_inputs(fixture, process);
-    struct outcome outcome = canonicalise(fixture, process, inputs);
+    struct outcome outcome = canonical_outcome(fixture, process, inputs);
     const json_t *value = json_object_get(outcome.canonical, name);
 
     if (json_is_number(fallback)) {
@@ -152,7 +152,7 @@ static void check_null(struct fixture *fixture, const char *process, const char 
         nullable |= strcmp(json_string_value(json_array_get(types, i)), "null") == 0;
     }
     (void)json_object_del(inputs, name);
-    absent = canonicalise(fixture, process, inputs);
+    absent = canonical_outcome(fixture, process, inputs);
     if (nullable
             ? !json_equal(null.canonical, absent.canonical) && (null.canonical || absent.canonical)
             : null.canonical != NULL) {
@@ -207,7 +207,7 @@ static void test_complete(void **state)
         json_t *schema = processes.inputs_schema(process);
         json_t *properties = json_object_get(schema, "properties"), *property;
         json_t *inputs = least_inputs(*state, process->id);
-        struct outcome outcome = canonicalise(*state, process->id, inputs);
+        struct outcome outcome = canonical_outcome(*state, process->id, inputs);
         const char *name;
 
         assert_int_equal(json_object_size(outcome.canonical), json_object_size(properties));
@@ -238,12 +238,12 @@ static void test_unknown_and_missing(void **state)
 
             (void)snprintf(pointer, sizeof pointer, "/inputs/%s", name);
             (void)json_object_del(inputs, name);
-            outcome = canonicalise(*state, process->id, inputs);
+            outcome = canonical_outcome(*state, process->id, inputs);
             assert_true(has_error(&outcome, pointer));
             outcome_clear(&outcome);
             json_decref(inputs);
         }
-        outcome = canonicalise(*state, process->id, array);
+        outcome = canonical_outcome(*state, process->id, array);
         assert_true(has_error(&outcome, "/inputs"));
         outcome_clear(&outcome);
         json_decref(array);

@@ -146,7 +146,7 @@ static struct outcome brew(void **state, const char *text)
     expand(*state, text, whole, sizeof whole);
     given = json_loads(whole, 0, NULL);
     assert_non_null(given);
-    outcome = canonicalise_as(*state, &process, given);
+    outcome = canonical_outcome_as(*state, &process, given);
     json_decref(given);
     return outcome;
 }

@@ -38,7 +38,7 @@ static struct outcome transport(struct fixture *fixture, json_t *vector, bool re
 {
     json_t *inputs = json_pack("{s:s, s:s, s:o, s:b}", "from", fixture->surface, "to",
                                fixture->surface, "vector", vector, "register", registered);
-    struct outcome outcome = canonicalise(fixture, "transport", inputs);
+    struct outcome outcome = canonical_outcome(fixture, "transport", inputs);
 
     json_decref(inputs);
     return outcome;
@@ -93,7 +93,7 @@ static void test_motion(void **state)
     outcome_clear(&outcome);
 }
 
-/* A field belongs to the grid of the surfaces and to surfaces as they are parameterised. */
+/* A field belongs to the grid of the surfaces and to surfaces as they are parameterized. */
 static void test_field(void **state)
 {
     struct fixture *fixture = *state;
