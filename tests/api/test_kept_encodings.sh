@@ -22,14 +22,15 @@ upload() { # TOKEN FILE
 }
 numbers() { json '[.matrix, .warnings] | tojson'; }
 figures() { json '[.fit, .distortion, .warnings, (.surface | del(.source, .created))] | tojson'; }
-# Encodes again, the job of before and its results deleted.
-encode() { # INPUTS
-    as "$TOKEN" get '/v1/jobs?process=encode'
+# Runs a process, the jobs of before and their results deleted.
+again() { # PROCESS INPUTS
+    as "$TOKEN" get "/v1/jobs?process=$1"
     for id in $(json '.items[].id'); do
         as "$TOKEN" request DELETE "/v1/jobs/$id"
     done
-    as "$TOKEN" execute encode "$1"
+    as "$TOKEN" execute "$1" "$2"
 }
+encode() { again encode "$1"; }
 
 start_server "$DATA" || exit 1
 A=$(upload "$TOKEN" tests/data/aal_subcortex/L_pallidum.ply)
@@ -61,7 +62,7 @@ start_server "$DATA" || exit 1
 encode "{\"mesh\":\"$C\",\"lmax\":4}"
 is "$(figures)" "$WARNED" 'a kept encoding is warned of like a new one'
 is "$(encodings)" 'kept 1 ' 'after a restart it is still there'
-as "$TOKEN" execute distances "{\"surfaces\":[\"$B\",\"$A\"],\"metric\":\"harmonic\"}"
+again distances "{\"surfaces\":[\"$A\",\"$B\"],\"metric\":\"harmonic\"}"
 is "$(numbers)" "$MATRIX" 'as it is for others, with the numbers of before'
 is "$(encodings)" 'kept 3 ' 'and none is made'
 stop_server
@@ -74,7 +75,7 @@ is "$(encodings)" 'made 3 ' 'and is made anew'
 stop_server
 
 start_server "$DATA" --kept-encodings 0 || exit 1
-as "$TOKEN" execute distances "{\"surfaces\":[\"$B\",\"$A\"],\"metric\":\"harmonic\",\"register\":true}"
+as "$TOKEN" execute distances "{\"surfaces\":[\"$B\",\"$A\"],\"metric\":\"harmonic\"}"
 encode "{\"mesh\":\"$A\"}"
 is "$(encodings | cut -d ' ' -f 1,3)" 'made ' 'it can be turned off'
 done_testing
