@@ -68,7 +68,7 @@ static void tell(const struct exchange *exchange, bool whole)
     log_line(level, "request", fields, n);
 }
 
-void account_log(const struct exchange *exchange, bool whole)
+void access_log_write(const struct exchange *exchange, bool whole)
 {
     if (is_told(exchange)) {
         tell(exchange, whole);
@@ -98,7 +98,7 @@ static void find_series(const struct exchange *exchange, struct connection *conn
         metrics_series(metrics, METRIC_HTTP_SECONDS, METRIC_LABELS(route));
 }
 
-void account_count(const struct exchange *exchange)
+void access_log_count(const struct exchange *exchange)
 {
     const struct api_request *request = &exchange->request;
     struct metrics *metrics = exchange->http->config.metrics;

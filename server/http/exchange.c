@@ -12,6 +12,7 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
 #include "digits.h"
 
 #include <math.h>
@@ -131,7 +132,7 @@ static enum MHD_Result send_response(struct exchange *exchange)
     if (response->status == 0) {
         api_problem(&exchange->request, response, 500, "internal-error", "Nothing was answered.");
     }
-    now = http_now();
+    now = clock_now();
     exchange->total_ms = 1e3 * (now - exchange->started);
     add_fields(exchange);
     if (response->lacking) {
@@ -214,7 +215,7 @@ static enum MHD_Result take_piece(struct exchange *exchange, const char *data, s
 
     connection_deadline(
         connection,
-        connection_put_off(exchange->http, connection->deadline, http_last_tick(), (double)size),
+        connection_put_off(exchange->http, connection->deadline, clock_last_tick(), (double)size),
         true);
     if (exchange->phase == PHASE_BODY && size > exchange->max_body - request->body_size) {
         refuse_body(exchange, 413, "body-too-large", "The body is larger than the limit here.");
@@ -254,7 +255,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->http = http;
     exchange->mhd = mhd;
     exchange->connection = connection;
-    exchange->started = http_now();
+    exchange->started = clock_now();
     if (connection) {
         slots_busy(connection, true, exchange->started);
     }
@@ -424,14 +425,14 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
         return;
     }
     *state = NULL;
-    account_log(exchange, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
-    account_count(exchange);
+    access_log_write(exchange, code == MHD_REQUEST_TERMINATED_COMPLETED_OK);
+    access_log_count(exchange);
     stream_closed(exchange);
     drop_body(exchange);
     shares_release(exchange, exchange->held);
     shares_leave(exchange);
     if (connection) {
-        double now = http_last_tick();
+        double now = clock_last_tick();
 
         connection_deadline(connection, now + http->config.idle_seconds, true);
         slots_busy(connection, false, now);

@@ -26,6 +26,7 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
 #include "http/head.h"
 #include "log.h"
 
@@ -135,7 +136,7 @@ static void drain(struct front *front, struct waiting *w)
     if (n > 0 || n == 0 || (errno != EAGAIN && errno != EINTR)) {
         hang_up(front, w);
     } else if (w->passed_over > before) {
-        double now = http_now();
+        double now = clock_now();
 
         if (now < w->end) {
             list_remove(w);
@@ -148,7 +149,7 @@ static void drain(struct front *front, struct waiting *w)
 static void linger(struct front *front, struct waiting *w)
 {
     list_add(&front->answered, w);
-    w->deadline = http_now() + LINGER_SECONDS;
+    w->deadline = clock_now() + LINGER_SECONDS;
     w->end = w->deadline + LINGER_SECONDS_MAX;
 }
 
@@ -307,7 +308,7 @@ static bool take_in(struct front *front, int fd, const struct sockaddr_storage *
     w->fd = fd;
     w->peer = *peer;
     w->peer_length = length;
-    w->deadline = http_now() + front->http->config.header_seconds;
+    w->deadline = clock_now() + front->http->config.header_seconds;
     event.data.ptr = w;
     if (epoll_ctl(front->epoll, EPOLL_CTL_ADD, fd, &event) != 0) {
         free(w);
@@ -404,7 +405,7 @@ static int expire(struct front *front)
 {
     static const struct head_refusal late = {408, "request-timeout",
                                              "The head of the request did not come in time."};
-    double now = http_now(), next = now + 60;
+    double now = clock_now(), next = now + 60;
 
     while (front->heads.first && front->heads.first->deadline <= now) {
         struct waiting *w = front->heads.first;

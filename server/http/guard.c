@@ -144,7 +144,7 @@ static void choose_id(struct exchange *exchange)
         (void)snprintf(id, sizeof exchange->request.id, "%s", given);
         return;
     }
-    http_make_id(exchange->http, id);
+    request_id_make(exchange->http, id);
 }
 
 /* Whether the request is part of a trace. */

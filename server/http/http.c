@@ -11,7 +11,7 @@
  */
 #include "http/internal.h"
 
-#include "digits.h"
+#include "clock.h"
 #include "log.h"
 
 #include <limits.h>
@@ -166,25 +166,6 @@ static void http_free(struct http *http)
     free(http);
 }
 
-/* Ids of requests are a random start, the daemon's own, and a count: no two are the same, and
-   none costs a system call. */
-static void choose_id_start(struct http *http)
-{
-    unsigned char bytes[6];
-
-    randombytes_buf(bytes, sizeof bytes);
-    (void)sodium_bin2hex(http->id_start, sizeof http->id_start, bytes, sizeof bytes);
-}
-
-void http_make_id(struct http *http, char id[40])
-{
-    unsigned long long count = atomic_fetch_add_explicit(&http->ids, 1, memory_order_relaxed);
-
-    memcpy(id, "req-", 4);
-    memcpy(id + 4, http->id_start, sizeof http->id_start - 1);
-    (void)digits_hex48(id + 4 + sizeof http->id_start - 1, count);
-}
-
 int http_start(struct http **out, const struct http_config *config, char *message, size_t size)
 {
     struct http *http = calloc(1, sizeof *http);
@@ -197,7 +178,7 @@ int http_start(struct http **out, const struct http_config *config, char *messag
     }
     http->config = *config;
     set_defaults(&http->config);
-    choose_id_start(http);
+    request_ids_start(http);
     randombytes_buf(&http->holders_seed, sizeof http->holders_seed);
     if (config->tls_certificate) {
         http->tls = tls_open(config->tls_certificate, config->tls_key, message, size);
@@ -237,12 +218,11 @@ const char *http_address(const struct http *http)
 /* Waits until no request is in progress, at most grace_seconds. */
 static void wait_idle(struct http *http, double grace_seconds)
 {
-    double end = http_now() + grace_seconds;
-    struct timespec until = {.tv_sec = (time_t)end};
+    double end = clock_now() + grace_seconds;
+    struct timespec until = clock_timespec(end);
 
-    until.tv_nsec = (long)(1e9 * (end - (double)until.tv_sec));
     (void)pthread_mutex_lock(&http->mutex);
-    while (http->n_exchanges > 0 && http_now() < end) {
+    while (http->n_exchanges > 0 && clock_now() < end) {
         (void)pthread_cond_timedwait(&http->idle, &http->mutex, &until);
     }
     (void)pthread_mutex_unlock(&http->mutex);

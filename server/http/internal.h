@@ -61,7 +61,7 @@ struct connection {
     atomic_bool reads;       /* waits for bytes of a request: its head, or the rest of its body */
     atomic_bool sends;       /* gives a response, whose deadline moves as it is taken */
     uint64_t taken;          /* bytes that the client has acknowledged; the timer's */
-    atomic_bool ended;       /* libmicrohttpd is told that no more bytes come (connections.c) */
+    atomic_bool ended;       /* libmicrohttpd is told that no more bytes come (timer.c) */
     char *target;           /* raw request target of the current request; owned by its MHD thread */
     size_t target_size;     /* bytes that target has room for */
     struct frame frame;     /* of all that came on it (tap.c); the same thread's */
@@ -171,12 +171,12 @@ struct http {
     bool timer_started;
 };
 
-/* Monotonic seconds; those of the last tick of the kernel's clock, some milliseconds ago, cost less
-   to ask for. */
-double http_now(void);
-double http_last_tick(void);
+/* ---- request_ids.c --------------------------------------------------------------------------- */
+
+/* Chooses where the ids of this daemon start. */
+void request_ids_start(struct http *http);
 /* An id for a request that brings none. */
-void http_make_id(struct http *http, char id[40]);
+void request_id_make(struct http *http, char id[40]);
 
 /* ---- listen.c -------------------------------------------------------------------------------- */
 
@@ -296,8 +296,8 @@ void exchange_completed(void *cls, struct MHD_Connection *mhd, void **state,
 
 /* The line of the log that a request leaves, and what is counted of it. whole: the response was
    taken. */
-void account_log(const struct exchange *exchange, bool whole);
-void account_count(const struct exchange *exchange);
+void access_log_write(const struct exchange *exchange, bool whole);
+void access_log_count(const struct exchange *exchange);
 
 /* ---- pool.c ---------------------------------------------------------------------------------- */
 
@@ -305,6 +305,9 @@ int pool_start(struct http *http);
 /* Suspends the connection and queues the exchange. False when the pool is stopping: then nothing
    was done. */
 bool pool_submit(struct exchange *exchange);
+/* Enters a stream whose connection was just suspended: it looks for a change at once, or when its
+   pause is over. The mutex is held. */
+void pool_await_stream(struct exchange *exchange);
 /* Queues a WAITING exchange; the mutex is held. */
 void pool_wake(struct exchange *exchange);
 void pool_wake_all(struct http *http);
@@ -326,12 +329,6 @@ bool lane_is_over(const struct http *http, const struct lane *lane);
 void lane_look(struct http *http, double now);
 /* Tells all uploads to stop; what is queued, and what comes from now on, is answered with 503. */
 void lane_stop(struct http *http);
-
-/* ---- More of pool.c -------------------------------------------------------------------------- */
-
-/* Enters a stream whose connection was just suspended: it looks for a change at once, or when its
-   pause is over. The mutex is held. */
-void pool_await_stream(struct exchange *exchange);
 
 /* ---- stream.c -------------------------------------------------------------------------------- */
 
@@ -358,6 +355,9 @@ void connection_deadline(struct connection *connection, double deadline, bool re
    they may take at least_rate, but never to more than transfer_seconds from now. So over each such
    time the rate is kept up, and no credit is saved. */
 double connection_put_off(const struct http *http, double deadline, double now, double bytes);
+
+/* ---- timer.c --------------------------------------------------------------------------------- */
+
 int timer_start(struct http *http);
 void timer_stop(struct http *http);
 

@@ -11,6 +11,7 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
 #include "jobs/fault.h"
 #include "priority.h"
 
@@ -41,7 +42,7 @@ bool pool_submit(struct exchange *exchange)
 /* A stream that pauses is woken by the timer, when its pause is over. */
 static bool pauses(struct exchange *exchange)
 {
-    return exchange->streams && !exchange->http->draining && http_now() < exchange->pause_until;
+    return exchange->streams && !exchange->http->draining && clock_now() < exchange->pause_until;
 }
 
 void pool_wake(struct exchange *exchange)
@@ -191,14 +192,14 @@ static bool settle(struct http *http, struct exchange *exchange, bool was_waitin
     exchange->lane = LANE_REQUESTS; /* what is left of it is short */
     if (!exchange->waits) {
         add_wait(http, exchange, exchange->response.wait.job_id,
-                 http_now() + exchange->response.wait.seconds);
+                 clock_now() + exchange->response.wait.seconds);
     }
     exchange->resumed = true;
     if (!was_waiting || exchange->woken || http->draining) {
         lane_enqueue(http, exchange);
     } else {
         exchange->phase = PHASE_WAITING;
-        exchange->look_at = http_now() + WAIT_CHECK;
+        exchange->look_at = clock_now() + WAIT_CHECK;
     }
     return false;
 }
@@ -208,7 +209,7 @@ static void handle(struct lane *lane, size_t thread, struct exchange *exchange)
 {
     struct http *http = lane->http;
     bool was_waiting = exchange->resumed;
-    double seconds_left = exchange->deadline - http_now();
+    double seconds_left = exchange->deadline - clock_now();
 
     if (http->draining || seconds_left < 0) {
         seconds_left = 0;

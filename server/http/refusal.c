@@ -5,6 +5,7 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
 #include "log.h"
 
 #include <stdio.h>
@@ -63,15 +64,15 @@ size_t refusal_write(struct http *http, const struct head_refusal *refusal, cons
 {
     struct api_request request = {.method = "GET", .path = "", .query = ""};
     struct api_response response = {0};
-    double began = http_now();
+    double began = clock_now();
     size_t length;
 
     if (memcmp(start, "HEAD ", 5) == 0) {
         request.method = "HEAD";
     }
-    http_make_id(http, request.id);
+    request_id_make(http, request.id);
     api_problem(&request, &response, refusal->status, refusal->code, refusal->detail);
-    length = write_answer(text, &request, &response, 1e3 * (http_now() - began));
+    length = write_answer(text, &request, &response, 1e3 * (clock_now() - began));
     note_refusal(http, &request, &response);
     api_response_clear(&response);
     return length;

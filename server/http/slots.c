@@ -25,6 +25,8 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
+
 #include <math.h>
 #include <sys/socket.h>
 
@@ -84,7 +86,7 @@ enum slot slots_take(struct http *http, const struct sockaddr *address, bool kno
 {
     const struct http_config *config = &http->config;
     enum slot slot = SLOT_FREE;
-    double now = http_now();
+    double now = clock_now();
     size_t taken, unknown;
 
     (void)pthread_mutex_lock(&http->mutex);

@@ -16,6 +16,8 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
+
 #include <math.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -36,7 +38,7 @@ static bool suspend(struct exchange *exchange)
     open = !http->stopping && !http->draining;
     if (open) {
         MHD_suspend_connection(exchange->mhd);
-        exchange->alive_at = http_now() + http->config.heartbeat_seconds;
+        exchange->alive_at = clock_now() + http->config.heartbeat_seconds;
         pool_await_stream(exchange);
     }
     (void)pthread_mutex_unlock(&http->mutex);
@@ -56,7 +58,7 @@ static ssize_t read_stream(void *cls, uint64_t position, char *buffer, size_t si
         memcpy(buffer, response->body + exchange->piece_sent, n);
         exchange->piece_sent += n;
         exchange->sent += n;
-        connection_deadline(exchange->connection, http_now() + http->config.transfer_seconds,
+        connection_deadline(exchange->connection, clock_now() + http->config.transfer_seconds,
                             false);
         return (ssize_t)n;
     }
@@ -80,7 +82,7 @@ struct MHD_Response *stream_open(struct exchange *exchange)
         return NULL;
     }
     exchange->streams = true;
-    exchange->pause_until = http_now() + STREAM_PAUSE;
+    exchange->pause_until = clock_now() + STREAM_PAUSE;
     metrics_add(http->config.metrics, METRIC_HTTP_STREAMS, NULL, 1);
     (void)setsockopt(exchange->connection->fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, STREAM_BLOCK, read_stream, exchange,
@@ -104,7 +106,7 @@ void stream_closed(struct exchange *exchange)
 void stream_run(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
-    double now = http_now();
+    double now = clock_now();
 
     exchange->piece_sent = 0;
     response->body_size = 0;
@@ -118,7 +120,7 @@ void stream_run(struct exchange *exchange)
 
 double stream_look_at(const struct exchange *exchange)
 {
-    return fmin(exchange->alive_at, http_now() + STREAM_CHECK);
+    return fmin(exchange->alive_at, clock_now() + STREAM_CHECK);
 }
 
 bool stream_has_piece(const struct exchange *exchange)

@@ -102,7 +102,7 @@ static bool judge(struct connection *connection, gnutls_session_t session, char 
 /* Whether libmicrohttpd may see now that the peer sends no more. While it waits for bytes of a
    request it closes the connection for it; but it does so too where it has the whole request,
    and its answer is being made. Then it learns of the end when it waits for the next request
-   (connections.c). */
+   (timer.c). */
 static bool may_end(struct connection *connection)
 {
     if (atomic_load_explicit(&connection->reads, memory_order_relaxed)) {

@@ -20,12 +20,12 @@
  */
 #include "jobs/internal.h"
 
-#include <math.h>
+#include "clock.h"
 
 bool jobs_alone_holds(struct jobs *jobs)
 {
     struct jobs_alone *alone = &jobs->alone;
-    bool hold = alone->runs || (alone->waiting > 0 && jobs_now() >= alone->from);
+    bool hold = alone->runs || (alone->waiting > 0 && clock_now() >= alone->from);
 
     atomic_store(&alone->hold, hold);
     return hold;
@@ -38,9 +38,7 @@ bool jobs_alone_is_due(struct jobs *jobs)
 
 void jobs_alone_wait(struct jobs *jobs)
 {
-    double from = jobs->alone.from;
-    struct timespec until = {.tv_sec = (time_t)floor(from),
-                             .tv_nsec = (long)(1e9 * (from - floor(from)))};
+    struct timespec until = clock_timespec(jobs->alone.from);
 
     jobs->idle++;
     if (jobs->alone.waiting > 0 && !jobs_alone_holds(jobs)) {

@@ -50,6 +50,14 @@ struct jobs_loop {
     struct jobs_loop *link;     /* list of published loops; jobs->mutex */
 };
 
+/* The body of srnf_context.parallel_for. user: struct jobs_run. */
+void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, size_t index),
+                       void *argument);
+/* A published loop with work left, entered as a helper; NULL if none. jobs->mutex is held. */
+struct jobs_loop *jobs_loop_enter(struct jobs *jobs);
+/* Works until the loop is empty or a job waits for a worker. Without jobs->mutex. */
+void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop);
+
 /* ---- Checkpoints (kept.c) -------------------------------------------------------------------- */
 
 struct jobs_part {
@@ -77,12 +85,17 @@ struct jobs_kept {
 
 void jobs_kept_init(struct jobs_kept *kept);
 void jobs_kept_destroy(struct jobs_kept *kept);
-/* As initialized again, but for what says when to write. */
-void jobs_kept_clear(struct jobs_kept *kept);
 /* As bytes (malloc), NULL without memory; and back, false where these are no such bytes. kept is as
    initialized. */
 unsigned char *jobs_kept_write(const struct jobs_kept *kept, size_t *size);
 bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t size);
+/* The values [count] of the part as an earlier attempt has left them; false: it has left none. */
+bool jobs_kept_recall(const struct jobs_kept *kept, uint64_t series, uint64_t index, size_t count,
+                      double *values);
+/* Keeps a copy of the values [count] of a part, as far as there is room; count 0 drops all parts of
+   the series. From any thread. */
+void jobs_kept_keep(struct jobs_kept *kept, uint64_t series, uint64_t index, size_t count,
+                    const double *values);
 
 /* ---- Runs (run.c) ---------------------------------------------------------------------------- */
 
@@ -121,16 +134,13 @@ struct jobs_run {
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
                    struct jobs_memory *memory);
 void jobs_run_destroy(struct jobs_run *run);
-/* Seconds of the monotonic clock. */
-double jobs_now(void);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
-/* The checkpoint of the job in the store, and what an earlier attempt with the same numeric build
-   has left there (bytes: malloc). Both are told in the log. */
-int jobs_run_checkpoint_write(struct jobs_run *run, const void *bytes, size_t size);
-int jobs_run_checkpoint_read(struct jobs_run *run, unsigned char **bytes, size_t *size);
 /* Whether the computation has been told to stop: from then on what it makes is unfinished. */
 bool jobs_run_told(const struct jobs_run *run);
+
+/* ---- Its end (execute.c) --------------------------------------------------------------------- */
+
 /* Runs the claimed job to its end and writes how it ended. On a worker. */
 void jobs_run_execute(struct jobs_run *run);
 
@@ -236,20 +246,19 @@ struct jobs_worker {
 void *jobs_worker_main(void *argument);
 /* argument: struct jobs_worker as well; its number is beyond those of the workers. */
 void *jobs_express_main(void *argument);
-/* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
-   time, up to a second. False when a signal woke it up. */
-bool jobs_pause(unsigned failures);
-/* The body of srnf_context.parallel_for. user: struct jobs_run. */
-void jobs_parallel_for(void *user, size_t count, void (*body)(void *argument, size_t index),
-                       void *argument);
-/* A published loop with work left, entered as a helper; NULL if none. jobs->mutex is held. */
-struct jobs_loop *jobs_loop_enter(struct jobs *jobs);
-/* Works until the loop is empty or a job waits for a worker. Without jobs->mutex. */
-void jobs_loop_help(struct jobs *jobs, struct jobs_loop *loop);
+
+/* ---- The handle (handle.c) ------------------------------------------------------------------- */
+
 /* job: its id and trace are told; NULL: of no single job. */
 void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job,
               const char *detail);
 void jobs_changed(struct jobs *jobs, const char *job_id);
 const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id);
+
+/* ---- A store that fails (pause.c) ------------------------------------------------------------ */
+
+/* Sleeps before the next try at a store that has failed so many times in a row: 20 ms, doubled each
+   time, up to a second. False when a signal woke it up. */
+bool jobs_pause(unsigned failures);
 
 #endif

@@ -7,65 +7,14 @@
  * the running attempts.
  */
 #include "jobs/internal.h"
+
+#include "clock.h"
 #include "store/job.h"
 
 #include <cblas.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <time.h>
 #include <unistd.h>
-
-void jobs_log(struct jobs *jobs, const char *event, const struct store_job *job, const char *detail)
-{
-    if (jobs->config.log) {
-        jobs->config.log(jobs->config.user, event, job ? job->id : "", job ? job->trace : "",
-                         detail);
-    }
-}
-
-void jobs_changed(struct jobs *jobs, const char *job_id)
-{
-    if (jobs->config.changed) {
-        jobs->config.changed(jobs->config.user, job_id);
-    }
-}
-
-const struct jobs_process *jobs_process_find(const struct jobs *jobs, const char *id)
-{
-    for (const struct jobs_process *process = jobs->config.table; process->id; process++) {
-        if (strcmp(process->id, id) == 0) {
-            return process;
-        }
-    }
-    return NULL;
-}
-
-size_t jobs_worker_count(const struct jobs *jobs)
-{
-    return jobs->n_workers;
-}
-
-size_t jobs_memory_limit(const struct jobs *jobs)
-{
-    return jobs->config.job_memory;
-}
-
-void jobs_health(struct jobs *jobs, struct jobs_health *health)
-{
-    *health = (struct jobs_health){.workers = jobs->n_workers,
-                                   .express = JOBS_EXPRESS_THREADS,
-                                   .queue_limit = jobs->config.max_queued,
-                                   .closing = atomic_load(&jobs->closing)};
-    pthread_mutex_lock(&jobs->mutex);
-    health->alive = jobs->alive;
-    health->express_alive = jobs->express_alive;
-    health->queued = jobs->accepted;
-    for (size_t i = 0; i < jobs->n_slots; i++) {
-        *(i < jobs->n_workers ? &health->busy : &health->express_busy) += jobs->slots[i] != NULL;
-    }
-    pthread_mutex_unlock(&jobs->mutex);
-}
 
 /* Ids go on where the last run of the daemon stopped, even if the clock has gone back since. */
 static bool note_newest(void *user, const struct store_job *job)
@@ -99,7 +48,7 @@ static int recover(struct jobs *jobs)
     if (status == STORE_OK) {
         atomic_store(&jobs->tickets, jobs->accepted - jobs->alone.waiting);
         jobs->express_issued = jobs->accepted > 0;
-        jobs->alone.from = jobs_now() + jobs->config.calm_seconds;
+        jobs->alone.from = clock_now() + jobs->config.calm_seconds;
         snprintf(detail, sizeof detail,
                  "%zu queued, of these %zu again and %zu to run alone, %zu given up",
                  jobs->accepted, requeued, jobs->alone.waiting, failed);
@@ -199,13 +148,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
 /* Waits for the running jobs to end, at most so long. */
 static void wait_for_runs(struct jobs *jobs, double seconds)
 {
-    struct timespec until;
-    int64_t ns = (int64_t)(seconds * 1e9);
+    struct timespec until = clock_timespec(clock_now() + seconds);
 
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    ns += until.tv_nsec;
-    until.tv_sec += ns / 1000000000;
-    until.tv_nsec = ns % 1000000000;
     pthread_mutex_lock(&jobs->mutex);
     while (jobs->running > 0 &&
            pthread_cond_clockwait(&jobs->ended, &jobs->mutex, CLOCK_MONOTONIC, &until) == 0) {

@@ -7,14 +7,11 @@
  * and u64 FNV-1a of all bytes before it. What is damaged, or not of this form, is as if it were not
  * there; whether a part belongs to what is computed is told by its series.
  *
- * A state is written when it is saved. Parts come from all threads that help the job: whoever
- * brings one when the last checkpoint is INTERVAL old writes the next, unless somebody is about to:
- * at most once in INTERVAL, and in COST times what writing took, so that a large one does not take
- * the time of what it saves. Parts beyond BYTES_MAX are not kept: only a crash would cost more.
- * They, and as much again while a checkpoint is written, come on top of the memory of the job.
+ * Parts beyond BYTES_MAX are not kept: only a crash would cost more. They, and as much again while
+ * a checkpoint is written, come on top of the memory of the job. When one is written says
+ * checkpoint.c.
  *
- * Lock: kept->mutex (rank 25), never held across the store. What was recalled does not change and
- * is read without it.
+ * Lock: kept->mutex (rank 25). What was recalled does not change and is read without it.
  */
 #include "jobs/internal.h"
 
@@ -27,8 +24,6 @@
 #define ENTRY ((size_t)24)           /* before the values */
 #define BYTES_MAX ((size_t)64 << 20) /* of entries with their values */
 #define PARTS_MAX (BYTES_MAX / (ENTRY + 8))
-#define INTERVAL 1.0 /* seconds */
-#define COST 50.0
 #define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
 
@@ -115,6 +110,24 @@ static bool read_parts(struct jobs_kept *kept, const unsigned char *bytes, const
     return bytes == end;
 }
 
+/* As initialized again. */
+static void clear(struct jobs_kept *kept)
+{
+    for (size_t i = 0; kept->parts && i < kept->n; i++) {
+        if (kept->parts[i].owned) {
+            free(kept->parts[i].many);
+        }
+    }
+    free(kept->parts);
+    free(kept->old);
+    free(kept->old_values);
+    free(kept->state);
+    kept->parts = kept->old = NULL;
+    kept->old_values = NULL;
+    kept->state = NULL;
+    kept->n = kept->capacity = kept->recalled = kept->bytes = kept->state_size = 0;
+}
+
 bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t size)
 {
     uint64_t n, state;
@@ -137,7 +150,7 @@ bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t s
     good = kept->parts && kept->old && kept->old_values && kept->state &&
            read_parts(kept, bytes + HEAD + state, bytes + size - 8);
     if (!good) {
-        jobs_kept_clear(kept);
+        clear(kept);
         return false;
     }
     memcpy(kept->state, bytes + HEAD, (size_t)state);
@@ -148,20 +161,19 @@ bool jobs_kept_read(struct jobs_kept *kept, const unsigned char *bytes, size_t s
     return true;
 }
 
-static bool recall(void *user, uint64_t series, uint64_t index, size_t count, double *values)
+bool jobs_kept_recall(const struct jobs_kept *kept, uint64_t series, uint64_t index, size_t count,
+                      double *values)
 {
-    struct jobs_run *run = user;
     const struct jobs_part wanted = {.series = series, .index = index};
     const struct jobs_part *found = NULL;
 
-    if (run->kept.recalled > 0) {
-        found = bsearch(&wanted, run->kept.old, run->kept.recalled, sizeof wanted, order);
+    if (kept->recalled > 0) {
+        found = bsearch(&wanted, kept->old, kept->recalled, sizeof wanted, order);
     }
     if (!found || found->count != count) {
         return false;
     }
     memcpy(values, values_of(found), count * sizeof(double));
-    jobs_run_resumed(run);
     return true;
 }
 
@@ -253,28 +265,10 @@ static void forget(struct jobs_kept *kept, uint64_t series)
     kept->n = left;
 }
 
-/* Writes the checkpoint that is in bytes, and says when the next is due. */
-static void write_part(struct jobs_run *run, const unsigned char *bytes, size_t size)
+void jobs_kept_keep(struct jobs_kept *kept, uint64_t series, uint64_t index, size_t count,
+                    const double *values)
 {
-    struct jobs_kept *kept = &run->kept;
-    double before = run->context.seconds(run), now;
-
-    (void)jobs_run_checkpoint_write(run, bytes, size);
-    now = run->context.seconds(run);
-    pthread_mutex_lock(&kept->mutex);
-    kept->next = now + (COST * (now - before) > INTERVAL ? COST * (now - before) : INTERVAL);
-    kept->writing = false;
-    pthread_mutex_unlock(&kept->mutex);
-}
-
-static void keep(void *user, uint64_t series, uint64_t index, size_t count, const double *values)
-{
-    struct jobs_run *run = user;
-    struct jobs_kept *kept = &run->kept;
     struct jobs_part part = {.series = series, .index = index, .count = count};
-    double now = run->context.seconds(run);
-    unsigned char *bytes = NULL;
-    size_t size = 0;
 
     if (count == 1) {
         part.one = values[0];
@@ -292,88 +286,10 @@ static void keep(void *user, uint64_t series, uint64_t index, size_t count, cons
     } else {
         add(kept, &part);
     }
-    if (!kept->writing && now >= kept->next) {
-        bytes = jobs_kept_write(kept, &size);
-        kept->writing = bytes != NULL;
-    }
     pthread_mutex_unlock(&kept->mutex);
-    if (bytes) {
-        write_part(run, bytes, size);
-        free(bytes);
-    }
 }
 
-/* ---- A run ----------------------------------------------------------------------------------- */
-
-/* What an earlier attempt has left, once. On the thread of the run. */
-static void open_kept(struct jobs_run *run)
-{
-    unsigned char *bytes = NULL;
-    size_t size = 0;
-
-    if (!run->kept.opened) {
-        run->kept.opened = true;
-        if (jobs_run_checkpoint_read(run, &bytes, &size) == STORE_OK) {
-            (void)jobs_kept_read(&run->kept, bytes, size);
-        }
-        free(bytes);
-    }
-}
-
-int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t size)
-{
-    struct jobs_kept *kept = &run->kept;
-    unsigned char *state = malloc(size ? size : 1), *all = NULL;
-    size_t all_size = 0;
-    int status = STORE_NOMEM;
-
-    open_kept(run);
-    if (!state) {
-        return status;
-    }
-    memcpy(state, bytes, size);
-    pthread_mutex_lock(&kept->mutex);
-    free(kept->state);
-    kept->state = state;
-    kept->state_size = size;
-    all = jobs_kept_write(kept, &all_size);
-    pthread_mutex_unlock(&kept->mutex);
-    if (all) {
-        status = jobs_run_checkpoint_write(run, all, all_size);
-    }
-    free(all);
-    return status;
-}
-
-int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t *size)
-{
-    struct jobs_kept *kept = &run->kept;
-
-    *bytes = NULL;
-    *size = 0;
-    open_kept(run);
-    if (kept->state_size == 0) {
-        return STORE_NOT_FOUND;
-    }
-    *bytes = malloc(kept->state_size);
-    if (!*bytes) {
-        return STORE_NOMEM;
-    }
-    memcpy(*bytes, kept->state, kept->state_size);
-    *size = kept->state_size;
-    return STORE_OK;
-}
-
-void jobs_run_keep_parts(struct jobs_run *run)
-{
-    if (run->context.keep) {
-        return;
-    }
-    open_kept(run);
-    run->kept.next = run->context.seconds(run) + INTERVAL;
-    run->context.recall = recall;
-    run->context.keep = keep;
-}
+/* ---- Life ------------------------------------------------------------------------------------ */
 
 void jobs_kept_init(struct jobs_kept *kept)
 {
@@ -381,25 +297,8 @@ void jobs_kept_init(struct jobs_kept *kept)
     pthread_mutex_init(&kept->mutex, NULL);
 }
 
-void jobs_kept_clear(struct jobs_kept *kept)
-{
-    for (size_t i = 0; kept->parts && i < kept->n; i++) {
-        if (kept->parts[i].owned) {
-            free(kept->parts[i].many);
-        }
-    }
-    free(kept->parts);
-    free(kept->old);
-    free(kept->old_values);
-    free(kept->state);
-    kept->parts = kept->old = NULL;
-    kept->old_values = NULL;
-    kept->state = NULL;
-    kept->n = kept->capacity = kept->recalled = kept->bytes = kept->state_size = 0;
-}
-
 void jobs_kept_destroy(struct jobs_kept *kept)
 {
-    jobs_kept_clear(kept);
+    clear(kept);
     pthread_mutex_destroy(&kept->mutex);
 }

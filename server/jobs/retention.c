@@ -10,37 +10,31 @@
  * Thread: srnfd-keep. Lock: retention.mutex (rank 24) protects closing; it is held across nothing.
  */
 #include "jobs/internal.h"
+
+#include "clock.h"
 #include "store/job.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <time.h>
 
 #define DAY_MS 86400000.0
 #define JUMP_SECONDS 60.0
 
-static double seconds_of(clockid_t clock)
+/* By how much the wall clock is ahead of the monotonic one. */
+static double wall_offset(void)
 {
-    struct timespec now;
-
-    clock_gettime(clock, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return 1e-3 * (double)store_now_ms() - clock_now();
 }
 
 /* Waits until the next sweep; false: the engine closes. */
 static bool wait_for_sweep(struct jobs *jobs)
 {
     struct jobs_retention *retention = &jobs->retention;
-    struct timespec until;
+    struct timespec until = clock_timespec(clock_now() + jobs->config.sweep_seconds);
     bool closing;
     int status = 0;
 
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += (time_t)jobs->config.sweep_seconds;
-    until.tv_nsec += (long)(fmod(jobs->config.sweep_seconds, 1.0) * 1e9);
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&retention->mutex);
     while (!retention->closing && status != ETIMEDOUT) {
         status =
@@ -77,14 +71,14 @@ static void expire_jobs(struct jobs *jobs)
 static void *retention_main(void *argument)
 {
     struct jobs *jobs = argument;
-    double before = seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_MONOTONIC);
+    double before = wall_offset();
     bool settled = false;
     size_t removed;
     int status;
 
     pthread_setname_np(pthread_self(), "srnfd-keep");
     while (wait_for_sweep(jobs)) {
-        double offset = seconds_of(CLOCK_REALTIME) - seconds_of(CLOCK_MONOTONIC);
+        double offset = wall_offset();
         bool jumped = fabs(offset - before) > JUMP_SECONDS;
 
         if (jumped) {

@@ -35,31 +35,13 @@
  */
 #include "jobs/internal.h"
 
+#include "clock.h"
 #include "priority.h"
 #include "store/job.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-/* Before the next try when the store has failed. */
-#define PAUSE_FIRST_MS 20
-#define PAUSE_LAST_MS 1000
-
-bool jobs_pause(unsigned failures)
-{
-    long ms = PAUSE_FIRST_MS;
-    struct timespec pause;
-
-    for (; failures > 1 && ms < PAUSE_LAST_MS; failures--) {
-        ms *= 2;
-    }
-    ms = ms < PAUSE_LAST_MS ? ms : PAUSE_LAST_MS;
-    pause = (struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000L};
-    return nanosleep(&pause, NULL) == 0;
-}
 
 /* The slot makes the run known. A cancellation that fell between the claim and this moment is
    looked up. */
@@ -274,7 +256,7 @@ void *jobs_worker_main(void *argument)
 static double lane_wait(const struct jobs *jobs)
 {
     double wait =
-        jobs->lane == JOBS_NO_LANE ? 0.0 : jobs->lane_since + JOBS_EXPRESS_PATIENCE - jobs_now();
+        jobs->lane == JOBS_NO_LANE ? 0.0 : jobs->lane_since + JOBS_EXPRESS_PATIENCE - clock_now();
 
     return wait > 0.0 ? wait : 0.0;
 }
@@ -282,10 +264,9 @@ static double lane_wait(const struct jobs *jobs)
 /* Until there is something to look for, or for so long. jobs->mutex is held. */
 static void await_express(struct jobs *jobs, double seconds)
 {
-    double until = jobs_now() + seconds;
-    struct timespec at = {.tv_sec = (time_t)until, .tv_nsec = (long)(1e9 * (until - floor(until)))};
+    struct timespec until = clock_timespec(clock_now() + seconds);
 
-    (void)pthread_cond_clockwait(&jobs->express_wake, &jobs->mutex, CLOCK_MONOTONIC, &at);
+    (void)pthread_cond_clockwait(&jobs->express_wake, &jobs->mutex, CLOCK_MONOTONIC, &until);
 }
 
 void *jobs_express_main(void *argument)
@@ -305,7 +286,7 @@ void *jobs_express_main(void *argument)
             await_express(jobs, wait);
         } else {
             jobs->lane = worker.number;
-            jobs->lane_since = jobs_now();
+            jobs->lane_since = clock_now();
             take_express(&worker);
             jobs->lane = jobs->lane == worker.number ? JOBS_NO_LANE : jobs->lane;
         }
