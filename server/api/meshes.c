@@ -9,8 +9,9 @@
  * its report says why. Runs on request threads: reading is linear in the size of the body, topology
  * n log n, and the star kernel is a linear program of four unknowns.
  */
-#include "api/respond.h"
+#include "api/meshes.h"
 #include "api/json_memory.h"
+#include "api/respond.h"
 #include "api/routes.h"
 
 #include <stdio.h>
@@ -80,6 +81,14 @@ bool mesh_type_known(const char *value, size_t length)
     return type_copy(type, value, length) && (list_has(sniffed, type) || format_of_type(type));
 }
 
+/* What made it; null for an upload. */
+static json_t *mesh_source(const struct store_mesh *mesh)
+{
+    json_t *source = mesh->source ? json_loads(mesh->source, 0, NULL) : NULL;
+
+    return source ? source : json_null();
+}
+
 json_t *mesh_record(const struct store_mesh *mesh)
 {
     json_t *report = mesh_report_load(mesh);
@@ -98,6 +107,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
     (void)json_object_set_new(document, "faces", json_integer(mesh->faces));
     (void)json_object_set_new(document, "created", json_time(mesh->created_ms));
     (void)json_object_set_new(document, "report", report ? report : json_null());
+    (void)json_object_set_new(document, "source", mesh_source(mesh));
     (void)json_object_set_new(document, "links", links);
     return document;
 }
@@ -171,17 +181,6 @@ static bool choose_name(struct api_call *call, char name[NAME_SIZE])
     return !problem;
 }
 
-/* Bytes under another format are another mesh: the address is that of the format and the digest of
-   the bytes. */
-static void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size)
-{
-    char digest[65], text[128];
-
-    store_sha256_hex(digest, bytes, size);
-    (void)snprintf(text, sizeof text, "%s:%s", format, digest);
-    store_content_id(id, "mesh-", text, strlen(text));
-}
-
 static bool is_told(void *user)
 {
     (void)user;
@@ -190,44 +189,6 @@ static bool is_told(void *user)
 
 /* Reading goes on until the upload is told to stop, as with memory that is refused (api.c). */
 static const struct srnf_context until_told = {.canceled = is_told};
-
-static bool report_of(struct api_call *call, struct srnf_mesh *mesh,
-                      const struct srnf_mesh_read_info *info, char **text)
-{
-    struct srnf_mesh_report report;
-    struct srnf_star star;
-    bool have_star = false;
-    json_t *document;
-    int status = srnf_mesh_prepare_within(mesh, true, &until_told, &report);
-
-    if (status < 0) {
-        (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
-        return false;
-    }
-    if (report.n_problems == 0) {
-        status = srnf_star_kernel_within(mesh, &until_told, &star);
-        if (status == SRNF_ENOMEM || status == SRNF_ECANCELED) {
-            (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
-            return false;
-        }
-        have_star = status == 0;
-        if (status == SRNF_EDEGENERATE) {
-            report.problems[0] =
-                (struct srnf_mesh_problem){.status = SRNF_EDEGENERATE, .count = 1, .first = -1};
-            (void)snprintf(report.problems[0].detail, sizeof report.problems[0].detail,
-                           "the search for a centre that sees the whole surface failed: %s",
-                           srnf_strerror(status));
-            report.n_problems = 1;
-        }
-    }
-    document = mesh_report_json(&report, have_star ? &star : NULL, info);
-    *text = json_memory_dumps(document, JSON_COMPACT);
-    json_decref(document);
-    if (!*text) {
-        (void)problem_respond(call, "out-of-memory", "The report could not be allocated.");
-    }
-    return *text != NULL;
-}
 
 /* Parses and reports; fills the row but for its content. False when a problem was answered. */
 static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, struct store_mesh *row)
@@ -257,7 +218,11 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         return false;
     }
     info.format = format;
-    parsed = report_of(call, &mesh, &info, &row->report);
+    status = mesh_examine(&mesh, &info, &until_told, &row->report);
+    if (status < 0) {
+        (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
+    }
+    parsed = status == 0;
     row->vertices = (int64_t)mesh.n_vertices;
     row->faces = (int64_t)mesh.n_faces;
     srnf_mesh_clear(&mesh);

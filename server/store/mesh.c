@@ -1,7 +1,7 @@
 /*
  * mesh.c - the rows of meshes. A mesh never changes: its id is its content, so that storing it
- * twice finds it there. Name and time are each owner's (owner.c). The report on it is that of the
- * program that stored it last: a later version may find more.
+ * twice finds it there. Name, source and time are each owner's (owner.c). The report on it is that
+ * of the program that stored it last: a later version may find more.
  */
 #include "store/internal.h"
 #include "store/mesh.h"
@@ -9,19 +9,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COLUMNS "id, name, format, report, bytes, vertices, faces, created_ms"
-/* Name and time stay those of the first; what is said of the content is that of the last. */
+#define COLUMNS "id, name, format, report, bytes, vertices, faces, created_ms, source"
+/* Name, source and time stay those of the first; what is said of the content that of the last. */
 #define RENEW \
     "UPDATE SET report = excluded.report, vertices = excluded.vertices, faces = excluded.faces"
 #define COLUMNS_AS                                                                     \
     "mesh.id, coalesce(owned.name, mesh.name), format, report, mesh.bytes, vertices, " \
-    "faces, coalesce(owned.created_ms, mesh.created_ms)"
+    "faces, coalesce(owned.created_ms, mesh.created_ms), coalesce(owned.record, mesh.source)"
 
 void store_mesh_clear(struct store_mesh *mesh)
 {
     free(mesh->name);
     free(mesh->format);
     free(mesh->report);
+    free(mesh->source);
     *mesh = (struct store_mesh){0};
 }
 
@@ -38,6 +39,7 @@ static int from_row(sqlite3_stmt *row, struct store_mesh *mesh)
     mesh->vertices = sqlite3_column_int64(row, 5);
     mesh->faces = sqlite3_column_int64(row, 6);
     mesh->created_ms = sqlite3_column_int64(row, 7);
+    mesh->source = store_column_text(row, 8, &status);
     if (status != STORE_OK) {
         store_mesh_clear(mesh);
     }
@@ -106,6 +108,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     const struct store_holding holding = {.id = mesh->id,
                                           .kind = "mesh",
                                           .name = mesh->name ? mesh->name : "",
+                                          .record = mesh->source ? mesh->source : "",
                                           .bytes = mesh->bytes + report,
                                           .now = put->now};
     int status = store_owner_take(db, &mesh->owner, &holding, &put->created);
@@ -114,13 +117,13 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         status = store_blob_keep(store, db, put->content);
     }
     if (status == STORE_OK && put->created) {
-        status =
-            store_execute(db, NULL,
-                          "INSERT INTO mesh (" COLUMNS ", content) "
-                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO " RENEW,
-                          "ttttiiiit", mesh->id, mesh->name ? mesh->name : "",
-                          mesh->format ? mesh->format : "", mesh->report ? mesh->report : "",
-                          mesh->bytes, mesh->vertices, mesh->faces, put->now, put->content->hash);
+        status = store_execute(db, NULL,
+                               "INSERT INTO mesh (" COLUMNS ", content) "
+                               "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO " RENEW,
+                               "ttttiiiitt", mesh->id, mesh->name ? mesh->name : "",
+                               mesh->format ? mesh->format : "", mesh->report ? mesh->report : "",
+                               mesh->bytes, mesh->vertices, mesh->faces, put->now,
+                               mesh->source ? mesh->source : "", put->content->hash);
     }
     return status;
 }
@@ -146,7 +149,7 @@ static int renew_report(struct store *store, const struct store_mesh *held, stru
                : store_write(store, run_renew, &put);
 }
 
-/* Takes name and time of what the store holds, and gives it the report. */
+/* Takes name, source and time of what the store holds, and gives it the report. */
 static int adopt(struct store *store, struct store_mesh *mesh)
 {
     const char *owner = store_owner_name(&mesh->owner);
@@ -156,9 +159,11 @@ static int adopt(struct store *store, struct store_mesh *mesh)
     if (status == STORE_OK) {
         status = renew_report(store, &held, mesh);
         free(mesh->name);
+        free(mesh->source);
         mesh->name = held.name;
+        mesh->source = held.source;
         mesh->created_ms = held.created_ms;
-        held.name = NULL;
+        held.name = held.source = NULL;
         store_mesh_clear(&held);
     }
     return status;

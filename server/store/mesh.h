@@ -11,13 +11,15 @@ struct store_mesh {
     char *name;            /* may be empty */
     char *format;
     char *report; /* JSON text, opaque here */
+    char *source; /* JSON text of what made it; NULL or empty: it was uploaded */
     int64_t bytes, vertices, faces, created_ms;
     struct store_owner owner; /* to be set for put; not set by get */
 };
 
 /* Stores the mesh for its owner, unless the owner has it; *created says which. Where the owner has
    it and its content is damaged, the content is replaced. content has mesh->bytes bytes, mesh->id
-   is set. On return mesh->created_ms and mesh->name are what the store holds for that owner. */
+   is set. On return mesh->created_ms, mesh->name and mesh->source are what the store holds for that
+   owner. */
 int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *content,
                    bool *created);
 /* For a mesh that is there: content replaces what is stored of it, where that is damaged. */

@@ -14,6 +14,7 @@
 #include "api/handler.h"
 #include "api/json_memory.h"
 #include "api/json_numbers.h"
+#include "api/meshes.h"
 #include "api/surfaces.h"
 #include "compute/compute.h"
 
@@ -152,6 +153,15 @@ bool process_finite(size_t count, const double *values, const char *what,
  */
 json_t *process_keep_surface(struct jobs_run *run, struct surface_description *description,
                              const char *what, struct jobs_result *result);
+/*
+ * Stores a mesh that a process made, as if its file had been uploaded (api/meshes.h). Otherwise,
+ * and where it cannot be kept, the problem of the run is set.
+ *   description [in] source is taken over in any case
+ *   what        [in] "the mesh": in the problem's detail
+ * Returns its record (new reference), or NULL. Its report says whether it can be analysed.
+ */
+json_t *process_keep_mesh(struct jobs_run *run, struct mesh_description *description,
+                          const char *what, struct jobs_result *result);
 /* Whether a row was read, by the status of the store. Where it could not be, and not because it is
    not there, nothing is made of the results: they would lack what it tells. */
 static inline bool process_read(int status)

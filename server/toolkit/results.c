@@ -152,6 +152,23 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
     return record;
 }
 
+json_t *process_keep_mesh(struct jobs_run *run, struct mesh_description *description,
+                          const char *what, struct jobs_result *result)
+{
+    const struct store_owner owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT};
+    json_t *record = NULL;
+    int failed = 0;
+    int status = mesh_save(jobs_run_store(run), &owner, description, jobs_run_context(run), &record,
+                           &failed);
+
+    if (failed < 0) {
+        (void)compute_fail(result, failed, NULL, what);
+    } else if (status) {
+        (void)compute_fail_kept(run, result, status, what);
+    }
+    return record;
+}
+
 json_t *process_source(struct jobs_run *run, const char *process, const char *mesh,
                        const char *reference)
 {

@@ -1,0 +1,138 @@
+/*
+ * meshes_save.c - what uploads and meshes that jobs made have in common: the id, and the report;
+ * and how one that a job made is kept.
+ *
+ * A mesh of a job is written as binary PLY in double precision, read back, and stored as if those
+ * bytes had been uploaded. So the mesh that is encoded later, the mesh that the content shows and
+ * the one of the report are the same to the bit, and a user who downloads and uploads it again gets
+ * the same resource.
+ */
+#include "api/meshes.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "compute/compute.h"
+#include "store/mesh.h"
+
+void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size)
+{
+    char digest[65], text[128];
+
+    store_sha256_hex(digest, bytes, size);
+    (void)snprintf(text, sizeof text, "%s:%s", format, digest);
+    store_content_id(id, "mesh-", text, strlen(text));
+}
+
+/* Where the search for a centre broke down, the mesh cannot be analysed either. */
+static void add_degenerate(struct srnf_mesh_report *report)
+{
+    report->problems[0] =
+        (struct srnf_mesh_problem){.status = SRNF_EDEGENERATE, .count = 1, .first = -1};
+    (void)snprintf(report->problems[0].detail, sizeof report->problems[0].detail,
+                   "the search for a centre that sees the whole surface failed: %s",
+                   srnf_strerror(SRNF_EDEGENERATE));
+    report->n_problems = 1;
+}
+
+int mesh_examine(struct srnf_mesh *mesh, const struct srnf_mesh_read_info *info,
+                 const struct srnf_context *context, char **text)
+{
+    struct srnf_mesh_report report;
+    struct srnf_star star;
+    bool have_star = false;
+    json_t *document;
+    int status = srnf_mesh_prepare_within(mesh, true, context, &report);
+
+    *text = NULL;
+    if (status < 0) {
+        return status;
+    }
+    if (report.n_problems == 0) {
+        status = srnf_star_kernel_within(mesh, context, &star);
+        if (status == SRNF_ENOMEM || status == SRNF_ECANCELED) {
+            return status;
+        }
+        have_star = status == 0;
+        if (status == SRNF_EDEGENERATE) {
+            add_degenerate(&report);
+        }
+    }
+    document = mesh_report_json(&report, have_star ? &star : NULL, info);
+    *text = json_memory_dumps(document, JSON_COMPACT);
+    json_decref(document);
+    return *text ? 0 : SRNF_ENOMEM;
+}
+
+/* The row of a mesh of these bytes, with its report. Returns an enum srnf_status. */
+static int row_of(const struct srnf_buffer *bytes, const struct srnf_context *context,
+                  struct store_mesh *row)
+{
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
+    struct srnf_mesh_read_info info = {0};
+    struct srnf_mesh mesh = {0};
+    int status;
+
+    limits.context = context;
+    status = srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh, &info, NULL);
+    if (status >= 0) {
+        status = mesh_examine(&mesh, &info, context, &row->report);
+    }
+    row->vertices = (int64_t)mesh.n_vertices;
+    row->faces = (int64_t)mesh.n_faces;
+    row->bytes = (int64_t)bytes->size;
+    row->created_ms = store_now_ms();
+    srnf_mesh_clear(&mesh);
+    return status;
+}
+
+/* Stores the row and gives its record, with the source that this job has. */
+static int keep_row(struct store *store, struct store_mesh *row, const struct srnf_buffer *bytes,
+                    json_t *source, json_t **record)
+{
+    bool created;
+    int status = store_mesh_put(store, row, bytes->data, &created);
+
+    if (status == STORE_OK) {
+        *record = mesh_record(row);
+        status = *record ? STORE_OK : STORE_NOMEM;
+    }
+    if (*record) {
+        (void)json_object_set(*record, "source", source);
+    }
+    return status;
+}
+
+int mesh_save(struct store *store, const struct store_owner *owner,
+              struct mesh_description *description, const struct srnf_context *context,
+              json_t **record, int *failed)
+{
+    struct store_mesh row = {.owner = *owner};
+    struct srnf_buffer bytes = {0};
+    int status = STORE_NOMEM;
+
+    *record = NULL;
+    *failed = srnf_mesh_write(description->mesh, SRNF_MESH_PLY, NULL, NULL, 0, &bytes);
+    if (*failed >= 0) {
+        *failed = row_of(&bytes, context, &row);
+    }
+    if (*failed < 0) {
+        goto out;
+    }
+    *failed = 0;
+    mesh_id(row.id, srnf_mesh_format_name(SRNF_MESH_PLY), bytes.data, bytes.size);
+    row.name = strdup(description->name ? description->name : "");
+    row.format = strdup(srnf_mesh_format_name(SRNF_MESH_PLY));
+    row.source = json_memory_dumps(description->source, JSON_COMPACT | JSON_SORT_KEYS);
+    if (row.name && row.format && row.source) {
+        status = keep_row(store, &row, &bytes, description->source, record);
+    }
+out:
+    json_decref(description->source);
+    description->source = NULL;
+    srnf_buffer_clear(&bytes);
+    store_mesh_clear(&row);
+    return status;
+}
