@@ -40,6 +40,7 @@ static struct {
     atomic_int alone;                 /* handled with request->alone */
     atomic_int crowded;               /* of these, those beside which another was handled */
     atomic_int begun;                 /* uploads and slow requests */
+    atomic_int noted;                 /* of them, in order */
     char order[64];                   /* of those: the letters of their owners */
     atomic_bool asks_for_tokens;      /* of all paths but /quick */
 } fake;
@@ -168,6 +169,7 @@ static void handle_upload(const struct api_request *request, struct api_response
 
     /* Before it is counted, on which the test waits. */
     fake.order[atomic_fetch_add(&fake.begun, 1) % (int)sizeof fake.order] = request->caller.name[0];
+    atomic_fetch_add(&fake.noted, 1);
     now = atomic_fetch_add(&fake.uploads, 1) + 1;
     while (now > most && !atomic_compare_exchange_weak(&fake.most_uploads, &most, now)) {
     }
@@ -379,6 +381,7 @@ static struct http *serve(struct http_config config)
     atomic_store(&fake.alone, 0);
     atomic_store(&fake.crowded, 0);
     atomic_store(&fake.begun, 0);
+    atomic_store(&fake.noted, 0);
     memset(fake.order, 0, sizeof fake.order);
     atomic_store(&fake.asks_for_tokens, false);
     config.listen = "127.0.0.1:0";

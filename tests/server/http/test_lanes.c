@@ -35,6 +35,13 @@ static bool comes_to(atomic_int *count, int wanted)
     return atomic_load(count) == wanted;
 }
 
+/* The callers of the first uploads and slow requests, in the order in which they began. */
+static const char *order_of(int count)
+{
+    assert_true(comes_to(&fake.noted, count));
+    return fake.order;
+}
+
 static int leave_and_hear(int fd)
 {
     int status;
@@ -81,11 +88,11 @@ static void owners_take_turns(void **state)
         assert_true(comes_to(&fake.uploads, i < 4 ? 1 : i < 6 ? 2 : 3));
         nap(50); /* so that they are queued in this order */
     }
-    assert_string_equal(fake.order, "abc");
+    assert_string_equal(order_of(3), "abc");
     for (size_t i = 0; i < COUNT; i++) {
         assert_int_equal(leave_and_hear(uploads[i]), 200);
     }
-    assert_int_equal(strlen(fake.order), COUNT);
+    assert_int_equal(strlen(order_of(COUNT)), COUNT);
     /* Before d, who came last, each of the others has at most one turn more. */
     assert_true(strchr(fake.order, 'd') <= fake.order + 6);
     http_stop(http, 5);
@@ -137,10 +144,10 @@ static void requests_leave_room_for_others(void **state)
         slow[i] = send_to(http, "/slow-b");
     }
     nap(100);
-    assert_string_equal(fake.order, "aaab");
+    assert_string_equal(order_of(4), "aaab");
     slow[2 * CROWD] = send_to(http, "/slow-c");
     assert_true(comes_to(&fake.uploads, 5));
-    assert_string_equal(fake.order, "aaabc");
+    assert_string_equal(order_of(5), "aaabc");
     for (size_t i = 0; i <= 2 * CROWD; i++) {
         assert_int_equal(leave_and_hear(slow[i]), 200);
     }
@@ -165,7 +172,7 @@ static void requests_take_turns(void **state)
     for (size_t i = 0; i < COUNT; i++) {
         assert_int_equal(leave_and_hear(slow[i]), 200);
     }
-    assert_string_equal(fake.order, "aabcabab");
+    assert_string_equal(order_of(8), "aabcabab");
     http_stop(http, 5);
 }
 
@@ -212,7 +219,7 @@ static void small_uploads_have_a_way(void **state)
     assert_int_equal(atomic_load(&fake.uploads), 2);
     uploads[4] = send_to(http, "/upload-e-small");
     assert_true(comes_to(&fake.uploads, 3));
-    assert_string_equal(fake.order, "abce");
+    assert_string_equal(order_of(4), "abce");
     uploads[5] = send_to(http, "/upload-f-small"); /* waits for the one before, or the others */
     nap(100);
     assert_int_equal(atomic_load(&fake.uploads), 3);

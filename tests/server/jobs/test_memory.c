@@ -92,7 +92,11 @@ static void large_blocks_are_cleared_where_they_are_used(void **state)
     assert_non_null(block);
     assert_int_equal((uintptr_t)block % 64, 0);
     assert_true(memory.used >= size && memory.used <= size + 4096);
+#ifndef __SANITIZE_THREAD__ /* whose calloc clears, and whose shadow of the block is resident */
     assert_true(resident_bytes() < before + size / 4);
+#else
+    (void)before;
+#endif
     for (size_t i = 0; i < size; i += size / 64) {
         assert_int_equal(block[i], 0);
         block[i] = 1;
