@@ -234,6 +234,9 @@ static void stop(struct service *service, double grace_seconds)
 {
     double end = now_seconds() + grace_seconds;
 
+    if (service->jobs) {
+        jobs_drain(service->jobs);
+    }
     link_http(service, NULL);
     http_stop(service->http, grace_seconds);
     if (service->jobs) {

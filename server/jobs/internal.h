@@ -228,7 +228,8 @@ struct jobs {
     size_t express_started, express_alive;
     struct jobs_alone alone;
     struct jobs_loop *loops; /* published loops */
-    atomic_bool closing;     /* no new claims */
+    atomic_bool draining;    /* no new claims; jobs->mutex to set it */
+    atomic_bool closing;     /* nor is anything accepted; threads end when nothing runs */
     atomic_bool abandoned;   /* the grace is over: runs are to stop */
     struct jobs_transforms transforms;
     struct jobs_ids ids;

@@ -157,12 +157,20 @@ static void wait_for_runs(struct jobs *jobs, double seconds)
     pthread_mutex_unlock(&jobs->mutex);
 }
 
+void jobs_drain(struct jobs *jobs)
+{
+    pthread_mutex_lock(&jobs->mutex);
+    atomic_store(&jobs->draining, true);
+    pthread_mutex_unlock(&jobs->mutex);
+}
+
 void jobs_close(struct jobs *jobs, double grace_seconds)
 {
     if (!jobs) {
         return;
     }
     jobs_retention_stop(jobs);
+    jobs_drain(jobs);
     pthread_mutex_lock(&jobs->mutex);
     atomic_store(&jobs->closing, true);
     pthread_cond_broadcast(&jobs->wake);

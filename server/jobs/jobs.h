@@ -87,6 +87,9 @@ enum jobs_status {
    deaths it runs alone (alone.c), and only if the daemon dies then has the job failed. Where the
    faulty job is known it alone has failed, and no death is counted with the others (fault.c). */
 int jobs_open(struct jobs **out, const struct jobs_config *config);
+/* From now on no job is claimed; those that run go on, and what is accepted waits for the next
+   start. Before jobs_close, which does it otherwise. */
+void jobs_drain(struct jobs *jobs);
 /* Drains: no new claims, running jobs get grace_seconds to end, then are cancelled and put back
    to accepted without losing an attempt. */
 void jobs_close(struct jobs *jobs, double grace_seconds);

@@ -24,7 +24,7 @@ static void take_indexes(struct jobs *jobs, struct jobs_loop *loop, bool helper)
 
         if (helper && atomic_load_explicit(&jobs->tickets, memory_order_relaxed) > 0 &&
             !atomic_load_explicit(&jobs->alone.hold, memory_order_relaxed) &&
-            !atomic_load_explicit(&jobs->closing, memory_order_relaxed)) {
+            !atomic_load_explicit(&jobs->draining, memory_order_relaxed)) {
             return;
         }
         index = atomic_fetch_add_explicit(&loop->next, 1, memory_order_relaxed);

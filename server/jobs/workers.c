@@ -1,7 +1,7 @@
 /*
  * workers.c - what a worker thread does with its life.
  *
- *   while not closing:
+ *   while not closing (draining: only the last two):
  *       a job is to run alone   when nothing else runs, claim it and run it (alone.c)
  *       a ticket is there       take it, claim the job whose turn it is, run it
  *       a loop has work left    help it
@@ -234,9 +234,9 @@ void *jobs_worker_main(void *argument)
     while (!atomic_load(&jobs->closing) || jobs->running > 0) {
         struct jobs_loop *loop;
 
-        if (!atomic_load(&jobs->closing) && jobs_alone_is_due(jobs)) {
+        if (!atomic_load(&jobs->draining) && jobs_alone_is_due(jobs)) {
             run_alone(&worker);
-        } else if (!atomic_load(&jobs->closing) && atomic_load(&jobs->tickets) > 0 &&
+        } else if (!atomic_load(&jobs->draining) && atomic_load(&jobs->tickets) > 0 &&
                    !jobs_alone_holds(jobs)) {
             spend_ticket(&worker);
         } else if ((loop = jobs_loop_enter(jobs)) != NULL) {
@@ -280,7 +280,8 @@ void *jobs_express_main(void *argument)
     while (!atomic_load(&jobs->closing)) {
         double wait = lane_wait(jobs);
 
-        if (jobs->express_seen == jobs->express_issued || jobs_alone_holds(jobs)) {
+        if (jobs->express_seen == jobs->express_issued || jobs_alone_holds(jobs) ||
+            atomic_load(&jobs->draining)) {
             pthread_cond_wait(&jobs->express_wake, &jobs->mutex);
         } else if (wait > 0.0) {
             await_express(jobs, wait);

@@ -61,7 +61,8 @@ compare "$(between "$ID" job-cancel-requested job-dismissed)" '<=' $((1000 * LIM
 SURFACES=()
 for name in L_thalamus L_pallidum; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":127}" --header 'Prefer: wait=100'
+    MESH=$(json .id)
+    execute encode "{\"mesh\":\"$MESH\",\"lmax\":127}" --header 'Prefer: wait=100'
     SURFACES+=("$(json .surface.id)")
 done
 PAIR="{\"template\":\"${SURFACES[0]}\",\"moving\":\"${SURFACES[1]}\",\"symmetric\":true}"
@@ -71,10 +72,13 @@ PAIR="{\"template\":\"${SURFACES[0]}\",\"moving\":\"${SURFACES[1]}\",\"symmetric
 execute register "$PAIR" --header 'Prefer: respond-async'
 ID=$(json .id)
 await_running "$ID"
+for degree in {60..83}; do # one after another, beside it
+    execute encode "{\"mesh\":\"$MESH\",\"lmax\":$degree}" --header 'Prefer: respond-async'
+done
 sleep 0.3
 # A request that does not end uses up the grace; the job does not get it once more.
 exec 9<>"/dev/tcp/127.0.0.1/${URL##*:}"
-printf 'POST /v1/meshes?format=off HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\nOFF' >&9
+printf 'POST /v1/meshes?format=off HTTP/1.1\r\nHost: %s\r\nContent-Length: 100\r\n\r\nOFF' "${URL#http://}" >&9
 sleep 0.2
 STARTED=$(date +%s%N)
 if stop_server; then
@@ -85,6 +89,10 @@ fi
 exec 9>&-
 compare "$((($(date +%s%N) - STARTED) / 1000000))" '<=' $((6000 + 1000 * LIMIT)) 'soon after the one grace of six seconds'
 is "$(between "$ID" job-running job-accepted | grep -c .)" 1 'the job is put back'
+is "$(jq -Rrn '[inputs | fromjson? | objects | .event] | .[index("draining"):] | map(select(. == "job-running")) | length' \
+    "$SERVER_LOG")" 0 'no job starts in its grace'
+compare "$(sqlite3 -readonly "$SCRATCH/data/srnfd.db" "SELECT count(*) FROM job WHERE status = 'accepted'")" '>=' 2 \
+    'those that wait are for the next start'
 
 # ---- The limit ---------------------------------------------------------------------------------------
 

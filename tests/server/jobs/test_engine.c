@@ -625,6 +625,39 @@ static void draining_puts_back_what_does_not_end(void **state)
     assert_int_equal(world->runs[7], 1);
 }
 
+/* The grace of a shutdown is for what runs; what waits, or comes, is for the next start. */
+static void draining_starts_nothing(void **state)
+{
+    struct world *world = *state;
+    const struct jobs_owner owner = {.name = "", .seconds = 0.1};
+    char runs[STORE_ID_MAX], waits[STORE_ID_MAX], comes[STORE_ID_MAX];
+    struct store_job brief;
+    enum jobs_submission how;
+
+    open_engine(world, 1, 0);
+    submit(world, "wait", "runs", runs);
+    engine_await(&world->waiting, 1);
+    submit(world, "count", "7", waits);
+    jobs_drain(world->engine.jobs);
+    submit(world, "count", "8", comes);
+    assert_int_equal(
+        jobs_submit_as(world->engine.jobs, &owner, "count", "9", NULL, NULL, &brief, &how),
+        JOBS_OK);
+    atomic_store(&world->engine.gate, true);
+    await(world, runs, STORE_JOB_SUCCESSFUL);
+    engine_pause_ms(200);
+    assert_int_equal(world->total, 0);
+    jobs_close(world->engine.jobs, 30.0);
+    world->engine.jobs = NULL;
+    assert_int_equal(world->total, 0);
+
+    open_engine(world, 1, 0);
+    await(world, waits, STORE_JOB_SUCCESSFUL);
+    await(world, comes, STORE_JOB_SUCCESSFUL);
+    await(world, brief.id, STORE_JOB_SUCCESSFUL);
+    store_job_clear(&brief);
+}
+
 static void draining_lets_runs_end(void **state)
 {
     struct world *world = *state;
@@ -694,6 +727,7 @@ int main(void)
         TEST(the_queue_has_a_limit),
         TEST(failures_are_written_down),
         TEST(draining_puts_back_what_does_not_end),
+        TEST(draining_starts_nothing),
         TEST(draining_lets_runs_end),
         TEST(what_was_cut_short_runs_again),
         TEST(a_process_that_is_gone_fails_its_jobs),
