@@ -9,7 +9,7 @@
  * No mesh costs more than twenty times the median a face, with preparation, by either route.
  *
  *   SRNFD_TIME_MESHES=24    meshes    SRNFD_TIME_FACES=1000000    of so many faces each
- *   SRNFD_TIME_SEED=1       of what is drawn
+ *   SRNFD_TIME_SEED=1       of what is drawn      SRNFD_TIME_FAMILY=stacked      of one family alone
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -20,6 +20,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "support/compare.h"
 #include "support/meshes.h"
@@ -43,14 +44,21 @@ static size_t setting(const char *name, size_t fallback)
 static struct srnf_mesh draw(struct test_random *random, size_t number, size_t faces,
                              const char **name)
 {
-    size_t families = 0;
+    const char *only = getenv("SRNFD_TIME_FAMILY");
+    size_t families = 0, family;
     struct srnf_mesh mesh;
 
     while (sliver_families[families].name) {
         families++;
     }
-    *name = sliver_families[number % families].name;
-    mesh = sliver_families[number % families].make(faces);
+    family = number % families;
+    for (size_t i = 0; only && i < families; i++) {
+        if (strcmp(sliver_families[i].name, only) == 0) {
+            family = i;
+        }
+    }
+    *name = sliver_families[family].name;
+    mesh = sliver_families[family].make(faces);
     if (number >= families) { /* the first of each family is as it is */
         if (test_random_below(random, 2) > 0) {
             triangulations_flip_edges(&mesh, faces / 20, random);
