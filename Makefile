@@ -65,7 +65,7 @@ CPPFLAGS = -Iinclude -Icore -Iserver -Itests -I. -MMD -MP
 LDFLAGS  = $(filter -fsanitize=% -fno-sanitize% --coverage,$(subst $(comma)fuzzer-no-link,,$(OPT))) -Wl,-z,relro,-z,now
 comma   := ,
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
-SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lpthread
+SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -larchive -lpthread
 
 CORE_SRC   := $(sort $(wildcard core/*.c core/*/*.c))
 SERVER_SRC := $(sort $(filter-out server/main.c,$(wildcard server/*.c server/*/*.c)))

@@ -11,6 +11,7 @@
 
 #include "srnf.h"
 
+#include <archive.h>
 #include <cblas.h>
 #include <expat.h>
 #include <fftw3.h>
@@ -49,6 +50,7 @@ void build_parts(struct build_part parts[BUILD_PARTS])
         {"libmicrohttpd", MHD_get_version(), ""},
         {"sqlite", sqlite3_libversion(), ""},
         {"jansson", jansson_version_str(), ""},
+        {"libarchive", archive_version_string(), ""},
         {"libsodium", sodium_version_string(), ""},
     };
 

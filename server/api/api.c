@@ -27,6 +27,11 @@
 #define SMALL_MEMORY ((size_t)32 << 20) /* bytes that a small upload has: read in half a second */
 
 static const char *const json_types[] = {"application/json", NULL};
+/* curl --data-binary sends the last one. */
+static const char *const import_types[] = {
+    "application/zip,application/x-zip-compressed,application/x-tar,application/gzip",
+    "application/x-gzip,application/x-compressed-tar,application/octet-stream",
+    "multipart/form-data,application/x-www-form-urlencoded", NULL};
 static const char *const surface_types[] = {"application/json", "application/x-npy",
                                             "application/octet-stream", NULL};
 
@@ -100,6 +105,9 @@ static const char *types_taken(const struct api_route *route)
     switch (route->body) {
     case ROUTE_SURFACE:
         return "application/json, or application/x-npy or application/octet-stream for .npy";
+    case ROUTE_IMPORT:
+        return "application/zip, application/x-tar, application/gzip, application/octet-stream, or "
+               "multipart/form-data";
     case ROUTE_MESH:
         return "the bytes of a mesh alone, no form, as application/octet-stream or model/ply, "
                "model/obj, model/off, model/stl, model/vtk, model/gifti, model/freesurfer";
@@ -135,6 +143,8 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         fits = type_in(type, json_types);
     } else if (type && route->body == ROUTE_SURFACE) {
         fits = type_in(type, surface_types);
+    } else if (type && route->body == ROUTE_IMPORT) {
+        fits = type_in(type, import_types);
     } else if (type && route->body == ROUTE_MESH) {
         fits = mesh_type_known(type, media_type_length(type));
     }

@@ -24,6 +24,7 @@ bool api_is_upload(const struct api_request *request)
 
     return route && request->body_size > 0 &&
            (route->body == ROUTE_MESH || route->body == ROUTE_SURFACE ||
+            route->body == ROUTE_IMPORT ||
             (route_takes_json(route) && request->body_size > JSON_UPLOAD_FROM));
 }
 

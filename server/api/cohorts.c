@@ -2,11 +2,9 @@
  * cohorts.c - the cohort resource: named by its user, an ordered list of meshes and surfaces with
  * what is known of them.
  *
- * The members are brought into one spelling (every member has id, label, subject and covariates,
- * and mirror only where it is true, so that texts kept before there was a mirror stay what they
- * are; keys sorted) and kept as that text: the same content sent again is the same text, and so 200
- * instead of 201. A cohort does not change; another content under its name is 409. What it names
- * must exist, and stays as long as the cohort does.
+ * The members are brought into one spelling and kept as that text (cohorts_members.c): the same
+ * content sent again is the same text, and so 200 instead of 201. Another content under its name is
+ * 409. What it names must exist, and stays as long as the cohort does.
  *
  * Names are each owner's own. An admin, who sees all, says whose is meant by ?owner= where it is
  * not the own one: nothing of another is given, or deleted, because it has the same name.
@@ -21,183 +19,29 @@
 #include "api/routes.h"
 #include "store/cohort.h"
 
-#define POINTER_MAX 200
-
 static const char *const body_names[] = {"name", "members", NULL};
-static const char *const member_names[] = {"id", "label", "subject", "covariates", "mirror", NULL};
-
-bool cohort_name_valid(const char *name)
-{
-    size_t length = name ? strlen(name) : 0;
-
-    return length > 0 && length < STORE_COHORT_NAME_MAX && strcmp(name, ".") != 0 &&
-           strcmp(name, "..") != 0 &&
-           strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
-               length;
-}
-
-bool cohort_member_id(const char *id)
-{
-    bool known = id && (strncmp(id, "mesh-", 5) == 0 || strncmp(id, "surf-", 5) == 0);
-
-    return known && strlen(id) == 37 && strspn(id + 5, "0123456789abcdef") == 32;
-}
-
-json_t *cohort_members(const struct store_cohort *cohort)
-{
-    json_t *members = json_loads(cohort->record ? cohort->record : "[]", 0, NULL);
-
-    if (!json_is_array(members)) {
-        json_decref(members);
-        return NULL;
-    }
-    for (size_t i = 0; i < json_array_size(members); i++) {
-        json_t *member = json_array_get(members, i);
-
-        if (!json_object_get(member, "mirror")) {
-            (void)json_object_set_new(member, "mirror", json_false());
-        }
-    }
-    return members;
-}
 
 /* ---- POST: reading --------------------------------------------------------------------------- */
-
-static void check_names(const json_t *value, const char *const *names, const char *pointer,
-                        struct problem_list *list)
-{
-    json_t *object = (json_t *)(uintptr_t)value;
-    char text[POINTER_MAX];
-
-    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
-        size_t i = 0;
-        while (names[i] && strcmp(names[i], json_object_iter_key(at)) != 0) {
-            i++;
-        }
-        if (!names[i]) {
-            (void)snprintf(text, sizeof text, "%s/%.80s", pointer, json_object_iter_key(at));
-            problem_add(list, text, "there is no such member here");
-        }
-    }
-}
-
-static bool is_short_text(const json_t *value)
-{
-    return json_is_string(value) && json_string_length(value) <= COHORT_TEXT_MAX &&
-           strlen(json_string_value(value)) == json_string_length(value);
-}
-
-/* label or subject: a text or nothing. */
-static void read_text(const json_t *member, const char *name, const char *pointer, json_t *out,
-                      struct problem_list *list)
-{
-    json_t *value = json_object_get(member, name);
-    char text[POINTER_MAX];
-
-    if (!value || json_is_null(value)) {
-        (void)json_object_set_new(out, name, json_null());
-    } else if (is_short_text(value)) {
-        (void)json_object_set(out, name, value);
-    } else {
-        (void)snprintf(text, sizeof text, "%s/%s", pointer, name);
-        problem_add(list, text, "must be a text of at most %d bytes", COHORT_TEXT_MAX);
-    }
-}
-
-static void read_covariates(const json_t *member, const char *pointer, json_t *out,
-                            struct problem_list *list)
-{
-    json_t *value = json_object_get(member, "covariates"), *one;
-    char text[POINTER_MAX];
-    const char *name;
-
-    if (!value || json_is_null(value)) {
-        (void)json_object_set_new(out, "covariates", json_object());
-        return;
-    }
-    (void)snprintf(text, sizeof text, "%s/covariates", pointer);
-    if (!json_is_object(value) || json_object_size(value) > COHORT_COVARIATES_MAX) {
-        problem_add(list, text, "must be an object of at most %d members", COHORT_COVARIATES_MAX);
-        return;
-    }
-    json_object_foreach(value, name, one)
-    {
-        if (strlen(name) > COHORT_TEXT_MAX || !(json_is_number(one) || json_is_boolean(one) ||
-                                                json_is_null(one) || is_short_text(one))) {
-            (void)snprintf(text, sizeof text, "%s/covariates/%.80s", pointer, name);
-            problem_add(list, text,
-                        "must be a number, true, false, null or a text of at most %d bytes",
-                        COHORT_TEXT_MAX);
-        }
-    }
-    (void)json_object_set(out, "covariates", value);
-}
-
-static void read_mirror(const json_t *member, const char *pointer, json_t *out,
-                        struct problem_list *list)
-{
-    json_t *value = json_object_get(member, "mirror");
-    char text[POINTER_MAX];
-
-    if (value && !json_is_boolean(value)) {
-        (void)snprintf(text, sizeof text, "%s/mirror", pointer);
-        problem_add(list, text, "must be true or false");
-    } else if (json_is_true(value)) {
-        (void)json_object_set_new(out, "mirror", json_true());
-    }
-}
-
-/* One member in its canonical spelling (new reference); its id goes into the cohort. */
-static json_t *read_member(const json_t *member, size_t index, char id[STORE_ID_MAX],
-                           struct problem_list *list)
-{
-    json_t *out = json_object();
-    const char *text = json_string_value(json_object_get(member, "id"));
-    char pointer[64], at[POINTER_MAX];
-
-    (void)snprintf(pointer, sizeof pointer, "/members/%zu", index);
-    if (!json_is_object(member)) {
-        problem_add(list, pointer, "must be an object with the id of a mesh or surface");
-        return out;
-    }
-    check_names(member, member_names, pointer, list);
-    if (cohort_member_id(text)) {
-        memcpy(id, text, strlen(text) + 1);
-        (void)json_object_set_new(out, "id", json_string(text));
-    } else {
-        (void)snprintf(at, sizeof at, "%s/id", pointer);
-        problem_add(list, at,
-                    "must be the id of a mesh or surface: mesh- or surf- and 32 hexadecimal "
-                    "digits");
-    }
-    read_text(member, "label", pointer, out, list);
-    read_text(member, "subject", pointer, out, list);
-    read_covariates(member, pointer, out, list);
-    read_mirror(member, pointer, out, list);
-    return out;
-}
 
 static bool read_members(const json_t *given, struct store_cohort *cohort,
                          struct problem_list *list)
 {
     size_t count = json_array_size(given);
-    json_t *members;
+    struct cohort_text text = {.text = NULL};
+    char pointer[64];
+    json_t *member;
 
     if (!json_is_array(given) || count < 1 || count > COHORT_MEMBERS_MAX) {
         problem_add(list, "/members", "must be an array of 1 to %d members", COHORT_MEMBERS_MAX);
         return true;
     }
-    cohort->members = calloc(count, sizeof *cohort->members);
-    cohort->n_members = count;
-    members = json_array();
-    for (size_t i = 0; cohort->members && i < count; i++) {
-        (void)json_array_append_new(
-            members, read_member(json_array_get(given, i), i, cohort->members[i], list));
+    for (size_t i = 0; i < count; i++) {
+        (void)snprintf(pointer, sizeof pointer, "/members/%zu", i);
+        member = cohort_read_member(json_array_get(given, i), pointer, list);
+        cohort_text_add(&text, member);
+        json_decref(member);
     }
-    cohort->record =
-        json_memory_dumps(members, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
-    json_decref(members);
-    return cohort->members && cohort->record;
+    return cohort_text_finish(&text, cohort);
 }
 
 /* False when a problem was answered. */
@@ -206,7 +50,7 @@ static bool read_cohort(struct api_call *call, const json_t *body, struct store_
     const char *name = json_string_value(json_object_get(body, "name"));
     struct problem_list list = {.errors = NULL};
 
-    check_names(body, body_names, "", &list);
+    cohort_check_names(body, body_names, "", &list);
     if (cohort_name_valid(name)) {
         memcpy(cohort->name, name, strlen(name) + 1);
     } else {
@@ -317,10 +161,15 @@ static json_t *cohort_record(const struct api_call *call, const struct store_coh
     return record;
 }
 
+json_t *cohort_summary(const struct api_call *call, const struct store_cohort *cohort)
+{
+    return cohort_record(call, cohort, false);
+}
+
 /* ---- Handlers -------------------------------------------------------------------------------- */
 
-static void answer_refused(struct api_call *call, const struct store_cohort *cohort, int status,
-                           size_t missing)
+void cohort_respond_refused(struct api_call *call, const struct store_cohort *cohort, int status,
+                            size_t missing)
 {
     struct problem_list list = {.errors = NULL};
     char pointer[64];
@@ -354,7 +203,7 @@ void cohorts_create(struct api_call *call)
     cohort.bytes_max = call_owner(call).bytes_max;
     status = store_cohort_put(call->api->config.store, &cohort, &created, &missing);
     if (status) {
-        answer_refused(call, &cohort, status, missing);
+        cohort_respond_refused(call, &cohort, status, missing);
         goto out;
     }
     (void)api_response_header(call->response, "Location", "/v1/cohorts/%s", cohort.name);

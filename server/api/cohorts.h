@@ -16,9 +16,43 @@ struct store_cohort; /* store/cohort.h */
 /* [A-Za-z0-9._-]{1,100}, and neither "." nor "..", which have a meaning of their own in paths. */
 bool cohort_name_valid(const char *name);
 
-/* The members of a stored cohort as a JSON array of {id, label, subject, covariates, mirror}; NULL
-   without memory. */
+/* ---- Members (cohorts_members.c) ------------------------------------------------------------- */
+
+/* Notes each member of the object that is not among the names. */
+void cohort_check_names(const json_t *value, const char *const *names, const char *pointer,
+                        struct problem_list *list);
+/* One member in its canonical spelling (new reference); what is wrong with it goes into the list,
+   with pointers below the one given. */
+json_t *cohort_read_member(const json_t *member, const char *pointer, struct problem_list *list);
+
+/* The text of a cohort while it is made. Zero it to begin with. */
+struct cohort_text {
+    char *text;
+    char (*ids)[STORE_ID_MAX];
+    size_t used, capacity, count, id_capacity;
+    bool failed; /* for want of memory */
+};
+/* Adds a canonical member. */
+void cohort_text_add(struct cohort_text *text, const json_t *member);
+/* Moves it into the cohort: record and members. False, with nothing moved, where there are none or
+   memory was short. */
+bool cohort_text_finish(struct cohort_text *text, struct store_cohort *cohort);
+void cohort_text_clear(struct cohort_text *text);
+/* Steps through the members of a canonical text: *at, first the text itself, moves on; false at its
+   end. */
+bool cohort_text_next(const char **at, const char **member, size_t *length);
+/* One of them with all that a member can have (new reference). */
+json_t *cohort_text_member(const char *text, size_t length);
+
+/* The members of a stored cohort as a JSON array of {id, label, subject, covariates, mirror, time,
+   side}; NULL without memory. */
 json_t *cohort_members(const struct store_cohort *cohort);
+
+/* The record of a cohort without its members (new reference). */
+json_t *cohort_summary(const struct api_call *call, const struct store_cohort *cohort);
+/* Answers what a failure of storing a cohort means; missing: the member that does not exist. */
+void cohort_respond_refused(struct api_call *call, const struct store_cohort *cohort, int status,
+                            size_t missing);
 
 /* Whose cohort of this name the caller means: its own; or, for one who sees all and has none, where
    `any`, that of the one owner who has one. False when it was answered that the owner must be

@@ -66,6 +66,9 @@ struct problem_list {
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 int problem_respond_list(struct api_call *call, const char *code, struct problem_list *list);
+/* The problem of that code with one more member, which it takes over. */
+int problem_respond_with(struct api_call *call, const char *code, const char *detail,
+                         const char *member, json_t *value);
 /* The stored problem of a failed job as a JSON object (new reference). */
 json_t *problem_json(const char *code, const char *detail, const char *instance,
                      const char *request_id);
@@ -157,6 +160,10 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
+/* Reads the mesh that is the body: its row, but for what the store says of it. *held: the owner has
+   it, and the row is as it is there. False when a problem was answered; the row is to be cleared in
+   any case. */
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row, bool *held);
 /* "model/stl", ... */
 const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);

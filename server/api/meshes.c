@@ -235,55 +235,60 @@ static void respond_mesh(struct api_call *call, int status, const struct store_m
     respond_json(call, status, mesh_record(mesh));
 }
 
-void meshes_create(struct api_call *call)
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row, bool *held)
 {
     const struct api_request *request = call->request;
-    struct store *store = call->api->config.store;
     const struct store_owner owner = call_owner(call);
-    struct store_mesh row = {0};
+    struct store *store = call->api->config.store;
     enum srnf_mesh_format format;
-    char name[NAME_SIZE], id[STORE_ID_MAX];
-    bool created = false;
-    int status;
+    char id[STORE_ID_MAX];
 
+    *row = (struct store_mesh){0};
+    *held = false;
     if (request->body_size == 0) {
         (void)problem_respond(call, "unparsable-mesh", "The body is empty.");
-        return;
+        return false;
     }
-    if (!choose_name(call, name) || !choose_format(call, &format)) {
-        return;
+    if (!choose_format(call, &format)) {
+        return false;
     }
     mesh_id(id, srnf_mesh_format_name(format), request->body, request->body_size);
-    if (store_owner_has(store, owner.name, id) == 0 &&
-        store_mesh_get_as(store, owner.name, id, &row) == 0) {
-        status = store_mesh_mend(store, request->body, request->body_size);
-        if (status == 0) {
-            respond_mesh(call, 200, &row);
-        } else {
-            (void)problem_respond_store(call, status, NULL, "keeping the mesh");
-        }
-        goto out;
+    *held = store_owner_has(store, owner.name, id) == 0 &&
+            store_mesh_get_as(store, owner.name, id, row) == 0;
+    row->owner = owner;
+    if (*held) {
+        return true;
     }
-    memset(&row, 0, sizeof row);
-    row.owner = owner;
-    memcpy(row.id, id, sizeof id);
-    row.name = strdup(name);
-    row.format = strdup(srnf_mesh_format_name(format));
-    row.bytes = (int64_t)request->body_size;
-    row.created_ms = store_now_ms();
-    if (!row.name || !row.format) {
+    memcpy(row->id, id, sizeof id);
+    row->name = strdup(name);
+    row->format = strdup(srnf_mesh_format_name(format));
+    row->bytes = (int64_t)request->body_size;
+    row->created_ms = store_now_ms();
+    if (!row->name || !row->format) {
         (void)problem_respond(call, "out-of-memory", "The record could not be allocated.");
+        return false;
+    }
+    return parse_mesh(call, format, row);
+}
+
+void meshes_create(struct api_call *call)
+{
+    struct store *store = call->api->config.store;
+    struct store_mesh row = {0};
+    char name[NAME_SIZE];
+    bool held, created = false;
+    int status;
+
+    if (!choose_name(call, name) || !mesh_read_body(call, name, &row, &held)) {
         goto out;
     }
-    if (!parse_mesh(call, format, &row)) {
-        goto out;
-    }
-    status = store_mesh_put(store, &row, request->body, &created);
-    if (status != 0) {
+    status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
+                  : store_mesh_put(store, &row, call->request->body, &created);
+    if (status == 0) {
+        respond_mesh(call, created ? 201 : 200, &row);
+    } else {
         (void)problem_respond_store(call, status, NULL, "keeping the mesh");
-        goto out;
     }
-    respond_mesh(call, created ? 201 : 200, &row);
 out:
     store_mesh_clear(&row);
 }

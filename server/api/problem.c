@@ -54,6 +54,8 @@ static const struct problem_kind kinds[] = {
     {"unsupported-media-type", 415, "The body's media type is not supported here"},
     {"invalid-input", 422, "An input is not valid"},
     {"unparsable-mesh", 422, "The body is not a mesh that can be read"},
+    {"unparsable-archive", 422, "The body is no archive or form that can be read"},
+    {"import-refused", 422, "Files of the import were refused, and nothing was kept"},
     {"mesh-not-closed", 422, "The mesh has a boundary"},
     {"mesh-not-manifold", 422, "The mesh is not a manifold"},
     {"mesh-not-oriented", 422, "The faces are not consistently oriented"},
@@ -207,6 +209,15 @@ int problem_respond(struct api_call *call, const char *code, const char *format,
     return respond_problem(call->response,
                            problem_json(code, detail, call->request->path, call->request->id),
                            problem_status(code));
+}
+
+int problem_respond_with(struct api_call *call, const char *code, const char *detail,
+                         const char *member, json_t *value)
+{
+    json_t *document = problem_json(code, detail, call->request->path, call->request->id);
+
+    (void)json_object_set_new(document, member, value);
+    return respond_problem(call->response, document, problem_status(code));
 }
 
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)

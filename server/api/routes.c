@@ -64,6 +64,8 @@ const struct api_route api_routes[] = {
      {JSON, NPY}},
     {"GET", "/v1/surfaces/{id}/mesh", surfaces_mesh, SLOW, ROUTE_NO_BODY, "format,resolution", {0}},
 
+    {"POST", "/v1/imports", imports_create, SLOW, ROUTE_IMPORT, "cohort,partial", {JSON}},
+
     {"POST", "/v1/cohorts", cohorts_create, SLOW, ROUTE_JSON, "", {JSON}},
     {"GET", "/v1/cohorts", cohorts_list, SLOW, ROUTE_NO_BODY, "limit,cursor,owner", {JSON}},
     {"GET", "/v1/cohorts/{name}", cohorts_get, SLOW, ROUTE_NO_BODY, "owner", {JSON}},

@@ -16,6 +16,7 @@ enum route_body {
     ROUTE_INPUTS,  /* application/json with arrays of numbers, up to ROUTE_INPUTS_MAX */
     ROUTE_MESH,    /* a mesh in any of its formats */
     ROUTE_SURFACE, /* JSON or .npy */
+    ROUTE_IMPORT,  /* an archive, or a form with files */
 };
 
 /* What holds of a route, as bits. Without PUBLIC or MONITORS a token is needed, where there are
@@ -69,6 +70,7 @@ void route_find(const char *method, const char *path, struct route_match *match,
                 size_t allow_size);
 
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
+api_handler imports_create;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler models_list, models_get, models_modes, models_scores;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete, jobs_events;

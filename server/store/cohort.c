@@ -7,6 +7,7 @@
  * cohort never changes: the same name with another record is a conflict.
  */
 #include "store/internal.h"
+#include "store/batch.h"
 #include "store/cohort.h"
 
 #include <stdio.h>
@@ -217,6 +218,59 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
     cohort->created_ms = put.created_ms;
     return status;
 }
+
+/* ---- As part of a batch ---------------------------------------------------------------------- */
+
+struct batched {
+    struct put put;
+    struct store_cohort *cohort;
+    bool *created;
+    size_t *missing;
+};
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write put = {.argument = &batched->put};
+    int status = run_put(store, db, &put);
+
+    *batched->created = status == STORE_OK && batched->put.created;
+    *batched->missing = batched->put.missing;
+    batched->cohort->created_ms = batched->put.created_ms;
+    return status;
+}
+
+static void clear_batched(struct store *store, void *argument)
+{
+    (void)store;
+    free(argument);
+}
+
+int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohort, bool *created,
+                           size_t *missing)
+{
+    struct batched *batched = calloc(1, sizeof *batched);
+    int status;
+
+    if (!batched) {
+        return STORE_NOMEM;
+    }
+    store_sha256_hex(cohort->digest, cohort->record, strlen(cohort->record));
+    batched->put = (struct put){.cohort = cohort, .now = store_now_ms()};
+    batched->cohort = cohort;
+    batched->created = created;
+    batched->missing = missing;
+    *created = false;
+    *missing = 0;
+    status =
+        store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+    if (status != STORE_OK) {
+        free(batched);
+    }
+    return status;
+}
+
+/* ---- Removing -------------------------------------------------------------------------------- */
 
 struct deletion {
     const char *owner, *name;

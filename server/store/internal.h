@@ -149,6 +149,20 @@ int store_write_freeing(struct store *store,
                         int (*run)(struct store *, sqlite3 *, struct store_write *),
                         void *argument);
 
+/* ---- Several as one (batch.c) ---------------------------------------------------------------- */
+
+struct store_batch; /* store/batch.h */
+
+/* One put of a batch. */
+struct store_batch_item {
+    int (*run)(struct store *store, sqlite3 *db, struct store_write *write); /* NULL: left out */
+    void *argument;                                                          /* of run's write */
+    void (*clear)(struct store *store, void *argument);                      /* may be NULL */
+};
+struct store *store_batch_store(const struct store_batch *batch);
+/* Takes the argument over, unless it fails. */
+int store_batch_add(struct store_batch *batch, const struct store_batch_item *item);
+
 /* ---- Room for that (reserve.c) --------------------------------------------------------------- */
 
 /* Takes the reserve unless it is there or it was tried just now; store->reserve tells. */

@@ -4,6 +4,7 @@
  * of the program that stored it last: a later version may find more.
  */
 #include "store/internal.h"
+#include "store/batch.h"
 #include "store/mesh.h"
 
 #include <stdlib.h>
@@ -194,6 +195,64 @@ int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *con
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, mesh);
+    }
+    return status;
+}
+
+/* ---- As part of a batch ---------------------------------------------------------------------- */
+
+struct batched {
+    struct put put;
+    struct store_mesh mesh;
+    struct store_content content;
+};
+
+static void clear_batched(struct store *store, void *argument)
+{
+    struct batched *batched = argument;
+
+    store_blob_unstage(store, &batched->content);
+    store_mesh_clear(&batched->mesh);
+    free(batched);
+}
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write put = {.argument = &batched->put};
+
+    return run_put(store, db, &put);
+}
+
+int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, const void *content,
+                         bool *kept)
+{
+    struct store *store = store_batch_store(batch);
+    struct batched *batched = calloc(1, sizeof *batched);
+    int status = store_owner_has(store, mesh->owner.name, mesh->id);
+
+    *kept = false;
+    if (!batched) {
+        store_mesh_clear(mesh);
+        return STORE_NOMEM;
+    }
+    batched->mesh = *mesh;
+    *mesh = (struct store_mesh){0};
+    batched->put = (struct put){.mesh = &batched->mesh, .content = &batched->content};
+    batched->put.now = store_now_ms();
+    if (status == STORE_OK) {
+        status = store_mesh_mend(store, content, (size_t)batched->mesh.bytes);
+    } else if (status == STORE_NOT_FOUND) {
+        status = store_blob_stage(store, content, (size_t)batched->mesh.bytes, &batched->content);
+        *kept = !batched->content.temporary[0];
+    }
+    if (status == STORE_OK && batched->content.hash[0]) { /* otherwise the owner has it */
+        status =
+            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+        batched = status == STORE_OK ? NULL : batched;
+    }
+    if (batched) {
+        clear_batched(store, batched);
     }
     return status;
 }

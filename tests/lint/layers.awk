@@ -8,7 +8,7 @@
 #            layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
 #            server/ (embedded.h, ..), which in turn includes no layer's header; processes and toolkit pass
 #            http over. Each library has its home: libmicrohttpd in http, jansson in api and the two before
-#            it, SQLite in store; only what lies directly in server/ may name them too, as it tells their
+#            it, SQLite in store, libarchive in api; only what lies directly in server/ may name them too, as it tells their
 #            versions.
 #   core/    harmonics -> linear -> mesh -> formats -> sphere_map -> srnf -> surface -> inversion ->
 #            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
@@ -24,6 +24,7 @@ BEGIN {
     home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
     home["jansson.h"] = "api toolkit processes"
     home["sqlite3.h"] = "store"
+    home["archive.h"] = home["archive_entry.h"] = "api"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
               "fcntl.h dirent.h syslog.h omp.h", list, " ")
     for (i = 1; i <= n; i++) impure[list[i]] = 1

@@ -1,0 +1,68 @@
+/*
+ * imports.h - what the files of an import share: whole studies that come in one request.
+ */
+#ifndef SRNFD_API_IMPORTS_H
+#define SRNFD_API_IMPORTS_H
+
+#include "api/cohorts.h"
+#include "api/study_table.h"
+
+struct store_batch; /* store/batch.h */
+
+#define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
+#define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
+
+/* A mesh of the import. */
+struct import_file {
+    char *path;       /* as it came */
+    const char *base; /* its last part, within path */
+    size_t number;    /* in the order in which they came */
+    char id[STORE_ID_MAX];
+    json_t *answer;       /* what is told of it */
+    unsigned char *bytes; /* of its own, that the batch reads; srnf_free; NULL: none */
+    size_t put;           /* of the batch; SIZE_MAX: the owner had it */
+    bool refused;         /* after all */
+};
+
+struct import {
+    struct api_call *call;
+    struct store_batch *batch;
+    char cohort[STORE_COHORT_NAME_MAX]; /* "": none is made */
+    bool partial;
+    bool answered; /* a problem was answered, and all is over */
+    struct import_file *files;
+    size_t n_files, capacity;
+    json_t *refused;
+    size_t n_refused;
+    struct study_table table;
+    char *table_path; /* NULL: there is no table */
+    int64_t room;     /* bytes that the owner may still take; below 0: any number */
+    size_t charged;
+};
+
+/* One file as it came. */
+struct import_given {
+    const char *path, *type; /* type: its media type, or "" */
+    const unsigned char *bytes;
+    size_t size;
+    unsigned char
+        *own; /* bytes, where the import may keep them (then it is set to NULL); or NULL */
+};
+
+/* Notes that a file is not taken. */
+void import_refuse(struct import *import, const char *path, const char *code, const char *format,
+                   ...) __attribute__((format(printf, 4, 5)));
+/* The same of a mesh that was taken before. */
+void import_drop(struct import *import, struct import_file *file, const char *code,
+                 const char *detail);
+/* Takes one file: a mesh, or the table. */
+void import_take(struct import *import, struct import_given *given);
+
+/* Reads the body, whatever form it has, and takes each of its files (imports_body.c). */
+void import_read_body(struct import *import);
+
+/* Matches the table with the files, and refuses what stands in one of them alone; then the members
+   of the cohort (imports_match.c). */
+void import_match(struct import *import, struct cohort_text *members);
+
+#endif

@@ -1,0 +1,183 @@
+/*
+ * imports_body.c - the files of an import's body: the entries of an archive, or the parts of a form
+ * and the entries of archives among these. An archive within an archive is not opened.
+ */
+#include "api/imports.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "api/archive.h"
+#include "api/multipart.h"
+#include "srnf.h"
+
+/* Names of what programs for archives and folders leave behind. */
+static bool is_left_behind(const char *path)
+{
+    static const char *const names[] = {".DS_Store", "Thumbs.db", "desktop.ini"};
+    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+    bool left = strncmp(path, "__MACOSX/", 9) == 0 || strncmp(base, "._", 2) == 0;
+
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        left = left || strcmp(base, names[i]) == 0;
+    }
+    return left;
+}
+
+static void answer(struct import *import, const char *code, const char *what, const char *problem)
+{
+    (void)problem_respond(import->call, code, "%.200s: %.220s.", what, problem);
+    import->answered = true;
+}
+
+/* The archive cannot be read on. What came of it before is not kept either, also with partial:
+   nobody knows what else there was. */
+static void answer_archive(struct import *import, enum archive_status status, const char *what,
+                           const struct archive_file *file)
+{
+    switch (status) {
+    case ARCHIVE_TOO_MUCH:
+        answer(import, "body-too-large", what, file->problem);
+        break;
+    case ARCHIVE_NO_MEMORY:
+    case ARCHIVE_STOPPED:
+        answer(import, "out-of-memory", what, "there is not enough memory to unpack it now");
+        break;
+    default:
+        answer(import, "unparsable-archive", what, file->problem);
+    }
+}
+
+static void take_entry(struct import *import, struct archive_file *file)
+{
+    struct import_given given = {.path = file->path,
+                                 .type = "",
+                                 .bytes = file->bytes,
+                                 .size = file->size,
+                                 .own = file->bytes};
+
+    if (archive_is_one(file->bytes, file->size) && !strcasestr(file->path, ".gz")) {
+        import_refuse(import, file->path, "nested-archive",
+                      "it is an archive within an archive; unpack it, or send it by itself");
+    } else if (!is_left_behind(file->path)) {
+        import_take(import, &given);
+    }
+    srnf_free(given.own);
+    file->bytes = NULL;
+}
+
+static void read_archive(struct import *import, const void *bytes, size_t size, const char *what)
+{
+    size_t most = import->call->api->config.max_body;
+    const struct archive_limits limits = {
+        .file = most, .total = most > SIZE_MAX / IMPORT_GROWTH ? SIZE_MAX : IMPORT_GROWTH * most};
+    enum archive_status status;
+    struct archive_file file;
+    struct archive_reader *reader = archive_open(bytes, size, &limits, &status, &file);
+
+    while (reader && !import->answered &&
+           ((status = archive_next(reader, &file)) == ARCHIVE_FILE || status == ARCHIVE_REFUSED)) {
+        if (status == ARCHIVE_REFUSED && !is_left_behind(file.path)) {
+            import_refuse(import, file.path, file.code, "%s", file.problem);
+        } else if (status == ARCHIVE_FILE) {
+            take_entry(import, &file);
+        }
+    }
+    archive_close(reader);
+    if (!import->answered && status != ARCHIVE_AT_END) {
+        answer_archive(import, status, what, &file);
+    }
+}
+
+/* ---- Forms ----------------------------------------------------------------------------------- */
+
+/* A field of the form that stands for a query parameter. */
+static void take_field(struct import *import, const struct multipart_part *part)
+{
+    char value[STORE_COHORT_NAME_MAX + 1];
+
+    (void)snprintf(value, sizeof value, "%.*s",
+                   (int)(part->size < sizeof value ? part->size : sizeof value - 1),
+                   (const char *)part->bytes);
+    if (strcmp(part->name, "cohort") == 0) {
+        if (value[0] && !cohort_name_valid(value)) {
+            answer(import, "invalid-input", "cohort", "this is no name of a cohort");
+        } else if (value[0]) {
+            memcpy(import->cohort, value, sizeof import->cohort); /* a valid name fits */
+        }
+    } else if (strcmp(part->name, "partial") == 0) {
+        import->partial = strcmp(value, "true") == 0 || strcmp(value, "on") == 0;
+    } else {
+        answer(import, "invalid-input", part->name,
+               "the fields of a form are cohort and partial; a file needs a file name");
+    }
+}
+
+static void take_part(struct import *import, const struct multipart_part *part)
+{
+    struct import_given given = {
+        .path = part->file, .type = part->type, .bytes = part->bytes, .size = part->size};
+    const char *problem = archive_path_problem(part->file);
+
+    if (!part->file[0]) {
+        if (part->size > 0 || strcmp(part->type, "application/octet-stream") != 0) {
+            take_field(import, part); /* otherwise a field for files where none was chosen */
+        }
+    } else if (problem) {
+        import_refuse(import, part->file, "unsafe-path", "%s", problem);
+    } else if (archive_is_one(part->bytes, part->size) && !strcasestr(part->file, ".gii") &&
+               !(strcasestr(part->file, ".gz") && !strcasestr(part->file, ".tar"))) {
+        read_archive(import, part->bytes, part->size, part->file);
+    } else {
+        import_take(import, &given);
+    }
+}
+
+static void read_form(struct import *import, const char *type)
+{
+    const struct api_request *request = import->call->request;
+    struct multipart form;
+    struct multipart_part part;
+    enum multipart_status status = MULTIPART_END;
+    char problem[160];
+
+    if (!multipart_open(&form, type, request->body, request->body_size)) {
+        answer(import, "unparsable-archive", "Content-Type",
+               "multipart/form-data needs a boundary of at most 70 characters");
+        return;
+    }
+    while (!import->answered &&
+           (status = multipart_next(&form, &part, problem)) == MULTIPART_PART) {
+        take_part(import, &part);
+        if (!import->answered && jobs_memory_told(jobs_memory_current())) {
+            answer(import, "out-of-memory", "The form", "its reading was given up");
+        }
+    }
+    if (!import->answered && status == MULTIPART_WRONG) {
+        answer(import, "unparsable-archive", "The body", problem);
+    }
+}
+
+void import_read_body(struct import *import)
+{
+    const struct api_request *request = import->call->request;
+    const char *type = api_request_header(request, "Content-Type");
+    const char *other = archive_other(request->body, request->body_size);
+
+    if (request->body_size == 0) {
+        answer(import, "unparsable-archive", "The body", "it is empty");
+    } else if (type && strncasecmp(type, "multipart/form-data", 19) == 0) {
+        read_form(import, type);
+    } else if (archive_is_one(request->body, request->body_size)) {
+        read_archive(import, request->body, request->body_size, "The body");
+    } else {
+        char text[200];
+
+        (void)snprintf(text, sizeof text,
+                       "it is %s; an import is a zip, tar or tar.gz, or multipart/form-data (curl "
+                       "-F file=@..); POST /v1/meshes takes one mesh as it is",
+                       other ? other : "none of these");
+        answer(import, "unparsable-archive", "The body", text);
+    }
+}

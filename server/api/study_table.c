@@ -1,0 +1,316 @@
+/*
+ * study_table.c - from a table to members of a cohort.
+ *
+ * A column is read as a whole: 1 and 2 among words are words, and a subject 007 keeps its zeros. A
+ * comma within a number is a decimal comma where cells are separated by semicolons or tabs, as
+ * spreadsheets in most of Europe write them. Between commas, in quotes, "1,234" can be either of
+ * two numbers, and is refused; so is a column with points in some cells and commas in others.
+ */
+#include "api/study_table.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "api/cohorts.h"
+
+#define NUMBER_MAX 64 /* bytes of the longest number that is read */
+
+static bool says_nothing(const char *cell)
+{
+    return !cell[0] || strcasecmp(cell, "NA") == 0 || strcasecmp(cell, "N/A") == 0 ||
+           strcasecmp(cell, "NaN") == 0;
+}
+
+/* [+-]digits[mark digits][e[+-]digits] and nothing else. */
+static bool is_number(const char *cell, char mark)
+{
+    const char *at = cell + (*cell == '+' || *cell == '-');
+    size_t digits = strspn(at, "0123456789");
+
+    at += digits;
+    if (*at == mark) {
+        size_t more = strspn(++at, "0123456789");
+
+        digits += more;
+        at += more;
+    }
+    if (digits > 0 && (*at == 'e' || *at == 'E')) {
+        at += 1 + (at[1] == '+' || at[1] == '-');
+        if (!isdigit((unsigned char)*at)) {
+            return false;
+        }
+        at += strspn(at, "0123456789");
+    }
+    return digits > 0 && !*at && strlen(cell) < NUMBER_MAX;
+}
+
+static bool is_boolean(const char *cell)
+{
+    return strcasecmp(cell, "true") == 0 || strcasecmp(cell, "false") == 0;
+}
+
+/* What all cells of a column can be read as; false with a problem where that is not clear. */
+static bool judge_column(struct study_table *table, size_t column,
+                         char problem[DELIMITED_PROBLEM_MAX])
+{
+    size_t said = 0, points = 0, commas = 0, whole = 0, booleans = 0;
+    const char *name = table->cells.cells[column];
+
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+
+        if (says_nothing(cell)) {
+            continue;
+        }
+        said++;
+        booleans += is_boolean(cell);
+        if (is_number(cell, '.')) {
+            whole += is_number(cell, ',');
+            points += !is_number(cell, ',');
+        } else {
+            commas += is_number(cell, ',');
+        }
+    }
+    table->kinds[column] = said == 0                ? STUDY_EMPTY
+                           : booleans == said       ? STUDY_BOOLEAN
+                           : points + whole == said ? STUDY_NUMBER
+                           : commas + whole == said ? STUDY_COMMA_NUMBER
+                                                    : STUDY_TEXT;
+    if (commas > 0 && points + commas + whole == said &&
+        (points > 0 || table->cells.separator == ',')) {
+        (void)snprintf(problem, DELIMITED_PROBLEM_MAX,
+                       points > 0 ? "column %.80s has numbers with points and with commas"
+                                  : "column %.80s has commas in its numbers, and the table is "
+                                    "separated by commas; write decimals with points",
+                       name);
+        return false;
+    }
+    return true;
+}
+
+/* The place of a column with a meaning of its own; NULL: it is a covariate. */
+static size_t *place_of(struct study_table *table, const char *name, const char *key)
+{
+    const struct {
+        const char *name;
+        size_t *column;
+    } places[] = {{key, &table->key},     {"label", &table->label}, {"subject", &table->subject},
+                  {"time", &table->time}, {"side", &table->side},   {"mirror", &table->mirror}};
+
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        if (strcasecmp(name, places[i].name) == 0) {
+            return places[i].column;
+        }
+    }
+    return NULL;
+}
+
+static bool is_column_empty(const struct study_table *table, size_t column)
+{
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        if (delimited_cell(&table->cells, i, column)[0]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    (void)vsnprintf(problem, DELIMITED_PROBLEM_MAX, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+/* Finds out what each column is. */
+static bool read_head(struct study_table *table, const char *key,
+                      char problem[DELIMITED_PROBLEM_MAX])
+{
+    const char **head = table->cells.cells;
+    size_t covariates = 0;
+
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        size_t *place = place_of(table, head[i], key);
+
+        for (size_t j = 0; j < i; j++) {
+            if (head[i][0] && strcasecmp(head[i], head[j]) == 0) {
+                return wrong(problem, "there are two columns %.80s", head[i]);
+            }
+        }
+        if (place) {
+            *place = i;
+        } else if (strlen(head[i]) > COHORT_TEXT_MAX) {
+            return wrong(problem, "the name of column %.80s.. is too long", head[i]);
+        } else if (!head[i][0] && !is_column_empty(table, i)) {
+            return wrong(problem, "a column has no name");
+        }
+        covariates += !place && head[i][0];
+        if (!judge_column(table, i, problem)) {
+            return false;
+        }
+    }
+    if (table->key == STUDY_NO_COLUMN) {
+        return wrong(problem, "it has no column \"%s\" in its first line", key);
+    }
+    if (covariates > COHORT_COVARIATES_MAX) {
+        return wrong(problem, "it has more than %d covariates", COHORT_COVARIATES_MAX);
+    }
+    return true;
+}
+
+enum delimited_status study_table_read(const void *text, size_t size, const char *key,
+                                       struct study_table *table,
+                                       char problem[DELIMITED_PROBLEM_MAX])
+{
+    enum delimited_status status;
+
+    *table = (struct study_table){.key = STUDY_NO_COLUMN,
+                                  .label = STUDY_NO_COLUMN,
+                                  .subject = STUDY_NO_COLUMN,
+                                  .time = STUDY_NO_COLUMN,
+                                  .side = STUDY_NO_COLUMN,
+                                  .mirror = STUDY_NO_COLUMN};
+    status = delimited_read(text, size, &table->cells, problem);
+    return status == DELIMITED_OK && !read_head(table, key, problem) ? DELIMITED_WRONG : status;
+}
+
+void study_table_clear(struct study_table *table)
+{
+    delimited_clear(&table->cells);
+}
+
+const char *study_table_key(const struct study_table *table, size_t row)
+{
+    return delimited_cell(&table->cells, row, table->key);
+}
+
+/* ---- Rows ------------------------------------------------------------------------------------ */
+
+static json_t *number_of(const char *cell, bool comma)
+{
+    char copy[NUMBER_MAX];
+    double value;
+
+    (void)snprintf(copy, sizeof copy, "%s", cell);
+    if (comma && strchr(copy, ',')) {
+        *strchr(copy, ',') = '.';
+    }
+    if (strlen(copy) < 16 && !strpbrk(copy, ".eE")) {
+        return json_integer(strtoll(copy, NULL, 10));
+    }
+    value = strtod(copy, NULL);
+    return isfinite(value) ? json_real(value + 0.0) : NULL;
+}
+
+/* The cell as its column is read (new reference); NULL where it says nothing, or a number is beyond
+   all bounds. */
+static json_t *value_of(const struct study_table *table, size_t row, size_t column)
+{
+    const char *cell = delimited_cell(&table->cells, row, column);
+
+    if (says_nothing(cell)) {
+        return NULL;
+    }
+    switch (table->kinds[column]) {
+    case STUDY_NUMBER:
+        return number_of(cell, false);
+    case STUDY_COMMA_NUMBER:
+        return number_of(cell, true);
+    case STUDY_BOOLEAN:
+        return json_boolean(strcasecmp(cell, "true") == 0);
+    case STUDY_EMPTY:
+    case STUDY_TEXT:
+        break;
+    }
+    return json_string(cell);
+}
+
+/* The text of a cell that is one whatever it looks like, or NULL. */
+static const char *text_of(const struct study_table *table, size_t row, size_t column)
+{
+    const char *cell = column == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, column);
+
+    return cell[0] ? cell : NULL;
+}
+
+/* "left" and "right", as people write them. */
+static const char *side_of(const char *text)
+{
+    static const char *const names[][2] = {{"l", "left"},  {"lh", "left"},  {"left", "left"},
+                                           {"r", "right"}, {"rh", "right"}, {"right", "right"}};
+
+    for (size_t i = 0; text && i < sizeof names / sizeof names[0]; i++) {
+        if (strcasecmp(text, names[i][0]) == 0) {
+            return names[i][1];
+        }
+    }
+    return text;
+}
+
+static void set_text(json_t *member, const char *name, const char *text)
+{
+    if (text) {
+        (void)json_object_set_new(member, name, json_string(text));
+    }
+}
+
+static json_t *covariates_of(const struct study_table *table, size_t row)
+{
+    const size_t placed[] = {table->key,  table->label, table->subject,
+                             table->time, table->side,  table->mirror};
+    json_t *covariates = json_object();
+
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        bool other = table->cells.cells[i][0] != '\0';
+        json_t *value;
+
+        for (size_t k = 0; k < sizeof placed / sizeof placed[0]; k++) {
+            other = other && placed[k] != i;
+        }
+        value = other ? value_of(table, row, i) : NULL;
+        if (value) {
+            (void)json_object_set_new(covariates, table->cells.cells[i], value);
+        }
+    }
+    return covariates;
+}
+
+json_t *study_table_member(const struct study_table *table, size_t row, const char *id,
+                           struct problem_list *list)
+{
+    json_t *given = json_object(), *member;
+    const char *side = text_of(table, row, table->side);
+
+    set_text(given, "id", id);
+    set_text(given, "label", text_of(table, row, table->label));
+    set_text(given, "subject", text_of(table, row, table->subject));
+    set_text(given, "side", says_nothing(side ? side : "") ? NULL : side_of(side));
+    if (table->time != STUDY_NO_COLUMN) {
+        json_t *time = value_of(table, row, table->time);
+
+        if (time) {
+            (void)json_object_set_new(given, "time", time);
+        }
+    }
+    if (table->mirror != STUDY_NO_COLUMN) {
+        json_t *mirror = value_of(table, row, table->mirror);
+
+        if (mirror) {
+            (void)json_object_set_new(given, "mirror", mirror);
+        }
+    }
+    (void)json_object_set_new(given, "covariates", covariates_of(table, row));
+    member = cohort_read_member(given, "", list);
+    json_decref(given);
+    return member;
+}

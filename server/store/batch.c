@@ -1,0 +1,106 @@
+/*
+ * batch.c - several puts in one transaction.
+ *
+ * What takes long is done when a put is added, on the caller's thread: hashing, and writing large
+ * content to the disk under a temporary name. The transaction then moves files to their names and
+ * inserts rows, so that the writer has all puts of a batch as one write: a failure of any of them
+ * undoes the others. A file that had its name already is then without a row, which the sweep of the
+ * next start removes.
+ */
+#include "store/internal.h"
+#include "store/batch.h"
+
+#include <stdlib.h>
+
+struct store_batch {
+    struct store *store;
+    struct store_batch_item *items;
+    size_t count, capacity;
+    size_t failed;
+};
+
+struct store_batch *store_batch_create(struct store *store)
+{
+    struct store_batch *batch = calloc(1, sizeof *batch);
+
+    if (batch) {
+        batch->store = store;
+    }
+    return batch;
+}
+
+static void clear_item(struct store_batch *batch, size_t index)
+{
+    struct store_batch_item *item = &batch->items[index];
+
+    if (item->clear) {
+        item->clear(batch->store, item->argument);
+    }
+    *item = (struct store_batch_item){.run = NULL};
+}
+
+void store_batch_destroy(struct store_batch *batch)
+{
+    if (!batch) {
+        return;
+    }
+    for (size_t i = 0; i < batch->count; i++) {
+        clear_item(batch, i);
+    }
+    free(batch->items);
+    free(batch);
+}
+
+struct store *store_batch_store(const struct store_batch *batch)
+{
+    return batch->store;
+}
+
+int store_batch_add(struct store_batch *batch, const struct store_batch_item *item)
+{
+    if (batch->count == batch->capacity) {
+        size_t capacity = batch->capacity ? 2 * batch->capacity : 64;
+        struct store_batch_item *items = reallocarray(batch->items, capacity, sizeof *batch->items);
+
+        if (!items) {
+            return STORE_NOMEM;
+        }
+        batch->items = items;
+        batch->capacity = capacity;
+    }
+    batch->items[batch->count++] = *item;
+    return STORE_OK;
+}
+
+size_t store_batch_count(const struct store_batch *batch)
+{
+    return batch->count;
+}
+
+void store_batch_drop(struct store_batch *batch, size_t index)
+{
+    clear_item(batch, index);
+}
+
+static int run_batch(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct store_batch *batch = write->argument;
+    int status = STORE_OK;
+
+    for (size_t i = 0; status == STORE_OK && i < batch->count; i++) {
+        const struct store_batch_item *item = &batch->items[i];
+        struct store_write one = {.argument = item->argument};
+
+        batch->failed = i;
+        status = item->run ? item->run(store, db, &one) : STORE_OK;
+    }
+    return status;
+}
+
+int store_batch_commit(struct store_batch *batch, size_t *failed)
+{
+    int status = store_write(batch->store, run_batch, batch);
+
+    *failed = batch->failed;
+    return status;
+}

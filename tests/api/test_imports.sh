@@ -1,0 +1,213 @@
+#!/usr/bin/env bash
+# srnfd-test: timeout 240
+# test_imports.sh - whole studies in one request: forms and archives, with the table of their members; what is refused,
+# and that nothing of it is kept then.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 1 --max-body 4194304 || exit 1
+
+# Tetrahedra, each with its own height, as OFF: 100 small meshes that are all different.
+FILES=$SCRATCH/files
+mkdir -p "$FILES"
+printf 'file,label,subject,time,side,age,sex,"group, old"\r\n' >"$FILES/labels.csv"
+for i in $(seq 100); do
+    printf 'OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1.%03d\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' "$i" >"$FILES/s$i.off"
+    printf 's%d.off,%s,%03d,%d,%s,%d.5,%s,"a ""%d"""\r\n' "$i" "$([ $((i % 2)) = 0 ] && echo case || echo control)" \
+        $((i / 2)) $((i % 2)) "$([ $((i % 3)) = 0 ] && echo L || echo right)" $((20 + i % 50)) f "$i" >>"$FILES/labels.csv"
+done
+count_meshes() { sqlite3 "$SCRATCH/data/srnfd.db" 'SELECT count(*) FROM mesh'; }
+staged() { find "$SCRATCH/data/blobs" -type f | wc -l; }
+import() { # QUERY FILE
+    post "/v1/imports$1" --data-binary "@$2" --header 'Content-Type: application/octet-stream'
+}
+refusals() { json '[.refused[] | "\(.file) \(.code)"] | sort | join("|")'; }
+
+# ---- A form ------------------------------------------------------------------------------------------
+
+forms=()
+for i in $(seq 100); do
+    forms+=(-F "file=@$FILES/s$i.off")
+done
+request POST '/v1/imports?cohort=hundred' "${forms[@]}" -F "file=@$FILES/labels.csv"
+is "$STATUS $(json '"\(.meshes | length) \(.refusedCount) \(.cohort.name) \(.cohort.memberCount)"')" \
+    '201 100 0 hundred 100' 'one request uploads a hundred meshes with their table'
+is "$(json '.meshes[4] | "\(.file) \(.name) \(.format) \(.vertices) \(.new) \(.analysable)"')" \
+    's5.off s5 off 4 true true' 'it tells of each'
+get /v1/cohorts/hundred
+is "$(json '.members[2] | [.label, .subject, .time, .side, .covariates] | tojson')" \
+    '["control","001",1,"left",{"age":23.5,"group, old":"a \"3\"","sex":"f"}]' 'rows become members, in their order'
+FIRST=$(json '.members[0].id')
+post /v1/meshes --data-binary "@$FILES/s1.off"
+is "$STATUS $(json .id)" "200 $FIRST" 'a mesh has the id that it has by itself'
+request POST '/v1/imports?cohort=hundred' "${forms[@]}" -F "file=@$FILES/labels.csv"
+is "$STATUS $(json '[.meshes[].new] | any')" '200 false' 'the same again changes nothing'
+request POST /v1/imports -F cohort=named -F "mesh=@$FILES/s1.off;filename=sub/deep 1.off" -F "other=@$FILES/s2.off"
+is "$STATUS $(json '"\(.cohort.name) \(.meshes[0].file) \(.meshes[0].name)"')" '201 named sub/deep 1.off s1' \
+    'a field of the form names the cohort, too'
+request POST /v1/imports -F colour=red -F "mesh=@$FILES/s1.off"
+is_problem 422 invalid-input 'another field is refused'
+request POST /v1/imports -F "table=@$FILES/labels.csv" "${forms[@]}"
+is_problem 422 invalid-input 'a table without a cohort is refused'
+post /v1/imports --data-binary $'--x\r\nContent-Disposition: form-data; name="f"; filename="a.off"\r\n\r\nOFF' \
+    --header 'Content-Type: multipart/form-data; boundary=x'
+is_problem 422 unparsable-archive 'a form that is cut off is refused'
+
+# ---- Archives ----------------------------------------------------------------------------------------
+
+before=$(count_meshes)
+(cd "$FILES" && mkdir -p in && cp s1.off in/a.off && cp s2.off 'in/schräg.off' && printf 'x' >in/.DS_Store &&
+    printf 'file;label;grösse\na.off;x;1,5\nschräg.off;y;2\n' >in/t.csv &&
+    zip -q -r ../two.zip in && tar -cf ../two.tar in && tar -czf ../two.tar.gz in)
+for form in zip tar tar.gz; do
+    import "?cohort=by-$form" "$SCRATCH/two.$form"
+    get "/v1/cohorts/by-$form"
+    is "$STATUS $(json '[.members[] | [.label, .covariates["grösse"]]] | tojson')" '200 [["x",1.5],["y",2]]' \
+        "a $form with a table of a spreadsheet is read, with names in UTF-8 and decimal commas"
+done
+import '' "$SCRATCH/two.zip"
+is_problem 422 invalid-input 'whose table needs a cohort as well'
+is "$(count_meshes)" "$before" 'all of which were there'
+
+# ---- What is refused ---------------------------------------------------------------------------------
+
+# Each archive has one good mesh that is not there yet, and what is wrong.
+fresh() { # NUMBER
+    printf 'OFF\n4 4 0\n0 0 0\n2 0 0\n0 1 0\n0 0 1.%03d\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' "$1"
+}
+WRONG=$SCRATCH/wrong
+refused() { # FILE "FILE CODE|FILE CODE" WHAT
+    local before after
+    before=$(count_meshes)
+    import '?cohort=wrong' "$1"
+    is "$STATUS $(json .code) $(refusals)" "422 import-refused $2" "refused with its reason: $3"
+    after=$(count_meshes)
+    get /v1/cohorts/wrong
+    is "$STATUS $after" "404 $before" 'and nothing of it is kept'
+}
+made() { # NUMBER: an empty folder with a good mesh
+    rm -rf "$WRONG"
+    mkdir -p "$WRONG"
+    fresh "$1" >"$WRONG/good.off"
+}
+
+made 1
+echo 'no mesh' >"$WRONG/bad.off"
+(cd "$WRONG" && zip -q ../bad.zip ./*.off)
+refused "$SCRATCH/bad.zip" 'bad.off unparsable-mesh' 'a file that is no mesh'
+import '?cohort=part&partial=true' "$SCRATCH/bad.zip"
+is "$STATUS $(json '"\(.meshes | length) \(.refused[0].file) \(.cohort.memberCount)"')" '201 1 bad.off 1' \
+    'with partial=true the rest is kept'
+
+made 2
+(cd "$WRONG" && cp good.off evil.off && tar --transform 's,evil,../../evil,' -cPf ../dots.tar good.off evil.off &&
+    tar --transform 's,evil,/tmp/evil,' -cPf ../absolute.tar good.off evil.off &&
+    ln -s /etc/passwd link.off && tar -cf ../link.tar good.off link.off && rm link.off &&
+    ln good.off hard.off && tar -cf ../hard.tar good.off hard.off && rm hard.off &&
+    ln -s good.off link.off && zip -q -y ../link.zip good.off link.off && rm link.off)
+refused "$SCRATCH/dots.tar" '../../evil.off unsafe-path' 'a path that leads out'
+refused "$SCRATCH/absolute.tar" '/tmp/evil.off unsafe-path' 'an absolute path'
+refused "$SCRATCH/link.tar" 'link.off link' 'a symbolic link'
+refused "$SCRATCH/hard.tar" 'hard.off link' 'a hard link'
+refused "$SCRATCH/link.zip" 'link.off link' 'a symbolic link in a zip'
+(cd "$WRONG" && zip -q -P secret ../locked.zip good.off evil.off)
+refused "$SCRATCH/locked.zip" 'evil.off encrypted|good.off encrypted' 'an encrypted zip'
+(cd "$WRONG" && tar --hard-dereference -cf ../twice.tar good.off good.off)
+refused "$SCRATCH/twice.tar" 'good.off duplicate-file|good.off duplicate-file' 'two files of one name'
+(cd "$WRONG" && zip -q ../inner.zip evil.off && cp ../inner.zip . && zip -q ../outer.zip good.off inner.zip)
+refused "$SCRATCH/outer.zip" 'inner.zip nested-archive' 'an archive within an archive'
+(cd "$WRONG" && cp good.off brain.nii.gz && zip -q ../volume.zip good.off brain.nii.gz)
+refused "$SCRATCH/volume.zip" 'brain.nii.gz volume' 'a volume, which has another place'
+import '?cohort=wrong' "$SCRATCH/volume.zip"
+like "$(json '[.refused[].detail] | join(" ")')" '/v1/volumes' 'which it names'
+
+table() { # TEXT: the good mesh, another one, and a table of this text
+    rm -f "$SCRATCH/table.zip"
+    printf '%b' "$1" >"$WRONG/t.csv"
+    (cd "$WRONG" && zip -q ../table.zip good.off evil.off t.csv)
+}
+rm -f "$WRONG"/*.zip "$WRONG"/*.gz
+table 'file,label\ngood.off,a\nabsent.off,b\n'
+refused "$SCRATCH/table.zip" 'absent.off no-such-file|evil.off not-in-table' 'a row without its file, a file without its row'
+table 'file,label\ngood.off,a\nevil.off,b\ngood.off,c\n'
+refused "$SCRATCH/table.zip" 'good.off duplicate-row' 'two rows about one file'
+table 'file,side\ngood.off,up\nevil.off,left\n'
+refused "$SCRATCH/table.zip" 'good.off invalid-row' 'a side that is none'
+import '?cohort=some&partial=true' "$SCRATCH/table.zip"
+is "$STATUS $(json '"\([.meshes[].file] | join(" ")) \(.refused[0].code)"')" '201 evil.off invalid-row' \
+    'with partial=true the other row is kept'
+
+wrong_table() { # TEXT WHAT
+    table "$1"
+    import '?cohort=wrong&partial=true' "$SCRATCH/table.zip"
+    is_problem 422 invalid-input "a table is refused as a whole: $2"
+}
+wrong_table 'name,label\ngood.off,a\n' 'without a column for files'
+wrong_table 'file,label\ngood.off,a,b\n' 'with a row of another length'
+wrong_table 'file,label\n"good.off,a\n' 'with a quote that is not closed'
+wrong_table 'file,age\ngood.off,"1,5"\nevil.off,"2,5"\n' 'with decimal commas between commas'
+wrong_table 'file;age\ngood.off;1,5\nevil.off;2.5\n' 'with both decimal marks'
+wrong_table 'file,age,Age\ngood.off,1,2\nevil.off,2,3\n' 'with two columns of one name'
+wrong_table 'file,label\ngood.off,\xe4\n' 'in another encoding'
+
+# ---- Bombs -------------------------------------------------------------------------------------------
+
+whole() { # FILE STATUS CODE WHAT
+    local before
+    before=$(count_meshes)
+    import '?cohort=wrong&partial=true' "$1"
+    is_problem "$2" "$3" "$4"
+    is "$(count_meshes)" "$before" 'and nothing of it is kept, partial or not'
+}
+made 3
+(cd "$WRONG" && head -c 5000000 /dev/zero >big.off && zip -q ../big.zip good.off big.off)
+whole "$SCRATCH/big.zip" 413 body-too-large 'a file that unpacks beyond the limit is refused'
+(cd "$WRONG" && rm big.off && head -c 4000000 /dev/zero >z0.off && for i in $(seq 9); do cp z0.off "z$i.off"; done &&
+    tar -czf ../many.tar.gz good.off z?.off)
+whole "$SCRATCH/many.tar.gz" 413 body-too-large 'files that do so together are refused'
+head -c 300 "$SCRATCH/two.zip" >"$SCRATCH/cut.zip"
+whole "$SCRATCH/cut.zip" 422 unparsable-archive 'a zip that is cut off is refused'
+head -c 250 "$SCRATCH/two.tar.gz" >"$SCRATCH/cut.tar.gz"
+whole "$SCRATCH/cut.tar.gz" 422 unparsable-archive 'so is a tar.gz'
+# A million entries without content, as local heads and a directory: in python, which writes them in seconds.
+python3 - "$SCRATCH/million.zip" <<'PYTHON'
+import struct, sys
+with open(sys.argv[1], "wb") as out:
+    heads, directory, at = [], [], 0
+    for i in range(70000):
+        name = b"%x" % i
+        head = struct.pack("<IHHHHHIIIHH", 0x04034B50, 20, 0, 0, 0, 0, 0, 0, 0, len(name), 0)
+        heads.append(head + name)
+        at += len(head) + len(name)
+    out.write(b"".join(heads))
+PYTHON
+printf '7z\274\257\047\034 and more' >"$SCRATCH/x.7z"
+whole "$SCRATCH/x.7z" 422 unparsable-archive 'a 7z is refused'
+like "$(json .detail)" '7z' 'by its name'
+: >"$SCRATCH/empty"
+whole "$SCRATCH/empty" 422 unparsable-archive 'an empty body is refused'
+
+is "$(staged)" 0 'no file is left on the disk'
+
+# A million empty files, as heads and a directory.
+perl -e 'my ($heads, $directory, $at) = ("", "", 0);
+    for my $i (0 .. 999_999) {
+        my $name = sprintf "%06d", $i;
+        $heads .= pack("VvvvvvVVVvv", 0x04034b50, 20, 0, 0, 0, 0, 0, 0, 0, 6, 0) . $name;
+        $directory .= pack("VvvvvvvVVVvvvvvVV", 0x02014b50, 20, 20, 0, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0, 0, 0, $at) . $name;
+        $at += 36;
+    }
+    print $heads, $directory, pack("VvvvvVVv", 0x06054b50, 0, 0, 65535, 65535, length $directory, length $heads, 0);' \
+    >"$SCRATCH/million.zip"
+stop_server "$SERVER_PID"
+start_server "$SCRATCH/data" --workers 1 || exit 1
+whole "$SCRATCH/million.zip" 413 body-too-large 'a zip of a million entries is refused'
+like "$(json .detail)" '400000 entries' 'for their number'
+if stop_server "$SERVER_PID"; then
+    ok 'the server ends cleanly'
+else
+    not_ok 'the server ends cleanly'
+fi
+check 'the data are sound' "$SRNFD" check --data "$SCRATCH/data"
+done_testing
