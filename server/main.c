@@ -23,6 +23,7 @@
 #include "main/token_command.h"
 #include "notify.h"
 #include "priority.h"
+#include "store/store.h"
 #include "store/token.h"
 
 #include <cblas.h>

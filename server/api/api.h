@@ -19,10 +19,10 @@
 #include <stdint.h>
 #include <strings.h>
 
+#include "ids.h"
 #include "jobs/jobs.h"
 #include "metrics.h"
-#include "store/store.h"
-#include "store/token.h"
+#include "quota.h"
 
 struct api;
 struct api_processes; /* handler.h */

@@ -24,6 +24,10 @@
 #include "api/routes.h"
 
 #include "log.h"
+#include "owner.h"
+#include "store/holdings.h"
+#include "store/store.h"
+#include "store/token.h"
 
 #include <math.h>
 #include <pthread.h>

@@ -16,8 +16,10 @@
 #include <string.h>
 
 #include "api/json_memory.h"
+#include "api/lists.h"
 #include "api/routes.h"
 #include "store/cohort.h"
+#include "store/page.h"
 
 static const char *const body_names[] = {"name", "members", NULL};
 

@@ -19,6 +19,7 @@
 #include "api/routes.h"
 
 #include "api/job_answers.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #include <stdio.h>

@@ -18,6 +18,8 @@
 #include "api/routes.h"
 
 #include "log.h"
+#include "jobs/submit.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #include <stdio.h>
@@ -308,8 +310,8 @@ static int submit(struct api_call *call, const struct api_process *process, cons
     };
     const char *key = api_request_header(call->request, "Idempotency-Key");
 
-    return jobs_submit_as(call->api->config.jobs, &owner, process->id, inputs, key,
-                          key ? digest : NULL, job, how);
+    return jobs_submit(call->api->config.jobs, &owner, process->id, inputs, key,
+                       key ? digest : NULL, job, how);
 }
 
 /* Ties the request, and the trace that it is part of, to the job, whose lines follow. */

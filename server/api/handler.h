@@ -15,7 +15,9 @@
 
 struct store_job;     /* store/job.h */
 struct store_mesh;    /* store/mesh.h */
+struct store_owner;   /* owner.h */
 struct store_surface; /* store/surface.h */
+struct store_view;    /* owner.h */
 
 struct api_auth;     /* auth.c: tokens, and what each has used */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
@@ -124,30 +126,6 @@ int accept_best(const struct api_request *request, const char *const *media_type
 bool respond_not_modified(struct api_call *call, const char *tag);
 /* Where If-Match does not name the tag, answers 412: then true, and nothing more is to be done. */
 bool respond_precondition_failed(struct api_call *call, const char *tag);
-
-/* ---- Lists (lists.c) ------------------------------------------------------------------------- */
-
-/* Reads ?limit= and ?cursor= (a cursor is good only for the kind that gave it) and collects a page:
-   pass &list->page to the store's list function with list as user, call list_add from its visitor
-   and return what it returns, then list_respond with the path of the collection. */
-#define LIST_ID_MAX STORE_COHORT_NAME_MAX /* the longest id or name in a list */
-struct list {
-    struct store_page page; /* limit is one more than asked for, to know whether there is a next
-    page */
-    const char *kind;       /* "meshes", "surfaces", "cohorts", "models", "jobs" */
-    size_t limit;
-    json_t *items;
-    bool more;
-    int64_t last_ms;
-    char after_id[LIST_ID_MAX], last_id[LIST_ID_MAX];
-};
-/* False when a problem was answered. */
-bool list_open(struct api_call *call, const char *kind, struct list *list);
-/* Takes over the item. */
-bool list_add(struct list *list, json_t *item, int64_t created_ms, const char *id);
-/* Answers {"items", "next"} and Link rel="next"; status is that of the store's list function. Frees
-   the list. */
-void list_respond(struct api_call *call, struct list *list, const char *path, int status);
 
 /* ---- Records, by id -------------------------------------------------------------------------- */
 

@@ -23,6 +23,7 @@
 #include "api/routes.h"
 #include "store/batch.h"
 #include "store/cohort.h"
+#include "store/holdings.h"
 #include "store/mesh.h"
 
 #define COST ((size_t)3072)

@@ -8,6 +8,7 @@
  * dismissed 410.
  */
 #include "api/respond.h"
+#include "api/lists.h"
 #include "api/routes.h"
 
 #include "api/job_answers.h"

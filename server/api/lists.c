@@ -9,6 +9,9 @@
  */
 #include "api/respond.h"
 
+#include "api/lists.h"
+#include "store/digest.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

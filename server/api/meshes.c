@@ -11,6 +11,7 @@
  */
 #include "api/meshes.h"
 #include "api/json_memory.h"
+#include "api/lists.h"
 #include "api/respond.h"
 #include "api/routes.h"
 
@@ -20,7 +21,10 @@
 
 #include "compute/compute.h"
 #include "jobs/memory.h"
+#include "store/digest.h"
+#include "store/holdings.h"
 #include "store/mesh.h"
+#include "store/store.h"
 
 /* How each format is served, and the media types that say a body is in it. */
 static const struct {

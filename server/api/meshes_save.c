@@ -15,7 +15,9 @@
 
 #include "api/json_memory.h"
 #include "compute/compute.h"
+#include "store/digest.h"
 #include "store/mesh.h"
+#include "store/store.h"
 
 void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size)
 {

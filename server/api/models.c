@@ -9,6 +9,7 @@
  *   modes, CSV    component, theta, phi, x, y, z: one line for each node of the grid
  */
 #include "compute/compute.h"
+#include "api/lists.h"
 #include "api/models.h"
 
 #include <stdio.h>

@@ -19,6 +19,7 @@
 #include "build.h"
 #include "log.h"
 #include "store/job.h"
+#include "store/store.h"
 #include "store/usage.h"
 
 #include <stdio.h>

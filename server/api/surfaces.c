@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "api/npy.h"
+#include "api/lists.h"
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
 #include "store/surface.h"

@@ -19,6 +19,8 @@
 #include "api/respond.h"
 #include "api/surfaces_grid.h"
 #include "api/warnings.h"
+#include "owner.h"
+#include "store/holdings.h"
 
 /* What one request gives, once it is read. */
 struct given {

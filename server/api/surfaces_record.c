@@ -16,6 +16,7 @@
 #include "api/json_memory.h"
 #include "api/json_numbers.h"
 #include "api/warnings.h"
+#include "store/store.h"
 #include "store/surface.h"
 
 static const struct {

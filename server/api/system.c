@@ -9,6 +9,7 @@
 
 #include "build.h"
 #include "embedded.h"
+#include "store/digest.h"
 
 #include <pthread.h>
 #include <string.h>

@@ -5,6 +5,7 @@
  * build, and what the caller says of its options.
  */
 #include "jobs/internal.h"
+#include "store/digest.h"
 #include "store/encoding.h"
 
 #include <stdio.h>

@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "store/store.h"
+#include "ids.h"
 
 /* Opens, or makes, the file of the data folder in which a fault is recorded, and reads what the
    last one has left: job[STORE_ID_MAX], "" where there was none or no job ran, and what it ended

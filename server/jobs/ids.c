@@ -9,6 +9,8 @@
  */
 #include "jobs/internal.h"
 
+#include "store/store.h"
+
 #include <sodium.h>
 #include <stdio.h>
 

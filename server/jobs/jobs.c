@@ -10,6 +10,7 @@
 
 #include "clock.h"
 #include "store/job.h"
+#include "store/page.h"
 
 #include <cblas.h>
 #include <stdio.h>

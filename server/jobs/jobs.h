@@ -14,11 +14,14 @@
 #ifndef SRNFD_JOBS_H
 #define SRNFD_JOBS_H
 
+#include "ids.h"
 #include "metrics.h"
 #include "srnf.h"
-#include "store/store.h"
+#include "store_status.h"
 
-struct store_job; /* store/job.h */
+struct store;      /* store/store.h */
+struct store_job;  /* store/job.h */
+struct store_page; /* store/page.h */
 
 struct jobs;
 struct jobs_run;
@@ -94,29 +97,6 @@ void jobs_drain(struct jobs *jobs);
    to accepted without losing an attempt. */
 void jobs_close(struct jobs *jobs, double grace_seconds);
 
-enum jobs_submission { JOBS_NEW, JOBS_JOINED, JOBS_CACHED };
-
-/* Accepts a job: durable when it returns. An identical successful job answers from the cache, an
-   identical accepted or running one is joined; neither writes anything but the Idempotency-Key, if
-   one is given. The same key with the same body_digest names the same job again, whatever has
-   become of it. inputs: canonical text. Errors: jobs_status, or STORE_*. */
-int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
-                const char *idempotency_key, const char *body_digest, struct store_job *job,
-                enum jobs_submission *how);
-/* Whose job it is, what the owner may have, in which trace it is asked for, and how long it is
-   expected to take. Cache, joining and
-   keys are each owner's own: nobody learns from an answer, or from its time, what another has
-   computed. NULL for the owner "" without limits, for whom jobs_submit is short. STORE_QUEUED: as
-   many of the owner's jobs wait as may; STORE_QUOTA: the owner holds as many bytes as it may. */
-struct jobs_owner {
-    const char *name; /* shorter than STORE_OWNER_MAX */
-    struct store_job_limits limits;
-    const char *trace; /* traceparent that a new job is part of (NULL: none), kept with it */
-    double seconds;    /* that a new job is expected to take; 0: not known, and so not short */
-};
-int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
-                   const char *inputs, const char *idempotency_key, const char *body_digest,
-                   struct store_job *job, enum jobs_submission *how);
 /* Idempotent; an accepted job is dismissed at once, a running one when its run notices. */
 int jobs_cancel(struct jobs *jobs, const char *id, struct store_job *job);
 /* As store_job_get, with the live progress, message and time of the last change of a running job,

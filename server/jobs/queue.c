@@ -12,6 +12,9 @@
  * has the owner's name before it, with a newline between, which no name has.
  */
 #include "jobs/internal.h"
+
+#include "jobs/submit.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #include <math.h>
@@ -228,9 +231,9 @@ static int submit(struct jobs *jobs, struct submission *s, struct store_job *job
     return status;
 }
 
-int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
-                   const char *inputs, const char *idempotency_key, const char *body_digest,
-                   struct store_job *job, enum jobs_submission *how)
+int jobs_submit(struct jobs *jobs, const struct jobs_owner *owner, const char *process,
+                const char *inputs, const char *idempotency_key, const char *body_digest,
+                struct store_job *job, enum jobs_submission *how)
 {
     static const struct jobs_owner nobody = {.name = ""};
     struct submission s = {.process = jobs_process_find(jobs, process),
@@ -261,13 +264,6 @@ int jobs_submit_as(struct jobs *jobs, const struct jobs_owner *owner, const char
                     METRIC_LABELS(s.process->id, names[*how]), 1);
     }
     return status;
-}
-
-int jobs_submit(struct jobs *jobs, const char *process, const char *inputs,
-                const char *idempotency_key, const char *body_digest, struct store_job *job,
-                enum jobs_submission *how)
-{
-    return jobs_submit_as(jobs, NULL, process, inputs, idempotency_key, body_digest, job, how);
 }
 
 /* Tells the run of this job, if it is here, and those who are just claiming. */

@@ -13,6 +13,7 @@
 
 #include "clock.h"
 #include "store/job.h"
+#include "store/store.h"
 
 #include <errno.h>
 #include <math.h>

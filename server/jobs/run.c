@@ -8,6 +8,8 @@
 
 #include "clock.h"
 #include "store/job.h"
+#include "store/holdings.h"
+#include "store/store.h"
 
 #include <math.h>
 #include <stdio.h>

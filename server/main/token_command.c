@@ -16,6 +16,7 @@
  */
 #include "main/token_command.h"
 
+#include "store/store.h"
 #include "store/token.h"
 
 #include <errno.h>

@@ -4,7 +4,12 @@
 #ifndef SRNFD_STORE_BATCH_H
 #define SRNFD_STORE_BATCH_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "store_status.h"
+
+struct store;
 
 struct store_batch;
 struct store_cohort; /* store/cohort.h */

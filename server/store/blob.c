@@ -19,6 +19,9 @@
  */
 #include "store/internal.h"
 
+#include "store/digest.h"
+#include "store/store.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <sodium.h>

@@ -9,6 +9,9 @@
 #include "store/internal.h"
 #include "store/batch.h"
 #include "store/cohort.h"
+#include "store/digest.h"
+#include "store/page.h"
+#include "store/store.h"
 
 #include <stdio.h>
 #include <stdlib.h>

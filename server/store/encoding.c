@@ -6,7 +6,9 @@
  * so that they pass it by so many at most.
  */
 #include "store/internal.h"
+#include "store/digest.h"
 #include "store/encoding.h"
+#include "store/store.h"
 
 #include <stdlib.h>
 #include <string.h>

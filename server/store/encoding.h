@@ -4,7 +4,12 @@
 #ifndef SRNFD_STORE_ENCODING_H
 #define SRNFD_STORE_ENCODING_H
 
-#include "store/store.h"
+#include <stddef.h>
+#include <stdint.h>
+
+#include "store_status.h"
+
+struct store;
 
 /*
  * A cache of what meshes were encoded to. Values are opaque here.

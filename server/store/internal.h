@@ -16,11 +16,17 @@
 #include <pthread.h>
 #include <sqlite3.h>
 #include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-#include "store/store.h"
+#include "ids.h"
+#include "store_status.h"
 
-struct store_job;  /* store/job.h */
-struct store_maps; /* store/surface.h */
+struct store_job;   /* store/job.h */
+struct store_owner; /* owner.h */
+struct store_page;  /* store/page.h */
+struct store_maps;  /* store/surface.h */
 
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"

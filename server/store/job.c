@@ -4,6 +4,9 @@
  */
 #include "store/internal.h"
 #include "store/job.h"
+#include "store/holdings.h"
+#include "store/page.h"
+#include "store/store.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,16 @@
 #ifndef SRNFD_STORE_JOB_H
 #define SRNFD_STORE_JOB_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ids.h"
+#include "store_status.h"
+
+struct store;
+struct store_page;       /* store/page.h */
+struct store_job_limits; /* store/holdings.h */
 
 enum store_job_status {
     STORE_JOB_ACCEPTED,

@@ -27,6 +27,7 @@
  */
 #include "store/internal.h"
 #include "store/job.h"
+#include "store/store.h"
 
 #include <stdlib.h>
 #include <string.h>

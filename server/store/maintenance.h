@@ -6,7 +6,11 @@
 #ifndef SRNFD_STORE_MAINTENANCE_H
 #define SRNFD_STORE_MAINTENANCE_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "store_status.h"
 
 /* What is told while it is found: a kind ("damaged", "missing", "orphan", "database", ...) and a
    sentence. */

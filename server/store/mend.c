@@ -7,6 +7,8 @@
  */
 #include "store/internal.h"
 
+#include "store/digest.h"
+
 #include <stdlib.h>
 
 static int run_mend(struct store *store, sqlite3 *db, struct store_write *write)

@@ -5,7 +5,10 @@
  */
 #include "store/internal.h"
 #include "store/batch.h"
+#include "store/holdings.h"
 #include "store/mesh.h"
+#include "store/page.h"
+#include "store/store.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,16 @@
 #ifndef SRNFD_STORE_MESH_H
 #define SRNFD_STORE_MESH_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ids.h"
+#include "owner.h"
+#include "store_status.h"
+
+struct store;
+struct store_page; /* store/page.h */
 
 struct store_mesh {
     char id[STORE_ID_MAX]; /* mesh-..., of the bytes and the format */

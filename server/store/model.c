@@ -13,6 +13,8 @@
  */
 #include "store/internal.h"
 #include "store/model.h"
+#include "store/page.h"
+#include "store/store.h"
 
 #include <sodium.h>
 #include <stdio.h>

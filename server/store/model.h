@@ -4,7 +4,16 @@
 #ifndef SRNFD_STORE_MODEL_H
 #define SRNFD_STORE_MODEL_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ids.h"
+#include "owner.h"
+#include "store_status.h"
+
+struct store;
+struct store_page; /* store/page.h */
 
 /* The arrays of a model, by index. */
 enum store_model_array {

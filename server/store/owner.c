@@ -12,6 +12,9 @@
  */
 #include "store/internal.h"
 
+#include "owner.h"
+#include "store/holdings.h"
+
 #include <string.h>
 
 const char *store_owner_name(const struct store_owner *owner)

@@ -7,6 +7,8 @@
  */
 #include "store/internal.h"
 
+#include "store/page.h"
+
 int store_page_walk(struct store *store, const struct store_page *page, const char *sql,
                     store_page_row *row, void *argument)
 {

@@ -20,6 +20,8 @@
  */
 #include "store/internal.h"
 
+#include "store/store.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>

@@ -12,6 +12,7 @@
  */
 #include "store/internal.h"
 #include "store/job.h"
+#include "store/store.h"
 
 #include <dirent.h>
 #include <fcntl.h>

@@ -1,6 +1,5 @@
 /*
- * store.c - opening and closing the data directory, and the small things every layer needs of the
- * store: names of states, content ids, the clock.
+ * store.c - opening and closing the data directory, and the clock of its rows.
  *
  *   DIR/lock            held by flock while a daemon uses the directory
  *   DIR/srnfd.db        the database, with its log srnfd.db-wal and index srnfd.db-shm beside it
@@ -14,6 +13,8 @@
  */
 #include "store/internal.h"
 
+#include "store/store.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <sodium.h>
@@ -25,50 +26,12 @@
 #include <time.h>
 #include <unistd.h>
 
-static const char *const sentences[] = {
-    [-STORE_OK] = "success",
-    [-STORE_NOT_FOUND] = "not found",
-    [-STORE_CONFLICT] = "not in the state that this change asks for",
-    [-STORE_FULL] = "no space left in the data directory",
-    [-STORE_IO] = "the data directory cannot be read or written",
-    [-STORE_CORRUPT] = "the data are damaged or not ours",
-    [-STORE_NEWER] = "the data were written by a newer version",
-    [-STORE_BUSY] = "another daemon uses the data directory",
-    [-STORE_NOMEM] = "not enough memory",
-    [-STORE_CLOSED] = "the store is shutting down",
-    [-STORE_QUOTA] = "the owner holds as many bytes as it may",
-    [-STORE_QUEUED] = "the owner has as many jobs waiting as it may",
-};
-
-const char *store_strerror(int status)
-{
-    size_t n = sizeof sentences / sizeof sentences[0];
-
-    return status <= 0 && status > -(int)n ? sentences[-status] : "unknown status";
-}
-
 int64_t store_now_ms(void)
 {
     struct timespec now;
 
     clock_gettime(CLOCK_REALTIME, &now);
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
-void store_sha256_hex(char hex[65], const void *bytes, size_t size)
-{
-    unsigned char hash[crypto_hash_sha256_BYTES];
-
-    crypto_hash_sha256(hash, bytes, size);
-    sodium_bin2hex(hex, 65, hash, sizeof hash);
-}
-
-void store_content_id(char id[STORE_ID_MAX], const char *prefix, const void *bytes, size_t size)
-{
-    char hex[65];
-
-    store_sha256_hex(hex, bytes, size);
-    snprintf(id, STORE_ID_MAX, "%s%.32s", prefix, hex);
 }
 
 int store_make_directory(const char *directory)

@@ -6,6 +6,9 @@
  * (lmax + 1)^2 of them.
  */
 #include "store/internal.h"
+#include "store/holdings.h"
+#include "store/page.h"
+#include "store/store.h"
 #include "store/surface.h"
 
 #include <assert.h>

@@ -4,7 +4,16 @@
 #ifndef SRNFD_STORE_SURFACE_H
 #define SRNFD_STORE_SURFACE_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ids.h"
+#include "owner.h"
+#include "store_status.h"
+
+struct store;
+struct store_page; /* store/page.h */
 
 #define STORE_MAPS_MAX 8
 #define STORE_MAP_NAME_MAX 32 /* bytes of the longest name with its zero */

@@ -13,7 +13,9 @@
  */
 #include "store/token.h"
 
+#include "store/digest.h"
 #include "store/internal.h"
+#include "store/store.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -36,8 +38,6 @@
 #define SECRET_LEAST 32 /* characters of one that was chosen elsewhere */
 
 static const char *const roles[STORE_ROLES] = {"viewer", "user", "admin", "metrics"};
-static const char *const quota_names[STORE_QUOTAS] = {"queued", "running", "bytes", "requests",
-                                                      "streams"};
 
 const char *store_role_name(enum store_role role)
 {
@@ -53,11 +53,6 @@ bool store_role_from_name(const char *name, enum store_role *role)
         }
     }
     return false;
-}
-
-const char *store_quota_name(enum store_quota quota)
-{
-    return quota_names[quota];
 }
 
 bool store_token_name_valid(const char *name)

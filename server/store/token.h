@@ -19,11 +19,16 @@
 #ifndef SRNFD_STORE_TOKEN_H
 #define SRNFD_STORE_TOKEN_H
 
-#include "store/store.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+#include "ids.h"
+#include "quota.h"
+#include "store_status.h"
 
 #define STORE_TOKENS_NAME "tokens" /* the file, in the data directory */
-
-#include <sys/types.h>
 
 #define STORE_TOKEN_ID_MAX 24
 #define STORE_SECRET_MAX 56 /* bytes of the longest secret with its zero */
@@ -34,19 +39,6 @@ enum store_role { STORE_ROLE_VIEWER, STORE_ROLE_USER, STORE_ROLE_ADMIN, STORE_RO
 const char *store_role_name(enum store_role role);
 /* False: there is no such role. */
 bool store_role_from_name(const char *name, enum store_role *role);
-
-/* What a token may use. */
-enum store_quota {
-    STORE_QUOTA_QUEUED,   /* jobs of the owner that wait */
-    STORE_QUOTA_RUNNING,  /* jobs of the owner that run at once */
-    STORE_QUOTA_BYTES,    /* that the owner holds */
-    STORE_QUOTA_REQUESTS, /* a second, with this token */
-    STORE_QUOTA_STREAMS,  /* answers that wait for jobs at once, with this token */
-};
-#define STORE_QUOTAS 5
-#define STORE_QUOTA_LARGEST INT64_C(9007199254740992)
-/* "queued", "running", "bytes", "requests", "streams". */
-const char *store_quota_name(enum store_quota quota);
 
 struct store_token {
     char id[STORE_TOKEN_ID_MAX]; /* tok- and 16 hex digits */

@@ -4,7 +4,12 @@
 #ifndef SRNFD_STORE_USAGE_H
 #define SRNFD_STORE_USAGE_H
 
-#include "store/store.h"
+#include <stddef.h>
+#include <stdint.h>
+
+#include "store_status.h"
+
+struct store;
 
 /* Whether a write gets through to the disk: commits one that changes nothing. */
 int store_probe(struct store *store);

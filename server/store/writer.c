@@ -22,6 +22,8 @@
  */
 #include "store/internal.h"
 
+#include "store/store.h"
+
 #include <assert.h>
 #include <errno.h>
 #include <time.h>

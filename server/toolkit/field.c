@@ -10,6 +10,7 @@
 
 #include "toolkit/process.h"
 #include "api/json_memory.h"
+#include "store/digest.h"
 
 static const char *const field_names[] = {"lmax", "nTheta", "nPhi", "q", NULL};
 

@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "store/store.h"
+#include "store/digest.h"
 #include "support/ledger.h"
 #include "support/scratch.h"
 

@@ -5,6 +5,7 @@
  */
 #include "api/respond.h"
 #include "fuzz/fuzz_require.h"
+#include "store/digest.h"
 
 #include <stdio.h>
 #include <string.h>

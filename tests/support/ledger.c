@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "store/digest.h"
 #include "store/store.h"
 
 #define DRAIN_SECONDS 120

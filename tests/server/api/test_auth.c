@@ -12,6 +12,8 @@
 #include "api/respond.h"
 #include "api/routes.h"
 #include "processes/processes.h"
+#include "store/store.h"
+#include "store/token.h"
 
 #define RATE 5
 

@@ -12,6 +12,7 @@
 
 #include "api/meshes.h"
 #include "store/mesh.h"
+#include "store/store.h"
 #include "support/compare.h"
 #include "support/scratch.h"
 

@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "api/prefer.h"
+#include "api/lists.h"
 #include "api/respond.h"
 #include "api/routes.h"
 #include "compute/compute.h"

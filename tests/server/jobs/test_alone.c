@@ -13,6 +13,8 @@
 #include <string.h>
 
 #include "engine.h"
+#include "jobs/submit.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #define CALM 0.3 /* seconds */
@@ -168,8 +170,8 @@ static void a_suspect_is_dismissed(void **state)
     assert_int_equal(job.status, STORE_JOB_DISMISSED);
     store_job_clear(&job);
     engine_pause_ms((int)(1500 * CALM) % 1000);
-    assert_int_equal(jobs_submit(world->engine.jobs, "short", "other", NULL, NULL, &job, &how),
-                     JOBS_OK);
+    assert_int_equal(
+        jobs_submit(world->engine.jobs, NULL, "short", "other", NULL, NULL, &job, &how), JOBS_OK);
     store_job_clear(&job);
     engine_await(&world->ended, 1);
     assert_int_equal(atomic_load(&world->alone_ended), 0);

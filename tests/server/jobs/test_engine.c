@@ -17,7 +17,11 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "jobs/submit.h"
+#include "store/digest.h"
 #include "store/job.h"
+#include "store/page.h"
+#include "store/store.h"
 
 #define JOBS_MANY 500
 
@@ -174,7 +178,7 @@ static enum jobs_submission submit(struct world *world, const char *process, con
     struct store_job job;
     enum jobs_submission how;
 
-    assert_int_equal(jobs_submit(world->engine.jobs, process, inputs, NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, process, inputs, NULL, NULL, &job, &how),
                      JOBS_OK);
     memcpy(id, job.id, STORE_ID_MAX);
     store_job_clear(&job);
@@ -302,7 +306,7 @@ static void *submit_the_same(void *user)
         enum jobs_submission how;
 
         snprintf(inputs, sizeof inputs, "%d", i);
-        if (jobs_submit(crowd->world->engine.jobs, "count", inputs, NULL, NULL, &job, &how) ==
+        if (jobs_submit(crowd->world->engine.jobs, NULL, "count", inputs, NULL, NULL, &job, &how) ==
             JOBS_OK) {
             atomic_fetch_add(&crowd->made, how == JOBS_NEW);
             store_job_clear(&job);
@@ -338,30 +342,31 @@ static void keys_name_their_job(void **state)
     enum jobs_submission how;
 
     open_engine(world, 1, 0);
-    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "x", "key", "body", &first, &how),
-                     JOBS_OK);
+    assert_int_equal(
+        jobs_submit(world->engine.jobs, NULL, "fail", "x", "key", "body", &first, &how), JOBS_OK);
     assert_int_equal(how, JOBS_NEW);
     await(world, first.id, STORE_JOB_FAILED);
     /* Without the key this would be a new job: failures are not cached. */
-    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "x", "key", "body", &again, &how),
-                     JOBS_OK);
+    assert_int_equal(
+        jobs_submit(world->engine.jobs, NULL, "fail", "x", "key", "body", &again, &how), JOBS_OK);
     assert_string_equal(first.id, again.id);
     assert_int_equal(how, JOBS_JOINED);
     store_job_clear(&again);
-    assert_int_equal(jobs_submit(world->engine.jobs, "fail", "y", "key", "other", &again, &how),
-                     JOBS_IDEMPOTENCY_MISMATCH);
+    assert_int_equal(
+        jobs_submit(world->engine.jobs, NULL, "fail", "y", "key", "other", &again, &how),
+        JOBS_IDEMPOTENCY_MISMATCH);
     assert_null(again.process);
     store_job_clear(&first);
 
     /* A key that met the cache is remembered too. */
-    assert_int_equal(jobs_submit(world->engine.jobs, "count", "1", NULL, NULL, &first, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "count", "1", NULL, NULL, &first, &how),
                      JOBS_OK);
     await(world, first.id, STORE_JOB_SUCCESSFUL);
-    assert_int_equal(jobs_submit(world->engine.jobs, "count", "1", "k2", "b", &again, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "count", "1", "k2", "b", &again, &how),
                      JOBS_OK);
     assert_int_equal(how, JOBS_CACHED);
     store_job_clear(&again);
-    assert_int_equal(jobs_submit(world->engine.jobs, "count", "2", "k2", "c", &again, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "count", "2", "k2", "c", &again, &how),
                      JOBS_IDEMPOTENCY_MISMATCH);
     store_job_clear(&first);
 }
@@ -567,13 +572,13 @@ static void the_queue_has_a_limit(void **state)
         snprintf(inputs, sizeof inputs, "%d", i);
         submit(world, "wait", inputs, waits);
     }
-    assert_int_equal(jobs_submit(world->engine.jobs, "wait", "more", NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "wait", "more", NULL, NULL, &job, &how),
                      JOBS_QUEUE_FULL);
     assert_int_equal(submit(world, "wait", "2", id), JOBS_JOINED); /* needs no room */
     assert_int_equal(jobs_cancel(world->engine.jobs, waits, &job), JOBS_OK);
     store_job_clear(&job);
     assert_int_equal(submit(world, "wait", "more", id), JOBS_NEW);
-    assert_int_equal(jobs_submit(world->engine.jobs, "none", "", NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "none", "", NULL, NULL, &job, &how),
                      JOBS_NO_SUCH_PROCESS);
 }
 
@@ -641,7 +646,7 @@ static void draining_starts_nothing(void **state)
     jobs_drain(world->engine.jobs);
     submit(world, "count", "8", comes);
     assert_int_equal(
-        jobs_submit_as(world->engine.jobs, &owner, "count", "9", NULL, NULL, &brief, &how),
+        jobs_submit(world->engine.jobs, &owner, "count", "9", NULL, NULL, &brief, &how),
         JOBS_OK);
     atomic_store(&world->engine.gate, true);
     await(world, runs, STORE_JOB_SUCCESSFUL);

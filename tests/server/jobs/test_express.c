@@ -17,6 +17,8 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "jobs/submit.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #define MANY 300
@@ -87,8 +89,7 @@ static int submit(struct world *world, const char *owner, const char *process, c
         .name = owner, .limits = {.running = running}, .seconds = seconds};
     enum jobs_submission how;
     struct store_job job;
-    int status =
-        jobs_submit_as(world->engine.jobs, &whose, process, inputs, NULL, NULL, &job, &how);
+    int status = jobs_submit(world->engine.jobs, &whose, process, inputs, NULL, NULL, &job, &how);
 
     if (status == JOBS_OK) {
         memcpy(id, job.id, STORE_ID_MAX);

@@ -19,7 +19,10 @@
 #include "../store/fixture.h"
 #include "jobs/fault.h"
 #include "jobs/jobs.h"
+#include "jobs/submit.h"
 #include "store/job.h"
+#include "store/page.h"
+#include "store/store.h"
 
 static atomic_int besides; /* jobs that run beside the deadly one */
 
@@ -98,11 +101,11 @@ static void live(const char *path, const char *inputs, int told)
     }
     fault_watch();
     if (jobs_open(&jobs, &config) != JOBS_OK ||
-        jobs_submit(jobs, "lasting", "1", NULL, NULL, &job, &how) != 0 ||
-        jobs_submit(jobs, "lasting", "2", NULL, NULL, &job, &how) != 0) {
+        jobs_submit(jobs, NULL, "lasting", "1", NULL, NULL, &job, &how) != 0 ||
+        jobs_submit(jobs, NULL, "lasting", "2", NULL, NULL, &job, &how) != 0) {
         _exit(2);
     }
-    if (inputs && jobs_submit(jobs, "deadly", inputs, NULL, NULL, &job, &how) != 0) {
+    if (inputs && jobs_submit(jobs, NULL, "deadly", inputs, NULL, NULL, &job, &how) != 0) {
         _exit(3);
     }
     while (!inputs && atomic_load(&besides) < 2) {

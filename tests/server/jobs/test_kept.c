@@ -12,6 +12,7 @@
 
 #include "engine.h"
 #include "jobs/internal.h"
+#include "jobs/submit.h"
 #include "store/job.h"
 
 #define NUMBERS 40
@@ -178,7 +179,7 @@ static void go_on(struct world *world, const char *build)
     size_t size = 0;
 
     open_engine(world, "build");
-    assert_int_equal(jobs_submit(world->engine.jobs, "numbers", "x", NULL, NULL, &job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, "numbers", "x", NULL, NULL, &job, &how),
                      JOBS_OK);
     memcpy(id, job.id, sizeof id);
     store_job_clear(&job);

@@ -18,6 +18,7 @@
 #include "engine.h"
 #include "jobs/memory.h"
 #include "srnf.h"
+#include "jobs/submit.h"
 #include "store/job.h"
 
 #define BLOCK ((size_t)1 << 20)
@@ -382,7 +383,7 @@ static void submit(struct world *world, const char *process, const char *inputs,
 {
     enum jobs_submission how;
 
-    assert_int_equal(jobs_submit(world->engine.jobs, process, inputs, NULL, NULL, job, &how),
+    assert_int_equal(jobs_submit(world->engine.jobs, NULL, process, inputs, NULL, NULL, job, &how),
                      JOBS_OK);
 }
 

@@ -13,6 +13,7 @@
 #include <time.h>
 
 #include "engine.h"
+#include "jobs/submit.h"
 #include "store/job.h"
 
 #define COUNT ((size_t)2000)
@@ -155,8 +156,9 @@ static void run_jobs(struct world *world, const char *process, int n, size_t wor
         enum jobs_submission how;
 
         snprintf(inputs, sizeof inputs, "%d", i);
-        assert_int_equal(jobs_submit(world->engine.jobs, process, inputs, NULL, NULL, &job, &how),
-                         JOBS_OK);
+        assert_int_equal(
+            jobs_submit(world->engine.jobs, NULL, process, inputs, NULL, NULL, &job, &how),
+            JOBS_OK);
         store_job_clear(&job);
     }
     for (int ms = 0; ms < ENGINE_WAIT_MS && successful < (size_t)n; ms += 2) {

@@ -14,6 +14,8 @@
 
 #include "../store/fixture.h"
 #include "jobs/jobs.h"
+#include "jobs/submit.h"
+#include "store/store.h"
 #include "support/small_disk.h"
 #include "store/job.h"
 
@@ -40,7 +42,7 @@ static bool run_to_end(struct jobs *jobs, const char *inputs, struct store_job *
     enum jobs_submission how;
     char id[STORE_ID_MAX];
 
-    if (jobs_submit(jobs, "size", inputs, NULL, NULL, job, &how) != JOBS_OK) {
+    if (jobs_submit(jobs, NULL, "size", inputs, NULL, NULL, job, &how) != JOBS_OK) {
         return false;
     }
     memcpy(id, job->id, sizeof id);

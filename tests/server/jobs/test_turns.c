@@ -13,7 +13,9 @@
 #include <stdatomic.h>
 
 #include "engine.h"
+#include "jobs/submit.h"
 #include "store/job.h"
+#include "store/holdings.h"
 
 #define OWNERS 4
 #define CLIENTS 20
@@ -79,8 +81,8 @@ static int submit(struct world *world, const char *owner, struct store_job_limit
 {
     const struct jobs_owner whose = {.name = owner, .limits = limits};
     struct store_job job;
-    int status = jobs_submit_as(world->engine.jobs, &whose, "note", inputs, key,
-                                key ? "body" : NULL, &job, how);
+    int status = jobs_submit(world->engine.jobs, &whose, "note", inputs, key, key ? "body" : NULL,
+                             &job, how);
 
     if (status == JOBS_OK) {
         if (id) {

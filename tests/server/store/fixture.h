@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "store/store.h"
+#include "store/digest.h"
 #include "support/scratch.h"
 #include "store/job.h"
 #include "store/mesh.h"

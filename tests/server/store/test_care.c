@@ -15,9 +15,11 @@
 #include <sys/file.h>
 
 #include "fixture.h"
+#include "store/digest.h"
 #include "store/maintenance.h"
 #include "store/job.h"
 #include "store/mesh.h"
+#include "store/store.h"
 #include "store/surface.h"
 
 #define LARGE (STORE_INLINE_MAX + 1000)

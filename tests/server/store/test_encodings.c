@@ -10,7 +10,9 @@
 #include <cmocka.h>
 
 #include "server/store/fixture.h"
+#include "store/digest.h"
 #include "store/encoding.h"
+#include "store/store.h"
 
 #define SIZE ((size_t)1024)
 #define LIMIT ((int64_t)20 * 1024)

@@ -14,6 +14,8 @@
 #include <sys/wait.h>
 
 #include "fixture.h"
+#include "store/digest.h"
+#include "store/store.h"
 #include "support/small_disk.h"
 #include "store/job.h"
 #include "store/mesh.h"

@@ -14,6 +14,7 @@
 #include "embedded.h"
 #include "fixture.h"
 #include "store/cohort.h"
+#include "store/holdings.h"
 #include "store/job.h"
 #include "store/mesh.h"
 #include "store/model.h"

@@ -11,8 +11,11 @@
 
 #include "fixture.h"
 #include "store/cohort.h"
+#include "store/digest.h"
+#include "store/holdings.h"
 #include "store/job.h"
 #include "store/mesh.h"
+#include "store/page.h"
 #include "store/surface.h"
 
 #define OWNERS 4

@@ -10,7 +10,9 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/digest.h"
 #include "store/job.h"
+#include "store/holdings.h"
 
 #define JOBS 60
 

@@ -10,8 +10,11 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "store/digest.h"
 #include "store/job.h"
 #include "store/mesh.h"
+#include "store/page.h"
+#include "store/store.h"
 #include "store/surface.h"
 
 static void check_mesh(struct store *store, const char *id, const unsigned char *bytes, size_t size)

@@ -13,8 +13,10 @@
 
 #include "server/store/fixture.h"
 #include "store/cohort.h"
+#include "store/holdings.h"
 #include "store/job.h"
 #include "store/model.h"
+#include "store/page.h"
 #include "store/surface.h"
 
 #define LMAX 4

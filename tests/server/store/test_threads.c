@@ -15,8 +15,10 @@
 #include <stdatomic.h>
 
 #include "fixture.h"
+#include "store/digest.h"
 #include "store/job.h"
 #include "store/mesh.h"
+#include "store/page.h"
 
 #define THREADS 20
 #define ROUNDS 15

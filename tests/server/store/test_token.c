@@ -13,6 +13,8 @@
 #include <stdatomic.h>
 
 #include "fixture.h"
+#include "store/holdings.h"
+#include "store/store.h"
 #include "store/token.h"
 
 #define THREADS 8

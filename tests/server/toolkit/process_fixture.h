@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "processes/processes.h"
+#include "store/store.h"
 #include "toolkit/process.h"
 #include "support/scratch.h"
 #include "store/cohort.h"
