@@ -24,7 +24,12 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
-#define SMALL_MEMORY ((size_t)32 << 20) /* bytes that a small upload has: read in half a second */
+/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which it
+   is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
+   upload, and show it in some milliseconds. */
+#define SMALL_MEMORY_FROM ((size_t)1 << 20)
+#define SMALL_MEMORY_GROWTH 32
+#define SMALL_MEMORY_MAX ((size_t)32 << 20)
 
 static const char *const json_types[] = {"application/json", NULL};
 /* curl --data-binary sends the last one. */
@@ -319,6 +324,13 @@ static void judge_upload(struct api_call *call, const struct jobs_memory *memory
     }
 }
 
+static size_t small_memory(const struct api_request *request)
+{
+    size_t memory = SMALL_MEMORY_FROM + SMALL_MEMORY_GROWTH * request->body_size;
+
+    return memory < SMALL_MEMORY_MAX ? memory : SMALL_MEMORY_MAX;
+}
+
 /* The handler with an account of its own, within that of all uploads unless it is to do with
    little. */
 static void handle_upload(struct api_call *call, const struct api_route *route)
@@ -328,7 +340,7 @@ static void handle_upload(struct api_call *call, const struct api_route *route)
                                  .stop = call->request->stop};
     struct jobs_memory *before;
 
-    jobs_memory_begin(&memory, small ? SMALL_MEMORY : SIZE_MAX);
+    jobs_memory_begin(&memory, small ? small_memory(call->request) : SIZE_MAX);
     before = jobs_memory_enter(&memory);
     run_handler(call, route);
     (void)jobs_memory_enter(before);

@@ -41,6 +41,7 @@ struct holder {
     size_t connections;     /* [m] of an address */
     size_t buffered;        /* [m] bytes */
     atomic_size_t requests; /* in progress */
+    size_t place;           /* where lanes add up its time; others may have the same */
     bool local;             /* an address of this machine: has no share */
     char key[HOLDER_KEY_MAX];
 };
@@ -85,6 +86,7 @@ enum phase {
 
 /* A queue and its threads (lane.c). */
 enum { LANE_REQUESTS, LANE_UPLOADS, LANES };
+#define LANE_PLACES 256 /* in which the times of owners are added up */
 struct lane {
     struct http *http;
     struct exchange *first, **last; /* [m] the queue */
@@ -92,6 +94,10 @@ struct lane {
     pthread_t threads[HTTP_REQUEST_THREADS_MAX];
     size_t n_threads, n_started;
     struct exchange *running[HTTP_REQUEST_THREADS_MAX]; /* [m] what each thread handles, or NULL */
+    double since[HTTP_REQUEST_THREADS_MAX];             /* [m] from when on */
+    struct {
+        double seconds, at; /* as of then; they halve every few seconds */
+    } spent[LANE_PLACES];   /* [m] by the owners' holders */
 };
 
 struct exchange {

@@ -15,6 +15,10 @@
  *              threads, and beyond its first none that is the last: another name finds one
  *   uploads    a name may have one thread less than there are
  *
+ * Of uploads those go first whose owner has had less time of the threads lately: a few owners who
+ * take turns with what each takes long would otherwise hold up another's for the sum of it. An
+ * owner's time is kept when its connections have gone, and halves every few seconds.
+ *
  * The two queues have no such shares without tokens. One more thread for uploads takes only those
  * that are small (api_is_small), with a little memory of their own: so they have a way past large
  * ones, whoever sends those, and whatever memory these need. One that turns out to need more
@@ -33,9 +37,14 @@
  */
 #include "http/internal.h"
 
+#include "clock.h"
+
+#include <math.h>
 #include <poll.h>
 
 #define GONE_SECONDS 1.0
+#define SPENT_HALVES 10.0 /* seconds in which an owner's time halves */
+#define SPENT_ALIKE 0.05  /* seconds that make no difference */
 
 void lane_enqueue(struct http *http, struct exchange *exchange)
 {
@@ -116,6 +125,51 @@ static bool may_run(const struct lane *lane, size_t thread, const struct exchang
     return others < most && (!known || own == 0 || (own < (n + 1) / 2 && others + 1 < most));
 }
 
+static double spent_before(const struct lane *lane, size_t place, double now)
+{
+    return lane->spent[place].seconds * exp2((lane->spent[place].at - now) / SPENT_HALVES);
+}
+
+/* What the owner has had of the lane's threads lately, in seconds, with what runs. */
+static double spent(const struct lane *lane, const struct exchange *exchange, double now)
+{
+    size_t place = exchange->holder->place;
+    double seconds = spent_before(lane, place, now);
+
+    for (size_t i = 0; i < lane->n_threads; i++) {
+        const struct exchange *runs = lane->running[i];
+
+        seconds += runs && runs->holder->place == place ? now - lane->since[i] : 0.0;
+    }
+    return seconds;
+}
+
+/* What of the queue goes next on this thread, or NULL. */
+static struct exchange **choose(struct http *http, struct lane *lane, size_t thread, double now)
+{
+    struct exchange **place = &lane->first, **best = NULL;
+    bool uploads = lane == &http->lanes[LANE_UPLOADS];
+    double least = INFINITY;
+
+    for (; *place; place = &(*place)->queue_next) {
+        const struct exchange *exchange = *place;
+
+        if (!http->stopping && !may_run(lane, thread, exchange)) {
+            if (exchange->request.alone && !is_for_small(lane, thread)) {
+                return best; /* nothing overtakes it */
+            }
+        } else if (!uploads || http->stopping || exchange->request.alone) {
+            return best ? best : place;
+        } else {
+            double seconds = spent(lane, exchange, now);
+
+            best = seconds < least - SPENT_ALIKE ? place : best;
+            least = best == place ? seconds : least;
+        }
+    }
+    return best;
+}
+
 /* What else the owner has queued goes to the end, in its order; but what is to run alone stays. */
 static void give_way(struct lane *lane, const struct exchange *taken)
 {
@@ -138,15 +192,10 @@ static void give_way(struct lane *lane, const struct exchange *taken)
 
 struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread)
 {
-    struct exchange **place = &lane->first, *taken;
+    double now = clock_now();
+    struct exchange **place = choose(http, lane, thread, now), *taken;
 
-    while (*place && !http->stopping && !may_run(lane, thread, *place)) {
-        if ((*place)->request.alone && !is_for_small(lane, thread)) {
-            return NULL; /* nothing overtakes it */
-        }
-        place = &(*place)->queue_next;
-    }
-    if (!*place) {
+    if (!place) {
         return NULL;
     }
     taken = cut(lane, place);
@@ -156,12 +205,22 @@ struct exchange *lane_take(struct http *http, struct lane *lane, size_t thread)
     taken->request.small = is_for_small(lane, thread) && taken->small;
     taken->phase = PHASE_RUNNING;
     lane->running[thread] = taken;
+    lane->since[thread] = now;
     return taken;
 }
 
 void lane_leave(struct http *http, struct lane *lane, size_t thread)
 {
+    const struct exchange *ran = lane->running[thread];
+
     lane->running[thread] = NULL;
+    if (lane == &http->lanes[LANE_UPLOADS]) {
+        size_t place = ran->holder->place;
+        double now = clock_now();
+
+        lane->spent[place].seconds = spent_before(lane, place, now) + now - lane->since[thread];
+        lane->spent[place].at = now;
+    }
     if (lane->first || http->stopping) {
         (void)pthread_cond_broadcast(&lane->work);
     }

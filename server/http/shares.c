@@ -19,14 +19,19 @@
 
 /* The place of the key in the table: FNV-1a from a start that nobody can guess, so that addresses
    cannot be chosen to lie in one chain. */
-static struct holder **place_of(struct http *http, const char *key)
+static uint64_t hash_of(const struct http *http, const char *key)
 {
     uint64_t hash = http->holders_seed;
 
     for (size_t i = 0; i < HOLDER_KEY_MAX && key[i]; i++) {
         hash = (hash ^ (unsigned char)key[i]) * UINT64_C(1099511628211);
     }
-    return &http->holders[(hash ^ (hash >> 29)) % HTTP_HOLDERS];
+    return hash ^ (hash >> 29);
+}
+
+static struct holder **place_of(struct http *http, const char *key)
+{
+    return &http->holders[hash_of(http, key) % HTTP_HOLDERS];
 }
 
 static struct holder *find(struct http *http, const char *key)
@@ -51,6 +56,7 @@ static struct holder *get(struct http *http, const char *key, bool local)
         }
         memcpy(holder->key, key, strlen(key) + 1);
         holder->local = local;
+        holder->place = (size_t)(hash_of(http, key) >> 8) % LANE_PLACES;
         place = place_of(http, key);
         holder->next = *place;
         *place = holder;

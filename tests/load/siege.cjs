@@ -115,7 +115,7 @@ async function behave() {
         const took = (await send(agent, 'GET', paths[i % 3], bad[0])).ms;
         times.push(took);
         slowest[paths[i % 3]] = Math.max(slowest[paths[i % 3]] || 0, took);
-        if (i % 100 === 50) {
+        if (i % 40 === 20) {
             const body = Buffer.concat([mesh, Buffer.from('\n'.repeat(i))]);
             uploads.push((await send(agent, 'POST', '/v1/meshes', bad[0], 'application/octet-stream', body)).ms);
         }
@@ -154,7 +154,8 @@ async function measure() {
     console.log(JSON.stringify({
         statuses, requests: times.length,
         median: quantile(times, 0.5), p99: quantile(times, 0.99), slowest,
-        uploads: uploads.length, slowestUpload: uploads.length ? Math.max(...uploads) : 0,
+        uploads: uploads.length, medianUpload: uploads.length ? quantile(uploads, 0.5) : 0,
+        slowestUpload: uploads.length ? Math.max(...uploads) : 0,
     }));
 }
 

@@ -19,7 +19,7 @@ token() { # NAME
     "$SRNFD" token add --data "$DATA" --name "$1" 2>/dev/null
 }
 GOOD=$(token ada)
-BAD=$(token mallory),$(token moriarty)
+BAD=$(token mallory),$(token moriarty),$(token milady)
 start_server "$DATA" --workers 1 --access-log refusals --max-connections "$CONNECTIONS" --max-waiting "$WAITING" \
     --max-buffered "$BUFFERED" --upload-memory "$UPLOADS" --job-memory "$JOB" --request-threads "$REQUESTS" \
     --quota-requests 0 || exit 1

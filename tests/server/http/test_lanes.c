@@ -98,6 +98,35 @@ static void owners_take_turns(void **state)
     http_stop(http, 5);
 }
 
+/* Several who had much of the threads do not hold up another for the sum of what each takes. */
+static void who_had_least_goes_first(void **state)
+{
+    static const char *const before[] = {"/upload-a", "/upload-b", "/upload-c"};
+    static const char *const sent[] = {"/upload-a", "/upload-b", "/upload-c", "/upload-d"};
+    struct http *http = serve((struct http_config){.upload_threads = 1});
+    int uploads[4];
+
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        uploads[0] = send_to(http, before[i]);
+        assert_true(comes_to(&fake.uploads, 1));
+        nap(300);
+        assert_int_equal(leave_and_hear(uploads[0]), 200);
+        atomic_store(&fake.leave, false);
+    }
+    for (size_t i = 0; i < 4; i++) {
+        uploads[i] = send_to(http, sent[i]);
+        assert_true(comes_to(&fake.uploads, 1));
+        nap(50); /* so that they are queued in this order */
+    }
+    for (size_t i = 0; i < 4; i++) {
+        assert_int_equal(leave_and_hear(uploads[i]), 200);
+    }
+    assert_int_equal(strncmp(fake.order, "abcad", 5), 0);
+    assert_int_equal(strlen(fake.order), 7);
+    http_stop(http, 5);
+}
+
 /* Half the request threads are an owner's, and one is kept for probes. */
 static void requests_leave_room_for_probes(void **state)
 {
@@ -351,6 +380,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uploads_keep_nobody_waiting),
         cmocka_unit_test(owners_take_turns),
+        cmocka_unit_test(who_had_least_goes_first),
         cmocka_unit_test(requests_leave_room_for_probes),
         cmocka_unit_test(requests_leave_room_for_others),
         cmocka_unit_test(requests_take_turns),
