@@ -67,6 +67,8 @@ struct problem_list {
 };
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+/* The same with a document of problem_json that has more members; it is taken over. */
+void problem_respond_document(struct api_call *call, json_t *document);
 int problem_respond_list(struct api_call *call, const char *code, struct problem_list *list);
 /* The problem of that code with one more member, which it takes over. */
 int problem_respond_with(struct api_call *call, const char *code, const char *detail,

@@ -43,6 +43,7 @@ static const struct problem_kind kinds[] = {
     {"not-acceptable", 406, "No representation fits the Accept header"},
     {"request-timeout", 408, "The request did not arrive in time"},
     {"cohort-exists", 409, "The name is taken by another cohort"},
+    {"in-use", 409, "Something else needs it"},
     {"owner-required", 409, "The name stands for what others have"},
     {"result-not-ready", 409, "The job has not ended yet"},
     {"job-not-ended", 409, "The job has not ended yet"},
@@ -218,6 +219,13 @@ int problem_respond_with(struct api_call *call, const char *code, const char *de
 
     (void)json_object_set_new(document, member, value);
     return respond_problem(call->response, document, problem_status(code));
+}
+
+void problem_respond_document(struct api_call *call, json_t *document)
+{
+    const char *code = json_string_value(json_object_get(document, "code"));
+
+    (void)respond_problem(call->response, document, problem_status(code));
 }
 
 void problem_add(struct problem_list *list, const char *pointer, const char *format, ...)

@@ -30,6 +30,7 @@ const struct api_route api_routes[] = {
     {"POST", "/v1/meshes", meshes_create, SLOW, ROUTE_MESH, "format,name", {JSON}},
     {"GET", "/v1/meshes", meshes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/meshes/{id}", meshes_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/meshes/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
     {"GET", "/v1/meshes/{id}/content", meshes_content, SLOW, ROUTE_NO_BODY, "", {0}},
 
     {"POST",
@@ -41,6 +42,7 @@ const struct api_route api_routes[] = {
      {JSON}},
     {"GET", "/v1/surfaces", surfaces_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/surfaces/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
     {"GET",
      "/v1/surfaces/{id}/coefficients",
      surfaces_coefficients,
@@ -73,6 +75,7 @@ const struct api_route api_routes[] = {
 
     {"GET", "/v1/models", models_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/models/{id}", models_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/models/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
     {"GET", "/v1/models/{id}/modes", models_modes, SLOW, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
     {"GET",
      "/v1/models/{id}/scores",

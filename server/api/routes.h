@@ -72,6 +72,7 @@ void route_find(const char *method, const char *path, struct route_match *match,
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
 api_handler imports_create;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
+api_handler records_delete;
 api_handler models_list, models_get, models_modes, models_scores;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete, jobs_events;
 api_handler processes_list, processes_get, executions_create;

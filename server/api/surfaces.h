@@ -38,6 +38,7 @@ struct surface_description {
     const double *origin;          /* of the stored surface in the frame of the mesh */
     bool mirrored;                 /* the mirror image of what the mesh shows */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
+    bool of_mesh_alone;            /* the source's mesh is all that it was made of */
 };
 
 /*

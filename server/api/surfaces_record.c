@@ -193,6 +193,7 @@ int surface_save(struct store *store, const struct store_owner *owner,
         }
         store_surface_id_maps(surface.id, &surface.maps);
     }
+    surface.alone = description->of_mesh_alone;
     surface.created_ms = store_now_ms();
     own = of_job ? surface_record(&surface) : NULL;
     status = store_surface_put(store, &surface, &is_new);

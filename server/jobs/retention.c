@@ -1,6 +1,7 @@
 /*
  * retention.c - the thread that lets old things go: every sweep_seconds it removes the jobs that
- * ended more than retention_days ago, and files that no row names (store/retention.c).
+ * ended more than retention_days ago, and files that no row names (store/retention.c), these also
+ * at the start: what was deleted just before a crash goes at once.
  *
  * The age of a job is by the wall clock, which can be wrong: a machine that wakes up in another
  * year must not lose a year's jobs. So jobs are removed only where the wall clock has run with the
@@ -69,15 +70,22 @@ static void expire_jobs(struct jobs *jobs)
     }
 }
 
+static void sweep_files(struct jobs *jobs)
+{
+    size_t removed;
+    int status = store_sweep_files(jobs->config.store, &removed);
+
+    tell(jobs, "files-swept", removed, status);
+}
+
 static void *retention_main(void *argument)
 {
     struct jobs *jobs = argument;
     double before = wall_offset();
     bool settled = false;
-    size_t removed;
-    int status;
 
     pthread_setname_np(pthread_self(), "srnfd-keep");
+    sweep_files(jobs);
     while (wait_for_sweep(jobs)) {
         double offset = wall_offset();
         bool jumped = fabs(offset - before) > JUMP_SECONDS;
@@ -89,8 +97,7 @@ static void *retention_main(void *argument)
         }
         settled = !jumped;
         before = offset;
-        status = store_sweep_files(jobs->config.store, &removed);
-        tell(jobs, "files-swept", removed, status);
+        sweep_files(jobs);
     }
     return NULL;
 }

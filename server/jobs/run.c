@@ -190,6 +190,6 @@ void jobs_run_quota_detail(const struct jobs_run *run, const char *what,
     (void)store_owner_bytes(run->jobs->config.store, run->job->owner, &bytes, &most);
     snprintf(detail, JOBS_DETAIL_MAX,
              "The quota \"bytes\" has no room for %.100s: the owner of the job holds %lld of %lld "
-             "bytes. Delete jobs or cohorts, or ask for a larger quota; then run it again.",
+             "bytes. Delete some of that, or ask for a larger quota; then run it again.",
              what, (long long)bytes, (long long)most);
 }

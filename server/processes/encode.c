@@ -212,6 +212,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct encoding *encodin
         .mirrored = encoding->mirror,
         .smoothing = &encoding->smoothing,
         .warnings = process_doubts(run),
+        .of_mesh_alone = !encoding->sphere[0],
     };
     json_t *record;
 

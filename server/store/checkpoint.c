@@ -25,10 +25,7 @@ static int let_go(sqlite3 *db, const char *hash, struct store_write *write)
     bool dropped = false;
     int status = store_blob_release(db, hash, &dropped);
 
-    if (status == STORE_OK && dropped) {
-        memcpy(write->dropped, hash, sizeof write->dropped);
-    }
-    return status;
+    return status == STORE_OK && dropped ? store_write_drop(write, hash) : status;
 }
 
 int store_checkpoint_drop(sqlite3 *db, const char *job, struct store_write *write)

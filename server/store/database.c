@@ -6,15 +6,13 @@
  * readers are opened read-only, so that they cannot write; automatic checkpoints are off, so that
  * only the writer thread makes them, between its transactions.
  *
+ * secure_delete overwrites what is deleted with zeros, so that nothing of it stays in free pages.
+ *
  * synchronous=FULL syncs the log at each commit: an answer of 201 is a promise.
  */
 #include "store/internal.h"
 
 #include <stdio.h>
-
-/* How long a connection waits for another process, such as the command line tool, that looks into
-   the database. */
-#define BUSY_TIMEOUT_MS 5000
 
 /* A larger database is opened without quick_check: its time grows with the size, about 1 s for 1
    GB. */
@@ -30,7 +28,7 @@ static int connect(const char *path, int flags, sqlite3 **db)
     }
     status = store_map(*db, rc);
     if (status == STORE_OK) {
-        sqlite3_busy_timeout(*db, BUSY_TIMEOUT_MS);
+        sqlite3_busy_timeout(*db, STORE_BUSY_TIMEOUT_MS);
         /* The file comes from outside: nothing in its schema may call functions, and no statement
            may damage it. */
         sqlite3_db_config(*db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
@@ -81,6 +79,7 @@ int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t m
 {
     static const char *const settings =
         "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA wal_autocheckpoint = 0;"
+        "PRAGMA secure_delete = ON;"
         "PRAGMA journal_size_limit = 67108864;";
     int status = connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, db);
     int64_t version = 0;

@@ -31,6 +31,9 @@ struct store_maps;  /* store/surface.h */
 #define STORE_APPLICATION_ID 0x53524e46 /* "SRNF" */
 #define STORE_DATABASE_NAME "srnfd.db"
 #define STORE_RESERVE_NAME "reserve"
+/* How long a connection waits for another process, such as the command line tool, that looks into
+   the database. */
+#define STORE_BUSY_TIMEOUT_MS 5000
 
 struct store_write;
 
@@ -46,6 +49,7 @@ struct store_writer {
        whether anything was committed since the last checkpoint. */
     int pages, pages_copied;
     bool dirty;
+    bool purge; /* the log still has what was erased: it is to be cut to nothing */
 };
 
 struct store_reader {
@@ -131,19 +135,28 @@ void store_recent_keep(struct store_recent *recent, uint64_t age, const char *id
 /*
  * One write. run is called on the writer thread inside a transaction and a savepoint; a negative
  * status undoes what it did. It may be called more than once when its group had to be rolled
- * back: it must then fill its outputs anew. dropped, if set by run, names a blob to be removed
+ * back: it must then fill its outputs anew. Blobs that run names by store_write_drop are removed
  * from the disk once the group is committed.
  */
 struct store_write {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write);
     void *argument;
-    bool frees; /* may be done with the reserve where the disk is full */
-    char dropped[65];
+    bool frees;          /* may be done with the reserve where the disk is full */
+    bool erases;         /* set by run: the log is to be emptied before the caller is woken */
+    char (*dropped)[65]; /* malloc, freed when the write is done */
+    size_t n_dropped, dropped_size;
     int status;
     bool done;
     pthread_cond_t finished;
     struct store_write *next;
 };
+
+/* To be called by run: the blob's row has gone, and its file goes after the commit. */
+int store_write_drop(struct store_write *write, const char *hash);
+
+/* On the writer thread, between transactions, when the log is empty: zeroes what no row of the
+   database uses (scrub.c). */
+int store_scrub(sqlite3 *db);
 
 int store_writer_start(struct store *store);
 void store_writer_stop(struct store *store);
@@ -306,6 +319,8 @@ int store_owner_check_job(sqlite3 *db, const char *job, int64_t more);
 struct store_holding {
     const char *id, *kind; /* "mesh", "surface", "model" */
     const char *name, *record;
+    const char *also; /* an id that it needs beside those in its record, or NULL */
+    bool alone;       /* the record names all that it was made of: it needs no job */
     int64_t bytes, now;
 };
 /* On the writer thread, before the content itself is stored, so that a refusal leaves no blob
@@ -317,6 +332,23 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
 #define STORE_ROW_AS(columns, table)                                                \
     "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id " \
     "AND owned.owner = ?1 WHERE " table ".id = ?2"
+
+/* ---- What needs what (needs.c) --------------------------------------------------------------- */
+
+/* Ids that a text names, each as often as it does. */
+struct store_ids {
+    char (*list)[STORE_ID_MAX]; /* malloc */
+    size_t count, size;
+};
+void store_ids_clear(struct store_ids *ids);
+/* Adds those of a JSON text; NULL has none. STORE_NOMEM: ids is clear. */
+int store_ids_find(struct store_ids *ids, const char *text);
+/* On the writer thread: needing, which is the owner's, needs id, if there is such a thing. along:
+   needing goes with id, but does not keep it. What was said before stays. */
+int store_need_add(sqlite3 *db, const char *owner, const char *needing, const char *id, bool along);
+/* The same for each of the ids. */
+int store_needs_add(sqlite3 *db, const char *owner, const char *needing,
+                    const struct store_ids *ids, bool along);
 
 /* ---- Maps of a surface (surface_maps.c) ------------------------------------------------------ */
 
@@ -331,6 +363,9 @@ int store_maps_insert(struct store *store, sqlite3 *db, const char *surface,
 
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 
+/* On the writer thread: removes an ended job with its results and keys. STORE_CONFLICT: it has not
+   ended. */
+int store_job_remove(sqlite3 *db, const char *id, struct store_write *write);
 /* On the writer thread: the job has ended, and so its checkpoint goes, if it has one. The blob
    becomes what write drops. */
 int store_checkpoint_drop(sqlite3 *db, const char *job, struct store_write *write);

@@ -223,6 +223,7 @@ struct insert {
     const struct store_job *job; /* NULL: only the key, for job_id */
     const struct store_job_limits *limits;
     const char *job_id, *key, *body_digest;
+    const struct store_ids *needs; /* that the inputs name */
     int64_t now;
 };
 
@@ -293,6 +294,9 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
             job->progress, job->created_ms, insert->now, job->owner, job->trace, job->expected_ms,
             (int64_t)job->express);
     }
+    if (job && status == STORE_OK) {
+        status = store_needs_add(db, job->owner, job->id, insert->needs, false);
+    }
     if (status == STORE_OK && insert->key) {
         status = insert_key(db, insert);
     }
@@ -311,14 +315,19 @@ int store_job_insert_within(struct store *store, const struct store_job *job,
                             const struct store_job_limits *limits, const char *idempotency_key,
                             const char *body_digest)
 {
+    struct store_ids needs = {0};
     struct insert insert = {.job = job,
                             .limits = limits,
                             .job_id = job->id,
                             .key = idempotency_key,
                             .body_digest = body_digest ? body_digest : "",
+                            .needs = &needs,
                             .now = store_now_ms()};
+    int status = store_ids_find(&needs, job->inputs);
 
-    return store_write(store, run_insert, &insert);
+    status = status == STORE_OK ? store_write(store, run_insert, &insert) : status;
+    store_ids_clear(&needs);
+    return status;
 }
 
 int store_idempotency_put(struct store *store, const char *key, const char *job_id,
@@ -377,24 +386,25 @@ static int results_of_ended(sqlite3 *db, const char *id, char hash[65])
     return status;
 }
 
-static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
+int store_job_remove(sqlite3 *db, const char *id, struct store_write *write)
 {
-    const char *id = write->argument;
     char hash[65] = "";
     bool dropped = false;
     int status = results_of_ended(db, id, hash);
 
-    (void)store;
     if (status == STORE_OK) {
         status = store_execute(db, NULL, "DELETE FROM job WHERE id = ?", "t", id);
     }
     if (status == STORE_OK && hash[0]) {
         status = store_blob_release(db, hash, &dropped);
     }
-    if (status == STORE_OK && dropped) {
-        memcpy(write->dropped, hash, sizeof hash);
-    }
-    return status;
+    return status == STORE_OK && dropped ? store_write_drop(write, hash) : status;
+}
+
+static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    (void)store;
+    return store_job_remove(db, write->argument, write);
 }
 
 int store_job_delete(struct store *store, const char *id)

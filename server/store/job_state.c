@@ -243,6 +243,7 @@ struct transition {
     int64_t attempt;
     enum store_job_status to;
     const struct store_content *results; /* NULL: none */
+    struct store_ids named;              /* by the results */
     const char *problem_code, *problem_detail;
 };
 
@@ -257,6 +258,15 @@ static int explain(sqlite3 *db, const char *id)
         status = STORE_CONFLICT;
     }
     return status;
+}
+
+/* What the results name, they go with. */
+static int note_results(sqlite3 *db, const struct transition *t)
+{
+    char owner[STORE_OWNER_MAX] = "";
+    int status = store_text(db, owner, sizeof owner, "SELECT owner FROM job WHERE id = ?", t->id);
+
+    return status == STORE_OK ? store_needs_add(db, owner, t->id, &t->named, true) : status;
 }
 
 static int run_transition(struct store *store, sqlite3 *db, struct store_write *write)
@@ -282,6 +292,9 @@ static int run_transition(struct store *store, sqlite3 *db, struct store_write *
             "ttttdiititt", names[t->to], t->results ? t->results->hash : NULL, t->problem_code,
             t->problem_detail, progress, now, back, t->id, t->attempt, transitions[t->to].from[0],
             transitions[t->to].from[1]);
+    }
+    if (status == STORE_OK && changed > 0 && t->named.count > 0) {
+        status = note_results(db, t);
     }
     if (status == STORE_OK && changed > 0 && !back) {
         status = store_checkpoint_drop(db, t->id, write);
@@ -309,14 +322,18 @@ int store_job_transition(struct store *store, const char *id, int64_t attempt,
         return STORE_CONFLICT;
     }
     if (results) {
-        status = store_blob_stage(store, results, strlen(results), &staged);
+        status = store_ids_find(&transition.named, results);
         transition.results = &staged;
+    }
+    if (status == STORE_OK && results) {
+        status = store_blob_stage(store, results, strlen(results), &staged);
     }
     if (status == STORE_OK) {
         status = results ? store_write(store, run_transition, &transition)
                          : store_write_freeing(store, run_transition, &transition);
         store_blob_unstage(store, &staged);
     }
+    store_ids_clear(&transition.named);
     return status;
 }
 

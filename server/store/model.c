@@ -230,6 +230,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     struct store_holding holding = {.id = model->id,
                                     .kind = "model",
                                     .record = model->record ? model->record : "",
+                                    .also = model->mean,
                                     .now = put->now};
     size_t changed = 0;
     bool there = false;

@@ -81,6 +81,24 @@ static size_t length_of(const char *text)
     return text ? strlen(text) : 0;
 }
 
+/* What it was made of. */
+static int add_needs(sqlite3 *db, const char *owner, const struct store_holding *holding)
+{
+    struct store_ids ids = {0};
+    int status = store_ids_find(&ids, holding->record);
+
+    for (size_t i = 0; i < ids.count && status == STORE_OK; i++) {
+        if (!holding->alone || strncmp(ids.list[i], "job-", 4) != 0) {
+            status = store_need_add(db, owner, holding->id, ids.list[i], false);
+        }
+    }
+    if (status == STORE_OK && holding->also) {
+        status = store_need_add(db, owner, holding->id, holding->also, false);
+    }
+    store_ids_clear(&ids);
+    return status;
+}
+
 int store_owner_take(sqlite3 *db, const struct store_owner *owner,
                      const struct store_holding *holding, bool *taken)
 {
@@ -94,14 +112,17 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
     if (status == STORE_OK) {
         status = store_execute(
             db, &changed,
-            "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms) SELECT ?1, ?2, "
-            "?3, iif(other, ?4, NULL), iif(other, ?5, NULL), ?6, ?7 "
+            "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms, first) SELECT "
+            "?1, ?2, ?3, iif(other, ?4, NULL), iif(other, ?5, NULL), ?6, ?7, NOT other "
             "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other) "
             "WHERE true ON CONFLICT DO NOTHING",
             "tttttii", name, holding->id, holding->kind, holding->name, holding->record, bytes,
             holding->now);
     }
     *taken = changed > 0;
+    if (status == STORE_OK && changed > 0) {
+        status = add_needs(db, name, holding);
+    }
     return status == STORE_OK && changed > 0 ? store_owner_check(db, name, 0) : status;
 }
 

@@ -136,6 +136,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
                                           .kind = "surface",
                                           .name = surface->name ? surface->name : "",
                                           .record = surface->record ? surface->record : "",
+                                          .alone = surface->alone,
                                           .bytes = (int64_t)put->content->size + maps_size,
                                           .now = put->now};
     int status = store_owner_take(db, &surface->owner, &holding, &put->created);

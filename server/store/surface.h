@@ -36,6 +36,7 @@ struct store_surface {
     double *coefficients; /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
     size_t coefficient_count;
     struct store_maps maps;   /* to be put with it; store_surface_maps reads them */
+    bool alone;               /* for put: the record names all that it was made of */
     struct store_owner owner; /* to be set for put; not set by get */
 };
 

@@ -15,7 +15,7 @@
  * groups when the log has grown under sustained load by what the reserve has (8 MiB). They are
  * PASSIVE: they never wait for readers, and what one could not copy, the next one does. Only where
  * readers, each beginning before the last has ended, have kept SQLite from beginning the log anew
- * up to PAGES_FAR, one waits for them.
+ * up to PAGES_FAR, one waits for them. After an erasure (erase.c) one empties the log.
  *
  * Threads: the writer thread srnfd-store. Lock: writer->mutex (rank 40), never held while SQLite
  * runs.
@@ -26,10 +26,13 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #define GROUP_MAX 64
 #define IDLE_MS 200
+#define PURGE_MS 200          /* that emptying the log waits for readers */
 #define PAGES_FAR (64 * 2048) /* where waiting for readers is better than growing on */
 
 static int execute(sqlite3 *db, const char *sql)
@@ -59,10 +62,12 @@ static int run_write(struct store *store, struct store_write *write)
     if (status != STORE_OK) {
         return status;
     }
-    write->dropped[0] = '\0';
+    write->n_dropped = 0;
+    write->erases = false;
     write->status = write->run(store, db, write);
     if (write->status < 0) {
-        write->dropped[0] = '\0';
+        write->n_dropped = 0;
+        write->erases = false;
         if (!is_refusal(write->status) || sqlite3_get_autocommit(db)) {
             return write->status;
         }
@@ -89,9 +94,10 @@ static int run_group(struct store *store, struct store_write *list)
     }
     store_recent_expire(store->recent);
     for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
-        if (write->dropped[0]) {
-            store_blob_remove(store, db, write->dropped);
+        for (size_t i = 0; i < write->n_dropped; i++) {
+            store_blob_remove(store, db, write->dropped[i]);
         }
+        store->writer.purge = store->writer.purge || write->erases;
     }
     return status;
 }
@@ -107,6 +113,43 @@ static void checkpoint(struct store *store)
         sqlite3_wal_checkpoint_v2(writer->db, NULL, mode, &pages, &copied) == SQLITE_OK) {
         writer->pages_copied = copied > 0 ? copied : 0;
     }
+}
+
+int store_write_drop(struct store_write *write, const char *hash)
+{
+    if (write->n_dropped == write->dropped_size) {
+        size_t size = write->dropped_size ? 2 * write->dropped_size : 4;
+        char(*list)[65] = realloc(write->dropped, size * sizeof *list);
+
+        if (!list) {
+            return STORE_NOMEM;
+        }
+        write->dropped = list;
+        write->dropped_size = size;
+    }
+    memcpy(write->dropped[write->n_dropped], hash, 64);
+    write->dropped[write->n_dropped++][64] = '\0';
+    return STORE_OK;
+}
+
+/* Copies the whole log and cuts it to nothing, since it has pages as they were before an erasure,
+   and cleans those of the database. Waits for readers, but not for long; what
+   they prevent is tried again when the writer is idle. */
+static void purge(struct store *store)
+{
+    struct store_writer *writer = &store->writer;
+
+    if (!writer->purge || !store_reserve_copies(store, writer->db)) {
+        return;
+    }
+    sqlite3_busy_timeout(writer->db, PURGE_MS);
+    if (sqlite3_wal_checkpoint_v2(writer->db, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL) ==
+        SQLITE_OK) {
+        writer->pages = writer->pages_copied = 0;
+        writer->dirty = false;
+        writer->purge = store_scrub(writer->db) != STORE_OK;
+    }
+    sqlite3_busy_timeout(writer->db, STORE_BUSY_TIMEOUT_MS);
 }
 
 /* Runs a write alone, with the reserve where it frees and finds no room. */
@@ -155,7 +198,7 @@ static int count_pages(void *user, sqlite3 *db, const char *name, int pages)
 static bool wait_for_writes(struct store *store)
 {
     struct store_writer *writer = &store->writer;
-    bool timed = writer->dirty || store_room(store) != STORE_OK;
+    bool timed = writer->dirty || writer->purge || store_room(store) != STORE_OK;
     struct timespec until;
     bool timed_out = false;
 
@@ -222,12 +265,16 @@ static void *writer_main(void *user)
         store_reserve_take(store);
         if (list) {
             run_list(store, list);
+            purge(store);
             wake_callers(writer, list);
         }
         if (writer->pages - writer->pages_copied > most || (idle && !list && writer->dirty)) {
             checkpoint(store);
             /* What readers still hold back waits for the next commit rather than for a timer. */
             writer->dirty = false;
+        }
+        if (idle) {
+            purge(store);
         }
     }
     return NULL;
@@ -293,6 +340,7 @@ static int queue_and_wait(struct store *store, struct store_write *write)
     }
     pthread_mutex_unlock(&writer->mutex);
     pthread_cond_destroy(&write->finished);
+    free(write->dropped);
     return write->status;
 }
 
