@@ -151,7 +151,7 @@ function faultOfMemory(request, answer) {
     const { operation, values } = request;
     const id = values.id || values.name;
     const kind = KINDS[operation.id];
-    if (kind && alive[kind].includes(id) && ![200, 304, 406].includes(answer.status)) {
+    if (kind && values.owner === undefined && alive[kind].includes(id) && ![200, 304, 406].includes(answer.status)) {
         return `${id} is there, and is not found`;
     }
     const gone = deleted.job.includes(id) || (operation.path.includes('{name}') && deleted.cohort.includes(id));
