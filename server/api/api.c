@@ -24,7 +24,8 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
-/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which it
+/* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which
+ * it
    is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
    upload, and show it in some milliseconds. */
 #define SMALL_MEMORY_FROM ((size_t)1 << 20)

@@ -9,7 +9,8 @@
  * No mesh costs more than twenty times the median a face, with preparation, by either route.
  *
  *   SRNFD_TIME_MESHES=24    meshes    SRNFD_TIME_FACES=1000000    of so many faces each
- *   SRNFD_TIME_SEED=1       of what is drawn      SRNFD_TIME_FAMILY=stacked      of one family alone
+ *   SRNFD_TIME_SEED=1       of what is drawn      SRNFD_TIME_FAMILY=stacked      of one family
+ * alone
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -646,8 +646,7 @@ static void draining_starts_nothing(void **state)
     jobs_drain(world->engine.jobs);
     submit(world, "count", "8", comes);
     assert_int_equal(
-        jobs_submit(world->engine.jobs, &owner, "count", "9", NULL, NULL, &brief, &how),
-        JOBS_OK);
+        jobs_submit(world->engine.jobs, &owner, "count", "9", NULL, NULL, &brief, &how), JOBS_OK);
     atomic_store(&world->engine.gate, true);
     await(world, runs, STORE_JOB_SUCCESSFUL);
     engine_pause_ms(200);
