@@ -19,12 +19,14 @@
 #   srnfd-test: release-only    is left out of sanitizer builds
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
-#   srnfd-test: slow            is left out of make quick
+#   srnfd-test: slow            is left out of make quick, and starts before the others, so that the last to end is short
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
 # Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_QUICK (leave out those marked
 # slow or alone), SRNFD_TEST_JOBS (one for each processor, at least 2), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this
 # folder).
+# Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
+# the ten that needed most of it are listed at the end.
 # The last line reads "N passed, M failed"; the exit status is 1 if M > 0.
 set -u
 export LC_ALL=C # numbers with a point, messages in English
@@ -118,10 +120,16 @@ group_ended() { # GROUP
     return 1
 }
 
-# Runs one test and leaves NAME.counts ("passed failed skipped") and NAME.report in $WORK.
+# Processor time of what a shell started and waited for, in tenths of a second.
+processor_time() { # reads what "times" printed
+    awk 'NR == 2 { split($1, u, /[ms]/); split($2, s, /[ms]/)
+        printf "%d", 10 * (60 * (u[1] + s[1]) + u[2] + s[2]) }'
+}
+
+# Runs one test and leaves NAME.counts ("passed failed skipped"), NAME.time and NAME.report in $WORK.
 run_one() { # NUMBER SOURCE PROGRAM
     local number=$1 source=$2 program=$3 name=${2#"$TESTS/"} base=$WORK/$1
-    local limit passed failed skipped wrong status pid started took verdict
+    local limit passed failed skipped wrong status pid started took used verdict
     limit=$(marker "$source" timeout)
     limit=${limit#yes }
     limit=$((SLOWER * ${limit:-$LIMIT}))
@@ -133,6 +141,9 @@ run_one() { # NUMBER SOURCE PROGRAM
     wait "$pid"
     status=$?
     took=$((($(date +%s%N) - started) / 100000000))
+    times >"$base.times" # not in a pipe: that would be another shell
+    used=$(processor_time <"$base.times")
+    echo "$used $name" >"$base.time"
 
     { read -r passed failed skipped && wrong=$(cat); } < <(read_tap <"$base.out")
     if [ "$status" -eq 124 ] || { [ "$status" -eq 137 ] && [ $((took / 10)) -ge "$limit" ]; }; then
@@ -154,7 +165,7 @@ run_one() { # NUMBER SOURCE PROGRAM
         printf '%-6s %s: %d passed' "$verdict" "$name" "$passed"
         [ "$failed" -eq 0 ] || printf ', %d failed' "$failed"
         [ "$skipped" -eq 0 ] || printf ', %d skipped' "$skipped"
-        printf ' (%d.%d s)\n' $((took / 10)) $((took % 10))
+        printf ' (%d.%d s) [%d.%d s]\n' $((took / 10)) $((took % 10)) $((used / 10)) $((used % 10))
         if [ "$failed" -gt 0 ]; then
             [ -z "$wrong" ] || printf '       %s\n' "$wrong"
             sed 's/^/  | /' "$base.out" | tail -n "$SHOWN_LINES"
@@ -187,6 +198,7 @@ flush() {
 
 number=0
 running=0
+long=()
 together=()
 alone=()
 while IFS= read -r source; do
@@ -207,6 +219,8 @@ while IFS= read -r source; do
     fi
     if [ -n "$(marker "$source" alone)" ]; then
         alone+=("$source")
+    elif [ -n "$(marker "$source" slow)" ]; then
+        long+=("$source")
     else
         together+=("$source")
     fi
@@ -227,7 +241,7 @@ start() { # SOURCE
     running=$((running + 1))
 }
 
-for source in ${together[@]+"${together[@]}"}; do
+for source in ${long[@]+"${long[@]}"} ${together[@]+"${together[@]}"}; do
     while [ "$running" -ge "$JOBS" ]; do
         wait -n
         running=$((running - 1))
@@ -244,6 +258,10 @@ for source in ${alone[@]+"${alone[@]}"}; do
     flush
 done
 
+cat "$WORK"/*.time 2>/dev/null | sort -rn | awk '
+    { all += $1 }
+    NR <= 10 && $1 > 0 { most = most sprintf("  %7.1f  %s\n", $1 / 10, $2) }
+    END { if (most) printf "processor time %.1f s, most of it:\n%s", all / 10, most }'
 cat "$WORK"/*.counts 2>/dev/null | awk '
     { passed += $1; failed += $2; skipped += $3 }
     END {

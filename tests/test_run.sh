@@ -73,6 +73,12 @@ is "$LAST" '3 passed, 0 failed' 'what is marked slow runs'
 SRNFD_QUICK=1 run 'slow|pass'
 is "$LAST" '2 passed, 0 failed' 'but not where a quick look is asked for'
 
+script test_busy.sh <<'END'
+awk 'BEGIN { for (i = 0; i < 4e7; i++) x += i }'; echo 1..1; echo 'ok 1 - a'
+END
+run 'busy|pass'
+like "$OUTPUT" 'most of it:.* [0-9]+\.[0-9]  test_busy\.sh' 'a test that computes is listed with its processor time'
+
 # Each of these must count as exactly this many failures, with a word that says why.
 expect() { # NAME COUNT REASON
     run "/?$1\\."
