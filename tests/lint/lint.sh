@@ -51,10 +51,9 @@ check_formatting() {
         ;;
     esac
     # The first complaint of each file is enough: "make format" mends them all.
-    sources | while IFS= read -r file; do
-        "$tool" --dry-run --Werror --ferror-limit=1 "$file" 2>&1 |
-            sed -n 's/^\([^:]*:[0-9]*\):[0-9]*: error: code should be clang-formatted.*/\1: not formatted/p'
-    done
+    sources | xargs -r "$tool" --dry-run --Werror 2>&1 |
+        sed -n 's/^\([^:]*\):\([0-9]*\):[0-9]*: error: code should be clang-formatted.*/\1:\2: not formatted/p' |
+        LC_ALL=C sort -t : -k 1,1 -k 2,2n | awk -F : '!seen[$1]++'
 }
 
 check_columns() {
@@ -187,7 +186,7 @@ check_shellcheck() {
         return
     fi
     # 2154: variables that lib.sh sets. 2034: variables that it sets for scripts.
-    files '*.sh' '.ci/run' | xargs -r shellcheck -S warning -e 2154,2034 -f gcc
+    files '*.sh' '.ci/run' | xargs -r -n 5 -P "$(nproc)" shellcheck -S warning -e 2154,2034 -f gcc
 }
 
 # The packages' addresses would name the registry of whoever wrote the lock file.
