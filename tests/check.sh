@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # What "make check" does once everything is installed, in stages:
 #
-#   lint            tests/lint/lint.sh
-#   release build   gcc, warnings are errors          release tests   every test
-#   clang build     clang, warnings are errors; what is built is not run
-#   asan build      gcc with ASan and UBSan           asan tests      every test not marked release-only
+#   release build   gcc, warnings are errors
+#   lint            tests/lint/lint.sh, beside the next two
+#   clang build     clang, warnings are errors; without optimization, as nothing of it is run
+#   asan build      gcc with ASan and UBSan
+#   release tests   every test but those of make nightly
+#   asan tests      every test not marked release-only
 #
 # A stage that fails does not keep the later ones from running. Each tells its seconds; the output of builds
 # is shown only when they fail, and kept in build/check/. Every lint check, every build and every test counts
@@ -65,11 +67,23 @@ build() { # CONFIG TARGET..
     make --no-print-directory -s -k -j"$JOBS" CONFIG="$config" "$@"
 }
 
-stage report 'lint' tests/lint/lint.sh
+# What the linter printed, and its status: a stage runs in a pipe, which cannot wait for it.
+linted() {
+    cat "$LOGS/linter.log"
+    return "$LINT_STATUS"
+}
+
+# The linter wants the core's objects, so the release build is before it. It mostly uses one processor and waits for
+# the registry of its npm packages, so it runs beside the other builds.
 stage build 'release build' build release build-tests build-benches
-stage report 'release tests' tests/run.sh $BUILD
-stage build 'clang build' build clang build-tests build-benches
+tests/lint/lint.sh >"$LOGS/linter.log" 2>&1 &
+LINTER=$!
+stage build 'clang build' build warnings objects
 stage build 'asan build' build asan build-tests
+wait "$LINTER"
+LINT_STATUS=$?
+stage report 'lint' linted
+stage report 'release tests' tests/run.sh $BUILD
 stage report 'asan tests' tests/run.sh $BUILD/asan
 
 printf '%s' "$summary"
