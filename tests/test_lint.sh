@@ -2,6 +2,7 @@
 # tests/lint/lint.sh finds what it is there to find: a small project that passes, and in it, one after the
 # other, a violation of each rule.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/support/lib.sh"
 
 COPY=$SCRATCH/project

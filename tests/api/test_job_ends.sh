@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: release-only
+# srnfd-test: slow
 # srnfd-test: timeout 300
 #
 # test_job_ends.sh - a job that is told to stop does so: by a client, by --job-seconds and by SIGTERM, at the highest

@@ -5,6 +5,8 @@
 # The server is one on which nothing is ready at once: it has one worker, which has a job of its own, and answers an
 # execution with its job after a millisecond where the request does not ask for more. So lines that take the results
 # for granted store null. The job is the one that README asks for, which then has its results.
+# The other scripts of this folder ask the same of the daemon that sanitizers watch, of smaller surfaces.
+# srnfd-test: release-only
 # srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 

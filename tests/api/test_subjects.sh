@@ -40,6 +40,7 @@ cohort copies '[range(6) as $i | {id: $a[$i], label: "thalamus", subject: "t\($i
 # ---- classify ----------------------------------------------------------------------------------------
 
 OPTIONS='"method":["srnf-nn","srnf-gauss","harmonic-nn"],"components":1,"covariance":"pooled","refit":"shared","commonPose":true'
+UNREGISTERED="\"method\":\"harmonic-nn\",\"lmax\":$LMAX" # quick: for what every method does
 execute classify "{\"cohort\":\"repeated\",$OPTIONS,\"permutations\":99}"
 is "$STATUS $(json '[.members, .subjects, .chance, .majorityRate] | tojson')" '200 [12,6,0.5,0.5]' \
     'members and subjects are counted'
@@ -54,13 +55,13 @@ warned() { # CODE: how often
 }
 is "$(warned p-floor)" 1 'a p that cannot be significant is warned of'
 is "$(json '.warnings[] | select(.code == "p-floor") | .figures.leastP')" 0.1 '  with the least there is'
-execute classify "{\"cohort\":\"repeated\",$OPTIONS}"
+execute classify "{\"cohort\":\"repeated\",$UNREGISTERED}"
 is "$(json '[.permutations, .relabellings, .exact, .methods[].pValue, .methods[].pValueIsFloor] | unique | tojson') $(warned p-floor)" \
     '[null,0] 0' 'without permutations there is no p and nothing to warn of'
 execute classify "{\"cohort\":\"within\",$OPTIONS,\"permutations\":99}"
 is_problem 422 labels-within-subject 'labels that differ within a subject cannot be permuted'
 is "$(json '.detail | test("change") and test("permutations 0") and test("s0")')" true 'the problem names the subject and the way out'
-execute classify "{\"cohort\":\"within\",$OPTIONS}"
+execute classify "{\"cohort\":\"within\",$UNREGISTERED}"
 is "$STATUS $(json '[.members, .subjects] | tojson')" '200 [12,6]' 'but be classified, each subject left out'
 execute classify '{"cohort":"repeated","components":4,"covariance":"pooled"}'
 is_problem 422 invalid-input 'six subjects determine three components'
@@ -112,7 +113,7 @@ doubles() { # PROCESS INPUTS
     is "$(json '[.warnings[] | select(.code == "duplicate-content")] | (.[0].detail | test("t1") and test("other")) and (.[1].detail | test("both of subject p2"))')" true \
         '  and of whose they are'
 }
-doubles classify "{\"cohort\":\"copies\",$OPTIONS}"
+doubles classify "{\"cohort\":\"copies\",$UNREGISTERED}"
 doubles compare-groups '{"cohort":"copies","register":false,"permutations":99}'
 doubles mean '{"cohort":"copies","register":false}'
 doubles pca '{"cohort":"copies","register":false}'

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: release-only
+# srnfd-test: slow
 # srnfd-test: timeout 300
 #
 # kill -9 every fifth of a second with 48 jobs queued: none of them fails for it, and all end once the daemon is left
