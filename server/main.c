@@ -15,6 +15,7 @@
 #include "api/json_memory.h"
 #include "api/routes.h"
 #include "build.h"
+#include "clock.h"
 #include "commands.h"
 #include "config.h"
 #include "http/http.h"
@@ -223,17 +224,9 @@ static int start(struct service *service, const struct config *config, char *mes
     return 0;
 }
 
-static double now_seconds(void)
-{
-    struct timespec now;
-
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static void stop(struct service *service, double grace_seconds)
 {
-    double end = now_seconds() + grace_seconds;
+    double end = clock_now() + grace_seconds;
 
     if (service->jobs) {
         jobs_drain(service->jobs);
@@ -241,7 +234,7 @@ static void stop(struct service *service, double grace_seconds)
     link_http(service, NULL);
     http_stop(service->http, grace_seconds);
     if (service->jobs) {
-        jobs_close(service->jobs, end - now_seconds());
+        jobs_close(service->jobs, end - clock_now());
     }
     api_destroy(service->api);
     if (service->store) {

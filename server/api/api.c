@@ -11,6 +11,8 @@
  */
 #include "api/routes.h"
 
+#include "api/auth.h"
+#include "api/inflight.h"
 #include "api/json_memory.h"
 #include "api/respond.h"
 #include "store/job.h"

@@ -23,6 +23,8 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "api/auth.h"
+#include "clock.h"
 #include "log.h"
 #include "owner.h"
 #include "store/holdings.h"
@@ -68,14 +70,6 @@ static const struct {
     {"/v1/models/{id}", "no-such-model"},
     {"/v1/jobs/{id}", "no-such-job"},
 };
-
-static double monotonic(void)
-{
-    struct timespec now;
-
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* ---- The file -------------------------------------------------------------------------------- */
 
@@ -188,7 +182,7 @@ static struct auth_account *account_of(struct api_auth *auth, const struct store
    is held. */
 static double draw(struct auth_account *account, int64_t rate)
 {
-    double now = monotonic(), most = BURST_SECONDS * (double)rate;
+    double now = clock_now(), most = BURST_SECONDS * (double)rate;
 
     if (rate <= 0) {
         return 0;

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/auth.h"
 #include "api/json_memory.h"
 #include "api/lists.h"
 #include "api/routes.h"

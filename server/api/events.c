@@ -18,6 +18,7 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "api/auth.h"
 #include "api/job_answers.h"
 #include "store/digest.h"
 #include "store/job.h"

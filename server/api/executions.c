@@ -17,8 +17,10 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
-#include "log.h"
+#include "api/auth.h"
+#include "api/inflight.h"
 #include "jobs/submit.h"
+#include "log.h"
 #include "store/digest.h"
 #include "store/job.h"
 

@@ -15,9 +15,7 @@
 
 struct store_job;     /* store/job.h */
 struct store_mesh;    /* store/mesh.h */
-struct store_owner;   /* owner.h */
 struct store_surface; /* store/surface.h */
-struct store_view;    /* owner.h */
 
 struct api_auth;     /* auth.c: tokens, and what each has used */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
@@ -82,25 +80,8 @@ int problem_status(const char *code);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */
 int problem_respond_store(struct api_call *call, int store_status, const char *not_found_code,
                           const char *what);
-
-/* ---- Callers (auth.c) ------------------------------------------------------------------------ */
-
-/* What the caller sees, and for whom it stores. They borrow from the request. */
-struct store_view call_view(const struct api_call *call);
-struct store_owner call_owner(const struct api_call *call);
-/* Whether the caller may see the mesh, surface, model or job of this id: 0, STORE_NOT_FOUND or
-   another status of the store. */
-int call_sees(const struct api_call *call, const char *id);
 /* Answers that a quota is used up: 429 with Retry-After, or 507 for bytes. */
 void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds);
-/* Counts one more answer of the caller that waits for a job. False when a problem was answered.
-   Each that was entered is left again; account may be NULL. */
-bool stream_enter(struct api_call *call);
-void stream_leave(struct api_auth *auth, struct auth_account *account);
-/* Whether the account's token still holds; NULL, where no tokens are asked for, always does. */
-bool auth_holds(struct api_auth *auth, const struct auth_account *account);
-/* Answers that the token does not hold any more. */
-void auth_refuse_revoked(struct api_call *call);
 
 /* ---- Responses (respond.c) ------------------------------------------------------------------- */
 
@@ -180,11 +161,8 @@ struct api_processes {
 /* processes.c: by its id, or NULL. */
 const struct api_process *api_process_find(const struct api *api, const char *id);
 
-/* ---- Handlers, one per route ----------------------------------------------------------------- */
+/* ---- Handlers, one per route (routes.h) ------------------------------------------------------ */
 
 typedef void api_handler(struct api_call *call);
-
-api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf,
-    surfaces_grid, surfaces_mesh;
 
 #endif

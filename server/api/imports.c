@@ -18,6 +18,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "api/auth.h"
 #include "api/json_memory.h"
 #include "api/respond.h"
 #include "api/routes.h"

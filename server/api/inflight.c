@@ -9,6 +9,8 @@
  */
 #include "api/respond.h"
 
+#include "api/inflight.h"
+
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>

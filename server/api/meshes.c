@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/auth.h"
 #include "compute/compute.h"
 #include "jobs/memory.h"
 #include "store/digest.h"

@@ -7,6 +7,8 @@
 
 #include "api/handler.h"
 
+struct store_owner; /* owner.h */
+
 /* The id of a mesh: that of its format and the digest of its bytes. The same bytes under another
    format are another mesh. */
 void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size);

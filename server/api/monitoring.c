@@ -16,6 +16,7 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "api/auth.h"
 #include "build.h"
 #include "log.h"
 #include "store/job.h"

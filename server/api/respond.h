@@ -37,29 +37,6 @@ bool list_has(const char *list, const char *token);
 /* The same with regard to case. */
 bool list_has_exactly(const char *list, const char *token);
 
-/* The set of Idempotency-Keys whose first request is not answered yet (inflight.c). */
-enum inflight_entry { INFLIGHT_ENTERED, INFLIGHT_TAKEN, INFLIGHT_NO_MEMORY };
-struct api_inflight *inflight_create(void);
-void inflight_destroy(struct api_inflight *inflight);
-enum inflight_entry inflight_enter(struct api_inflight *inflight, const char *key);
-void inflight_leave(struct api_inflight *inflight, const char *key);
-
-/* The tokens (auth.c). config is that of the api layer; NULL without memory. */
-struct api_route;
-struct api_auth *auth_create(const struct api_config *config);
-/* Writes down when tokens were last used. */
-void auth_destroy(struct api_auth *auth, struct store *store);
-/* Who calls, and whether this route is for it: sets request->caller. False when a problem was
-   answered (401, 403, 429, 503). On any thread; reads no more than the status of a file. */
-bool auth_admit(struct api_call *call, struct api_request *request, const struct api_route *route);
-/* Whether what the path names belongs to the caller; otherwise answers that there is no such thing.
-   On a request thread, as is the next. */
-bool auth_owns_path(struct api_call *call, const struct api_route *route);
-/* Whether the file of tokens can be read, where tokens are asked for. */
-bool auth_readable(struct api *api);
-/* Writes down, now and then, that the caller's token was used. */
-void auth_record(struct api *api, const struct api_request *request);
-
 /* Whether a mesh may come under this media type of that length (meshes.c). */
 bool mesh_type_known(const char *type, size_t length);
 

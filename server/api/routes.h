@@ -69,6 +69,8 @@ bool route_matches(const char *pattern, const char *path,
 void route_find(const char *method, const char *path, struct route_match *match, char *allow,
                 size_t allow_size);
 
+api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf,
+    surfaces_grid, surfaces_mesh;
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
 api_handler imports_create;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;

@@ -12,6 +12,7 @@
 #include "api/npy.h"
 #include "api/lists.h"
 #include "api/respond.h"
+#include "api/routes.h"
 #include "api/surfaces_grid.h"
 #include "store/surface.h"
 

@@ -9,6 +9,7 @@
 
 struct store_maps;    /* store/surface.h */
 struct store_surface; /* store/surface.h */
+struct store_owner;   /* owner.h */
 
 /* The degree of a surface where none is asked for. */
 #define SURFACE_DEGREE_DEFAULT 31

@@ -15,8 +15,10 @@
 #include <string.h>
 
 #include "compute/compute.h"
+#include "api/auth.h"
 #include "api/npy.h"
 #include "api/respond.h"
+#include "api/routes.h"
 #include "api/surfaces_grid.h"
 #include "api/warnings.h"
 #include "owner.h"

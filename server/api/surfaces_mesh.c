@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "api/respond.h"
+#include "api/routes.h"
 #include "api/surfaces_grid.h"
 #include "compute/compute.h"
 #include "store/surface.h"

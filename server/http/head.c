@@ -44,7 +44,7 @@ static enum head_verdict malformed(struct head *head, const char *detail)
     return refuse(head, 400, "malformed-request", detail);
 }
 
-bool head_is_token(const char *text, size_t length)
+static bool is_token(const char *text, size_t length)
 {
     static const char marks[] = "!#$%&'*+-.^_`|~";
 
@@ -84,7 +84,7 @@ static enum head_verdict check_request_line(struct head *head, const char *line,
     const char *first = memchr(line, ' ', length), *second;
     size_t method = first ? (size_t)(first - line) : length, target;
 
-    if (!first || !head_is_token(line, method)) {
+    if (!first || !is_token(line, method)) {
         return malformed(head, "The request line does not start with a method and a blank.");
     }
     if (method > HEAD_METHOD_MAX) {
@@ -165,7 +165,7 @@ static enum head_verdict check_field(struct head *head, const char *line, size_t
     if (line[0] == ' ' || line[0] == '\t') {
         return malformed(head, "A header field goes on in the next line.");
     }
-    if (!head_is_token(line, name)) {
+    if (!is_token(line, name)) {
         return malformed(head, "A header field has characters in its name that it must not have, "
                                "or no colon right after it.");
     }

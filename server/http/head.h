@@ -27,9 +27,6 @@ struct head_refusal {
     const char *code, *detail;
 };
 
-/* Whether this is what a method and a field's name are made of (RFC 9110, 5.6.2). */
-bool head_is_token(const char *text, size_t length);
-
 /*
  * Judges the first size bytes of a request: request line, header fields, empty line. What follows
  * the empty line is not looked at. refusal [out] is set with HEAD_REFUSED only. Pure.

@@ -64,7 +64,6 @@ struct group_input {
 extern const struct input_own group_surfaces, group_cohort, group_members;
 /* Their parts, for inputs that differ a little. */
 void group_read_surfaces(struct process_inputs *inputs, const struct process_input *input);
-void group_read_cohort(struct process_inputs *inputs, const struct process_input *input);
 void group_read_members(struct process_inputs *inputs, const struct process_input *input);
 bool group_type_surfaces(const json_t *value, void *member);
 bool group_type_cohort(const json_t *value, void *member);
@@ -93,11 +92,6 @@ void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, s
 /* Reads "model": canonical, and the stored model without its arrays (store_model_clear). False with
    a problem noted or answered. */
 bool inputs_model(struct process_inputs *inputs, struct store_model *model);
-
-/* The ids of canonical surfaces, borrowed from them; srnf_free. */
-const char **group_ids(const json_t *surfaces, size_t *n);
-/* Which members of the canonical cohort are taken mirrored; none without a cohort. */
-struct compute_mirrored group_mirrored(const json_t *cohort);
 
 /* ---- Members and results (group.c) ----------------------------------------------------------- */
 

@@ -138,7 +138,7 @@ void group_read_surfaces(struct process_inputs *inputs, const struct process_inp
     }
 }
 
-void group_read_cohort(struct process_inputs *inputs, const struct process_input *input)
+static void group_read_cohort(struct process_inputs *inputs, const struct process_input *input)
 {
     const json_t *cohort = given_cohort(inputs);
     json_t *surfaces;
@@ -202,7 +202,7 @@ void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, s
 
 /* ---- Typed inputs ---------------------------------------------------------------------------- */
 
-const char **group_ids(const json_t *surfaces, size_t *n)
+static const char **group_ids(const json_t *surfaces, size_t *n)
 {
     const char **ids;
 
@@ -215,7 +215,7 @@ const char **group_ids(const json_t *surfaces, size_t *n)
     return ids;
 }
 
-struct compute_mirrored group_mirrored(const json_t *cohort)
+static struct compute_mirrored group_mirrored(const json_t *cohort)
 {
     const json_t *flags = json_object_get(cohort, "mirrored");
     struct compute_mirrored mirrored = {{false}};

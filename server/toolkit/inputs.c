@@ -11,9 +11,10 @@
  * made.
  */
 #include "toolkit/process.h"
-#include "toolkit/scales.h"
+#include "api/auth.h"
 #include "store/mesh.h"
 #include "store/surface.h"
+#include "toolkit/scales.h"
 
 #include <math.h>
 #include <stdio.h>

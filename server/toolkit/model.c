@@ -7,10 +7,11 @@
 
 #include <string.h>
 
-#include "toolkit/group.h"
-#include "toolkit/routes.h"
+#include "api/auth.h"
 #include "api/surfaces.h"
 #include "store/model.h"
+#include "toolkit/group.h"
+#include "toolkit/routes.h"
 
 bool inputs_model(struct process_inputs *inputs, struct store_model *model)
 {

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "api/auth.h"
 #include "api/warnings.h"
 #include "store/job.h"
 #include "store/mesh.h"
@@ -54,7 +55,7 @@ static const char *route_of_old(const json_t *record)
     return known_name(text);
 }
 
-const char *surface_route(const struct store_surface *surface)
+static const char *surface_route(const struct store_surface *surface)
 {
     json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
     const json_t *route = json_object_get(record, "route");

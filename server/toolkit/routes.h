@@ -34,10 +34,6 @@ struct store_surface; /* store/surface.h */
             "those of a group by area."                                                           \
     }
 
-/* The route in a surface's record: "star", "area", "given", or NULL where it is not known. Static.
- */
-const char *surface_route(const struct store_surface *surface);
-
 /* The route that these have in common, static; NULL where they have none or one of them is not
    known. of_mesh: that of meshes, NULL for the default one. */
 const char *routes_common(struct jobs_run *run, size_t n, const char *const *ids,
