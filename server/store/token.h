@@ -63,6 +63,7 @@ struct store_token_stamp {
 struct store_tokens {
     struct store_token_stamp stamp;
     struct store_token *list; /* malloc */
+    uint64_t *keys;           /* [n] the first bits of the hashes, as loaded; malloc */
     size_t n;
 };
 

@@ -16,6 +16,7 @@
 #include "store/holdings.h"
 #include "store/store.h"
 #include "store/token.h"
+#include "support/timing.h"
 
 #define THREADS 8
 #define EACH 10
@@ -119,6 +120,44 @@ static void the_file_is_its_owners_alone(void **state)
     assert_int_equal(info.st_mode & 0777, 0600);
     assert_int_equal(stat(path, &info), 0);
     assert_int_equal(info.st_mode & 0777, 0700);
+}
+
+/* Each request looks its token up: thousands of them must not cost what a request costs. */
+static void thousands_are_looked_up_at_once(void **state)
+{
+    enum { COUNT = 5000 };
+    struct fixture *fixture = *state;
+    char *text = test_malloc(COUNT * 200), secret[32], hash[65];
+    struct store_tokens tokens;
+    size_t used;
+    double start;
+
+    used = (size_t)snprintf(text, 200, "srnfd-tokens 1\n");
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(secret, sizeof secret, "secret-%d", i);
+        store_sha256_hex(hash, secret, strlen(secret));
+        used += (size_t)snprintf(text + used, 200,
+                                 "tok-%016x\tuser%d\tuser\t%s\t1\t0\t-1\t-1"
+                                 "\t-1\t-1\t-1\n",
+                                 (unsigned)i, i, hash);
+    }
+    write_file(fixture->path, text, used);
+    test_free(text);
+    assert_int_equal(store_tokens_load(fixture->path, &tokens), STORE_OK);
+    assert_int_equal(tokens.n, COUNT);
+    start = timing_cpu();
+    for (int i = 0; i < COUNT; i++) {
+        const struct store_token *token;
+
+        snprintf(secret, sizeof secret, "secret-%d", i);
+        token = store_tokens_find(&tokens, secret);
+        assert_true(token == &tokens.list[i]);
+    }
+    print_message("# %.1f us to look one of %d tokens up\n", 1e6 * (timing_cpu() - start) / COUNT,
+                  COUNT);
+    assert_true((timing_cpu() - start) / COUNT < 100e-6);
+    assert_null(store_tokens_find(&tokens, "secret-5000"));
+    store_tokens_clear(&tokens);
 }
 
 static void a_revoked_token_is_gone(void **state)
@@ -289,13 +328,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup_closed, fixture_teardown)
-        TEST(a_token_is_found_by_its_secret_alone),
-        TEST(the_file_is_its_owners_alone),
-        TEST(a_revoked_token_is_gone),
-        TEST(writers_at_once_lose_nothing),
-        TEST(a_damaged_file_is_refused),
-        cmocka_unit_test(names_are_checked),
-        TEST(uses_are_read_beside_a_daemon),
+        TEST(a_token_is_found_by_its_secret_alone), TEST(the_file_is_its_owners_alone),
+        TEST(thousands_are_looked_up_at_once),      TEST(a_revoked_token_is_gone),
+        TEST(writers_at_once_lose_nothing),         TEST(a_damaged_file_is_refused),
+        cmocka_unit_test(names_are_checked),        TEST(uses_are_read_beside_a_daemon),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
