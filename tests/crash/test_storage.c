@@ -232,6 +232,36 @@ static void every_failing_write_is_an_answer(void **state)
     assert_int_equal(daemon_stop(&scene->daemon), 0);
 }
 
+/* ---- A disk that turns read-only ------------------------------------------------------------- */
+
+/* As file systems do after an error of the device: what is there is served, the rest is refused,
+   also by the probe, and the daemon still ends as it should. */
+static void a_read_only_disk_serves_what_it_has(void **state)
+{
+    struct scene *scene = *state;
+    char id[64], path[128];
+
+    daemon_prepare(&scene->daemon, scene->folder, "data");
+    assert_true(daemon_start(&scene->daemon));
+    assert_true(upload(scene, 0, false, scene->mesh));
+    assert_true(act(scene));
+    snprintf(path, sizeof path, "/v1/meshes/%.63s/content", scene->mesh);
+    for (int round = 0; round < 2; round++) {
+        daemon_fault(&scene->daemon, FAULT_ALL_KINDS, FAULT_ALL_FILES, 1, INT32_MAX, EROFS);
+        assert_false(upload(scene, 400000 + (unsigned)round, true, id));
+        assert_false(upload(scene, 500000 + (unsigned)round, false, id));
+        assert_false(submit(scene, 600000 + (unsigned)round, id));
+        assert_int_equal(daemon_status(&scene->daemon, "GET", path, ""), 200);
+        assert_int_equal(daemon_status(&scene->daemon, "GET", "/v1/jobs?limit=3", ""), 200);
+        assert_int_equal(daemon_status(&scene->daemon, "GET", "/readyz", ""), 503);
+        if (round == 0) {
+            daemon_fault(&scene->daemon, 0, 0, 0, 0, 0);
+            recovers(scene);
+        }
+    }
+    assert_int_equal(daemon_stop(&scene->daemon), 0);
+}
+
 /* ---- A disk that is full --------------------------------------------------------------------- */
 
 /* Fills what is left of the file system, to the last page. */
@@ -421,6 +451,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(every_failing_write_is_an_answer),
+        TEST(a_read_only_disk_serves_what_it_has),
         TEST(a_full_disk_takes_nothing_and_gives_everything),
         TEST(a_small_disk_that_was_filled_gives_everything),
         TEST(a_limit_on_sizes_is_a_full_disk),
