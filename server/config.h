@@ -34,6 +34,7 @@ struct config {
     double job_seconds;                  /* that a job may run; 0: any */
     double job_memory;                   /* bytes of a job; 0: its share of the machine */
     double kept_encodings;               /* bytes for later jobs; 0: none */
+    double kept_meshes;                  /* the same of prepared meshes */
     double retention_days;               /* that ended jobs are kept; 0: for ever */
     double sweep_seconds;                /* between two looks for what may go */
     double grace_seconds;                /* that SIGTERM gives requests and jobs */

@@ -24,6 +24,7 @@
 #include "main/token_command.h"
 #include "notify.h"
 #include "priority.h"
+#include "store/prepared.h"
 #include "store/store.h"
 #include "store/token.h"
 
@@ -205,6 +206,7 @@ static int start(struct service *service, const struct config *config, char *mes
         (void)snprintf(message, size, "--data %.280s: %s", config->data, reason);
         return -1;
     }
+    store_prepared_limit(service->store, (int64_t)config->kept_meshes);
     watch_faults(service, config);
     if (start_jobs(service, config) != 0) {
         (void)snprintf(message, size, "the workers could not be started");

@@ -37,6 +37,7 @@ enum metric {
     METRIC_JOB_MEMORY,            /* process */
     METRIC_JOB_MEMORY_LIMIT,      /* bytes */
     METRIC_ENCODINGS,             /* source: made, kept */
+    METRIC_MESHES,                /* source: made, kept */
     METRIC_JOBS,                  /* process, status: accepted, running */
     METRIC_QUEUE_LENGTH,          /* accepted jobs */
     METRIC_QUEUE_AGE,             /* seconds that the oldest accepted job has waited */

@@ -130,10 +130,14 @@ static int check(const struct srnf_mesh_report *report, const struct srnf_encode
    result, but a linear program that breaks down must not stop the other routes. */
 static int measure_star(const struct encode_task *task, struct srnf_star *star)
 {
-    int status = task->options->center_given
-                     ? srnf_star_at(task->mesh, task->options->center, star)
-                     : srnf_star_kernel_within(task->mesh, task->context, star);
+    int status;
 
+    if (task->options->kernel && !task->options->center_given) {
+        *star = *task->options->kernel;
+        return SRNF_OK;
+    }
+    status = task->options->center_given ? srnf_star_at(task->mesh, task->options->center, star)
+                                         : srnf_star_kernel_within(task->mesh, task->context, star);
     if (status == SRNF_ENUMERIC && task->options->parameterization != SRNF_PARAMETERIZATION_STAR) {
         status = srnf_star_at(task->mesh, task->report->centroid, star);
     }

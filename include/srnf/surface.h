@@ -96,6 +96,8 @@ struct srnf_encode_options {
     double center[3];
     const struct srnf_mesh *sphere; /* of the route given: prepared, the same faces in the same
                                        order, vertices on a sphere of any centre and radius */
+    const struct srnf_star *kernel; /* srnf_star_kernel of the mesh, from a caller who has it;
+                                       default NULL: it is solved here */
     bool unit_area;                 /* scale to unit area; default true */
     double smoothing; /* sigma >= 0 of the heat kernel exp(-sigma l (l + 1)) on r or f; default 0 */
 };

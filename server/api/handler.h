@@ -13,6 +13,7 @@
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
 
+struct compute_prepared; /* compute/prepared.h */
 struct store_job;     /* store/job.h */
 struct store_mesh;    /* store/mesh.h */
 struct store_surface; /* store/surface.h */
@@ -121,10 +122,11 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
-/* Reads the mesh that is the body: its row, but for what the store says of it. *held: the owner has
-   it, and the row is as it is there. False when a problem was answered; the row is to be cleared in
-   any case. */
-bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row, bool *held);
+/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
+   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
+   when a problem was answered. Row and prepared mesh are to be cleared in any case. */
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
+                    struct compute_prepared *prepared, bool *held);
 /* "model/stl", ... */
 const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);

@@ -22,6 +22,7 @@
 #include "api/json_memory.h"
 #include "api/respond.h"
 #include "api/routes.h"
+#include "compute/prepared.h"
 #include "store/batch.h"
 #include "store/cohort.h"
 #include "store/holdings.h"
@@ -256,6 +257,7 @@ static void take_mesh(struct import *import, struct import_given *given)
                                   .caller = import->call->request->caller};
     struct api_response response = {0};
     struct api_call call = {.api = import->call->api, .request = &request, .response = &response};
+    struct compute_prepared prepared;
     struct store_mesh row;
     char name[NAME_SIZE], query[48];
     bool held;
@@ -267,11 +269,12 @@ static void take_mesh(struct import *import, struct import_given *given)
         request.query = query;
     }
     name_of(strrchr(given->path, '/') ? strrchr(given->path, '/') + 1 : given->path, name);
-    if (mesh_read_body(&call, name, &row, &held)) {
+    if (mesh_read_body(&call, name, &row, &prepared, &held)) {
         keep_mesh(import, &row, held, given);
     } else {
         refuse_answered(import, given->path, &response);
     }
+    compute_prepared_clear(&prepared);
     store_mesh_clear(&row);
     api_response_clear(&response);
 }

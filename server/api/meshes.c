@@ -6,8 +6,9 @@
  * second time the record is found by its id before anything is parsed. What another owner has sent
  * is parsed all the same, and is new: name, time and status tell nothing of others. A body that
  * does not parse is refused and not kept; a mesh that parses but cannot be analysed is kept, and
- * its report says why. Runs on request threads: reading is linear in the size of the body, topology
- * n log n, and the star kernel is a linear program of four unknowns.
+ * its report says why. What was prepared here is kept for the jobs that need it. Runs on request
+ * threads: reading is linear in the size of the body, topology n log n, and the star kernel is a
+ * linear program of four unknowns.
  */
 #include "api/meshes.h"
 #include "api/json_memory.h"
@@ -21,6 +22,7 @@
 
 #include "api/auth.h"
 #include "compute/compute.h"
+#include "compute/prepared.h"
 #include "jobs/memory.h"
 #include "store/digest.h"
 #include "store/holdings.h"
@@ -195,19 +197,20 @@ static bool is_told(void *user)
 /* Reading goes on until the upload is told to stop, as with memory that is refused (api.c). */
 static const struct srnf_context until_told = {.canceled = is_told};
 
-/* Parses and reports; fills the row but for its content. False when a problem was answered. */
-static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, struct store_mesh *row)
+/* Parses, prepares and reports; fills the row but for its content. False when a problem was
+   answered. */
+static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, struct store_mesh *row,
+                       struct compute_prepared *prepared)
 {
     struct srnf_mesh_read_info info = {0};
     struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct srnf_error error = {.element = -1};
-    struct srnf_mesh mesh = {0};
     bool parsed = false;
     int status;
 
     limits.context = &until_told;
-    status = srnf_mesh_read(call->request->body, call->request->body_size, format, &limits, &mesh,
-                            &info, &error);
+    status = srnf_mesh_read(call->request->body, call->request->body_size, format, &limits,
+                            &prepared->mesh, &info, &error);
     if (status < 0) {
         const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
 
@@ -223,14 +226,13 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         return false;
     }
     info.format = format;
-    status = mesh_examine(&mesh, &info, &until_told, &row->report);
+    status = mesh_examine(prepared, &info, &until_told, &row->report);
     if (status < 0) {
         (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
     }
     parsed = status == 0;
-    row->vertices = (int64_t)mesh.n_vertices;
-    row->faces = (int64_t)mesh.n_faces;
-    srnf_mesh_clear(&mesh);
+    row->vertices = (int64_t)prepared->mesh.n_vertices;
+    row->faces = (int64_t)prepared->mesh.n_faces;
     return parsed;
 }
 
@@ -240,7 +242,8 @@ static void respond_mesh(struct api_call *call, int status, const struct store_m
     respond_json(call, status, mesh_record(mesh));
 }
 
-bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row, bool *held)
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
+                    struct compute_prepared *prepared, bool *held)
 {
     const struct api_request *request = call->request;
     const struct store_owner owner = call_owner(call);
@@ -249,6 +252,7 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
     char id[STORE_ID_MAX];
 
     *row = (struct store_mesh){0};
+    *prepared = (struct compute_prepared){.kernel_known = false};
     *held = false;
     if (request->body_size == 0) {
         (void)problem_respond(call, "unparsable-mesh", "The body is empty.");
@@ -273,28 +277,33 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
         (void)problem_respond(call, "out-of-memory", "The record could not be allocated.");
         return false;
     }
-    return parse_mesh(call, format, row);
+    return parse_mesh(call, format, row, prepared);
 }
 
 void meshes_create(struct api_call *call)
 {
     struct store *store = call->api->config.store;
+    struct compute_prepared prepared = {.kernel_known = false};
     struct store_mesh row = {0};
     char name[NAME_SIZE];
     bool held, created = false;
     int status;
 
-    if (!choose_name(call, name) || !mesh_read_body(call, name, &row, &held)) {
+    if (!choose_name(call, name) || !mesh_read_body(call, name, &row, &prepared, &held)) {
         goto out;
     }
     status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
                   : store_mesh_put(store, &row, call->request->body, &created);
     if (status == 0) {
+        if (!held) {
+            compute_prepared_keep(call->api->config.jobs, store, row.owner.name, row.id, &prepared);
+        }
         respond_mesh(call, created ? 201 : 200, &row);
     } else {
         (void)problem_respond_store(call, status, NULL, "keeping the mesh");
     }
 out:
+    compute_prepared_clear(&prepared);
     store_mesh_clear(&row);
 }
 

@@ -15,13 +15,13 @@ void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_
 
 /*
  * The report of a mesh, as JSON text, with its topology, size, repairs and star-shapedness.
- *   mesh    [in/out] is repaired as srnf_mesh_prepare does
+ *   mesh    [in/out] as it was read: is prepared (compute_prepare)
  *   info    [in]     of its reader; NULL where none read it
  *   context [in]     asked whether to go on
  *   text    [out]    malloc; NULL on failure
  * Returns 0, or SRNF_ENOMEM, SRNF_ECANCELED and what srnf_mesh_prepare returns.
  */
-int mesh_examine(struct srnf_mesh *mesh, const struct srnf_mesh_read_info *info,
+int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
                  const struct srnf_context *context, char **text);
 
 /* A mesh to be kept. */

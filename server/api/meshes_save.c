@@ -15,6 +15,7 @@
 
 #include "api/json_memory.h"
 #include "compute/compute.h"
+#include "compute/prepared.h"
 #include "store/digest.h"
 #include "store/mesh.h"
 #include "store/store.h"
@@ -39,30 +40,25 @@ static void add_degenerate(struct srnf_mesh_report *report)
     report->n_problems = 1;
 }
 
-int mesh_examine(struct srnf_mesh *mesh, const struct srnf_mesh_read_info *info,
+int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
                  const struct srnf_context *context, char **text)
 {
     struct srnf_mesh_report report;
-    struct srnf_star star;
-    bool have_star = false;
     json_t *document;
-    int status = srnf_mesh_prepare_within(mesh, true, context, &report);
+    int kernel, status = compute_prepare(mesh, context, &kernel);
 
     *text = NULL;
     if (status < 0) {
         return status;
     }
-    if (report.n_problems == 0) {
-        status = srnf_star_kernel_within(mesh, context, &star);
-        if (status == SRNF_ENOMEM || status == SRNF_ECANCELED) {
-            return status;
-        }
-        have_star = status == 0;
-        if (status == SRNF_EDEGENERATE) {
-            add_degenerate(&report);
-        }
+    if (kernel == SRNF_ENOMEM || kernel == SRNF_ECANCELED) {
+        return kernel;
     }
-    document = mesh_report_json(&report, have_star ? &star : NULL, info);
+    report = mesh->report;
+    if (kernel == SRNF_EDEGENERATE) {
+        add_degenerate(&report);
+    }
+    document = mesh_report_json(&report, mesh->kernel_known ? &mesh->kernel : NULL, info);
     *text = json_memory_dumps(document, JSON_COMPACT);
     json_decref(document);
     return *text ? 0 : SRNF_ENOMEM;
@@ -74,19 +70,19 @@ static int row_of(const struct srnf_buffer *bytes, const struct srnf_context *co
 {
     struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct srnf_mesh_read_info info = {0};
-    struct srnf_mesh mesh = {0};
+    struct compute_prepared mesh = {.kernel_known = false};
     int status;
 
     limits.context = context;
-    status = srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh, &info, NULL);
+    status = srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh.mesh, &info, NULL);
     if (status >= 0) {
         status = mesh_examine(&mesh, &info, context, &row->report);
     }
-    row->vertices = (int64_t)mesh.n_vertices;
-    row->faces = (int64_t)mesh.n_faces;
+    row->vertices = (int64_t)mesh.mesh.n_vertices;
+    row->faces = (int64_t)mesh.mesh.n_faces;
     row->bytes = (int64_t)bytes->size;
     row->created_ms = store_now_ms();
-    srnf_mesh_clear(&mesh);
+    compute_prepared_clear(&mesh);
     return status;
 }
 

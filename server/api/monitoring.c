@@ -203,6 +203,7 @@ static void measure_store(struct api *api, struct metrics *now)
     metrics_set(now, METRIC_STORE_BYTES, METRIC_LABELS("database"), (double)usage.database);
     metrics_set(now, METRIC_STORE_BYTES, METRIC_LABELS("wal"), (double)usage.log);
     metrics_set(now, METRIC_STORE_BYTES, METRIC_LABELS("blobs"), (double)usage.blobs);
+    metrics_set(now, METRIC_STORE_BYTES, METRIC_LABELS("prepared"), (double)usage.prepared);
     metrics_set(now, METRIC_STORE_FREE, NULL, (double)usage.free);
 }
 

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "compute/encode.h"
+#include "compute/prepared.h"
 
 /* The series of a warp between routes has the degree of the surfaces, and this at least: a higher
    one follows the faces of the mesh, which the surfaces do not (bench_routes). */
@@ -162,8 +163,7 @@ static int end_open(struct bridge *b, const struct compute_origin *origin, size_
     const struct srnf_context *context = jobs_run_context(b->run);
     struct end *end = &b->ends[i];
     size_t degree = srnf_sht_degree(b->sht);
-    struct srnf_mesh mesh = {0};
-    struct srnf_mesh_report report;
+    struct compute_prepared prepared;
     struct srnf_encoded encoded = {0};
     int status;
 
@@ -174,11 +174,11 @@ static int end_open(struct bridge *b, const struct compute_origin *origin, size_
     status = encode_again(b->run, context, origin, degree, &encoded, &end->doubt, b->result);
     if (status == SRNF_OK) {
         end->area = end->encoded = encoded.coefficients;
-        status = compute_mesh_load(b->run, origin->mesh, false, &mesh, &report, b->result);
+        status = compute_prepared_load(b->run, origin->mesh, "", false, &prepared, b->result);
     }
     if (status == SRNF_OK) {
-        status = join_routes(&mesh, &report, context, degree, end);
-        srnf_mesh_clear(&mesh);
+        status = join_routes(&prepared.mesh, &prepared.report, context, degree, end);
+        compute_prepared_clear(&prepared);
     }
     return status;
 }

@@ -1,12 +1,10 @@
 /*
- * encode.c - reads a stored mesh again and encodes it, or finds that it was done before.
+ * encode.c - encodes a stored mesh, or finds that it was done before.
  *
  * An encoding is kept for the jobs that need it later (jobs/encodings.c), whatever process they
- * are of, as long as owner, build and all options are the same; so a mesh is read once for each.
- * Otherwise it is parsed and prepared afresh: the store keeps the original bytes only, and reading
- * 6,000 faces takes a few milliseconds. Parsing was found possible at the upload, so a failure
- * here means other limits or damage, and is reported like any other. What is repaired in a mesh is
- * repaired in its sphere too, so that the two still correspond. Every encoding is judged, whoever
+ * are of, as long as owner, build and all options are the same. Otherwise it is made from the mesh
+ * as that was prepared at its upload (compute/prepared.c). What is repaired in a mesh is repaired
+ * in its sphere too, so that the two still correspond. Every encoding is judged, whoever
  * wants it (core/surface/judge.c): one that has become another shape fails the job, a poor one
  * becomes a doubt of the run, which its results tell (process_finish), or of the caller.
  */
@@ -17,76 +15,7 @@
 #include <string.h>
 
 #include "compute/compute.h"
-#include "store/mesh.h"
-
-/* A stored mesh, read, and mirrored if asked for; to be cleared when this returns 0. */
-static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                struct jobs_result *result)
-{
-    struct store *store = jobs_run_store(run);
-    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
-    struct store_mesh row = {0};
-    struct srnf_error error = {0};
-    unsigned char *bytes = NULL;
-    size_t size = 0;
-    int status = store_mesh_get(store, id, &row);
-
-    if (status == 0) {
-        status = store_mesh_content(store, id, &bytes, &size);
-    }
-    if (status) {
-        status = compute_fail_store(result, status, id);
-        goto out;
-    }
-    limits.context = jobs_run_context(run);
-    status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row.format), &limits, mesh,
-                            NULL, &error);
-    if (status == 0 && mirror) {
-        srnf_mesh_mirror(mesh);
-    }
-    if (status < 0) {
-        srnf_mesh_clear(mesh);
-        status = compute_fail(result, status, &error, id);
-    }
-out:
-    free(bytes);
-    store_mesh_clear(&row);
-    return status;
-}
-
-int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                      struct srnf_mesh_report *report, struct jobs_result *result)
-{
-    int status = load(run, id, mirror, mesh, result);
-
-    if (status == 0) {
-        status = srnf_mesh_prepare_within(mesh, true, jobs_run_context(run), report);
-        if (status < 0) {
-            srnf_mesh_clear(mesh);
-            status = compute_fail(result, status, NULL, id);
-        }
-    }
-    return status;
-}
-
-/* The mesh, and the sphere if there is one, prepared; to be cleared whatever this returns. */
-static int load_prepared(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                         struct srnf_mesh *mesh, struct srnf_mesh *sphere,
-                         struct srnf_mesh_report *report, struct jobs_result *result)
-{
-    int status = load(run, inputs->mesh, inputs->mirror, mesh, result);
-
-    if (status == 0 && inputs->sphere[0]) {
-        status = load(run, inputs->sphere, inputs->mirror, sphere, result);
-    }
-    if (status) {
-        return status;
-    }
-    status = inputs->sphere[0]
-                 ? srnf_mesh_prepare_pair_within(mesh, sphere, jobs_run_context(run), report)
-                 : srnf_mesh_prepare_within(mesh, true, jobs_run_context(run), report);
-    return status < 0 ? compute_fail(result, status, NULL, inputs->mesh) : 0;
-}
+#include "compute/prepared.h"
 
 /* Is the surface still the mesh? If not the job fails; if just about, there is a doubt. */
 static int judge(const struct compute_encode_inputs *inputs, const struct srnf_mesh_report *report,
@@ -126,20 +55,21 @@ static int make(struct jobs_run *run, const struct srnf_context *context,
                 struct compute_doubt *doubt, struct jobs_result *result)
 {
     struct srnf_encode_options options = inputs->options;
-    struct srnf_mesh mesh = {0}, sphere = {0};
-    struct srnf_mesh_report report;
+    struct compute_prepared prepared;
     struct srnf_error error = {0};
-    int status = load_prepared(run, inputs, &mesh, &sphere, &report, result);
+    int status =
+        compute_prepared_load(run, inputs->mesh, inputs->sphere, inputs->mirror, &prepared, result);
 
-    options.sphere = inputs->sphere[0] ? &sphere : NULL;
+    options.sphere = inputs->sphere[0] ? &prepared.sphere : NULL;
+    options.kernel = prepared.kernel_known ? &prepared.kernel : NULL;
     if (inputs->mirror) {
         options.center[0] = 0.0 - options.center[0];
     }
     if (status == 0) {
-        status = srnf_encode(&mesh, &report, &options, context, encoded, &error);
+        status = srnf_encode(&prepared.mesh, &prepared.report, &options, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
         if (status == 0) {
-            status = judge(inputs, &report, encoded, doubt, result);
+            status = judge(inputs, &prepared.report, encoded, doubt, result);
             if (status) {
                 srnf_free(encoded->coefficients);
                 *encoded = (struct srnf_encoded){0};
@@ -150,8 +80,7 @@ static int make(struct jobs_run *run, const struct srnf_context *context,
         encoded->origin[0] = 0.0 - encoded->origin[0];
         encoded->star.center[0] = 0.0 - encoded->star.center[0];
     }
-    srnf_mesh_clear(&sphere);
-    srnf_mesh_clear(&mesh);
+    compute_prepared_clear(&prepared);
     return status;
 }
 
@@ -216,7 +145,8 @@ static void keep(struct jobs_run *run, const struct compute_encode_inputs *input
         kept.encoded.coefficients = NULL;
         memcpy(value, &kept, sizeof kept);
         memcpy(value + sizeof kept, encoded->coefficients, bytes);
-        jobs_run_encoding_keep(run, inputs->mesh, options, value, sizeof kept + bytes);
+        jobs_run_encoding_keep(run, inputs->mesh, inputs->sphere, options, value,
+                               sizeof kept + bytes);
         free(value);
     }
 }

@@ -20,13 +20,8 @@ struct compute_encode_inputs {
                                     not use the encoding after all; NULL: into the run */
 };
 
-/* A stored mesh, read, mirrored if asked for, and prepared as at its upload; srnf_mesh_clear when
-   this returns 0. Otherwise a negative status with the problem in result. */
-int compute_mesh_load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                      struct srnf_mesh_report *report, struct jobs_result *result);
-
 /*
- * Reads the mesh, and the sphere if there is one, prepares them as at their upload and encodes.
+ * Encodes the mesh as it was prepared at its upload, or together with its sphere.
  * What comes of it is judged: the problem encoding-unfaithful, or a doubt of the run.
  *   context [in]  of the run's user: whom to tell of progress
  *   encoded [out] coefficients are owned by the caller (srnf_free); untouched on failure. Of a

@@ -44,14 +44,19 @@ bool jobs_run_encoding_recall(struct jobs_run *run, const char *mesh, const char
     return found;
 }
 
-void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *options,
-                            const void *value, size_t size)
+void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *sphere,
+                            const char *options, const void *value, size_t size)
 {
     const struct jobs_config *config = &run->jobs->config;
     char name[65];
 
     if (config->kept_encodings > 0 && name_of(run, mesh, options, name)) {
-        (void)store_encoding_put(config->store, name, mesh, value, size,
+        (void)store_encoding_put(config->store, name, mesh, sphere, value, size,
                                  (int64_t)config->kept_encodings);
     }
+}
+
+void jobs_run_mesh_read(struct jobs_run *run, bool kept)
+{
+    metrics_add(run->jobs->config.metrics, METRIC_MESHES, METRIC_LABELS(kept ? "kept" : "made"), 1);
 }

@@ -38,6 +38,11 @@ size_t jobs_worker_count(const struct jobs *jobs)
     return jobs->n_workers;
 }
 
+const char *jobs_numeric_build(const struct jobs *jobs)
+{
+    return jobs->config.numeric_build ? jobs->config.numeric_build : "";
+}
+
 size_t jobs_memory_limit(const struct jobs *jobs)
 {
     return jobs->config.job_memory;

@@ -112,6 +112,8 @@ int jobs_places(struct jobs *jobs, bool (*visit)(void *user, const char *id, siz
                 void *user);
 
 size_t jobs_worker_count(const struct jobs *jobs);
+/* Of this service: struct jobs_config. */
+const char *jobs_numeric_build(const struct jobs *jobs);
 /* Bytes that a job may have in use. */
 size_t jobs_memory_limit(const struct jobs *jobs);
 
@@ -159,11 +161,14 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
 void jobs_run_keep_parts(struct jobs_run *run);
 /* The encoding of a mesh that an earlier job of this owner has made with these options, which are
    any text, and with the same numeric build; value: malloc, at least size_min bytes. keep puts one
-   there: what cannot be kept is made again. */
+   there, which goes with its mesh and its sphere (an id or ""): what cannot be kept is made
+   again. */
 bool jobs_run_encoding_recall(struct jobs_run *run, const char *mesh, const char *options,
                               size_t size_min, unsigned char **value, size_t *size);
-void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *options,
-                            const void *value, size_t size);
+void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *sphere,
+                            const char *options, const void *value, size_t size);
+/* Counts a mesh that was needed: found as it was prepared, or prepared anew. */
+void jobs_run_mesh_read(struct jobs_run *run, bool kept);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge), or whose coordinates are
    coarse. */
 #define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */

@@ -85,18 +85,30 @@ int store_blobs_open(struct store *store, char *message, size_t message_size)
     return status;
 }
 
-int store_write_all(int fd, const unsigned char *bytes, size_t size)
+int store_write_bytes(int fd, const void *bytes, size_t size)
 {
+    const unsigned char *next = bytes;
+
     while (size > 0) {
-        ssize_t n = write(fd, bytes, size);
+        ssize_t n = write(fd, next, size);
 
         if (n < 0 && errno != EINTR) {
             return store_map_errno(errno);
         }
         if (n > 0) {
-            bytes += n;
+            next += n;
             size -= (size_t)n;
         }
+    }
+    return STORE_OK;
+}
+
+int store_write_all(int fd, const unsigned char *bytes, size_t size)
+{
+    int status = store_write_bytes(fd, bytes, size);
+
+    if (status != STORE_OK) {
+        return status;
     }
     return fsync(fd) == 0 ? STORE_OK : store_map_errno(errno);
 }

@@ -10,13 +10,14 @@
 #include "store/encoding.h"
 #include "store/store.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define SWEEP_EVERY 64
 
 struct put {
-    const char *name, *mesh;
+    const char *name, *mesh, *sphere;
     const void *value;
     size_t size;
     int64_t limit;
@@ -40,23 +41,41 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
 
     store_sha256_hex(checksum, put->value, put->size);
     status = store_execute(db, NULL,
-                           "INSERT INTO encoding (name, mesh, checksum, value, created_ms) "
-                           "VALUES (?, ?, ?, ?, ?) ON CONFLICT (name) DO UPDATE SET "
+                           "INSERT INTO encoding (name, mesh, sphere, checksum, value, created_ms) "
+                           "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (name) DO UPDATE SET "
                            "checksum = excluded.checksum, value = excluded.value",
-                           "tttbi", put->name, put->mesh, checksum, put->value, put->size,
-                           store_now_ms());
+                           "ttttbi", put->name, put->mesh, put->sphere[0] ? put->sphere : NULL,
+                           checksum, put->value, put->size, store_now_ms());
     if (status == STORE_OK && store->encodings++ % SWEEP_EVERY == 0) {
         status = sweep(db, put->limit);
     }
     return status;
 }
 
-int store_encoding_put(struct store *store, const char *name, const char *mesh, const void *value,
-                       size_t size, int64_t limit)
+int store_encoding_put(struct store *store, const char *name, const char *mesh, const char *sphere,
+                       const void *value, size_t size, int64_t limit)
 {
-    struct put put = {.name = name, .mesh = mesh, .value = value, .size = size, .limit = limit};
+    struct put put = {
+        .name = name, .mesh = mesh, .sphere = sphere, .value = value, .size = size, .limit = limit};
 
     return (int64_t)size > limit ? STORE_OK : store_write(store, run_put, &put);
+}
+
+static int run_drop(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const char *mesh = write->argument;
+
+    (void)store;
+    return store_execute(db, NULL, "DELETE FROM encoding WHERE mesh = ? OR sphere = ?", "tt", mesh,
+                         mesh);
+}
+
+int store_encoding_drop(struct store *store, const char *mesh)
+{
+    char id[STORE_ID_MAX];
+
+    (void)snprintf(id, sizeof id, "%s", mesh);
+    return store_write_freeing(store, run_drop, id);
 }
 
 /* The value of a row, allocated; STORE_NOT_FOUND where it does not match its checksum. */

@@ -17,6 +17,8 @@
  *
  * Cost: an index look for each that needs something, and the removal of rows.
  */
+#include "store/mesh.h"
+#include "store/prepared.h"
 #include "store/internal.h"
 #include "store/erase.h"
 
@@ -304,7 +306,16 @@ static int run_erase(struct store *store, sqlite3 *db, struct store_write *write
 
 int store_erase(struct store *store, struct store_erasure *erasure)
 {
-    return store_write_freeing(store, run_erase, erasure);
+    int status = store_write_freeing(store, run_erase, erasure);
+    size_t removed = 0;
+
+    if (status == STORE_OK && strncmp(erasure->id, "mesh-", 5) == 0) {
+        status = store_mesh_drop_derived(store, erasure->id);
+    }
+    if (status == STORE_OK && erasure->cascade) {
+        status = store_prepared_sweep(store, &removed);
+    }
+    return status;
 }
 
 int store_owner_names(struct store *store, const char *id, char (*owners)[STORE_OWNER_MAX],

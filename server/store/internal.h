@@ -67,6 +67,13 @@ struct store_readers {
 
 struct store_recent;
 
+/* Prepared meshes that are kept (prepared.c). */
+struct store_prepared {
+    int fd; /* of their folder; -1: there is none */
+    atomic_llong limit, total;
+    atomic_flag evicting;
+};
+
 struct store {
     char *directory;
     char *database; /* path of the database file */
@@ -76,6 +83,7 @@ struct store {
     struct store_writer writer;
     struct store_readers readers;
     struct store_recent *recent;
+    struct store_prepared prepared;
     size_t encodings; /* of the writer thread: how many were put (encoding.c) */
 };
 
@@ -273,8 +281,21 @@ bool store_blob_is_inline(sqlite3 *db, const char *hash);
 void store_blob_path(char path[STORE_BLOB_PATH], const char *hash);
 /* Opens the folder, making it if it is not there; -1 with errno. */
 int store_open_folder(int at, const char *name);
+int store_write_bytes(int fd, const void *bytes, size_t size);
 /* Writes all bytes and syncs them. */
 int store_write_all(int fd, const unsigned char *bytes, size_t size);
+
+/* ---- What is derived from meshes (prepared.c, encoding.c) ------------------------------------ */
+
+/* Removes the prepared meshes, or the encodings, that were made of a mesh or with it as sphere. */
+void store_prepared_drop(struct store *store, const char *mesh);
+int store_encoding_drop(struct store *store, const char *mesh);
+/* Tells of each file of a prepared mesh that is damaged or that nothing needs: a path for people,
+   and where it is. */
+void store_prepared_verify(const char *directory, sqlite3 *db,
+                           void (*found)(void *user, const char *path, int folder_fd,
+                                         const char *name),
+                           void *user);
 
 /* ---- From outside the daemon (offline.c) ----------------------------------------------------- */
 

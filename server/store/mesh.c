@@ -202,6 +202,12 @@ int store_mesh_put(struct store *store, struct store_mesh *mesh, const void *con
     return status;
 }
 
+int store_mesh_drop_derived(struct store *store, const char *id)
+{
+    store_prepared_drop(store, id);
+    return store_encoding_drop(store, id);
+}
+
 /* ---- As part of a batch ---------------------------------------------------------------------- */
 
 struct batched {

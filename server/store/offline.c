@@ -50,7 +50,7 @@ int store_open_offline(struct store *store, sqlite3 **db, const char *directory,
     int status = STORE_NOMEM;
 
     *db = NULL;
-    store->lock_fd = store->blobs_fd = -1;
+    store->lock_fd = store->blobs_fd = store->prepared.fd = -1;
     store->directory = strdup(directory);
     store->database = join(directory, STORE_DATABASE_NAME);
     (void)snprintf(message, message_size, "not enough memory");

@@ -12,6 +12,7 @@
  */
 #include "store/internal.h"
 #include "store/job.h"
+#include "store/prepared.h"
 #include "store/store.h"
 
 #include <dirent.h>
@@ -135,5 +136,5 @@ int store_sweep_files(struct store *store, size_t *removed)
     if (reader) {
         store_reader_return(store, reader);
     }
-    return status;
+    return status == STORE_OK ? store_prepared_sweep(store, removed) : status;
 }

@@ -5,6 +5,7 @@
  *   DIR/srnfd.db        the database, with its log srnfd.db-wal and index srnfd.db-shm beside it
  *   DIR/reserve         room for deletions on a full disk (reserve.c)
  *   DIR/blobs/          content-addressed files (blob.c)
+ *   DIR/prepared/       prepared meshes, which follow from the blobs (prepared.c)
  *   DIR/tokens          who may call (token.c), with tokens.lock beside it
  *
  * Order of opening: lock, blobs, database and migrations, writer thread, readers; closing goes
@@ -137,7 +138,7 @@ int store_open(struct store **out, const char *directory, char *message, size_t 
     if (!store) {
         return STORE_NOMEM;
     }
-    store->lock_fd = store->blobs_fd = -1;
+    store->lock_fd = store->blobs_fd = store->prepared.fd = -1;
     atomic_init(&store->reserve, STORE_FULL);
     store->reserve_tried_ms = INT64_MIN / 2;
     if (sodium_init() < 0) {

@@ -7,6 +7,7 @@
  * start removes, do not count.
  */
 #include "store/internal.h"
+#include "store/prepared.h"
 #include "store/usage.h"
 
 #include <stdio.h>
@@ -53,6 +54,7 @@ int store_usage(struct store *store, struct store_usage *usage)
     store_reader_return(store, reader);
     usage->database = file_size(store->database);
     usage->log = log_size(store);
+    usage->prepared = store_prepared_bytes(store);
     return status == STORE_OK ? store_free_bytes(store, &usage->free) : status;
 }
 

@@ -15,8 +15,8 @@ struct store;
 int store_probe(struct store *store);
 
 struct store_usage {
-    int64_t database, log, blobs; /* bytes */
-    int64_t free;                 /* bytes left on the file system */
+    int64_t database, log, blobs, prepared; /* bytes */
+    int64_t free;                           /* bytes left on the file system */
 };
 int store_usage(struct store *store, struct store_usage *usage);
 int store_free_bytes(struct store *store, int64_t *bytes);

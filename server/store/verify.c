@@ -6,6 +6,8 @@
  *              daemon that runs can be checkpointed meanwhile, and a blob that it drops is seen to
  *              be gone rather than missing
  *   files      each file below blobs/ is named by a row; those of blobs/tmp/ by nobody
+ *   prepared   each file below prepared/ is what it was, and of a mesh that is there. One that is
+ *              not is no damage: it is made again
  *
  * A file comes into its place a moment before its row is committed (blob.c). So while a daemon
  * runs, files younger than YOUNG_SECONDS are passed over.
@@ -207,6 +209,21 @@ static void verify_files(struct verification *v)
     }
 }
 
+/* A file of a prepared mesh that is damaged or that nothing needs: it is made again. */
+static void found_prepared(void *user, const char *path, int folder_fd, const char *name)
+{
+    struct verification *v = user;
+
+    if (v->report->in_use && is_young(folder_fd, name)) {
+        return;
+    }
+    v->report->orphans++;
+    tell(v, "orphan", "%s", path);
+    if (v->repair && unlinkat(folder_fd, name, 0) == 0) {
+        v->report->removed++;
+    }
+}
+
 /* ---- All of it ------------------------------------------------------------------------------- */
 
 static int verify_all(struct verification *v, char *message, size_t message_size)
@@ -220,6 +237,7 @@ static int verify_all(struct verification *v, char *message, size_t message_size
     status = verify_rows(v);
     if (status == STORE_OK) {
         verify_files(v);
+        store_prepared_verify(v->store.directory, v->db, found_prepared, v);
         return v->report->missing + v->report->damaged > 0 ? STORE_CORRUPT : STORE_OK;
     }
     (void)snprintf(message, message_size, "the blobs cannot be read: %s", sqlite3_errmsg(v->db));

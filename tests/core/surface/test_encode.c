@@ -391,9 +391,42 @@ static void same_result_on_any_threads(void **state)
     srnf_mesh_clear(&mesh);
 }
 
+/* ---- A kernel that is known ------------------------------------------------------------------ */
+
+/* It is taken instead of being solved: the same bits where it is that of the mesh. */
+static void a_known_kernel_is_taken(void **state)
+{
+    struct srnf_encode_options options = of_degree(8);
+    struct srnf_mesh mesh = meshes_star(12);
+    struct srnf_encoded solved, known, moved;
+    struct srnf_star kernel;
+    size_t count = 3 * srnf_coefficient_count(options.degree);
+    (void)state;
+
+    assert_int_equal(encode(&mesh, &options, NULL, &solved, NULL), SRNF_OK);
+    assert_int_equal(srnf_star_kernel(&mesh, &kernel), SRNF_OK);
+    options.kernel = &kernel;
+    assert_int_equal(encode(&mesh, &options, NULL, &known, NULL), SRNF_OK);
+    assert_memory_equal(known.coefficients, solved.coefficients, count * sizeof(double));
+    assert_memory_equal(known.star.center, solved.star.center, sizeof kernel.center);
+    srnf_free(known.coefficients);
+    kernel.center[0] += 0.25 * kernel.margin;
+    assert_int_equal(encode(&mesh, &options, NULL, &moved, NULL), SRNF_OK);
+    assert_true(moved.star.center[0] == kernel.center[0]);
+    assert_memory_not_equal(moved.coefficients, solved.coefficients, count * sizeof(double));
+    srnf_free(moved.coefficients);
+    options.center_given = true; /* the origin: a kernel has no say */
+    assert_int_equal(encode(&mesh, &options, NULL, &known, NULL), SRNF_OK);
+    assert_true(known.star.center[0] == 0.0);
+    srnf_free(known.coefficients);
+    srnf_free(solved.coefficients);
+    srnf_mesh_clear(&mesh);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_known_kernel_is_taken),
         cmocka_unit_test(spheres_anywhere),
         cmocka_unit_test(star_is_recovered_with_order_two),
         cmocka_unit_test(real_structures_fit),

@@ -38,7 +38,7 @@ static int put(struct fixture *fixture, const char *mesh, int number, size_t siz
     int status;
 
     name_of(number, name);
-    status = store_encoding_put(fixture->store, name, mesh, value, size, LIMIT);
+    status = store_encoding_put(fixture->store, name, mesh, "", value, size, LIMIT);
     free(value);
     return status;
 }

@@ -1,0 +1,225 @@
+/*
+ * prepared_files.c - all files of prepared meshes (prepared.c): which go, and which are waste.
+ */
+#include "store/prepared_files.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "store/prepared.h"
+
+bool prepared_has_meshes(sqlite3 *db, const char *name)
+{
+    bool has = true;
+
+    for (; has && prepared_is_id(name);
+         name += PREPARED_ID_LENGTH + (name[PREPARED_ID_LENGTH] == '-')) {
+        char id[STORE_ID_MAX], found[STORE_ID_MAX];
+
+        (void)snprintf(id, sizeof id, "%.*s", PREPARED_ID_LENGTH, name);
+        has = store_text(db, found, sizeof found, "SELECT id FROM mesh WHERE id = ?", id) !=
+              STORE_NOT_FOUND;
+    }
+    return has;
+}
+
+/* ---- All files ------------------------------------------------------------------------------- */
+
+void prepared_walk_folder(int at, const char *folder, prepared_visit *visit, void *user)
+{
+    int fd = openat(at, folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    DIR *entries = fd < 0 ? NULL : fdopendir(fd);
+
+    if (!entries) {
+        if (fd >= 0) {
+            close(fd);
+        }
+        return;
+    }
+    for (const struct dirent *entry; (entry = readdir(entries)) != NULL;) {
+        if (entry->d_name[0] != '.') {
+            visit(user, dirfd(entries), folder, entry->d_name);
+        }
+    }
+    closedir(entries);
+}
+
+void prepared_walk(int at, prepared_visit *visit, void *user)
+{
+    static const char digits[] = "0123456789abcdef";
+
+    for (size_t i = 0; i < 256; i++) {
+        const char folder[3] = {digits[i / 16], digits[i % 16], '\0'};
+
+        prepared_walk_folder(at, folder, visit, user);
+    }
+    prepared_walk_folder(at, PREPARED_PAIRS, visit, user);
+}
+
+bool prepared_remove(struct store *store, int folder_fd, const char *name)
+{
+    struct stat about;
+    bool removed = fstatat(folder_fd, name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+                   unlinkat(folder_fd, name, 0) == 0;
+
+    if (removed) {
+        atomic_fetch_sub(&store->prepared.total, prepared_taken((int64_t)about.st_size));
+    }
+    return removed;
+}
+
+struct file {
+    char path[PREPARED_PATH];
+    int64_t taken, used_ns;
+};
+
+struct files {
+    struct file *list;
+    size_t count, capacity;
+    int64_t total;
+};
+
+static void list_file(void *user, int folder_fd, const char *folder, const char *name)
+{
+    struct files *files = user;
+    struct stat about;
+    struct file *file;
+
+    if (fstatat(folder_fd, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+        return;
+    }
+    if (files->count == files->capacity) {
+        size_t capacity = files->capacity ? 2 * files->capacity : 256;
+        struct file *list = realloc(files->list, capacity * sizeof *list);
+
+        if (!list) {
+            return;
+        }
+        files->list = list;
+        files->capacity = capacity;
+    }
+    file = &files->list[files->count++];
+    *file = (struct file){.taken = prepared_taken((int64_t)about.st_size),
+                          .used_ns =
+                              (int64_t)about.st_mtim.tv_sec * 1000000000 + about.st_mtim.tv_nsec};
+    (void)snprintf(file->path, sizeof file->path, "%s/%.250s", folder, name);
+    files->total += file->taken;
+}
+
+static int compare_used(const void *a, const void *b)
+{
+    const struct file *x = a, *y = b;
+
+    return x->used_ns != y->used_ns ? (x->used_ns > y->used_ns) - (x->used_ns < y->used_ns)
+                                    : strcmp(x->path, y->path);
+}
+
+void prepared_evict(struct store *store)
+{
+    struct store_prepared *prepared = &store->prepared;
+    int64_t limit = atomic_load(&prepared->limit);
+    struct files files = {.list = NULL};
+
+    if (atomic_flag_test_and_set(&prepared->evicting)) {
+        return;
+    }
+    prepared_walk(prepared->fd, list_file, &files);
+    if (files.total > limit) {
+        if (files.count > 0) {
+            qsort(files.list, files.count, sizeof *files.list, compare_used);
+        }
+        for (size_t i = 0; i < files.count && files.total > limit - limit / 10; i++) {
+            if (unlinkat(prepared->fd, files.list[i].path, 0) == 0) {
+                files.total -= files.list[i].taken;
+            }
+        }
+    }
+    atomic_store(&prepared->total, files.total);
+    free(files.list);
+    atomic_flag_clear(&prepared->evicting);
+}
+
+/* ---- Those that nobody needs ----------------------------------------------------------------- */
+
+struct sweeping {
+    struct store *store;
+    sqlite3 *db;
+    size_t removed;
+};
+
+static void sweep_file(void *user, int folder_fd, const char *folder, const char *name)
+{
+    struct sweeping *sweeping = user;
+
+    (void)folder;
+    if (!prepared_is_id(name) || !prepared_has_meshes(sweeping->db, name)) {
+        sweeping->removed += prepared_remove(sweeping->store, folder_fd, name);
+    }
+}
+
+int store_prepared_sweep(struct store *store, size_t *removed)
+{
+    struct sweeping sweeping = {.store = store};
+    struct store_reader *reader = NULL;
+    int status = store->prepared.fd < 0 ? STORE_OK : store_reader_take(store, &reader);
+
+    if (reader) {
+        sweeping.db = reader->db;
+        prepared_walk(store->prepared.fd, sweep_file, &sweeping);
+        store_reader_return(store, reader);
+    }
+    *removed += sweeping.removed;
+    return status;
+}
+
+/* ---- From outside the daemon ----------------------------------------------------------------- */
+
+struct verifying {
+    sqlite3 *db;
+    void (*found)(void *user, const char *path, int folder_fd, const char *name);
+    void *user;
+};
+
+static void verify_file(void *user, int folder_fd, const char *folder, const char *name)
+{
+    const struct verifying *verifying = user;
+    int fd = openat(folder_fd, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    unsigned char *bytes = NULL;
+    char path[PREPARED_PATH];
+    size_t size;
+    int status = fd < 0 ? STORE_NOT_FOUND : prepared_read(fd, name, &bytes, &size);
+
+    free(bytes);
+    if (fd >= 0) {
+        close(fd);
+    }
+    if (status == STORE_CORRUPT || !prepared_is_id(name) ||
+        !prepared_has_meshes(verifying->db, name)) {
+        (void)snprintf(path, sizeof path, PREPARED_FOLDER "/%s/%.250s", folder, name);
+        verifying->found(verifying->user, path, folder_fd, name);
+    }
+}
+
+void store_prepared_verify(const char *directory, sqlite3 *db,
+                           void (*found)(void *user, const char *path, int folder_fd,
+                                         const char *name),
+                           void *user)
+{
+    struct verifying verifying = {.db = db, .found = found, .user = user};
+    int base = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    int fd = base < 0 ? -1 : openat(base, PREPARED_FOLDER, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+
+    if (fd >= 0) {
+        prepared_walk(fd, verify_file, &verifying);
+        close(fd);
+    }
+    if (base >= 0) {
+        close(base);
+    }
+}
