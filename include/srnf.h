@@ -49,5 +49,7 @@
 #include "srnf/typicality.h"
 #include "srnf/methods.h"
 #include "srnf/twins.h"
+#include "srnf/likeness.h"
+#include "srnf/covariates.h"
 
 #endif

@@ -24,6 +24,7 @@
 #include <math.h>
 #include <string.h>
 
+#define VARIANCE_CUT 1e-9 /* what may be missing of the variance of a model that keeps all */
 #define SUBTRACTION_MARGIN 8.0
 #define BLOCK ((size_t)64) /* points that are taken at a time */
 /* Of a product that is done between two looks at cancellation. Rows come in whole units, which BLAS
@@ -341,6 +342,17 @@ void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
         }
     }
     *residual = sqrt(sum);
+}
+
+double srnf_pca_kept_variance(const struct srnf_pca *pca, double total_variance, bool *complete)
+{
+    double kept = 0.0;
+
+    for (size_t k = 0; k < pca->components; k++) {
+        kept += pca->eigenvalues[k];
+    }
+    *complete = kept >= total_variance * (1.0 - VARIANCE_CUT);
+    return kept;
 }
 
 int srnf_pca_residuals(const struct srnf_grid *grid, const struct srnf_pca *pca,

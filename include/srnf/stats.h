@@ -102,6 +102,9 @@ struct srnf_pca {
     double *scores; /* [n][components] */
 };
 void srnf_pca_clear(struct srnf_pca *pca);
+/* Sum of the variances of its components; *complete is whether they are all there was: no more than
+   1e-9 of total_variance is missing, which rounding can be. */
+double srnf_pca_kept_variance(const struct srnf_pca *pca, double total_variance, bool *complete);
 /* max_components 0: all above rounding. registered_q: [n][3][n_theta][n_phi]. */
 SRNF_CHECKED int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const double *mean_q,
                               const double *registered_q, size_t max_components,

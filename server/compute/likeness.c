@@ -1,11 +1,8 @@
 /*
- * likeness.c - members that repeat, stand out, are mirrored or turned.
+ * likeness.c - members that repeat, stand out, are mirrored or turned: which of them are tried
+ * (core/stats/likeness.c judges).
  *
- * Of the mean of the others, m, of n - 1, a member is as far as
- *
- *     ||q_i - m||^2 = sum_j d_ij^2 / (n - 1) - sum_{j < k; j, k != i} d_jk^2 / (n - 1)^2,
- *
- * which takes the distances alone. What is beyond its robust limit (srnf_typicality_of) stands out.
+ * What is beyond its robust limit among the distances from the mean of the others stands out.
  * Whether it is mirrored or turned is asked of rigid registration at degree 8, which
  * mirror.c has found to be enough.
  */
@@ -16,10 +13,6 @@
 #include <string.h>
 
 #define MATCH_DEGREE ((size_t)8)
-#define CLEARLY 0.8 /* of the distance as it is, below which another match is much nearer */
-/* The same of turning back: shapes that look alike from two sides are not turned. */
-#define TURNED_BACK 0.5
-#define TURNED (30.0 * 3.14159265358979323846 / 180.0)
 #define NOTICED 1.1 /* times the median distance from which a member is tried */
 
 struct likeness_run {
@@ -31,16 +24,6 @@ struct likeness_run {
     double *ends; /* two surfaces at that degree */
 };
 
-bool compute_match_mirrored(const struct compute_match *match)
-{
-    return match->mirrored < CLEARLY * match->plain;
-}
-
-bool compute_match_turned(const struct compute_match *match)
-{
-    return match->angle > TURNED && match->plain < TURNED_BACK * match->unturned;
-}
-
 void compute_likeness_clear(struct compute_likeness *likeness)
 {
     srnf_free(likeness->distances);
@@ -48,13 +31,6 @@ void compute_likeness_clear(struct compute_likeness *likeness)
 }
 
 /* ---- Matches --------------------------------------------------------------------------------- */
-
-static double angle_of(const double o[9])
-{
-    double cosine = 0.5 * (o[0] + o[4] + o[8] - 1.0);
-
-    return acos(fmax(-1.0, fmin(1.0, cosine)));
-}
 
 /* Of what stands in ends; angle and unturned may be NULL. */
 static int match_ends(const struct likeness_run *l, double *distance, double *unturned,
@@ -74,7 +50,7 @@ static int match_ends(const struct likeness_run *l, double *distance, double *un
     *distance = registration.distance;
     if (unturned) {
         *unturned = registration.distance_before;
-        *angle = angle_of(registration.rotation);
+        *angle = srnf_rotation_angle(registration.rotation);
     }
     srnf_registration_clear(&registration);
     return 0;
@@ -99,86 +75,14 @@ static int match(const struct likeness_run *l, size_t i, size_t j, double share,
     if (status < 0) {
         return status;
     }
-    match->plain += share * plain;
-    match->mirrored += share * mirrored;
-    match->unturned += share * unturned;
-    match->angle = angle < match->angle ? angle : match->angle;
+    match->match.plain += share * plain;
+    match->match.mirrored += share * mirrored;
+    match->match.unturned += share * unturned;
+    match->match.angle = angle < match->match.angle ? angle : match->match.angle;
     return 0;
 }
 
 /* ---- Members --------------------------------------------------------------------------------- */
-
-/* The member of a class (or of all: classes NULL) that is nearest to the others of it, of those
-   that are not taken; n where there is none. */
-static size_t find_medoid(const struct compute_likeness_inputs *inputs, const size_t *classes,
-                          size_t which, const bool *taken)
-{
-    size_t n = inputs->group->n, best = n;
-    double least = INFINITY;
-
-    for (size_t i = 0; i < n; i++) {
-        double sum = 0.0;
-
-        if ((classes && classes[i] != which) || (taken && taken[i])) {
-            continue;
-        }
-        for (size_t j = 0; j < n; j++) {
-            sum += !classes || classes[j] == which ? inputs->pairs[i * n + j] : 0.0;
-        }
-        if (sum < least) {
-            least = sum;
-            best = i;
-        }
-    }
-    return best;
-}
-
-/* values: [n] distances to the mean of the others. */
-static void measure_distances(size_t n, const double *pairs, double *values)
-{
-    double all = 0.0;
-
-    for (size_t i = 0; i < n; i++) {
-        values[i] = 0.0;
-        for (size_t j = 0; j < n; j++) {
-            values[i] += pairs[i * n + j] * pairs[i * n + j];
-        }
-        all += 0.5 * values[i];
-    }
-    for (size_t i = 0; i < n; i++) {
-        double others = (double)(n - 1);
-        double square = values[i] / others - (all - values[i]) / (others * others);
-
-        values[i] = square > 0.0 ? sqrt(square) : 0.0;
-    }
-}
-
-/* Each member's distance against those of the others. */
-static int judge_members(const struct compute_likeness_inputs *inputs,
-                         struct compute_likeness *likeness)
-{
-    size_t n = inputs->group->n;
-    double *values = srnf_alloc(n, 2 * sizeof(double));
-    double *others;
-    int status = 0;
-
-    likeness->distances = srnf_alloc(n, sizeof *likeness->distances);
-    if (!values || !likeness->distances) {
-        status = SRNF_ENOMEM;
-        goto out;
-    }
-    others = values + n;
-    measure_distances(n, inputs->pairs, values);
-    for (size_t i = 0; i < n && status == 0; i++) {
-        memcpy(others, values, i * sizeof(double));
-        memcpy(others + i, values + i + 1, (n - i - 1) * sizeof(double));
-        status = srnf_typicality_of(SRNF_TRAIT_DISTANCE, n - 1, others, NULL, values[i],
-                                    SRNF_TYPICAL_ALPHA_GROUP, &likeness->distances[i]);
-    }
-out:
-    srnf_free(values);
-    return status;
-}
 
 static double median_distance(const struct compute_likeness *likeness)
 {
@@ -223,7 +127,8 @@ static int match_members(const struct likeness_run *l, struct compute_likeness *
             break;
         }
         taken[i] = true;
-        *m = (struct compute_match){.first = likeness->medoid, .second = i, .angle = INFINITY};
+        *m =
+            (struct compute_match){.first = likeness->medoid, .second = i, .match.angle = INFINITY};
         status = match(l, likeness->medoid, i, 1.0, m, error);
         likeness->n_members++;
     }
@@ -240,7 +145,7 @@ static void choose_members(const struct compute_likeness_inputs *inputs,
 
     for (size_t c = 0; c < inputs->n_classes; c++) {
         for (size_t k = 0; k < LIKENESS_OF_CLASS; k++) {
-            chosen[c][k] = find_medoid(inputs, inputs->classes, c, taken);
+            chosen[c][k] = srnf_medoid(inputs->group->n, inputs->pairs, inputs->classes, c, taken);
             if (chosen[c][k] < inputs->group->n) {
                 taken[chosen[c][k]] = true;
             }
@@ -263,7 +168,7 @@ static int match_classes(const struct likeness_run *l, struct compute_likeness *
             while (count < LIKENESS_OF_CLASS && chosen[a][count] < n && chosen[b][count] < n) {
                 count++;
             }
-            *m = (struct compute_match){.first = a, .second = b, .angle = INFINITY};
+            *m = (struct compute_match){.first = a, .second = b, .match.angle = INFINITY};
             for (size_t k = 0; k < count && status == 0; k++) {
                 status = match(l, chosen[a][k], chosen[b][k], 1.0 / (double)count, m, error);
             }
@@ -310,9 +215,11 @@ int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs 
 
     *likeness = (struct compute_likeness){.n = n};
     status = srnf_twins_find(n, inputs->pairs, inputs->subjects, inputs->classes, &likeness->twins);
-    likeness->medoid = find_medoid(inputs, NULL, 0, NULL);
+    likeness->medoid = srnf_medoid(n, inputs->pairs, NULL, 0, NULL);
     if (status == 0 && n >= LIKENESS_MEMBERS_MIN && likeness->medoid < n) {
-        status = judge_members(inputs, likeness);
+        likeness->distances = srnf_alloc(n, sizeof *likeness->distances);
+        status = likeness->distances ? srnf_members_judge(n, inputs->pairs, likeness->distances)
+                                     : SRNF_ENOMEM;
         status = status ? status : match_all(run, inputs, likeness, &error);
     }
     if (status) {

@@ -25,10 +25,7 @@ struct compute_likeness_inputs {
 /* Rigid matches of `first` with `second`, members or classes; of classes the means of several. */
 struct compute_match {
     size_t first, second;
-    double plain;    /* distance, rotated as it is best */
-    double mirrored; /* the same with one of them mirrored; plain where that was not tried */
-    double unturned; /* not rotated */
-    double angle;    /* of the rotation of the values, radians; the least of several */
+    struct srnf_match match; /* mirrored is plain where that was not tried */
 };
 
 struct compute_likeness {
@@ -50,10 +47,5 @@ struct compute_likeness {
 int compute_likeness(struct jobs_run *run, const struct compute_likeness_inputs *inputs,
                      struct compute_likeness *likeness, struct jobs_result *result);
 void compute_likeness_clear(struct compute_likeness *likeness);
-
-/* The mirrored match is much nearer. */
-bool compute_match_mirrored(const struct compute_match *match);
-/* The two are turned against each other by more than 30 degrees, and much nearer turned back. */
-bool compute_match_turned(const struct compute_match *match);
 
 #endif

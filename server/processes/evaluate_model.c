@@ -74,9 +74,8 @@ static const struct process_output outputs[] = {
 };
 
 #define COPIES 6 /* fields of each surface: those of the mean, points, and a copy for the Gram */
-#define COMPONENTS 10     /* of the curves, unless more are asked for */
-#define VARIANCE_CUT 1e-9 /* what may be missing of the variance of a model that keeps all */
-#define SHARE_MEAN 40.0   /* percent of the job that the mean is */
+#define COMPONENTS 10   /* of the curves, unless more are asked for */
+#define SHARE_MEAN 40.0 /* percent of the job that the mean is */
 
 /* ---- Inputs ---------------------------------------------------------------------------------- */
 
@@ -295,12 +294,10 @@ static int check_complete(const struct compute_model *model, double total_varian
                           struct jobs_result *result)
 {
     struct srnf_error error = {.status = SRNF_EINVAL, .element = -1};
-    double kept = 0.0;
+    bool complete;
+    double kept = srnf_pca_kept_variance(&model->pca, total_variance, &complete);
 
-    for (size_t k = 0; k < model->pca.components; k++) {
-        kept += model->pca.eigenvalues[k];
-    }
-    if (kept >= total_variance * (1.0 - VARIANCE_CUT)) {
+    if (complete) {
         return 0;
     }
     (void)snprintf(error.message, sizeof error.message,

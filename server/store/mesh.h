@@ -42,8 +42,8 @@ int store_mesh_get_as(struct store *store, const char *owner, const char *id,
 int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size);
 void store_mesh_clear(struct store_mesh *mesh);
 /* Drops all that the service has derived from a mesh, for whomever: prepared meshes and encodings
-   of it, and those of others with it as their sphere. For after the deletion of a mesh, once that is
-   committed: from then on nothing more is kept of it. */
+   of it, and those of others with it as their sphere. For after the deletion of a mesh, once that
+   is committed: from then on nothing more is kept of it. */
 int store_mesh_drop_derived(struct store *store, const char *id);
 /* Newest first: see store_page. */
 int store_mesh_list(struct store *store, const struct store_page *page,

@@ -1,23 +1,15 @@
 /*
- * covariates.c - see covariates.h.
- *
- * Columns are made orthogonal one after another (Gram and Schmidt, twice each). What is left of a
- * column, over what it had about its mean, is its tolerance; 1 over that is the variance inflation
- * factor (Marquardt 1970): by so much the variance of its effect is larger than without the
- * others. Only that of the group matters to the test; covariates may follow each other as they
- * like, as long as none of them adds nothing at all.
+ * covariates.c - see covariates.h. The formulas are those of core/stats/covariates.c.
  */
 #include "toolkit/covariates.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "api/cohorts.h"
 #include "api/warnings.h"
 
 #define NAMES_SHOWN 240
-#define DEPENDENT 1e-8        /* of a column's length: rounding */
 #define INFLATION_WARNED 10.0 /* the usual rule of thumb */
 
 /* The names of all covariates that any member has, for a sentence. */
@@ -152,129 +144,47 @@ const struct input_own covariates_names = {
 
 /* ---- What they leave of the groups ----------------------------------------------------------- */
 
-static double dot(size_t n, const double *a, const double *b)
-{
-    double sum = 0.0;
-
-    for (size_t i = 0; i < n; i++) {
-        sum += a[i] * b[i];
-    }
-    return sum;
-}
-
-/* Takes the parts along m orthonormal columns away from a column. Returns the length left. */
-static double reduce(size_t n, const double *basis, size_t m, double *column)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t j = 0; j < m; j++) {
-            double along = dot(n, basis + j * n, column);
-
-            for (size_t i = 0; i < n; i++) {
-                column[i] -= along * basis[j * n + i];
-            }
-        }
-    }
-    return sqrt(dot(n, column, column));
-}
-
-static void scale(size_t n, double factor, double *column)
-{
-    for (size_t i = 0; i < n; i++) {
-        column[i] *= factor;
-    }
-}
-
 void covariates_check(struct process_inputs *inputs, const json_t *names, const json_t *values)
 {
-    size_t m = json_array_size(values), n = json_array_size(json_array_get(values, 0)), kept = 1;
-    double *basis = n ? srnf_alloc((m + 1) * n, sizeof *basis) : NULL;
+    size_t m = json_array_size(values), n = json_array_size(json_array_get(values, 0));
+    double *columns = m > 0 && n > 0 ? srnf_alloc(m * n, sizeof *columns) : NULL;
+    enum srnf_covariate *verdicts = columns ? srnf_alloc(m, sizeof *verdicts) : NULL;
 
-    for (size_t i = 0; basis && i < n; i++) {
-        basis[i] = 1.0 / sqrt((double)n);
+    for (size_t k = 0; verdicts && k < m * n; k++) {
+        columns[k] = json_number_value(json_array_get(json_array_get(values, k / n), k % n));
     }
-    for (size_t j = 0; basis && j < m; j++) {
+    if (!verdicts || srnf_covariates_check(m, n, columns, verdicts)) {
+        goto out; /* without memory the comparison itself says so */
+    }
+    for (size_t j = 0; j < m; j++) {
         const char *name = json_string_value(json_array_get(names, j));
-        double *column = basis + kept * n, largest = 0.0, left, about_mean;
         char pointer[64];
 
-        for (size_t i = 0; i < n; i++) {
-            column[i] = json_number_value(json_array_get(json_array_get(values, j), i));
-            largest = fmax(largest, fabs(column[i]));
-        }
-        scale(n, largest > 0.0 ? 1.0 / largest : 1.0, column);
-        about_mean = reduce(n, basis, 1, column);
-        left = reduce(n, basis, kept, column);
         (void)snprintf(pointer, sizeof pointer, "/inputs/covariates/%zu", j);
-        if (!(about_mean > DEPENDENT)) {
+        if (verdicts[j] == SRNF_COVARIATE_CONSTANT) {
             problem_add(inputs->list, pointer,
                         "\"%.60s\" is the same for all members: leave it out", name ? name : "");
-        } else if (!(left > DEPENDENT * about_mean)) {
+        } else if (verdicts[j] == SRNF_COVARIATE_FOLLOWS) {
             problem_add(inputs->list, pointer,
                         "\"%.60s\" follows from the covariates before it: leave it out",
                         name ? name : "");
-        } else {
-            scale(n, 1.0 / left, column);
-            kept++;
         }
     }
-    srnf_free(basis);
-}
-
-/* Columns of subjects: the mean of covariate j, or the group where j is m, over the members of
-   each. Those of members that are not the first of their subject stay 0. */
-static void fill_column(size_t n, size_t m, size_t j, const size_t *subjects, const int *group,
-                        const double *covariates, double *count, double *column)
-{
-    memset(column, 0, n * sizeof *column);
-    memset(count, 0, n * sizeof *count);
-    for (size_t i = 0; i < n; i++) {
-        column[subjects[i]] += j == m ? (double)group[i] : covariates[i * m + j];
-        count[subjects[i]] += 1.0;
-    }
-    for (size_t i = 0; i < n; i++) {
-        column[i] = count[i] > 0.0 ? column[i] / count[i] : 0.0;
-    }
+out:
+    srnf_free(verdicts);
+    srnf_free(columns);
 }
 
 void covariates_warn(json_t *warnings, const json_t *names, size_t n, const size_t *subjects,
                      const int *group, const double *covariates)
 {
-    size_t m = json_array_size(names), kept = 1, closest = 0;
-    double *basis = m ? srnf_alloc((m + 4) * n, sizeof *basis) : NULL;
-    double *target = basis ? basis + (m + 1) * n : NULL, *count = basis ? target + n : NULL;
-    double *centred = basis ? count + n : NULL, largest = 0.0, length, left;
-    size_t n_subjects = 0;
+    size_t m = json_array_size(names), closest;
+    double inflation;
 
-    if (!basis) {
-        return;
-    }
-    for (size_t i = 0; i < n; i++) {
-        n_subjects += subjects[i] == i;
-    }
-    for (size_t i = 0; i < n; i++) {
-        basis[i] = subjects[i] == i ? 1.0 / sqrt((double)n_subjects) : 0.0;
-    }
-    fill_column(n, m, m, subjects, group, covariates, count, centred);
-    length = reduce(n, basis, 1, centred);
-    memcpy(target, centred, n * sizeof *target);
-    for (size_t j = 0; j < m; j++) {
-        double *column = basis + kept * n, about_mean, alike;
-
-        fill_column(n, m, j, subjects, group, covariates, count, column);
-        about_mean = reduce(n, basis, 1, column);
-        alike = about_mean > 0.0 ? fabs(dot(n, column, centred)) / about_mean : 0.0;
-        closest = alike > largest ? j : closest;
-        largest = fmax(largest, alike);
-        left = reduce(n, basis, kept, column);
-        if (left > DEPENDENT * about_mean) {
-            scale(n, 1.0 / left, column);
-            kept++;
-        }
-    }
-    left = reduce(n, basis, kept, target);
-    if (left > 0.0 && (length / left) * (length / left) >= INFLATION_WARNED) {
+    if (m > 0 &&
+        srnf_covariates_inflation(n, subjects, group, m, covariates, &inflation, &closest) == 0 &&
+        inflation >= INFLATION_WARNED && isfinite(inflation)) {
         const char *name = json_string_value(json_array_get(names, closest));
-        double inflation = (length / left) * (length / left);
 
         warning_add(
             warnings, "covariates-collinear",
@@ -286,5 +196,4 @@ void covariates_warn(json_t *warnings, const json_t *names, size_t n, const size
             "or take subjects in whom it does not go with the group.",
             name ? name : "", inflation, 1.0 / inflation);
     }
-    srnf_free(basis);
 }

@@ -56,8 +56,8 @@ static void warn_far(const struct compute_likeness *likeness, const struct group
         const struct compute_match *match = match_of(likeness, i);
         char name[128];
 
-        if (!t->far || (match && compute_match_mirrored(match)) ||
-            (match && !doubts->rotates && compute_match_turned(match))) {
+        if (!t->far || (match && srnf_match_is_mirrored(&match->match)) ||
+            (match && !doubts->rotates && srnf_match_is_turned(&match->match))) {
             continue;
         }
         name_member(name, i, labels);
@@ -77,11 +77,11 @@ static void warn_mirrored(const struct compute_match *match, const char *first, 
 {
     warning_add(warnings, "mirror-images",
                 json_pack("{s:I, s:I, s:o, s:o}", "first", (json_int_t)match->first, "second",
-                          (json_int_t)match->second, "distance", json_finite(match->plain),
-                          "mirrored", json_finite(match->mirrored)),
+                          (json_int_t)match->second, "distance", json_finite(match->match.plain),
+                          "mirrored", json_finite(match->match.mirrored)),
                 "%s looks like a mirror image: rigidly matched with %s it would be %.3g away "
                 "mirrored, and is %.3g as it is. %s",
-                second, first, match->mirrored, match->plain, advice);
+                second, first, match->match.mirrored, match->match.plain, advice);
 }
 
 /* Names may have told of two sides before. */
@@ -103,7 +103,7 @@ static bool of_class(const struct compute_likeness *likeness)
     bool mirrored = false;
 
     for (size_t k = 0; k < likeness->n_classes; k++) {
-        mirrored = mirrored || compute_match_mirrored(&likeness->classes[k]);
+        mirrored = mirrored || srnf_match_is_mirrored(&likeness->classes[k].match);
     }
     return mirrored;
 }
@@ -115,7 +115,7 @@ static void warn_members(const struct compute_likeness *likeness, const json_t *
         const struct compute_match *match = &likeness->members[k];
         char name[128], medoid[128];
 
-        if (!compute_match_mirrored(match) || of_class(likeness)) {
+        if (!srnf_match_is_mirrored(&match->match) || of_class(likeness)) {
             continue;
         }
         name_member(name, match->second, labels);
@@ -140,12 +140,12 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
     for (size_t k = 0; k < likeness->n_members; k++) {
         const struct compute_match *match = &likeness->members[k];
 
-        if (compute_match_turned(match)) {
-            most = most && most->angle >= match->angle ? most : match;
+        if (srnf_match_is_turned(&match->match)) {
+            most = most && most->match.angle >= match->match.angle ? most : match;
             count++;
             (void)json_array_append_new(members,
                                         json_pack("{s:I, s:f}", "member", (json_int_t)match->second,
-                                                  "angle", DEGREES * match->angle));
+                                                  "angle", DEGREES * match->match.angle));
         }
     }
     if (!most || (count == 1 && is_told(warnings, "pose-differs"))) { /* by its angle */
@@ -163,8 +163,8 @@ static bool warn_poses(const struct compute_likeness *likeness, const json_t *la
         "poses, in space or in their parameterization. %s matches %s turned by about %.0f "
         "degrees, and is then %.3g from it instead of %.3g. Bring all into one pose, or let "
         "rotations be sought (register true, commonPose false).",
-        count, likeness->n_members, name, medoid, DEGREES * most->angle, most->plain,
-        most->unturned);
+        count, likeness->n_members, name, medoid, DEGREES * most->match.angle, most->match.plain,
+        most->match.unturned);
     return true;
 }
 
@@ -177,24 +177,24 @@ static void warn_classes(const struct compute_likeness *likeness, const struct g
 
         (void)snprintf(first, sizeof first, "the group %.60s", doubts->names[match->first]);
         (void)snprintf(second, sizeof second, "The group %.60s", doubts->names[match->second]);
-        if (compute_match_mirrored(match)) {
+        if (srnf_match_is_mirrored(&match->match)) {
             warn_mirrored(match, first, second,
                           "The groups then differ by their handedness: set mirror of the members "
                           "of one in the cohort, or encode them with mirror = true.",
                           warnings);
-        } else if (!doubts->rotates && compute_match_turned(match)) {
+        } else if (!doubts->rotates && srnf_match_is_turned(&match->match)) {
             warning_add(
                 warnings, "pose-differs",
                 json_pack("{s:[s, s], s:f}", "groups", doubts->names[match->first],
-                          doubts->names[match->second], "angle", DEGREES * match->angle),
+                          doubts->names[match->second], "angle", DEGREES * match->match.angle),
                 "Nothing is rotated here, and the group %.60s lies in another pose than %s, in "
                 "space "
                 "or in its parameterization: turned by about "
                 "%.0f degrees, its members are %.3g from those instead of %.3g. What looks like a "
                 "difference of the groups may be no more than that. Bring all into one pose, or "
                 "let rotations be sought (register true, commonPose false).",
-                doubts->names[match->second], first, DEGREES * match->angle, match->plain,
-                match->unturned);
+                doubts->names[match->second], first, DEGREES * match->match.angle,
+                match->match.plain, match->match.unturned);
         }
     }
 }

@@ -60,9 +60,13 @@ static void residuals_are_those_of_each(void **state)
     double residuals[N];
     double scores[RANK];
     double residual;
+    bool complete;
 
     (void)state;
     open_model(&m, RANK);
+    assert_true(srnf_pca_kept_variance(&m.pca, m.pca.total_variance, &complete) <
+                m.pca.total_variance);
+    assert_false(complete);
     assert_int_equal(
         srnf_pca_residuals(m.g.grid, &m.pca, m.mean.mean_q, N, m.mean.registered_q, residuals),
         SRNF_OK);
@@ -73,6 +77,10 @@ static void residuals_are_those_of_each(void **state)
     }
     close_model(&m);
     open_model(&m, 0);
+    assert_true(fabs(srnf_pca_kept_variance(&m.pca, m.pca.total_variance, &complete) /
+                         m.pca.total_variance -
+                     1.0) < 1e-12);
+    assert_true(complete);
     assert_int_equal(
         srnf_pca_residuals(m.g.grid, &m.pca, m.mean.mean_q, N, m.mean.registered_q, residuals),
         SRNF_OK);

@@ -188,6 +188,33 @@ static int run_twins(void)
     return srnf_twins_find(N, pairs, NULL, NULL, &twins);
 }
 
+static int run_members(void)
+{
+    static const double pairs[16] = {0, 1, 2, 3, 1, 0, 1, 2, 2, 1, 0, 1, 3, 2, 1, 0};
+    struct srnf_typicality verdicts[4];
+
+    return srnf_members_judge(4, pairs, verdicts);
+}
+
+static int run_covariates(void)
+{
+    static const double values[N] = {1.0, 2.0, 4.0};
+    enum srnf_covariate verdict;
+
+    return srnf_covariates_check(1, N, values, &verdict);
+}
+
+static int run_inflation(void)
+{
+    static const double values[N] = {1.0, 2.0, 4.0};
+    static const size_t subjects[N] = {0, 1, 2};
+    static const int group[N] = {0, 0, 1};
+    double inflation;
+    size_t closest;
+
+    return srnf_covariates_inflation(N, subjects, group, 1, values, &inflation, &closest);
+}
+
 static int run_calibration(void)
 {
     struct srnf_calibration calibration = {0};
@@ -270,6 +297,9 @@ static void typicality_survives(void **state)
     srnf_pca_clear(&repeated_model);
     refusing_sweep("distances of registered members", run_twins_distances, EACH, 1);
     refusing_sweep("members that repeat", run_twins, EACH, 1);
+    refusing_sweep("members that stand out", run_members, EACH, 1);
+    refusing_sweep("covariates that follow", run_covariates, EACH, 1);
+    refusing_sweep("covariates that tell the groups", run_inflation, EACH, 1);
     refusing_sweep("pose angles", run_pose, EACH, 1);
     refusing_sweep("a value among others", run_typicality, EACH, 1);
     refusing_sweep("members among others", run_folds_typicality, EACH, 1);
