@@ -36,6 +36,7 @@
 #include "srnf/base.h"
 #include "srnf/sphere.h"
 #include "srnf/mesh.h"
+#include "srnf/volume.h"
 #include "srnf/surface.h"
 #include "srnf/shape.h"
 #include "srnf/transport.h"

@@ -10,7 +10,7 @@
 #            http over. Each library has its home: libmicrohttpd in http, jansson in api and the two before
 #            it, SQLite in store, libarchive in api; only what lies directly in server/ may name them too, as it tells their
 #            versions.
-#   core/    harmonics -> linear -> mesh -> formats -> sphere_map -> srnf -> surface -> inversion ->
+#   core/    harmonics -> linear -> mesh -> formats -> volume -> sphere_map -> srnf -> surface -> inversion ->
 #            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
 #            folders before it, srnf.h and internal.h; never a header of server/, and no system header for
 #            files, processes, threads or clocks.
@@ -18,7 +18,7 @@
 
 BEGIN {
     number_of("main processes toolkit http api compute jobs store", layer)
-    number_of("harmonics linear mesh formats sphere_map srnf surface inversion registration geodesic pullback stats", \
+    number_of("harmonics linear mesh formats volume sphere_map srnf surface inversion registration geodesic pullback stats", \
               stage)
     home["microhttpd.h"] = "http"
     home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
