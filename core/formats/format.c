@@ -4,10 +4,11 @@
  *
  * Sniffing asks each row in order, and the order is the rule: formats with a magic word come
  * first, STL (known by its size when it is binary) and OBJ (known only by the look of its lines)
- * last. What is no mesh but is often sent by mistake (a web page, a packed file) is named in the
- * error instead of guessed at.
+ * last. What is no mesh but is often sent by mistake (a web page, an archive) is named in the error
+ * instead of guessed at (strangers.c).
  */
 #include "formats.h"
+#include "pack.h"
 #include "polygon.h"
 
 #include <math.h>
@@ -15,6 +16,8 @@
 
 #define ALIASES_MAX 6
 #define FIELD_NAME_MAX 64
+#define TEXT_MAX 160
+#define PACKED_PROBE ((size_t)1 << 16)
 
 static const struct format {
     enum srnf_mesh_format format;
@@ -31,13 +34,23 @@ static const struct format {
      {"gifti", "surf.gii", "gii.gz64", "model/gifti"},
      mesh_sniff_gifti,
      mesh_read_gifti,
-     NULL},
+     mesh_write_gifti},
     {SRNF_MESH_FREESURFER,
      "freesurfer",
      {"fs", "fsurf", "model/freesurfer"},
      mesh_sniff_freesurfer,
      mesh_read_freesurfer,
      NULL},
+    {SRNF_MESH_MZ3, "mz3", {"model/mz3"}, mesh_sniff_mz3, mesh_read_mz3, NULL},
+    {SRNF_MESH_FREESURFER_ASCII,
+     "freesurfer-ascii",
+     {"asc", "fsascii"},
+     mesh_sniff_fsascii,
+     mesh_read_fsascii,
+     NULL},
+    {SRNF_MESH_GMSH, "gmsh", {"msh", "model/gmsh"}, mesh_sniff_gmsh, mesh_read_gmsh, NULL},
+    {SRNF_MESH_BRAINVISA, "brainvisa", {"mesh"}, mesh_sniff_brainvisa, mesh_read_brainvisa, NULL},
+    {SRNF_MESH_MNI_OBJ, "mni-obj", {"mniobj"}, mesh_sniff_mniobj, mesh_read_mniobj, NULL},
     {SRNF_MESH_OFF, "off", {"coff", "noff", "model/off"}, mesh_sniff_off, mesh_read_off, NULL},
     {SRNF_MESH_STL,
      "stl",
@@ -51,26 +64,12 @@ static const struct format {
      mesh_sniff_obj,
      mesh_read_obj,
      mesh_write_obj},
-    {SRNF_MESH_GLB, "glb", {"model/gltf-binary"}, NULL, NULL, mesh_write_glb},
+    {SRNF_MESH_GLB, "glb", {"model/gltf-binary"}, mesh_sniff_glb, mesh_read_glb, mesh_write_glb},
+    {SRNF_MESH_BYU, "byu", {"g"}, mesh_sniff_byu, mesh_read_byu, NULL},
+    {SRNF_MESH_GLTF, "gltf", {"model/gltf+json"}, mesh_sniff_gltf, mesh_read_gltf, NULL},
+    {SRNF_MESH_VTP, "vtp", {"model/vtp"}, mesh_sniff_vtp, mesh_read_vtp, mesh_write_vtp},
 };
 #define FORMAT_COUNT (sizeof formats / sizeof formats[0])
-
-/* First bytes of what is no mesh that can be read here, and what to say of it. */
-static const struct {
-    const char *begins;
-    size_t size;
-    const char *message;
-} strangers[] = {
-    {"<!doctype html", 14, "this is a web page (HTML), not a mesh"},
-    {"<html", 5, "this is a web page (HTML), not a mesh"},
-    {"<vtkfile", 8,
-     "VTK's XML formats (.vtp) are not read; save the mesh as legacy polydata (.vtk)"},
-    {"\x1f\x8b", 2, "this is packed by gzip; send what is inside"},
-    {"pk\x03\x04", 4, "this is a ZIP archive; send the mesh that is inside"},
-    {"gltf", 4, "glTF binaries (GLB) are written, not read"},
-    {"\xff\xff\xff", 3, "FreeSurfer's quadrangle surfaces are not read; convert to triangles"},
-    {"\xff\xff\xfd", 3, "FreeSurfer's quadrangle surfaces are not read; convert to triangles"},
-};
 
 struct srnf_mesh_limits srnf_mesh_limits_defaults(void)
 {
@@ -122,11 +121,8 @@ enum srnf_mesh_format srnf_mesh_format_from_name(const char *name)
     return SRNF_MESH_UNKNOWN;
 }
 
-enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size)
+static enum srnf_mesh_format sniff(const unsigned char *bytes, size_t size)
 {
-    if (!bytes) {
-        return SRNF_MESH_UNKNOWN;
-    }
     for (size_t i = 0; i < FORMAT_COUNT; i++) {
         if (formats[i].sniff && formats[i].sniff(bytes, size)) {
             return formats[i].format;
@@ -135,50 +131,38 @@ enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size)
     return SRNF_MESH_UNKNOWN;
 }
 
-#define XML_PROBE 1024
-
-/* Is this one of VTK's XML formats, behind a declaration of XML? */
-static bool is_vtk_xml(struct token text)
+/* Of what is packed by gzip the first bytes are unpacked. Binary STL, which is known by its size, is
+   known by the size that the packed file says that it has. */
+static enum srnf_mesh_format sniff_packed(const unsigned char *bytes, size_t size)
 {
-    size_t size = text.size < XML_PROBE ? text.size : XML_PROBE;
+    enum srnf_mesh_format format = SRNF_MESH_UNKNOWN;
+    unsigned char *first = srnf_alloc(PACKED_PROBE, 1);
+    size_t n, total = 0;
 
-    for (size_t i = 0; token_begins(text, "<?xml") && i < size; i++) {
-        struct token rest = {text.text + i, text.size - i};
-
-        if (*rest.text == '<' && token_begins(rest, "<vtkfile")) {
-            return true;
+    if (first) {
+        n = pack_peek(bytes, size, first, PACKED_PROBE, &total);
+        format = sniff(first, n);
+        if (format == SRNF_MESH_UNKNOWN && mesh_is_stl_of(first, n, total)) {
+            format = SRNF_MESH_STL;
         }
     }
-    return false;
+    srnf_free(first);
+    return format;
 }
 
-/* The sentence for bytes that are certainly no mesh, or NULL. */
-static const char *stranger_message(const unsigned char *bytes, size_t size)
+enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size)
 {
-    struct scan scan;
-    struct token word;
-
-    scan_begin(&scan, bytes, size);
-    if (!scan_word(&scan, &word)) {
-        return size == 0 ? "the body is empty" : "the body holds nothing but white space";
+    if (!bytes) {
+        return SRNF_MESH_UNKNOWN;
     }
-    word.size = (size_t)(scan.end - word.text);
-    if (is_vtk_xml(word)) {
-        return "VTK's XML formats (.vtp) are not read; save the mesh as legacy polydata (.vtk)";
-    }
-    for (size_t i = 0; i < sizeof strangers / sizeof strangers[0]; i++) {
-        if (token_begins(word, strangers[i].begins)) {
-            return strangers[i].message;
-        }
-    }
-    return NULL;
+    return pack_is_gzip(bytes, size) ? sniff_packed(bytes, size) : sniff(bytes, size);
 }
 
 /* The row to read with, or NULL with the status and the error set. */
 static const struct format *choose_format(struct mesh_reader *reader, enum srnf_mesh_format format)
 {
     const struct format *row;
-    const char *message = NULL;
+    const char *message = NULL, *kind;
 
     if (format != SRNF_MESH_UNKNOWN && !find_format(format)) {
         reader->status = srnf_fail(reader->error, SRNF_EINVAL, -1, "there is no such mesh format");
@@ -189,7 +173,7 @@ static const struct format *choose_format(struct mesh_reader *reader, enum srnf_
     }
     row = find_format(format);
     if (!row || !row->sniff || !row->sniff(reader->bytes, reader->size)) {
-        message = stranger_message(reader->bytes, reader->size);
+        message = mesh_stranger(reader->bytes, reader->size, &kind);
     }
     if (!message && !row && mesh_is_cut_stl(reader->bytes, reader->size)) {
         message =
@@ -197,8 +181,8 @@ static const struct format *choose_format(struct mesh_reader *reader, enum srnf_
             "at the end or too many: the size does not fit the number of triangles";
     }
     if (!message && !row) {
-        message = "the bytes are in no known mesh format (PLY, OBJ, OFF, STL, legacy VTK polydata, "
-                  "GIfTI, FreeSurfer surface)";
+        message = "the bytes are in no known mesh format (PLY, OBJ, OFF, STL, VTK, VTP, GIfTI, "
+                  "FreeSurfer, GLB, glTF, MZ3, BYU, MNI obj, Gmsh, BrainVISA)";
     }
     if (!message && !row->read) {
         message = "this format is written, not read";
@@ -239,8 +223,11 @@ int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
     if (!reader.locale) {
         return srnf_fail(error, SRNF_ENOMEM, -1, "not enough memory");
     }
-    row = choose_format(&reader, format);
-    status = row ? row->read(&reader) : reader.status;
+    status = pack_open(&reader);
+    row = status == SRNF_OK ? choose_format(&reader, format) : NULL;
+    if (status == SRNF_OK) {
+        status = row ? row->read(&reader) : reader.status;
+    }
     if (status == SRNF_OK) {
         status = check_not_empty(&reader);
     }
@@ -260,6 +247,7 @@ int srnf_mesh_read(const void *bytes, size_t size, enum srnf_mesh_format format,
     } else {
         srnf_mesh_clear(&reader.mesh);
     }
+    pack_close(&reader);
     freelocale(reader.locale);
     return status;
 }
@@ -274,6 +262,19 @@ static bool all_finite(const double *values, size_t count)
         }
     }
     return true;
+}
+
+/* NULL, or one line that needs no quoting in any of the formats. */
+static bool is_text(const char *text)
+{
+    size_t n = text ? strlen(text) : 0;
+
+    for (size_t i = 0; i < n; i++) {
+        if (text[i] < ' ' || text[i] > '~' || strchr("\"\\<>&", text[i])) {
+            return false;
+        }
+    }
+    return n <= TEXT_MAX;
 }
 
 static bool is_field_name(const char *name)
@@ -299,7 +300,8 @@ static bool is_field_name(const char *name)
 static bool are_fields(const struct srnf_mesh_field *fields, size_t n_fields, size_t n_vertices)
 {
     for (size_t i = 0; i < n_fields; i++) {
-        if (!is_field_name(fields[i].name) || !all_finite(fields[i].values, n_vertices)) {
+        if (!is_field_name(fields[i].name) || !all_finite(fields[i].values, n_vertices) ||
+            !is_text(fields[i].unit) || !is_text(fields[i].meaning)) {
             return false;
         }
         for (size_t k = 0; k < i; k++) {
@@ -324,17 +326,45 @@ static bool is_mesh(const struct srnf_mesh *mesh)
            mesh->n_faces <= INT32_MAX && all_finite(mesh->vertices, 3 * mesh->n_vertices);
 }
 
+int mesh_print_description(const struct mesh_output *output, const char *before)
+{
+    const struct srnf_mesh_description *d = &output->description;
+    const char *const lines[3][2] = {
+        {"name", d->name}, {"space", d->space}, {"comment", d->comment}};
+    int status = SRNF_OK;
+
+    for (size_t i = 0; i < 3 && status == SRNF_OK; i++) {
+        if (lines[i][1]) {
+            status =
+                mesh_buffer_print(output->out, "%s %s: %s\n", before, lines[i][0], lines[i][1]);
+        }
+    }
+    return status;
+}
+
 int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_format format,
                     const double *normals, const struct srnf_mesh_field *fields, size_t n_fields,
                     struct srnf_buffer *out)
 {
+    return srnf_mesh_write_described(mesh, format, normals, fields, n_fields, NULL, out);
+}
+
+int srnf_mesh_write_described(const struct srnf_mesh *mesh, enum srnf_mesh_format format,
+                              const double *normals, const struct srnf_mesh_field *fields,
+                              size_t n_fields, const struct srnf_mesh_description *description,
+                              struct srnf_buffer *out)
+{
+    const struct srnf_mesh_description nothing = {NULL, NULL, NULL};
     const struct format *row = find_format(format);
-    const struct mesh_output output = {mesh, normals, fields, n_fields, out};
+    const struct mesh_output output = {
+        mesh, normals, fields, n_fields, description ? *description : nothing, out};
     size_t before = out->size;
     int status;
 
     if (!row || !row->write || !is_mesh(mesh) || !are_fields(fields, n_fields, mesh->n_vertices) ||
-        (normals && !all_finite(normals, 3 * mesh->n_vertices))) {
+        (normals && !all_finite(normals, 3 * mesh->n_vertices)) ||
+        !is_text(output.description.name) || !is_text(output.description.space) ||
+        !is_text(output.description.comment)) {
         return SRNF_EINVAL;
     }
     status = row->write(&output);

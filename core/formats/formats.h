@@ -30,6 +30,8 @@ struct mesh_reader {
     int status;               /* why the last mesh_alloc returned NULL */
     size_t steps;             /* counted by mesh_step */
     bool told;                /* to stop: mesh_step goes on saying so */
+    unsigned char *unpacked;  /* what a gzip file holds: then bytes and size are these */
+    size_t unpacked_capacity;
 
     struct srnf_mesh mesh; /* what has been read so far */
     size_t vertex_capacity, face_capacity;
@@ -91,12 +93,22 @@ typedef bool mesh_sniff_function(const unsigned char *bytes, size_t size);
 typedef int mesh_read_function(struct mesh_reader *reader);
 
 mesh_sniff_function mesh_sniff_ply, mesh_sniff_obj, mesh_sniff_off, mesh_sniff_stl, mesh_sniff_vtk,
-    mesh_sniff_gifti, mesh_sniff_freesurfer;
+    mesh_sniff_gifti, mesh_sniff_freesurfer, mesh_sniff_vtp, mesh_sniff_glb, mesh_sniff_gltf,
+    mesh_sniff_mz3, mesh_sniff_fsascii, mesh_sniff_byu, mesh_sniff_mniobj, mesh_sniff_brainvisa,
+    mesh_sniff_gmsh;
 mesh_read_function mesh_read_ply, mesh_read_obj, mesh_read_off, mesh_read_stl, mesh_read_vtk,
-    mesh_read_gifti, mesh_read_freesurfer;
+    mesh_read_gifti, mesh_read_freesurfer, mesh_read_vtp, mesh_read_glb, mesh_read_gltf,
+    mesh_read_mz3, mesh_read_fsascii, mesh_read_byu, mesh_read_mniobj, mesh_read_brainvisa,
+    mesh_read_gmsh;
+
+/* The sentence for bytes that are certainly no mesh that can be read, and their kind; or NULL
+   (strangers.c). */
+const char *mesh_stranger(const unsigned char *bytes, size_t size, const char **kind);
 
 /* Could the bytes be binary STL of another length than its header promises? (read_stl.c) */
 bool mesh_is_cut_stl(const unsigned char *bytes, size_t size);
+/* Are these the first bytes of a binary STL file of that size, modulo 2^32? */
+bool mesh_is_stl_of(const unsigned char *first, size_t n, size_t size);
 
 /* What a writer is given, checked: finite numbers, proper names, indices in range. */
 struct mesh_output {
@@ -104,11 +116,16 @@ struct mesh_output {
     const double *normals; /* NULL: none */
     const struct srnf_mesh_field *fields;
     size_t n_fields;
+    struct srnf_mesh_description description; /* its members may be NULL */
     struct srnf_buffer *out;
 };
 typedef int mesh_write_function(const struct mesh_output *output);
 
-mesh_write_function mesh_write_ply, mesh_write_obj, mesh_write_stl, mesh_write_vtk, mesh_write_glb;
+mesh_write_function mesh_write_ply, mesh_write_obj, mesh_write_stl, mesh_write_vtk, mesh_write_glb,
+    mesh_write_vtp, mesh_write_gifti;
+
+/* Lines that say what the file is, each between `before` and a line end: of PLY and OBJ. */
+SRNF_CHECKED int mesh_print_description(const struct mesh_output *output, const char *before);
 
 /* ---- Buffers (buffer.c) ---------------------------------------------------------------------- */
 

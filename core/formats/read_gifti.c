@@ -20,13 +20,11 @@
  * which no result depends on.
  */
 #include "gifti.h"
+#include "xml.h"
 
-#include <expat.h>
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
-#define DEPTH_MAX 64
 #define SNIFF_BYTES ((size_t)4096)
 #define MATRIX_BYTES ((size_t)2048) /* of 16 numbers; what is longer is passed over */
 #define MATRIX_EQUAL 1e-6           /* of the identity, as it is written in single precision */
@@ -46,43 +44,6 @@ struct gifti {
     unsigned char matrix[MATRIX_BYTES];
     size_t matrix_size;
 };
-
-/* ---- expat's memory: from srnf_alloc, with the size in front for realloc --------------------- */
-
-#define BLOCK_HEADER ((size_t)64) /* keeps the alignment of srnf_alloc */
-
-static void *xml_malloc(size_t size)
-{
-    unsigned char *block =
-        size > SIZE_MAX - BLOCK_HEADER ? NULL : srnf_alloc(size + BLOCK_HEADER, 1);
-
-    if (!block) {
-        return NULL;
-    }
-    memcpy(block, &size, sizeof size);
-    return block + BLOCK_HEADER;
-}
-
-static void xml_free(void *pointer)
-{
-    if (pointer) {
-        srnf_free((unsigned char *)pointer - BLOCK_HEADER);
-    }
-}
-
-static void *xml_realloc(void *pointer, size_t size)
-{
-    void *grown = xml_malloc(size);
-
-    if (grown && pointer) {
-        size_t old;
-
-        memcpy(&old, (unsigned char *)pointer - BLOCK_HEADER, sizeof old);
-        memcpy(grown, pointer, old < size ? old : size);
-        xml_free(pointer);
-    }
-    return grown;
-}
 
 /* ---- Arrays ---------------------------------------------------------------------------------- */
 
@@ -192,9 +153,9 @@ static void on_start(void *user, const XML_Char *name, const XML_Char **pairs)
     }
     if (gifti->depth == 1 && strcmp(name, "GIFTI") != 0) {
         status = srnf_fail(gifti->reader->error, SRNF_EPARSE, 0, "the root element is not GIFTI");
-    } else if (gifti->depth > DEPTH_MAX) {
-        status = srnf_fail(gifti->reader->error, SRNF_ELIMIT, DEPTH_MAX,
-                           "XML elements are nested deeper than %d", DEPTH_MAX);
+    } else if (gifti->depth > XML_DEPTH_MAX) {
+        status = srnf_fail(gifti->reader->error, SRNF_ELIMIT, XML_DEPTH_MAX,
+                           "XML elements are nested deeper than %d", XML_DEPTH_MAX);
     } else if (gifti->in_data) {
         status = srnf_fail(gifti->reader->error, SRNF_EPARSE, (int64_t)gifti->current->number,
                            "DataArray %zu: an element stands inside Data", gifti->current->number);
@@ -282,33 +243,16 @@ bool mesh_sniff_gifti(const unsigned char *bytes, size_t size)
 
 static int parse(struct gifti *gifti)
 {
-    static const XML_Memory_Handling_Suite memory = {xml_malloc, xml_realloc, xml_free};
-    struct mesh_reader *reader = gifti->reader;
-    enum XML_Status result;
+    int status = xml_open(gifti->reader, &gifti->parser);
 
-    if (reader->size > INT_MAX) {
-        return srnf_fail(reader->error, SRNF_ELIMIT, -1, "GIfTI files above %d bytes are not read",
-                         INT_MAX);
-    }
-    gifti->parser = XML_ParserCreate_MM(NULL, &memory, NULL);
-    if (!gifti->parser) {
-        return srnf_fail(reader->error, SRNF_ENOMEM, -1, "not enough memory");
+    if (status != SRNF_OK) {
+        return status;
     }
     XML_SetUserData(gifti->parser, gifti);
     XML_SetElementHandler(gifti->parser, on_start, on_end);
     XML_SetCharacterDataHandler(gifti->parser, on_text);
     XML_SetStartDoctypeDeclHandler(gifti->parser, on_doctype);
-    result = XML_Parse(gifti->parser, (const char *)reader->bytes, (int)reader->size, XML_TRUE);
-    if (gifti->status == SRNF_OK && result != XML_STATUS_OK) {
-        enum XML_Error code = XML_GetErrorCode(gifti->parser);
-
-        gifti->status =
-            code == XML_ERROR_NO_MEMORY
-                ? srnf_fail(reader->error, SRNF_ENOMEM, -1, "not enough memory")
-                : srnf_fail(reader->error, SRNF_EPARSE,
-                            (int64_t)XML_GetCurrentByteIndex(gifti->parser), "XML, line %lu: %s",
-                            XML_GetCurrentLineNumber(gifti->parser), XML_ErrorString(code));
-    }
+    xml_parse(gifti->reader, gifti->parser, &gifti->status);
     gifti_decode_close(&gifti->decoder);
     XML_ParserFree(gifti->parser);
     return gifti->status;

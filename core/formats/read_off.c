@@ -8,7 +8,9 @@
  *
  * Source: The Geomview Manual, section "OFF Files". '#' hides the rest of a line, empty lines do
  * not count. Since programs disagree about how many numbers a colour has, each vertex and each
- * face has a line of its own and the rest of that line is not looked at. Some data sets write the
+ * face has a line of its own and the rest of that line is not looked at. A file that cannot be read
+ * so is read again with lines that mean nothing: then the letters before OFF say how many numbers a
+ * vertex has, and faces have no colours. Some data sets write the
  * counts directly behind the word OFF. Binary OFF and OFF of other dimensions (4OFF, nOFF) are
  * refused by name.
  */
@@ -23,6 +25,8 @@
 struct off {
     struct mesh_reader *reader;
     struct scan scan;
+    bool free;     /* lines mean nothing */
+    size_t extras; /* numbers behind the position of a vertex, where lines mean nothing */
 };
 
 /* Splits the first word into prefix, "OFF" and what sticks to it; false if it is no OFF keyword. */
@@ -97,6 +101,14 @@ static int read_header(struct off *off, int64_t *n_vertices, int64_t *n_faces)
         !token_integer(word, n_faces)) {
         return bad_counts(off);
     }
+    for (size_t i = 0; i < prefix.size; i++) {
+        off->extras += prefix.text[i] == 'N' ? 3 : (prefix.text[i] == 'C' ? 4 : 0);
+        off->extras += prefix.text[i] == 'T' ? 2 : 0;
+    }
+    if (off->free) {
+        (void)scan_word(&off->scan, &word);
+        return SRNF_OK;
+    }
     while (scan_word_on_line(&off->scan, &word)) { /* the number of edges, which nobody needs */
     }
     return SRNF_OK;
@@ -107,7 +119,9 @@ static void finish_line(struct off *off)
 {
     struct token line;
 
-    (void)scan_line(&off->scan, &line);
+    if (!off->free) {
+        (void)scan_line(&off->scan, &line);
+    }
 }
 
 static int read_vertex(struct off *off, size_t index, size_t count)
@@ -116,7 +130,8 @@ static int read_vertex(struct off *off, size_t index, size_t count)
     struct token word;
 
     for (size_t k = 0; k < 3; k++) {
-        bool found = k == 0 ? scan_word(&off->scan, &word) : scan_word_on_line(&off->scan, &word);
+        bool found = k == 0 || off->free ? scan_word(&off->scan, &word)
+                                         : scan_word_on_line(&off->scan, &word);
 
         if (!found) {
             return scan_left(&off->scan) == 0
@@ -127,6 +142,11 @@ static int read_vertex(struct off *off, size_t index, size_t count)
         if (!token_number(word, off->reader->locale, &position[k])) {
             return srnf_fail(off->reader->error, SRNF_EPARSE, (int64_t)index,
                              "vertex %zu: '%s' is not a number", index, token_quote(word).text);
+        }
+    }
+    for (size_t k = 0; k < off->extras && off->free; k++) {
+        if (!scan_word(&off->scan, &word)) {
+            return mesh_truncated(off->reader, "vertex", index, count);
         }
     }
     finish_line(off);
@@ -151,7 +171,7 @@ static int read_face(struct off *off, size_t index, size_t count)
     for (int64_t k = 0; k < corners && status == SRNF_OK; k++) {
         int64_t corner;
 
-        if (!scan_word_on_line(&off->scan, &word)) {
+        if (!(off->free ? scan_word(&off->scan, &word) : scan_word_on_line(&off->scan, &word))) {
             status = scan_left(&off->scan) == 0
                          ? mesh_truncated(off->reader, "face", index, count)
                          : srnf_fail(off->reader->error, SRNF_EPARSE, (int64_t)index,
@@ -168,9 +188,9 @@ static int read_face(struct off *off, size_t index, size_t count)
     return status;
 }
 
-int mesh_read_off(struct mesh_reader *reader)
+static int read_all(struct mesh_reader *reader, bool free)
 {
-    struct off off = {.reader = reader};
+    struct off off = {.reader = reader, .free = free};
     int64_t n_vertices = 0, n_faces = 0;
     size_t left = 0;
     int status;
@@ -199,6 +219,31 @@ int mesh_read_off(struct mesh_reader *reader)
         struct token word;
 
         status = scan_word(&off.scan, &word) ? mesh_no_more(reader, word.text) : SRNF_OK;
+    }
+    return status;
+}
+
+int mesh_read_off(struct mesh_reader *reader)
+{
+    struct srnf_error *error = reader->error, lines = {0};
+    struct srnf_error unused = {0};
+    int status, again;
+
+    reader->error = &lines;
+    status = read_all(reader, false);
+    if (status == SRNF_EPARSE) {
+        reader->error = &unused;
+        reader->mesh.n_vertices = reader->mesh.n_faces = reader->n_polygons = 0;
+        reader->info.polygons_triangulated = 0;
+        again = read_all(reader, true);
+        if (again != SRNF_EPARSE) {
+            status = again;
+            lines = unused;
+        }
+    }
+    reader->error = error;
+    if (status != SRNF_OK && error) {
+        *error = lines;
     }
     return status;
 }

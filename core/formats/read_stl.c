@@ -12,11 +12,13 @@
  * Source: 3D Systems, "StereoLithography Interface Specification", 1988. Many binary files begin
  * with "solid" too: the size, which follows from the number of triangles, tells, and failing that
  * a zero byte near the beginning. Each triangle comes with three vertices of its own; joining them
- * is the work of srnf_mesh_prepare. Normals are not read: they follow from the corners. Words may
+ * is the work of srnf_mesh_prepare. A count that does not fit the bytes that are there, and bytes
+ * behind the last triangle, are no error where the triangles are whole; the reader notes them. Normals are not read: they follow from the corners. Words may
  * be in either case, and several solids one after the other are one mesh.
  */
 #include "formats.h"
 
+#include <math.h>
 #include <string.h>
 
 #define HEADER_SIZE ((size_t)84)
@@ -44,10 +46,71 @@ static bool is_text(const unsigned char *bytes, size_t size)
            !memchr(bytes, '\0', size < TEXT_PROBE ? size : TEXT_PROBE);
 }
 
+#define LOOKED_AT ((size_t)8) /* triangles by which a file is known */
+#define COORDINATE_MAX 1e30   /* beyond it bytes are no coordinates that anyone wrote */
+#define UNIT_TOLERANCE 0.02   /* of the length of a normal */
+
+/* Could this be a triangle: a normal of length one or zero, and sane corners that are not all 0? */
+static bool is_record(const unsigned char *record)
+{
+    double length = 0.0, largest = 0.0;
+
+    for (size_t k = 0; k < 12; k++) {
+        double value = scalar_value(SCALAR_FLOAT32, record + 4 * k, false);
+
+        if (!(fabs(value) < COORDINATE_MAX)) {
+            return false;
+        }
+        length += k < 3 ? value * value : 0.0;
+        largest = k >= 3 ? fmax(largest, fabs(value)) : largest;
+    }
+    return largest > 0.0 && (length == 0.0 || fabs(sqrt(length) - 1.0) < UNIT_TOLERANCE);
+}
+
+/* Triangles of a binary file whose count or end may be wrong, as VTK reads them: where the bytes
+   behind the header are whole triangles, they count, unless what is behind the promised ones is
+   none; otherwise the count does, and what follows is ignored. 0: it is cut. */
+static size_t loose_count(const unsigned char *bytes, size_t size)
+{
+    size_t there = (size - HEADER_SIZE) / RECORD_SIZE;
+    bool whole = (size - HEADER_SIZE) % RECORD_SIZE == 0;
+    int64_t count = 0;
+
+    (void)scalar_index(SCALAR_UINT32, bytes + HEADER_SIZE - 4, false, &count);
+    if ((size_t)count > there) {
+        return whole ? there : 0;
+    }
+    return whole && (size_t)count < there &&
+                   is_record(bytes + HEADER_SIZE + RECORD_SIZE * (size_t)count)
+               ? there
+               : (size_t)count;
+}
+
+static bool is_loose(const unsigned char *bytes, size_t size)
+{
+    size_t n = size > HEADER_SIZE ? loose_count(bytes, size) : 0;
+
+    for (size_t i = 0; i < n && i < LOOKED_AT; i++) {
+        if (!is_record(bytes + HEADER_SIZE + RECORD_SIZE * i)) {
+            return false;
+        }
+    }
+    return n > 0;
+}
+
 /* A binary file of no triangles is 84 bytes with four zeros: too little to know it by. */
 bool mesh_sniff_stl(const unsigned char *bytes, size_t size)
 {
-    return (size > HEADER_SIZE && has_binary_size(bytes, size)) || is_text(bytes, size);
+    return (size > HEADER_SIZE && has_binary_size(bytes, size)) || is_text(bytes, size) ||
+           is_loose(bytes, size);
+}
+
+bool mesh_is_stl_of(const unsigned char *first, size_t n, size_t size)
+{
+    int64_t count = 0;
+
+    return n > HEADER_SIZE && scalar_index(SCALAR_UINT32, first + HEADER_SIZE - 4, false, &count) &&
+           HEADER_SIZE + RECORD_SIZE * (uint64_t)count == size;
 }
 
 #define CUT_FACTOR 4 /* between what is there and what is promised: else the promise is chance */
@@ -78,7 +141,8 @@ static int add_corners(struct mesh_reader *reader, size_t face)
 static int read_binary(struct mesh_reader *reader)
 {
     const unsigned char *record = reader->bytes + HEADER_SIZE;
-    int64_t count = 0;
+    int64_t promised = 0;
+    size_t count;
     int status;
 
     if (reader->size < HEADER_SIZE) {
@@ -86,19 +150,16 @@ static int read_binary(struct mesh_reader *reader)
                          "the file ends at byte %zu of the STL header of %zu bytes", reader->size,
                          HEADER_SIZE);
     }
-    (void)scalar_index(SCALAR_UINT32, record - 4, false, &count);
-    status = mesh_promise(reader, "faces", count, RECORD_SIZE, reader->size - HEADER_SIZE);
-    if (status == SRNF_OK && !has_binary_size(reader->bytes, reader->size)) {
-        size_t end = HEADER_SIZE + (size_t)count * RECORD_SIZE;
-
-        status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)end,
-                           "byte %zu: something follows behind the last of %lld faces", end,
-                           (long long)count);
+    (void)scalar_index(SCALAR_UINT32, record - 4, false, &promised);
+    count = loose_count(reader->bytes, reader->size);
+    if (count == 0) {
+        return mesh_promise(reader, "faces", promised, RECORD_SIZE, reader->size - HEADER_SIZE);
     }
-    if (status == SRNF_OK) {
-        status = mesh_expect(reader, 3 * (size_t)count, (size_t)count);
-    }
-    for (size_t i = 0; i < (size_t)count && status == SRNF_OK; i++) {
+    reader->info.face_count_error =
+        (size_t)promised > count ? (size_t)promised - count : count - (size_t)promised;
+    reader->info.trailing_bytes = reader->size - HEADER_SIZE - RECORD_SIZE * count;
+    status = mesh_expect(reader, 3 * count, count);
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
         for (size_t k = 0; k < 3 && status == SRNF_OK; k++) {
             const unsigned char *corner = record + RECORD_CORNERS + 12 * k;
             double position[3];

@@ -1,5 +1,5 @@
 /*
- * read_vtk.c - VTK's legacy format, dataset POLYDATA, ASCII and BINARY (big-endian).
+ * read_vtk.c - VTK's legacy format, datasets POLYDATA and UNSTRUCTURED_GRID, ASCII and BINARY (big-endian).
  *
  *     # vtk DataFile Version 3.0
  *     title
@@ -10,6 +10,9 @@
  *     POLYGONS n+1 size             from version 5.1 on: OFFSETS type, n+1 numbers,
  *                                   CONNECTIVITY type, size numbers
  *     TRIANGLE_STRIPS ...           as POLYGONS
+ *     CELLS n size, CELL_TYPES n    of an unstructured grid: cells as POLYGONS, and then what each
+ *                                   is: triangle, strip, polygon, pixel, quadrangle; points and
+ *                                   lines are passed over, solids refused
  *     POINT_DATA ..., CELL_DATA ... not read, nor is anything behind them
  *
  * Source: "VTK File Formats for VTK Version 4.2", section "Simple Legacy Formats", and the VTK 9
@@ -20,10 +23,10 @@
 #include "vtk.h"
 
 /* How cells are joined into triangles. */
-enum cell_kind { CELL_POLYGON, CELL_STRIP, CELL_IGNORED };
+enum cell_kind { CELL_POLYGON, CELL_STRIP, CELL_IGNORED, CELL_PIXEL };
 
 /* A cell section: its two counts, and its numbers in either layout. */
-struct cells {
+struct vtk_cells {
     enum cell_kind kind;
     const char *name; /* of one cell, in messages */
     size_t n, size;
@@ -87,7 +90,7 @@ static int named_block(struct vtk *vtk, const char *keyword, size_t count, struc
 }
 
 /* Finds out the layout and opens the blocks. */
-static int open_cells(struct vtk *vtk, struct cells *cells)
+static int open_cells(struct vtk *vtk, struct vtk_cells *cells)
 {
     struct scan ahead = vtk->scan;
     struct token word;
@@ -112,7 +115,7 @@ static int open_cells(struct vtk *vtk, struct cells *cells)
 }
 
 /* Corners of cell i; the numbers they take leave *left. */
-static int next_cell(struct cells *cells, size_t i, size_t *left, int64_t *corners)
+static int next_cell(struct vtk_cells *cells, size_t i, size_t *left, int64_t *corners)
 {
     struct mesh_reader *reader = cells->corners.vtk->reader;
     int status;
@@ -142,7 +145,7 @@ static int next_cell(struct cells *cells, size_t i, size_t *left, int64_t *corne
     return status;
 }
 
-static int read_cell(struct cells *cells, size_t i, int64_t corners)
+static int read_cell(struct vtk_cells *cells, size_t i, int64_t corners)
 {
     struct mesh_reader *reader = cells->corners.vtk->reader;
     int status = cells->kind == CELL_POLYGON ? mesh_check_corners(reader, i, corners) : SRNF_OK;
@@ -151,7 +154,7 @@ static int read_cell(struct cells *cells, size_t i, int64_t corners)
         int64_t index = 0;
 
         status = vtk_block_index(&cells->corners, cells->name, i, &index);
-        if (status == SRNF_OK) {
+        if (status == SRNF_OK && cells->kind != CELL_IGNORED) {
             status = cells->kind == CELL_POLYGON ? mesh_add_corner(reader, i, k, index)
                                                  : mesh_add_strip_corner(reader, i, k, index);
         }
@@ -162,7 +165,7 @@ static int read_cell(struct cells *cells, size_t i, int64_t corners)
 static int read_cells(struct vtk *vtk, const char *section, enum cell_kind kind, const char *name)
 {
     struct mesh_reader *reader = vtk->reader;
-    struct cells cells = {.kind = kind, .name = name};
+    struct vtk_cells cells = {.kind = kind, .name = name};
     int status = vtk_next_count(vtk, section, &cells.n);
     size_t left;
 
@@ -195,6 +198,102 @@ static int read_cells(struct vtk *vtk, const char *section, enum cell_kind kind,
         status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)cells.n,
                            "%s: %zu numbers are left behind the last cell", section, left);
     }
+    return status;
+}
+
+/* ---- Unstructured grids ---------------------------------------------------------------------- */
+
+/* What the numbers of CELL_TYPES stand for; other cells are solids, or curved. */
+static const struct {
+    int64_t type;
+    enum cell_kind kind;
+} cell_types[] = {
+    {1, CELL_IGNORED}, {2, CELL_IGNORED}, {3, CELL_IGNORED}, {4, CELL_IGNORED}, {5, CELL_POLYGON},
+    {6, CELL_STRIP},   {7, CELL_POLYGON}, {8, CELL_PIXEL},   {9, CELL_POLYGON},
+};
+
+static int open_grid_cells(struct vtk *vtk)
+{
+    struct vtk_cells *cells = vtk->pending;
+    int status = cells->corners.vtk ? srnf_fail(vtk->reader->error, SRNF_EPARSE, -1,
+                                                "CELLS: there are two such sections")
+                                    : vtk_next_count(vtk, "CELLS", &cells->n);
+
+    if (status == SRNF_OK) {
+        status = vtk_next_count(vtk, "CELLS", &cells->size);
+    }
+    cells->name = "cell";
+    return status == SRNF_OK ? open_cells(vtk, cells) : status;
+}
+
+static int kind_of(struct vtk *vtk, size_t cell, int64_t type, enum cell_kind *kind)
+{
+    for (size_t i = 0; i < sizeof cell_types / sizeof cell_types[0]; i++) {
+        if (cell_types[i].type == type) {
+            *kind = cell_types[i].kind;
+            return SRNF_OK;
+        }
+    }
+    return srnf_fail(
+        vtk->reader->error, SRNF_EPARSE, (int64_t)cell,
+        "cell %zu is of type %lld, no polygon; extract the surface of the grid and save "
+        "that",
+        cell, (long long)type);
+}
+
+/* A pixel is a quadrangle whose last two corners are exchanged. */
+static int read_pixel(struct vtk_cells *cells, size_t i, int64_t corners)
+{
+    static const size_t order[4] = {0, 1, 3, 2};
+    struct mesh_reader *reader = cells->corners.vtk->reader;
+    int64_t index[4];
+    int status = corners == 4 ? SRNF_OK
+                              : srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
+                                          "cell %zu: a pixel has 4 corners", i);
+
+    for (size_t k = 0; k < 4 && status == SRNF_OK; k++) {
+        status = vtk_block_index(&cells->corners, cells->name, i, &index[k]);
+    }
+    for (size_t k = 0; k < 4 && status == SRNF_OK; k++) {
+        status = mesh_add_corner(reader, i, k, index[order[k]]);
+    }
+    return status;
+}
+
+static int read_types(struct vtk *vtk)
+{
+    struct vtk_cells *cells = vtk->pending;
+    struct vtk_block types;
+    size_t n = 0, left = cells->size;
+    int status = vtk_next_count(vtk, "CELL_TYPES", &n);
+
+    if (status == SRNF_OK && (!cells->corners.vtk || n != cells->n || n > left)) {
+        status = srnf_fail(vtk->reader->error, SRNF_EPARSE, -1,
+                           "CELL_TYPES: %zu types for %zu cells of %zu numbers", n, cells->n, left);
+    }
+    if (status == SRNF_OK) {
+        status = vtk_open_block(vtk, "types of cells", SCALAR_INT32, n, &types);
+    }
+    if (status == SRNF_OK) {
+        status = mesh_expect(vtk->reader, vtk->reader->mesh.n_vertices, n);
+    }
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        int64_t type = 0, corners = 0;
+
+        status = vtk_block_index(&types, "type of cell", i, &type);
+        if (status == SRNF_OK) {
+            status = kind_of(vtk, i, type, &cells->kind);
+        }
+        if (status == SRNF_OK) {
+            status = next_cell(cells, i, &left, &corners);
+        }
+        if (status == SRNF_OK) {
+            status = cells->kind == CELL_PIXEL ? read_pixel(cells, i, corners)
+                                               : read_cell(cells, i, corners);
+        }
+    }
+    cells->n = 0;
+    vtk->done = true;
     return status;
 }
 
@@ -236,8 +335,6 @@ static int skip_field(struct vtk *vtk)
 
     for (size_t i = 0; i < arrays && status == SRNF_OK; i++) {
         size_t components = 0, tuples = 0, count = 0;
-        enum scalar_type type = SCALAR_NONE;
-        struct vtk_block block;
 
         if (!scan_word(&vtk->scan, &word)) {
             return mesh_truncated(vtk->reader, "field array", i, arrays);
@@ -254,15 +351,12 @@ static int skip_field(struct vtk *vtk)
         if (status == SRNF_OK) {
             status = vtk_next_count(vtk, "FIELD", &tuples);
         }
-        if (status == SRNF_OK) {
-            status = vtk_next_type(vtk, &type);
-        }
         if (status == SRNF_OK && __builtin_mul_overflow(components, tuples, &count)) {
             count = SIZE_MAX;
         }
+        count = count > INT64_MAX ? INT64_MAX : count;
         if (status == SRNF_OK) {
-            count = count > INT64_MAX ? INT64_MAX : count;
-            status = vtk_open_block(vtk, "numbers of a field", type, count, &block);
+            status = vtk_skip_array(vtk, count);
         }
     }
     return status;
@@ -283,6 +377,8 @@ static const struct {
     {"POINTS", false, read_points},
     {"POLYGONS", true, read_polygons},
     {"TRIANGLE_STRIPS", true, read_strips},
+    {"CELLS", true, open_grid_cells},
+    {"CELL_TYPES", true, read_types},
     {"VERTICES", false, skip_cells},
     {"LINES", false, skip_cells},
     {"FIELD", false, skip_field},
@@ -333,13 +429,17 @@ static int read_header(struct vtk *vtk)
         !scan_word_on_line(&vtk->scan, &word)) {
         return vtk_fail_at(vtk, word, "stands where a DATASET should");
     }
-    return token_is(word, "POLYDATA") ? SRNF_OK
-                                      : vtk_fail_at(vtk, word, "is not the dataset POLYDATA");
+    return token_is(word, "POLYDATA") || token_is(word, "UNSTRUCTURED_GRID")
+               ? SRNF_OK
+               : vtk_fail_at(
+                     vtk, word,
+                     "is not the dataset POLYDATA or UNSTRUCTURED_GRID; extract the surface");
 }
 
 int mesh_read_vtk(struct mesh_reader *reader)
 {
-    struct vtk vtk = {.reader = reader};
+    struct vtk_cells cells = {.kind = CELL_IGNORED};
+    struct vtk vtk = {.reader = reader, .pending = &cells};
     struct token word;
     int status;
 

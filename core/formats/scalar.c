@@ -136,6 +136,11 @@ void scalar_put_f64_le(unsigned char *bytes, double value)
     scatter(bytes, word, sizeof word, false);
 }
 
+void scalar_put_u64_le(unsigned char *bytes, uint64_t value)
+{
+    scatter(bytes, value, sizeof value, false);
+}
+
 void scalar_put_u32_be(unsigned char *bytes, uint32_t value)
 {
     scatter(bytes, value, sizeof value, true);

@@ -50,6 +50,7 @@ void scalar_put_u16_le(unsigned char *bytes, uint16_t value);
 void scalar_put_f32_le(unsigned char *bytes, float value);
 void scalar_put_f64_le(unsigned char *bytes, double value);
 void scalar_put_u32_be(unsigned char *bytes, uint32_t value);
+void scalar_put_u64_le(unsigned char *bytes, uint64_t value);
 void scalar_put_f64_be(unsigned char *bytes, double value);
 
 #endif

@@ -11,6 +11,7 @@ struct vtk {
     struct mesh_reader *reader;
     struct scan scan;
     bool binary, has_points, done;
+    struct vtk_cells *pending; /* section CELLS, until CELL_TYPES tells what they are */
 };
 
 /* Numbers of one type, one after the other. */
@@ -34,6 +35,10 @@ size_t vtk_least_bytes(const struct vtk *vtk, enum scalar_type type);
    whatever is read from the block later is there. */
 SRNF_CHECKED int vtk_open_block(struct vtk *vtk, const char *what, enum scalar_type type,
                                 size_t count, struct vtk_block *block);
+
+/* Passes an array of `count` elements whose type is the next word of the line: one of the numbers,
+   bit (packed in binary, eight to a byte), or a string. */
+SRNF_CHECKED int vtk_skip_array(struct vtk *vtk, size_t count);
 
 /* The next number of a block, at most as many as it was opened with; what and element are for the
    message. */

@@ -93,6 +93,67 @@ int vtk_open_block(struct vtk *vtk, const char *what, enum scalar_type type, siz
     return status;
 }
 
+/* A string of a binary file: its length in one, two, four or eight bytes, big-endian, whose first two
+   bits tell which; then its bytes. */
+static bool skip_binary_string(struct scan *scan)
+{
+    static const size_t sizes[4] = {8, 4, 2, 1};
+    size_t n = scan_left(scan) > 0 ? sizes[*scan->at >> 6] : 1;
+    uint64_t length = 0;
+
+    if (scan_left(scan) < n) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        length = (length << 8) | (i == 0 ? scan->at[i] & 0x3fu : scan->at[i]);
+    }
+    scan->at += n;
+    if (length > scan_left(scan)) {
+        return false;
+    }
+    scan->at += length;
+    return true;
+}
+
+/* In text each string is a line. */
+static int skip_strings(struct vtk *vtk, size_t count)
+{
+    struct token line;
+    int status = SRNF_OK;
+
+    (void)scan_line(&vtk->scan, &line);
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
+        if (!(vtk->binary ? skip_binary_string(&vtk->scan) : scan_line(&vtk->scan, &line))) {
+            return mesh_truncated(vtk->reader, "string", i, count);
+        }
+        status = mesh_step(vtk->reader);
+    }
+    return status;
+}
+
+int vtk_skip_array(struct vtk *vtk, size_t count)
+{
+    struct scan ahead = vtk->scan;
+    struct vtk_block block;
+    struct token word;
+    enum scalar_type type;
+    int status;
+
+    if (scan_word_on_line(&ahead, &word) &&
+        (token_is(word, "string") || token_is(word, "utf8_string"))) {
+        vtk->scan = ahead;
+        return skip_strings(vtk, count);
+    }
+    if (token_is(word, "bit")) {
+        vtk->scan = ahead;
+        return vtk_open_block(vtk, "bits of a field", SCALAR_UINT8,
+                              vtk->binary ? count / 8 + (count % 8 > 0) : count, &block);
+    }
+    status = vtk_next_type(vtk, &type);
+    return status == SRNF_OK ? vtk_open_block(vtk, "numbers of a field", type, count, &block)
+                             : status;
+}
+
 int vtk_block_number(struct vtk_block *block, const char *what, size_t element, double *value)
 {
     struct mesh_reader *reader = block->vtk->reader;

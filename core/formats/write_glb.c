@@ -11,7 +11,9 @@
  *
  * Source: Khronos Group, "glTF 2.0 Specification". Every part of BIN is a multiple of four bytes,
  * so every accessor is aligned. The bounds of positions and fields are those of the rounded
- * numbers, as the specification asks. Without normals, those of the faces around a vertex are
+ * numbers, as the specification asks. What the file says of itself is in asset.extras (name, space,
+ * comment), and what the fields are in extras.fields of the mesh (name, unit, meaning of each
+ * attribute). Without normals, those of the faces around a vertex are
  * added, weighted by area.
  */
 #include "formats.h"
@@ -162,17 +164,74 @@ static int print_bounds(struct glb *glb, const struct part *part)
     return status;
 }
 
+/* "extras":{"name":"text",...} of the texts that are not NULL, after a comma; nothing where all
+   are. */
+static int print_texts(struct srnf_buffer *json, const char *before, const char *const texts[][2],
+                       size_t count)
+{
+    bool first = true;
+    int status = SRNF_OK;
+
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
+        if (texts[i][1]) {
+            status = mesh_buffer_print(json, "%s\"%s\":\"%s\"", first ? before : ",", texts[i][0],
+                                       texts[i][1]);
+            first = false;
+        }
+    }
+    return status == SRNF_OK && !first ? mesh_buffer_print(json, "}") : status;
+}
+
+static int print_asset(struct glb *glb)
+{
+    const struct srnf_mesh_description *d = &glb->output->description;
+    const char *const texts[3][2] = {
+        {"name", d->name}, {"space", d->space}, {"comment", d->comment}};
+    int status = mesh_buffer_print(
+        &glb->json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"libsrnf %s\"", SRNF_VERSION);
+
+    if (status == SRNF_OK) {
+        status = print_texts(&glb->json, ",\"extras\":{", texts, 3);
+    }
+    return status == SRNF_OK ? mesh_buffer_print(&glb->json, "},") : status;
+}
+
+/* What each field is, by the name of its attribute. */
+static int print_fields(struct glb *glb)
+{
+    const struct mesh_output *output = glb->output;
+    int status = mesh_buffer_print(&glb->json, "\"extras\":{\"fields\":{");
+
+    for (size_t i = 0; i < output->n_fields && status == SRNF_OK; i++) {
+        const struct srnf_mesh_field *field = &output->fields[i];
+        const char *const texts[3][2] = {
+            {"name", field->name}, {"unit", field->unit}, {"meaning", field->meaning}};
+
+        status = mesh_buffer_print(&glb->json, "%s\"%s\":", i > 0 ? "," : "", glb->names[i]);
+        if (status == SRNF_OK) {
+            status = print_texts(&glb->json, "{", texts, 3);
+        }
+    }
+    return status == SRNF_OK ? mesh_buffer_print(&glb->json, "}},") : status;
+}
+
 static int print_attributes(struct glb *glb)
 {
-    int status =
-        mesh_buffer_print(&glb->json,
-                          "{\"asset\":{\"version\":\"2.0\",\"generator\":\"libsrnf %s\"},"
-                          "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
-                          "\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":"
-                          "{\"metallicFactor\":0,\"roughnessFactor\":0.6}}],"
-                          "\"meshes\":[{\"primitives\":[{\"material\":0,\"attributes\":{",
-                          SRNF_VERSION);
+    int status = print_asset(glb);
 
+    if (status == SRNF_OK) {
+        status = mesh_buffer_print(&glb->json, "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+                                               "\"nodes\":[{\"mesh\":0}],\"materials\":[{"
+                                               "\"pbrMetallicRoughness\":"
+                                               "{\"metallicFactor\":0,\"roughnessFactor\":0.6}}],"
+                                               "\"meshes\":[{");
+    }
+    if (status == SRNF_OK && glb->output->n_fields > 0) {
+        status = print_fields(glb);
+    }
+    if (status == SRNF_OK) {
+        status = mesh_buffer_print(&glb->json, "\"primitives\":[{\"material\":0,\"attributes\":{");
+    }
     for (size_t i = 0; i + 1 < glb->n_parts && status == SRNF_OK; i++) {
         status = mesh_buffer_print(&glb->json, "%s\"%s\":%zu", i > 0 ? "," : "",
                                    glb->parts[i].attribute, i);

@@ -26,6 +26,9 @@ int mesh_write_obj(const struct mesh_output *output)
     int status = mesh_buffer_print(output->out, "# libsrnf %s\n", SRNF_VERSION);
 
     if (status == SRNF_OK) {
+        status = mesh_print_description(output, "#");
+    }
+    if (status == SRNF_OK) {
         status = write_vectors(output->out, "v", mesh->vertices, mesh->n_vertices);
     }
     if (status == SRNF_OK && output->normals) {

@@ -11,12 +11,18 @@
 static int write_header(const struct mesh_output *output)
 {
     const struct srnf_mesh *mesh = output->mesh;
-    int status = mesh_buffer_print(output->out,
-                                   "ply\nformat binary_little_endian 1.0\ncomment libsrnf %s\n"
+    int status = mesh_buffer_print(
+        output->out, "ply\nformat binary_little_endian 1.0\ncomment libsrnf %s\n", SRNF_VERSION);
+
+    if (status == SRNF_OK) {
+        status = mesh_print_description(output, "comment");
+    }
+    if (status == SRNF_OK) {
+        status = mesh_buffer_print(output->out,
                                    "element vertex %zu\n"
                                    "property double x\nproperty double y\nproperty double z\n",
-                                   SRNF_VERSION, mesh->n_vertices);
-
+                                   mesh->n_vertices);
+    }
     if (status == SRNF_OK && output->normals) {
         status = mesh_buffer_print(output->out,
                                    "property double nx\nproperty double ny\nproperty double nz\n");

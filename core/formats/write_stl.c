@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define HEADER_SIZE ((size_t)80)
@@ -16,7 +17,8 @@ int mesh_write_stl(const struct mesh_output *output)
 {
     const struct srnf_mesh *mesh = output->mesh;
     struct srnf_buffer *out = output->out;
-    char header[HEADER_SIZE] = "binary STL by libsrnf " SRNF_VERSION;
+    char header[HEADER_SIZE + 1] = "binary STL by libsrnf " SRNF_VERSION;
+    const char *space = output->description.space;
     static const double none[3] = {0, 0, 0};
     unsigned char count[4];
     int status;
@@ -25,6 +27,10 @@ int mesh_write_stl(const struct mesh_output *output)
         if (fabs(mesh->vertices[i]) > (double)FLT_MAX) {
             return SRNF_EINVAL;
         }
+    }
+    if (space) {
+        (void)snprintf(header, sizeof header, "binary STL by libsrnf %s, space: %s", SRNF_VERSION,
+                       space);
     }
     scalar_put_u32_le(count, (uint32_t)mesh->n_faces);
     status = mesh_buffer_reserve(out, HEADER_SIZE + sizeof count + RECORD_SIZE * mesh->n_faces);

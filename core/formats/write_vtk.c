@@ -63,12 +63,16 @@ int mesh_write_vtk(const struct mesh_output *output)
 {
     struct srnf_buffer *out = output->out;
     const struct srnf_mesh *mesh = output->mesh;
-    int status =
-        mesh_buffer_print(out,
-                          "# vtk DataFile Version 3.0\nlibsrnf %s\nBINARY\nDATASET POLYDATA\n"
-                          "POINTS %zu double\n",
-                          SRNF_VERSION, mesh->n_vertices);
+    const char *space = output->description.space, *comment = output->description.comment;
+    /* The title may have 255 characters. */
+    int status = mesh_buffer_print(out, "# vtk DataFile Version 3.0\nlibsrnf %s%s%.60s%s%s\n",
+                                   SRNF_VERSION, space ? ", space: " : "", space ? space : "",
+                                   comment ? "; " : "", comment ? comment : "");
 
+    if (status == SRNF_OK) {
+        status = mesh_buffer_print(out, "BINARY\nDATASET POLYDATA\nPOINTS %zu double\n",
+                                   mesh->n_vertices);
+    }
     if (status == SRNF_OK) {
         status = write_doubles(out, mesh->vertices, 3 * mesh->n_vertices);
     }

@@ -22,7 +22,15 @@ enum srnf_mesh_format {
     SRNF_MESH_VTK,        /* legacy polydata, ASCII and BINARY */
     SRNF_MESH_GIFTI,      /* ASCII, Base64Binary, GZipBase64Binary; both byte orders */
     SRNF_MESH_FREESURFER, /* binary triangle surface, big-endian, magic ff ff fe */
-    SRNF_MESH_GLB,        /* written only */
+    SRNF_MESH_GLB,        /* glTF 2.0 in one binary file */
+    SRNF_MESH_VTP,        /* VTK's XML polydata */
+    SRNF_MESH_GLTF,       /* glTF 2.0 as JSON with its buffers inside */
+    SRNF_MESH_MZ3,        /* of Surf Ice */
+    SRNF_MESH_FREESURFER_ASCII,
+    SRNF_MESH_BYU,       /* Movie.BYU */
+    SRNF_MESH_MNI_OBJ,   /* ascii and binary */
+    SRNF_MESH_GMSH,      /* 2.2 and 4.1, ascii and binary */
+    SRNF_MESH_BRAINVISA, /* ascii and binary */
 };
 
 /* A triangle mesh. Faces are counter-clockwise seen from outside. */
@@ -46,6 +54,8 @@ struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
 struct srnf_mesh_read_info {
     enum srnf_mesh_format format;
     size_t polygons_triangulated; /* faces with more than three corners, cut into triangles */
+    size_t face_count_error;      /* STL: faces that its header promises too many or too few */
+    size_t trailing_bytes;        /* STL: behind the last face, ignored */
     bool transform_ignored; /* GIfTI: the point set has a matrix to another space that does more
                                      than move the points; they are taken as they stand */
 };
@@ -53,8 +63,12 @@ struct srnf_mesh_read_info {
 /* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */
 enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size);
 
+/* What the bytes are where they are certainly no mesh that can be read, as one word ("zip", "nifti",
+   "pdf", ...); NULL if that cannot be told. What is packed by gzip is looked into. */
+const char *srnf_mesh_stranger(const void *bytes, size_t size);
+
 /* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer",
-   "glb"), and back. */
+   "glb", "vtp", "gltf", ...), and back. */
 const char *srnf_mesh_format_name(enum srnf_mesh_format format);
 enum srnf_mesh_format srnf_mesh_format_from_name(const char *name);
 
@@ -84,23 +98,44 @@ struct srnf_buffer {
 SRNF_CHECKED int srnf_buffer_append(struct srnf_buffer *buffer, const void *bytes, size_t size);
 void srnf_buffer_clear(struct srnf_buffer *buffer);
 
-/* A scalar per vertex that travels with a written mesh. */
+/* A scalar per vertex that travels with a written mesh. Unit and meaning are texts as those of
+   struct srnf_mesh_description, or NULL; GLB, VTP and GIfTI carry them. */
 struct srnf_mesh_field {
     const char *name;     /* [A-Za-z0-9_]+ */
     const double *values; /* [n_vertices] */
+    const char *unit;     /* "mm", "the input's unit", "1", ... */
+    const char *meaning;  /* one sentence */
+};
+
+/* What a written file says of itself, where its format has a place for it. Each is NULL or one line
+   of at most 160 printable ASCII characters other than " \ < > and &; GLB, VTP and GIfTI carry all
+   three, PLY and OBJ as comments, VTK space and comment in its title, STL the space. */
+struct srnf_mesh_description {
+    const char *name;    /* of the mesh */
+    const char *space;   /* of the coordinates: one word, "original" or "normalized" */
+    const char *comment; /* one sentence: units and place */
 };
 
 /*
- * Writes a mesh: PLY (binary little-endian), OBJ, STL (binary), VTK (legacy polydata, binary) or
- * GLB (glTF 2.0). Fields ride along in PLY (vertex properties), VTK (point data) and GLB (custom
- * attributes _NAME, and the first one as vertex colours); OBJ and STL cannot carry them.
+ * Writes a mesh: PLY (binary little-endian), OBJ, STL (binary), VTK (legacy polydata, binary), VTP
+ * (polydata in XML, base64), GIfTI (base64, gzip) or GLB (glTF 2.0). Fields ride along in PLY
+ * (vertex properties), VTK and VTP (point data), GIfTI (shape arrays) and GLB (custom attributes
+ * _NAME, and the first one as vertex colours); OBJ and STL cannot carry them.
  *   normals  [in] double[n_vertices][3] or NULL (then GLB computes area-weighted ones)
- * Coordinates are single precision in STL and GLB, double elsewhere.
- * Errors: SRNF_EINVAL (a format that is only read), SRNF_ENOMEM, SRNF_ELIMIT.
+ * Coordinates are single precision in STL, GIfTI and GLB, double elsewhere.
+ * Errors: SRNF_EINVAL (a format that is only read; a text that is not as above), SRNF_ENOMEM,
+ * SRNF_ELIMIT.
  */
 SRNF_CHECKED int srnf_mesh_write(const struct srnf_mesh *mesh, enum srnf_mesh_format format,
                                  const double *normals, const struct srnf_mesh_field *fields,
                                  size_t n_fields, struct srnf_buffer *out);
+/* The same, and the file says what it is.
+     description  [in] NULL: says nothing */
+SRNF_CHECKED int srnf_mesh_write_described(const struct srnf_mesh *mesh,
+                                           enum srnf_mesh_format format, const double *normals,
+                                           const struct srnf_mesh_field *fields, size_t n_fields,
+                                           const struct srnf_mesh_description *description,
+                                           struct srnf_buffer *out);
 
 /* Lossless repairs that srnf_mesh_prepare has made. */
 struct srnf_mesh_repairs {

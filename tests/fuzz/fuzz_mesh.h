@@ -35,7 +35,7 @@ static inline void fuzz_round_trip(const struct srnf_mesh *mesh, enum srnf_mesh_
     int status = srnf_mesh_write(mesh, format, NULL, NULL, 0, &file);
 
     fuzz_require(status == SRNF_OK || status == SRNF_EINVAL);
-    if (status == SRNF_OK && format != SRNF_MESH_GLB) {
+    if (status == SRNF_OK) {
         fuzz_require(srnf_mesh_read(file.data, file.size, SRNF_MESH_UNKNOWN, NULL, &again, NULL,
                                     NULL) == SRNF_OK);
         fuzz_require(again.n_faces == mesh->n_faces);
@@ -63,7 +63,7 @@ static inline int fuzz_mesh(const uint8_t *data, size_t size, enum srnf_mesh_for
     }
     fuzz_require(info.format == format);
     fuzz_check_mesh(&mesh);
-    for (int to = SRNF_MESH_PLY; to <= SRNF_MESH_GLB; to++) {
+    for (int to = SRNF_MESH_PLY; to <= SRNF_MESH_BRAINVISA; to++) {
         fuzz_round_trip(&mesh, (enum srnf_mesh_format)to);
     }
     srnf_mesh_clear(&mesh);

@@ -37,6 +37,14 @@ __attribute__((format(printf, 2, 3))) void file_print(struct srnf_buffer *out, c
                                                       ...);
 void file_number(struct srnf_buffer *out, enum file_number type, bool big_endian, double value);
 
+/* In mesh_files_other.c. */
+typedef void mesh_file_maker(const struct srnf_mesh *mesh, struct srnf_buffer *out);
+mesh_file_maker make_vtp_ascii, make_vtp_base64, make_vtp_zlib, make_vtp_raw, make_vtp_appended,
+    make_gltf, make_glb, make_mz3, make_fsascii, make_byu, make_mniobj_ascii, make_mniobj_little,
+    make_mniobj_big, make_brainvisa_ascii, make_brainvisa_little, make_brainvisa_big,
+    make_gmsh2_ascii, make_gmsh2_binary, make_gmsh4_ascii, make_gmsh4_binary, make_vtk_grid,
+    make_ply_packed, make_stl_packed, make_mz3_packed, make_off_free;
+
 /* A tetrahedron whose coordinates are exact in single precision; to be cleared by the caller. */
 struct srnf_mesh mesh_file_sample(void);
 

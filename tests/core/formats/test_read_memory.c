@@ -132,7 +132,7 @@ static void test_writing(void **state)
 {
     struct srnf_mesh sample = mesh_file_sample();
     double values[] = {1, 2, 3, 4};
-    struct srnf_mesh_field field = {"value", values};
+    struct srnf_mesh_field field = {.name = "value", .values = values};
 
     (void)state;
     for (int format = SRNF_MESH_PLY; format <= SRNF_MESH_GLB; format++) {
@@ -158,8 +158,15 @@ static void test_writing(void **state)
     assert_int_equal(live_blocks, 0);
 }
 
+static bool keeps_more(const struct mesh_file_kind *kind, const struct srnf_buffer *file)
+{
+    return kind->format == SRNF_MESH_GIFTI || kind->format == SRNF_MESH_VTP ||
+           file->data[0] == 0x1f;
+}
+
 /* max_memory is kept: with each ceiling a read ends in success or SRNF_ELIMIT, and never holds
-   more. What expat and zlib keep for themselves is not counted, so GIfTI is left out. */
+   more. What expat and zlib keep for themselves is not counted, so GIfTI, VTP and what is packed are
+   left out. */
 static void test_ceiling(void **state)
 {
     struct srnf_mesh sample = mesh_file_sample();
@@ -172,7 +179,7 @@ static void test_ceiling(void **state)
 
         reset(SIZE_MAX);
         kind->make(&sample, &file);
-        for (limits.max_memory = 0; status != SRNF_OK && kind->format != SRNF_MESH_GIFTI;
+        for (limits.max_memory = 0; status != SRNF_OK && !keeps_more(kind, &file);
              limits.max_memory += 16) {
             struct srnf_mesh mesh;
             size_t before = live_bytes;

@@ -47,8 +47,8 @@ static int set_up(void **state)
         sample->height[i] = v[2];
         sample->flat[i] = -1e300;
     }
-    sample->fields[0] = (struct srnf_mesh_field){"height", sample->height};
-    sample->fields[1] = (struct srnf_mesh_field){"flat_2", sample->flat};
+    sample->fields[0] = (struct srnf_mesh_field){.name = "height", .values = sample->height};
+    sample->fields[1] = (struct srnf_mesh_field){.name = "flat_2", .values = sample->flat};
     *state = sample;
     return 0;
 }
@@ -84,7 +84,8 @@ static struct srnf_mesh read_back(const struct srnf_buffer *file, enum srnf_mesh
 /* Double precision: the mesh comes back to the last bit, with or without normals and fields. */
 static void test_exact_round_trips(void **state)
 {
-    static const enum srnf_mesh_format formats[] = {SRNF_MESH_PLY, SRNF_MESH_OBJ, SRNF_MESH_VTK};
+    static const enum srnf_mesh_format formats[] = {SRNF_MESH_PLY, SRNF_MESH_OBJ, SRNF_MESH_VTK,
+                                                    SRNF_MESH_VTP};
     const struct sample *sample = *state;
 
     for (size_t i = 0; i < 8 * (sizeof formats / sizeof formats[0]); i++) {
@@ -261,7 +262,8 @@ static void test_glb(void **state)
     const unsigned char *binary, *bytes;
     size_t binary_size;
     json_t *json, *primitive, *attributes;
-    struct srnf_mesh_field fields[2] = {sample->fields[0], {"Other", sample->height}};
+    struct srnf_mesh_field fields[2] = {sample->fields[0],
+                                        {.name = "Other", .values = sample->height}};
 
     assert_int_equal(srnf_mesh_write(&sample->mesh, SRNF_MESH_GLB, NULL, fields, 2, &file),
                      SRNF_OK);
@@ -342,6 +344,53 @@ static void test_color_map(void **state)
 
 /* ---- What cannot be written ------------------------------------------------------------------ */
 
+/* What the file says of itself, and what its texts may be. */
+static void test_described(void **state)
+{
+    static const char *const wrong[] = {"a \"b\"", "two\nlines", "<b>", "a & b", "\xc3\xa9", "\\"};
+    static const enum srnf_mesh_format formats[] = {SRNF_MESH_PLY, SRNF_MESH_OBJ, SRNF_MESH_STL,
+                                                    SRNF_MESH_VTK, SRNF_MESH_VTP, SRNF_MESH_GIFTI,
+                                                    SRNF_MESH_GLB};
+    const struct sample *sample = *state;
+    struct srnf_mesh_description description = {
+        .name = "surf-1", .space = "original", .comment = "units of the input"};
+    struct srnf_mesh_field field = {
+        .name = "height", .values = sample->height, .unit = "mm", .meaning = "above the sea"};
+
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++) {
+        struct srnf_buffer file = {0};
+        struct srnf_mesh mesh;
+
+        assert_int_equal(srnf_mesh_write_described(&sample->mesh, formats[i], NULL, &field, 1,
+                                                   &description, &file),
+                         SRNF_OK);
+        /* VTP has strings as the codes of their characters. */
+        assert_true(contains(&file, "original", 8) ||
+                    contains(&file, "111 114 105 103 105 110 97 108 0", 32));
+        if (formats[i] == SRNF_MESH_GLB || formats[i] == SRNF_MESH_GIFTI) {
+            assert_true(contains(&file, "above the sea", 13) && contains(&file, "mm", 2));
+        }
+        mesh = read_back(&file, formats[i]);
+        assert_int_equal(mesh.n_faces, sample->mesh.n_faces);
+        srnf_mesh_clear(&mesh);
+        srnf_buffer_clear(&file);
+    }
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        struct srnf_buffer file = {0};
+
+        description.comment = wrong[i];
+        assert_int_equal(srnf_mesh_write_described(&sample->mesh, SRNF_MESH_PLY, NULL, &field, 1,
+                                                   &description, &file),
+                         SRNF_EINVAL);
+        description.comment = NULL;
+        field.unit = wrong[i];
+        assert_int_equal(srnf_mesh_write_described(&sample->mesh, SRNF_MESH_GLB, NULL, &field, 1,
+                                                   &description, &file),
+                         SRNF_EINVAL);
+        field.unit = NULL;
+    }
+}
+
 static void test_refusals(void **state)
 {
     static const char *const names[] = {"", "a b", "a-b", "x", "NZ", "\xc3\xa9", "Height", NULL};
@@ -355,10 +404,11 @@ static void test_refusals(void **state)
         assert_int_equal(srnf_mesh_write(&sample->mesh, SRNF_MESH_PLY, NULL, fields, 2, &file),
                          SRNF_EINVAL);
     }
-    for (int format = SRNF_MESH_UNKNOWN; format <= SRNF_MESH_GLB; format++) {
-        bool is_single = format == SRNF_MESH_STL || format == SRNF_MESH_GLB;
+    for (int format = SRNF_MESH_UNKNOWN; format <= SRNF_MESH_BRAINVISA; format++) {
+        bool is_single =
+            format == SRNF_MESH_STL || format == SRNF_MESH_GLB || format == SRNF_MESH_GIFTI;
         bool is_written = is_single || format == SRNF_MESH_PLY || format == SRNF_MESH_OBJ ||
-                          format == SRNF_MESH_VTK;
+                          format == SRNF_MESH_VTK || format == SRNF_MESH_VTP;
         enum srnf_mesh_format to = (enum srnf_mesh_format)format;
 
         sample->mesh.vertices[5] = NAN;
@@ -414,6 +464,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_fields, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_glb, set_up, tear_down),
         cmocka_unit_test(test_color_map),
+        cmocka_unit_test_setup_teardown(test_described, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_refusals, set_up, tear_down),
         cmocka_unit_test(test_buffer),
     };
