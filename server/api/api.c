@@ -118,7 +118,8 @@ static const char *types_taken(const struct api_route *route)
                "multipart/form-data";
     case ROUTE_MESH:
         return "the bytes of a mesh alone, no form, as application/octet-stream or model/ply, "
-               "model/obj, model/off, model/stl, model/vtk, model/gifti, model/freesurfer";
+               "model/obj, model/off, model/stl, application/x-vtk, application/x-vtp, "
+               "application/x-gifti+xml, model/gltf-binary, model/gltf+json, application/gzip";
     default:
         return "application/json";
     }

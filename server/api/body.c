@@ -2,7 +2,10 @@
  * body.c - bodies of requests: what kind a route takes, how long it may be, and JSON.
  */
 #include "api/json_memory.h"
+#include "api/respond.h"
 #include "api/routes.h"
+
+#include <string.h>
 
 #define SMALL_BODY ((size_t)1 << 20) /* bytes of an upload that may be small */
 /* Bytes of a JSON body that takes more than a few milliseconds. */
@@ -18,10 +21,27 @@ size_t json_body_limit(const struct api_route *route)
     return route->body == ROUTE_JSON ? ROUTE_JSON_MAX : ROUTE_INPUTS_MAX;
 }
 
+/* Whether the query asks for a format. */
+static bool has_format(const struct api_request *request)
+{
+    const char *cursor = request->query;
+    struct query_pair pair;
+    bool found = false;
+
+    while (!found && query_next(&cursor, &pair)) {
+        found = pair.name_length == strlen("format") &&
+                strncmp(pair.name, "format", pair.name_length) == 0;
+    }
+    return found;
+}
+
 bool api_is_upload(const struct api_request *request)
 {
     const struct api_route *route = request->route;
 
+    if (route && (route->flags & ROUTE_PARSES) && has_format(request)) {
+        return true;
+    }
     return route && request->body_size > 0 &&
            (route->body == ROUTE_MESH || route->body == ROUTE_SURFACE ||
             route->body == ROUTE_IMPORT ||

@@ -42,6 +42,8 @@ static json_t *repairs_json(const struct srnf_mesh_repairs *repairs,
     set_repair(list, "unreferenced-vertices-dropped", repairs->unreferenced_vertices_dropped);
     set_repair(list, "faces-flipped", repairs->faces_flipped);
     set_repair(list, "polygons-triangulated", info ? info->polygons_triangulated : 0);
+    set_repair(list, "face-count-corrected", info ? info->face_count_error : 0);
+    set_repair(list, "trailing-bytes-ignored", info ? info->trailing_bytes : 0);
     return list;
 }
 

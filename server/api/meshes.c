@@ -14,6 +14,7 @@
 #include "api/json_memory.h"
 #include "api/lists.h"
 #include "api/respond.h"
+#include "api/mesh_export.h"
 #include "api/routes.h"
 
 #include <stdio.h>
@@ -40,15 +41,24 @@ static const struct {
      "model/stl,application/sla,application/vnd.ms-pki.stl,model/x.stl-ascii,"
      "model/x.stl-binary"},
     {"vtk", "application/x-vtk", "application/x-vtk,model/vtk"},
-    {"gii", "application/x-gifti+xml", "application/x-gifti+xml,application/xml,text/xml"},
+    {"gii", "application/x-gifti+xml", "application/x-gifti+xml,model/gifti"},
     {"freesurfer", "application/x-freesurfer-surface", "application/x-freesurfer-surface"},
-    {"glb", "model/gltf-binary", ""},
+    {"glb", "model/gltf-binary", "model/gltf-binary"},
+    {"gltf", "model/gltf+json", "model/gltf+json"},
+    {"vtp", "application/x-vtp", "application/x-vtp,model/vtp"},
+    {"mz3", "application/x-mz3", "application/x-mz3"},
+    {"gmsh", "application/x-gmsh", "application/x-gmsh"},
+    {"freesurfer-ascii", "text/plain", ""},
+    {"byu", "text/plain", ""},
+    {"mni-obj", "application/octet-stream", ""},
+    {"brainvisa", "application/octet-stream", ""},
 };
 
 /* Types that say nothing about the format: it is told from the bytes. curl --data-binary sends the
    third. */
-static const char sniffed[] =
-    "application/octet-stream,text/plain,application/x-www-form-urlencoded";
+static const char sniffed[] = "application/octet-stream,text/plain,application/"
+                              "x-www-form-urlencoded,application/xml,text/xml,"
+                              "application/gzip,application/x-gzip,model/mesh";
 
 const char *mesh_media_type(const char *format)
 {
@@ -121,6 +131,29 @@ json_t *mesh_record(const struct store_mesh *mesh)
 
 /* ---- POST /v1/meshes ------------------------------------------------------------------------- */
 
+/* Where to go with what is no mesh. */
+static const char *way_out(const struct api_call *call)
+{
+    static const struct {
+        const char *kinds, *sentence;
+    } ways[] = {
+        {"zip,tar", "; a whole archive of meshes goes to POST /v1/imports"},
+        {"nifti,nrrd", "; POST it to /v1/volumes"},
+        {"npy", "; points of a surface on a grid go to POST /v1/surfaces"},
+    };
+    const char *kind = srnf_mesh_stranger(call->request->body, call->request->body_size);
+
+    if (!kind) {
+        return "; name the format by ?format= or Content-Type if it is one";
+    }
+    for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
+        if (list_has(ways[i].kinds, kind)) {
+            return ways[i].sentence;
+        }
+    }
+    return "";
+}
+
 /* The format asked for by ?format= or Content-Type, or sniffed. False when a problem was answered.
  */
 static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
@@ -134,9 +167,11 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
     *format = SRNF_MESH_UNKNOWN;
     if (query_get(call, "format", text, sizeof text, &refused)) {
         *format = srnf_mesh_format_from_name(text);
-        if (*format == SRNF_MESH_UNKNOWN || *format == SRNF_MESH_GLB) {
+        if (*format == SRNF_MESH_UNKNOWN) {
             problem_add(&problems, "/format",
-                        "format must be ply, obj, off, stl, vtk, gii or freesurfer, not \"%s\".",
+                        "format must be ply, obj, off, stl, vtk, vtp, gii, freesurfer, "
+                        "freesurfer-ascii, glb, gltf, mz3, byu, mni-obj, gmsh or brainvisa, not "
+                        "\"%s\".",
                         text);
             (void)problem_respond_list(call, "invalid-input", &problems);
             return false;
@@ -159,9 +194,7 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
                            &none, NULL, &error) == SRNF_OK) {
             srnf_mesh_clear(&none);
         }
-        (void)problem_respond(call, "unparsable-mesh",
-                              "%s; name the format by ?format= or Content-Type if it is one.",
-                              error.message);
+        (void)problem_respond(call, "unparsable-mesh", "%s%s.", error.message, way_out(call));
         return false;
     }
     return true;
@@ -214,7 +247,10 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
     if (status < 0) {
         const char *code = status == SRNF_ENOMEM ? "out-of-memory" : "unparsable-mesh";
 
-        if (error.element >= 0) {
+        if (status == SRNF_EFORMAT) {
+            (void)problem_respond(call, code, "%s (as %s)%s.", error.message, row->format,
+                                  way_out(call));
+        } else if (error.element >= 0) {
             (void)problem_respond(call, code, "%s (as %s, at byte, line or element %lld).",
                                   error.message[0] ? error.message : srnf_strerror(status),
                                   row->format, (long long)error.element);
@@ -332,18 +368,61 @@ void meshes_get(struct api_call *call)
     }
 }
 
+/* The prepared mesh in another format. */
+static void respond_converted(struct api_call *call, const struct store_mesh *row,
+                              const unsigned char *content, size_t size,
+                              const struct mesh_export *choice)
+{
+    const struct srnf_mesh_description description = {
+        .name = row->id,
+        .space = "original",
+        .comment = "the uploaded mesh after the lossless repairs of its report, in its own units"};
+    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
+    struct srnf_mesh_report report;
+    struct srnf_error error = {.element = -1};
+    struct srnf_mesh mesh = {0};
+    int status;
+
+    limits.context = &until_told;
+    status = srnf_mesh_read(content, size, srnf_mesh_format_from_name(row->format), &limits, &mesh,
+                            NULL, &error);
+    if (status == 0) {
+        status = srnf_mesh_prepare_within(&mesh, true, &until_told, &report);
+    }
+    if (status == 0 && mesh.n_faces == 0) {
+        status = SRNF_EDEGENERATE;
+    }
+    if (status == 0) {
+        mesh_export_respond(call, choice, row->id, &mesh, NULL, NULL, 0, &description);
+    } else {
+        (void)problem_respond(call, compute_problem_code(status), "%s.",
+                              error.message[0] ? error.message : srnf_strerror(status));
+    }
+    srnf_mesh_clear(&mesh);
+}
+
+static bool asks_for_format(struct api_call *call)
+{
+    bool refused = false;
+    char text[16];
+
+    return query_get(call, "format", text, sizeof text, &refused) || refused;
+}
+
 void meshes_content(struct api_call *call)
 {
+    bool packed, converted = asks_for_format(call);
+    struct mesh_export choice = {.format = ""};
     struct store_mesh mesh = {0};
     unsigned char *content = NULL;
     size_t size = 0;
     char tag[STORE_ID_MAX + 16];
     int status;
 
-    if (!find_mesh(call, &mesh)) {
+    if ((converted && !mesh_export_choose(call, &choice)) || !find_mesh(call, &mesh)) {
         return;
     }
-    (void)snprintf(tag, sizeof tag, "%s.content", mesh.id);
+    (void)snprintf(tag, sizeof tag, "%s.content%s%s", mesh.id, converted ? "." : "", choice.format);
     if (respond_not_modified(call, tag)) {
         goto out;
     }
@@ -352,9 +431,17 @@ void meshes_content(struct api_call *call)
         (void)problem_respond_store(call, status, "no-such-mesh", mesh.id);
         goto out;
     }
+    if (converted) {
+        respond_converted(call, &mesh, content, size, &choice);
+        free(content);
+        goto out;
+    }
+    packed = size > 2 && content[0] == 0x1f && content[1] == 0x8b;
     (void)api_response_header(call->response, "Content-Disposition",
-                              "attachment; filename=\"%s.%s\"", mesh.id, mesh.format);
-    respond_bytes(call, 200, mesh_media_type(mesh.format), content, size);
+                              "attachment; filename=\"%s.%s%s\"", mesh.id, mesh.format,
+                              packed ? ".gz" : "");
+    respond_bytes(call, 200, packed ? "application/gzip" : mesh_media_type(mesh.format), content,
+                  size);
 out:
     store_mesh_clear(&mesh);
 }

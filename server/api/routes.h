@@ -26,6 +26,7 @@ enum route_flag {
     ROUTE_PUBLIC = 2,   /* for anyone */
     ROUTE_MONITORS = 4, /* for admins, and tokens for metrics alone */
     ROUTE_PROBE = 8,    /* asked by monitors every few seconds */
+    ROUTE_PARSES = 16,  /* with ?format=, parses a stored mesh, as an upload does */
 };
 
 #define ROUTE_JSON_MAX ((size_t)8 << 20)

@@ -22,7 +22,7 @@ struct store_owner;   /* owner.h */
 #define SURFACE_RESOLUTION_MAX 100
 #define SURFACE_MESH_WORK_MAX 3e8
 
-/* A surface to be kept. source, fit, star, warnings and origin may be NULL; the JSON values are
+/* A surface to be kept. source, fit, star, warnings, origin and rotation may be NULL; the JSON values are
    taken over. */
 struct surface_description {
     const char *name;
@@ -34,9 +34,11 @@ struct surface_description {
     const char *parameterization;
     const char *route; /* "star", "area" or "given"; NULL: not known (toolkit/routes.h) */
     json_t *source, *fit, *star;
-    json_t *warnings;              /* an array, taken over; NULL: the record has none */
-    const double *smoothing;       /* of surfaces that encode made; NULL: the record has none */
-    const double *origin;          /* of the stored surface in the frame of the mesh */
+    json_t *warnings;        /* an array, taken over; NULL: the record has none */
+    const double *smoothing; /* of surfaces that encode made; NULL: the record has none */
+    /* Where it was: x = scale R' f + origin in the frame of the input, with R the rotation (rows;
+       NULL: none). NULL: it never was anywhere. */
+    const double *origin, *rotation;
     bool mirrored;                 /* the mirror image of what the mesh shows */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
     bool of_mesh_alone;            /* the source's mesh is all that it was made of */
@@ -56,6 +58,13 @@ int surface_save(struct store *store, const struct store_owner *owner,
 /* A number or string member of a stored surface's record; fallback where it has none. */
 double surface_record_number(const struct store_surface *surface, const char *name,
                              double fallback);
+/* Where a surface was before it was centred, scaled and turned: x = scale R' f + origin. */
+struct surface_place {
+    bool known; /* otherwise origin is 0, rotation the identity */
+    double scale, origin[3], rotation[9];
+};
+/* As the record of a stored surface has it. */
+struct surface_place surface_record_place(const struct store_surface *surface);
 /* Whether the record of a stored surface says that it is a mirror image. */
 bool surface_record_mirrored(const struct store_surface *surface);
 

@@ -336,13 +336,16 @@ static bool read_npy(struct api_call *call, struct given *given, struct problem_
     return done;
 }
 
-/* Centres and scales where that was asked for; returns the scale, or 0 when a problem was noted. */
+/* Centres and scales where that was asked for; returns the scale, or 0 when a problem was noted.
+   place: where the surface's origin then is in the coordinates that were sent. */
 static double normalize(struct given *given, struct srnf_surface_measures *measures,
-                        struct problem_list *list)
+                        double place[3], struct problem_list *list)
 {
     const double origin[3] = {0.0, 0.0, 0.0};
     size_t count = 3 * srnf_coefficient_count(given->degree);
     double scale = sqrt(measures->area);
+
+    memset(place, 0, sizeof origin);
 
     if (!isfinite(measures->area) || !isfinite(measures->volume) || !(measures->area > 0.0)) {
         problem_add(list, "", "the surface has no area, or one that is not finite");
@@ -351,6 +354,7 @@ static double normalize(struct given *given, struct srnf_surface_measures *measu
     if (!given->unit_area) {
         return 1.0;
     }
+    memcpy(place, measures->centroid, sizeof origin);
     srnf_surface_move(given->degree, given->coefficients, measures, origin);
     for (size_t i = 0; i < count; i++) {
         given->coefficients[i] /= scale;
@@ -372,6 +376,7 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
                                               .parameterization = "given"};
     const struct store_owner owner = call_owner(call);
     json_t *record = NULL;
+    double place[3];
     bool created = false;
     int status;
 
@@ -380,7 +385,8 @@ static void keep(struct api_call *call, struct given *given, struct problem_list
     }
     srnf_surface_measure(transform.sht, given->coefficients, &measures, transform.workspace);
     surface_transform_close(&transform);
-    description.scale = normalize(given, &measures, list);
+    description.scale = normalize(given, &measures, place, list);
+    description.origin = place;
     if (list->errors) {
         (void)problem_respond_list(call, "invalid-input", list);
         return;

@@ -2,25 +2,25 @@
  * surfaces_mesh.c - GET /v1/surfaces/{id}/mesh: the surface as triangles over a geodesic sphere,
  * with exact normals, in a format for viewing.
  *
- * Coordinates are those of the surface as stored; the record's scale multiplies them back to the
- * units of the mesh it came from. A surface whose source names a reference (those of a geodesic,
+ * With ?space=normalized, the default, coordinates are those of the surface as stored; with
+ * ?space=original they are those of what it came from, x = scale R' f + origin of its record. One
+ * that never was anywhere, such as a mean, gets back its scale alone. The file says which it is. A
+ * surface whose source names a reference (those of a geodesic,
  * deformed from its first) carries the scalar field "deformation": at each vertex, the distance
  * to the point of the reference with the same parameter. Maps that were stored with the surface
  * (significance and effect of a comparison) ride along, interpolated between their nodes.
  */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "api/mesh_export.h"
 #include "api/respond.h"
 #include "api/routes.h"
+#include "api/surfaces.h"
 #include "api/surfaces_grid.h"
 #include "compute/compute.h"
 #include "store/surface.h"
-
-static const char *const formats[] = {"ply", "obj", "stl", "vtk", "glb"};
-#define FORMATS (sizeof formats / sizeof formats[0])
 
 static bool refuse(struct api_call *call, const char *pointer, const char *detail)
 {
@@ -31,40 +31,21 @@ static bool refuse(struct api_call *call, const char *pointer, const char *detai
     return false;
 }
 
-/* The format that Accept likes best; NULL, with a problem answered, where it takes none. */
-static const char *negotiate_format(struct api_call *call)
-{
-    const char *types[FORMATS + 1] = {NULL};
-    int best;
-
-    for (size_t i = 0; i < FORMATS; i++) {
-        types[i] = mesh_media_type(formats[i]);
-    }
-    best = accept_best(call->request, types);
-    if (best < 0) {
-        (void)problem_respond(call, "not-acceptable",
-                              "This is served as %s, %s, %s, %s and %s; ?format= chooses, too.",
-                              types[0], types[1], types[2], types[3], types[4]);
-    }
-    return best < 0 ? NULL : formats[best];
-}
-
-/* ?format=, otherwise what Accept likes best, ply first. NULL when a problem was answered. */
-static const char *choose_format(struct api_call *call)
+/* ?space=: whether the units and place of the input are asked for. False when a problem was
+   answered. */
+static bool choose_space(struct api_call *call, bool *original)
 {
     bool refused = false;
     char text[16];
 
-    if (!query_get(call, "format", text, sizeof text, &refused)) {
-        return refused ? NULL : negotiate_format(call);
+    *original = false;
+    if (!query_get(call, "space", text, sizeof text, &refused)) {
+        return !refused;
     }
-    for (size_t i = 0; i < FORMATS; i++) {
-        if (strcmp(text, formats[i]) == 0) {
-            return formats[i];
-        }
-    }
-    (void)refuse(call, "/format", "format must be ply, obj, stl, vtk or glb");
-    return NULL;
+    *original = strcmp(text, "original") == 0;
+    return *original || strcmp(text, "normalized") == 0
+               ? true
+               : refuse(call, "/space", "space must be original or normalized");
 }
 
 /* ?resolution=: parts of each edge of the icosahedron. 0 when a problem was answered. */
@@ -111,7 +92,7 @@ static bool reference_of(const struct store_surface *surface, char id[STORE_ID_M
 
 /* What rides along with a mesh. */
 struct riders {
-    size_t count;
+    size_t count, n_vertices;
     double *values[1 + STORE_MAPS_MAX]; /* owned */
     struct srnf_mesh_field fields[1 + STORE_MAPS_MAX];
     struct store_maps maps; /* holds names */
@@ -196,38 +177,99 @@ static void add_maps(struct api_call *call, const struct store_surface *surface,
     jobs_transform_release(jobs, sht);
 }
 
-static void respond_mesh(struct api_call *call, const struct store_surface *surface,
-                         const char *format, size_t resolution)
+/* What the maps of this name are; unknown ones have no unit. */
+static const struct {
+    const char *name, *unit, *meaning;
+} meanings[] = {
+    {"deformation", "length", "distance to the point of the reference with the same parameter"},
+    {"significance", "1", "p-value of a difference here, corrected for all points of the map"},
+    {"fdr", "1", "least false discovery rate at which the difference here is found"},
+    {"effect", "length", "distance between the two group means here, in the scale of the mean"},
+    {"normalEffect", "length", "difference of the group means along the outward normal"},
+    {"pointwiseP", "1", "p-value of a difference here, not corrected"},
+    {"statistic", "1", "statistic of the test here"},
+};
+
+/* The names, units and meanings of the fields; lengths are in the space of the coordinates. */
+static void describe_riders(struct riders *riders, bool original, const double scale)
 {
+    for (size_t i = 0; i < riders->count; i++) {
+        struct srnf_mesh_field *field = &riders->fields[i];
+
+        for (size_t k = 0; k < sizeof meanings / sizeof meanings[0]; k++) {
+            if (strcmp(field->name, meanings[k].name) == 0) {
+                field->unit = meanings[k].unit;
+                field->meaning = meanings[k].meaning;
+            }
+        }
+        if (original && strcmp(field->name, "deformation") == 0) {
+            for (size_t v = 0; v < riders->n_vertices; v++) {
+                riders->values[i][v] *= scale;
+            }
+        }
+    }
+}
+
+/* x = scale R' f + origin; normals are turned. */
+static void put_in_place(const struct surface_place *place, struct srnf_mesh *mesh, double *normals)
+{
+    const double *r = place->rotation;
+
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        double *v = mesh->vertices + 3 * i, *n = normals + 3 * i;
+        const double f[3] = {v[0], v[1], v[2]}, m[3] = {n[0], n[1], n[2]};
+
+        for (size_t k = 0; k < 3; k++) {
+            v[k] =
+                place->scale * (r[k] * f[0] + r[3 + k] * f[1] + r[6 + k] * f[2]) + place->origin[k];
+            n[k] = r[k] * m[0] + r[3 + k] * m[1] + r[6 + k] * m[2];
+        }
+    }
+}
+
+static const char *comment_of(const struct surface_place *place, bool original, bool mirrored)
+{
+    if (!original) {
+        return "as stored: centred and scaled; the record has scale, origin and rotation";
+    }
+    if (!place->known) {
+        return "units of the input; the surface never had a place: its centroid stays where it is";
+    }
+    return mirrored ? "units and place of the input, as its mirror image"
+                    : "units, place and orientation of the input";
+}
+
+static void respond_mesh(struct api_call *call, const struct store_surface *surface,
+                         const struct mesh_export *choice, size_t resolution, bool original)
+{
+    const struct surface_place place = surface_record_place(surface);
+    const struct srnf_mesh_description description = {
+        .name = surface->id,
+        .space = original ? "original" : "normalized",
+        .comment = comment_of(&place, original, surface_record_mirrored(surface)),
+    };
     struct srnf_mesh mesh = {0}, sphere = {0};
-    struct srnf_buffer buffer = {0};
     struct riders riders = {.count = 0};
     double *normals = NULL;
-    unsigned char *bytes = NULL;
     int status = srnf_surface_triangulate((size_t)surface->lmax, surface->coefficients, resolution,
                                           &mesh, &normals);
 
+    riders.n_vertices = mesh.n_vertices;
     if (status == 0 && srnf_mesh_icosphere(resolution, &sphere) == 0) {
         add_deformation(call, surface, &sphere, &riders);
         add_maps(call, surface, &sphere, &riders);
+        describe_riders(&riders, original, place.scale);
         srnf_mesh_clear(&sphere);
     }
     if (status == 0) {
-        status = srnf_mesh_write(&mesh, srnf_mesh_format_from_name(format), normals, riders.fields,
-                                 riders.count, &buffer);
-    }
-    /* The buffer is the core's; a response owns memory of malloc. */
-    bytes = status == 0 ? malloc(buffer.size ? buffer.size : 1) : NULL;
-    if (bytes) {
-        memcpy(bytes, buffer.data, buffer.size);
-        (void)api_response_header(call->response, "Content-Disposition",
-                                  "attachment; filename=\"%s.%s\"", surface->id, format);
-        respond_bytes(call, 200, mesh_media_type(format), bytes, buffer.size);
+        if (original) {
+            put_in_place(&place, &mesh, normals);
+        }
+        mesh_export_respond(call, choice, surface->id, &mesh, normals, riders.fields, riders.count,
+                            &description);
     } else {
-        status = status ? status : SRNF_ENOMEM;
         (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
     }
-    srnf_buffer_clear(&buffer);
     clear_riders(&riders);
     srnf_free(normals);
     srnf_mesh_clear(&mesh);
@@ -236,12 +278,13 @@ static void respond_mesh(struct api_call *call, const struct store_surface *surf
 void surfaces_mesh(struct api_call *call)
 {
     struct store_surface surface = {0};
-    const char *format = choose_format(call);
-    char tag[STORE_ID_MAX + 48];
+    struct mesh_export choice;
+    char tag[STORE_ID_MAX + 96];
+    bool original;
     size_t resolution;
     int status;
 
-    if (!format) {
+    if (!mesh_export_choose(call, &choice) || !choose_space(call, &original)) {
         return;
     }
     status = store_surface_get_as(call->api->config.store, call->request->caller.name,
@@ -253,9 +296,10 @@ void surfaces_mesh(struct api_call *call)
     resolution = choose_resolution(call, (size_t)surface.lmax);
     if (resolution) {
         (void)api_response_header_text(call->response, "Vary", "Accept");
-        (void)snprintf(tag, sizeof tag, "%s.mesh.%zu.%s", surface.id, resolution, format);
+        (void)snprintf(tag, sizeof tag, "%s.mesh.%zu.%s%s", surface.id, resolution, choice.format,
+                       original ? ".original" : "");
         if (!respond_not_modified(call, tag)) {
-            respond_mesh(call, &surface, format, resolution);
+            respond_mesh(call, &surface, &choice, resolution, original);
         }
     }
     store_surface_clear(&surface);

@@ -57,8 +57,8 @@ static void warn_of_shape(json_t *record)
 json_t *surface_record(const struct store_surface *surface)
 {
     static const char *const kept[] = {
-        "area", "volume",     "centroid", "scale",    "parameterization", "route",   "source",
-        "fit",  "starShaped", "origin",   "mirrored", "smoothing",        "warnings"};
+        "area", "volume",     "centroid", "scale",    "parameterization", "route",     "source",
+        "fit",  "starShaped", "origin",   "rotation", "mirrored",         "smoothing", "warnings"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
     if (!json_is_object(stored)) {
@@ -94,6 +94,43 @@ double surface_record_number(const struct store_surface *surface, const char *na
 
     json_decref(record);
     return number;
+}
+
+/* Three numbers of a record; false where there are not. */
+static bool read_vector(const json_t *array, double vector[3])
+{
+    bool found = json_array_size(array) == 3;
+
+    for (size_t i = 0; i < 3 && found; i++) {
+        found = json_is_number(json_array_get(array, i));
+        vector[i] = json_number_value(json_array_get(array, i));
+    }
+    return found;
+}
+
+struct surface_place surface_record_place(const struct store_surface *surface)
+{
+    struct surface_place place = {.scale = surface_record_number(surface, "scale", 1.0),
+                                  .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+    const json_t *rows = json_object_get(record, "rotation");
+    double rotation[9], origin[3];
+
+    if (!(place.scale > 0.0)) {
+        place.scale = 1.0;
+    }
+    place.known = read_vector(json_object_get(record, "origin"), origin);
+    if (place.known) {
+        memcpy(place.origin, origin, sizeof origin);
+    }
+    if (place.known && json_array_size(rows) == 3 &&
+        read_vector(json_array_get(rows, 0), rotation) &&
+        read_vector(json_array_get(rows, 1), rotation + 3) &&
+        read_vector(json_array_get(rows, 2), rotation + 6)) {
+        memcpy(place.rotation, rotation, sizeof rotation);
+    }
+    json_decref(record);
+    return place;
 }
 
 bool surface_record_mirrored(const struct store_surface *surface)
@@ -133,6 +170,16 @@ static bool copy_maps(struct store_maps *copy, const struct store_maps *maps)
     return copy->values != NULL;
 }
 
+static json_t *json_rows(const double matrix[9])
+{
+    json_t *rows = json_array();
+
+    for (size_t i = 0; i < 3; i++) {
+        (void)json_array_append_new(rows, json_vector(matrix + 3 * i, 3));
+    }
+    return rows;
+}
+
 /* What the store keeps beside id, name, degree and time. */
 static char *record_text(struct surface_description *d)
 {
@@ -150,6 +197,9 @@ static char *record_text(struct surface_description *d)
     (void)json_object_set_new(record, "starShaped", or_null(d->star));
     (void)json_object_set_new(record, "origin",
                               d->origin ? json_vector(d->origin, 3) : json_null());
+    if (d->rotation) {
+        (void)json_object_set_new(record, "rotation", json_rows(d->rotation));
+    }
     (void)json_object_set_new(record, "mirrored", json_boolean(d->mirrored));
     if (d->smoothing) {
         (void)json_object_set_new(record, "smoothing", json_finite(*d->smoothing));

@@ -111,6 +111,7 @@ int compute_bridge_load(struct jobs_run *run, const struct srnf_context *context
         srnf_free(surface->coefficients);
         surface->coefficients = encoded.coefficients;
         surface->scale = encoded.scale;
+        memcpy(surface->origin, encoded.origin, sizeof surface->origin);
         *bridged = true;
     } else {
         srnf_free(encoded.coefficients);

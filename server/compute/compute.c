@@ -117,6 +117,7 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
         surface->degree = encoded.degree;
         surface->coefficients = encoded.coefficients;
         surface->scale = encoded.scale;
+        memcpy(surface->origin, encoded.origin, sizeof surface->origin);
         surface->route = srnf_parameterization_name(encoded.route);
         store_surface_id(surface->content, (int64_t)encoded.degree, encoded.coefficients,
                          encoded.scale);

@@ -260,6 +260,8 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
                         process_scale(run, path->pair.ends[1].id, path->pair.ends[1].scale)};
     bool mirrored[2] = {process_mirrored(run, path->pair.ends[0].id),
                         process_mirrored(run, path->pair.ends[1].id)};
+    /* The path is in the frame of its first surface. */
+    const struct surface_place place = process_place(run, &path->pair.ends[0]);
     char name[64], reference[STORE_ID_MAX] = "";
     json_t *records = json_array(), *record;
 
@@ -275,6 +277,8 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
             .mirrored = (i + 1 == geodesic->steps || mirrored[0]) && (i == 0 || mirrored[1]),
             .route = route_of(run, path, i),
             .source = process_source(run, "geodesic", mesh_of(path, i), i ? reference : NULL),
+            .origin = place.known ? place.origin : NULL,
+            .rotation = place.known ? place.rotation : NULL,
         };
 
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);

@@ -283,6 +283,8 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
     bool stored = !compute_is_mesh(fixed->id) && fixed->degree == pair->degree;
     const char *mesh = compute_is_mesh(moving->id) ? moving->id : NULL;
     const char *ids[2] = {fixed->id, moving->id};
+    const struct surface_place place = process_place(run, moving);
+    double rotation[9];
     struct surface_description description = {
         .name = "registered",
         .degree = pair->degree,
@@ -293,8 +295,17 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
         .mirrored = process_mirrored(run, moving->id),
         .route = routes_common(run, pair->bridged ? 1 : 2, ids, NULL),
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
+        .origin = place.known ? place.origin : NULL,
+        .rotation = place.known ? rotation : NULL,
     };
 
+    /* Turned by what the moving one was turned by before, and then by the registration. */
+    for (size_t i = 0; i < 9; i++) {
+        const double *row = pair->registration.rotation + i / 3 * 3;
+
+        rotation[i] = row[0] * place.rotation[i % 3] + row[1] * place.rotation[3 + i % 3] +
+                      row[2] * place.rotation[6 + i % 3];
+    }
     return process_keep_surface(run, &description, "the surface", result);
 }
 

@@ -174,6 +174,8 @@ static inline bool process_read(int status)
 /* The scale of a surface: `known` where that is positive, since it was encoded here, otherwise that
    of its record; 1 where there is none. */
 double process_scale(struct jobs_run *run, const char *id, double known);
+/* Where a surface was that a process has loaded (api/surfaces.h). */
+struct surface_place process_place(struct jobs_run *run, const struct compute_surface *surface);
 /* Whether the record of a surface says that it is a mirror image; a mesh is none. */
 bool process_mirrored(struct jobs_run *run, const char *id);
 

@@ -198,6 +198,24 @@ double process_scale(struct jobs_run *run, const char *id, double known)
     return scale > 0.0 ? scale : 1.0;
 }
 
+struct surface_place process_place(struct jobs_run *run, const struct compute_surface *surface)
+{
+    struct surface_place place = {.scale = surface->scale > 0.0 ? surface->scale : 1.0,
+                                  .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    struct store_surface stored = {0};
+
+    if (surface->scale > 0.0) {
+        memcpy(place.origin, surface->origin, sizeof place.origin);
+        place.known = true;
+    } else if (!compute_is_mesh(surface->id) &&
+               process_read(store_surface_get_as(jobs_run_store(run), jobs_run_owner(run),
+                                                 surface->id, false, &stored))) {
+        place = surface_record_place(&stored);
+    }
+    store_surface_clear(&stored);
+    return place;
+}
+
 bool process_mirrored(struct jobs_run *run, const char *id)
 {
     struct store_surface surface = {0};

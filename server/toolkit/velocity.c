@@ -251,6 +251,8 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
                      struct jobs_result *result)
 {
     bool stored = reference && strncmp(reference, "surf-", 5) == 0;
+    struct compute_surface of = {.scale = 0.0};
+    struct surface_place place = {.known = false};
     struct surface_description description = {
         .name = name,
         .degree = degree,
@@ -262,6 +264,15 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
         .source = process_source(run, process, NULL, stored ? reference : NULL),
     };
 
+    /* In the frame of the surface that it was reached from. */
+    if (stored) {
+        (void)snprintf(of.id, sizeof of.id, "%s", reference);
+        place = process_place(run, &of);
+    }
+    if (place.known) {
+        description.origin = place.origin;
+        description.rotation = place.rotation;
+    }
     return process_keep_surface(run, &description, "the surface", result);
 }
 
