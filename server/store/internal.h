@@ -39,6 +39,7 @@ struct store_write;
 
 struct store_writer {
     sqlite3 *db;
+    sqlite3_stmt *rollback; /* prepared, so that it does not fail where memory is short */
     pthread_t thread;
     bool started;
     pthread_mutex_t mutex;

@@ -86,9 +86,12 @@ void store_reader_return(struct store *store, struct store_reader *reader)
 {
     struct store_readers *readers = &store->readers;
     struct store_reader *surplus = NULL;
+    /* A COMMIT may fail for want of memory. Within its transaction a connection would see what it
+       saw then for ever. */
+    bool whole = reader && sqlite3_get_autocommit(reader->db);
 
     pthread_mutex_lock(&readers->mutex);
-    if (reader && readers->n_idle < IDLE_MAX) {
+    if (whole && readers->n_idle < IDLE_MAX) {
         reader->next = readers->idle;
         readers->idle = reader;
         readers->n_idle++;

@@ -76,6 +76,15 @@ static int run_write(struct store *store, struct store_write *write)
     return status == STORE_OK ? execute(db, "RELEASE one_write") : status;
 }
 
+/* Ends a transaction that has failed, unless SQLite has done so itself. */
+static void roll_back(struct store_writer *writer)
+{
+    if (!sqlite3_get_autocommit(writer->db)) {
+        (void)sqlite3_step(writer->rollback);
+        (void)sqlite3_reset(writer->rollback);
+    }
+}
+
 /* Runs the list as one transaction. On success each write has its own status; otherwise nothing
    was done. */
 static int run_group(struct store *store, struct store_write *list)
@@ -89,8 +98,8 @@ static int run_group(struct store *store, struct store_write *list)
     if (status == STORE_OK) {
         status = execute(db, "COMMIT");
     }
-    if (status != STORE_OK && !sqlite3_get_autocommit(db)) {
-        sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+    if (status != STORE_OK) {
+        roll_back(&store->writer);
     }
     store_recent_expire(store->recent);
     for (struct store_write *write = list; write && status == STORE_OK; write = write->next) {
@@ -285,7 +294,11 @@ int store_writer_start(struct store *store)
     struct store_writer *writer = &store->writer;
     pthread_condattr_t attributes;
 
+    if (sqlite3_prepare_v2(writer->db, "ROLLBACK", -1, &writer->rollback, NULL) != SQLITE_OK) {
+        return STORE_NOMEM;
+    }
     if (pthread_condattr_init(&attributes) != 0) {
+        sqlite3_finalize(writer->rollback);
         return STORE_NOMEM;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
@@ -295,6 +308,7 @@ int store_writer_start(struct store *store)
     sqlite3_wal_hook(writer->db, count_pages, writer);
     writer->started = pthread_create(&writer->thread, NULL, writer_main, store) == 0;
     if (!writer->started) {
+        sqlite3_finalize(writer->rollback);
         pthread_cond_destroy(&writer->wake);
         pthread_mutex_destroy(&writer->mutex);
         return STORE_NOMEM;
@@ -316,6 +330,7 @@ void store_writer_stop(struct store *store)
     pthread_join(writer->thread, NULL);
     pthread_cond_destroy(&writer->wake);
     pthread_mutex_destroy(&writer->mutex);
+    sqlite3_finalize(writer->rollback);
     writer->started = false;
 }
 
