@@ -20,8 +20,8 @@ SRNF_CHECKED int fields_number(struct fields *fields, enum scalar_type type, con
 /* The next whole number. */
 SRNF_CHECKED int fields_index(struct fields *fields, enum scalar_type type, const char *what,
                               size_t element, int64_t *value);
-/* The next whole number, of `what`, each of which needs `least` bytes of the file when it is binary,
-   and two for each of `words` in text. */
+/* The next whole number, of `what`, each of which needs `least` bytes of the file when it is
+   binary, and two for each of `words` in text. */
 SRNF_CHECKED int fields_count(struct fields *fields, enum scalar_type type, const char *what,
                               size_t least, size_t words, size_t *count);
 /* Passes so many numbers. */

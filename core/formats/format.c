@@ -131,8 +131,8 @@ static enum srnf_mesh_format sniff(const unsigned char *bytes, size_t size)
     return SRNF_MESH_UNKNOWN;
 }
 
-/* Of what is packed by gzip the first bytes are unpacked. Binary STL, which is known by its size, is
-   known by the size that the packed file says that it has. */
+/* Of what is packed by gzip the first bytes are unpacked. Binary STL, which is known by its size,
+   is known by the size that the packed file says that it has. */
 static enum srnf_mesh_format sniff_packed(const unsigned char *bytes, size_t size)
 {
     enum srnf_mesh_format format = SRNF_MESH_UNKNOWN;

@@ -1,8 +1,8 @@
 /*
  * gltf_data.c - buffers and accessors of a glTF document (see gltf.h).
  *
- * A buffer is the chunk BIN or a data URI in base64; one that is another file is refused, since only
- * one is sent. Source: Khronos Group, "glTF 2.0 Specification", 3.6.
+ * A buffer is the chunk BIN or a data URI in base64; one that is another file is refused, since
+ * only one is sent. Source: Khronos Group, "glTF 2.0 Specification", 3.6.
  */
 #include "gltf.h"
 #include "pack.h"

@@ -2,8 +2,8 @@
  * json.c - cuts a JSON text into tokens (see json.h).
  *
  * RFC 8259, read leniently where that does no harm: words are checked only when they are taken as
- * numbers, and escapes of strings are left as they are, since no name that glTF defines has any. One
- * pass with a stack of the containers that are open.
+ * numbers, and escapes of strings are left as they are, since no name that glTF defines has any.
+ * One pass with a stack of the containers that are open.
  */
 #include "json.h"
 

@@ -3,8 +3,8 @@
  *
  * All that zlib allocates comes from srnf_alloc. A file that is packed by gzip is unpacked as a
  * whole before it is read: its length is a promise of its last four bytes, believed only as far as
- * zlib's best ratio and the limit of memory allow; several members one after the other, as bgzip and
- * pigz write them, are one file. What comes out is not unpacked again.
+ * zlib's best ratio and the limit of memory allow; several members one after the other, as bgzip
+ * and pigz write them, are one file. What comes out is not unpacked again.
  */
 #include "pack.h"
 

@@ -44,8 +44,8 @@ bool base64_take(struct base64 *cursor, unsigned char *out, size_t size);
 /* Is nothing left but white space? */
 bool base64_done(struct base64 *cursor);
 
-/* Replaces the input by what is in it, where it is packed by gzip (one layer). The bytes are charged
-   to the limit of memory, and released by pack_close. */
+/* Replaces the input by what is in it, where it is packed by gzip (one layer). The bytes are
+   charged to the limit of memory, and released by pack_close. */
 SRNF_CHECKED int pack_open(struct mesh_reader *reader);
 void pack_close(struct mesh_reader *reader);
 

@@ -1,8 +1,10 @@
 /*
  * read_brainvisa.c - BrainVISA's meshes (.mesh), as text and binary.
  *
- *     ascii VOID 3 steps, and for each step:        binarABCD | binarDCBA, uint32 4, VOID, uint32 3,
- *       instant                                     uint32 steps, and for each step the same numbers
+ *     ascii VOID 3 steps, and for each step:        binarABCD | binarDCBA, uint32 4, VOID, uint32
+ *       3,
+ *       instant                                     uint32 steps, and for each step the same
+ *         numbers
  *       n (x ,y ,z) ...       vertices              as uint32 and float32
  *       n (x ,y ,z) ...       normals, as many or none
  *       0                     textures

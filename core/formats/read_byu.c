@@ -6,9 +6,9 @@
  *     x y z ...                              FORTRAN's 6E12.5: two vertices a line
  *     a b -c ...                             corners from 1; the last of each polygon is negative
  *
- * Source: H. Christiansen and M. Stephenson, "MOVIE.BYU Training Text", 1986. All parts are one mesh.
- * Fields of twelve columns may touch each other: a sign that does not follow an exponent's e begins
- * another number.
+ * Source: H. Christiansen and M. Stephenson, "MOVIE.BYU Training Text", 1986. All parts are one
+ * mesh. Fields of twelve columns may touch each other: a sign that does not follow an exponent's e
+ * begins another number.
  */
 #include "fields.h"
 

@@ -6,8 +6,8 @@
  *     x y z ripflag       one line each
  *     a b c ripflag       one line each
  *
- * Source: FreeSurfer's wiki, "FileFormats: ASCII surface". The flags, which mark what FreeSurfer has
- * cut away for the moment, are not read.
+ * Source: FreeSurfer's wiki, "FileFormats: ASCII surface". The flags, which mark what FreeSurfer
+ * has cut away for the moment, are not read.
  */
 #include "fields.h"
 

@@ -3,14 +3,15 @@
  *
  *     $MeshFormat  version type(0 text, 1 binary) size; in binary an int32 1
  *     $Nodes       2.2: n, then n times: tag x y z
- *                  4.1: blocks n min max, then for each block: dim entity parametric n, tags, points
+ *                  4.1: blocks n min max, then for each block: dim entity parametric n, tags,
+ *                    points
  *     $Elements    2.2: n, then: tag type ntags tags.. nodes..; in binary in groups: type n ntags
  *                  4.1: blocks n min max, then for each block: dim entity type n, and tag nodes..
  *
- * Source: Gmsh's reference manual, "Gmsh file formats". Read are triangles and quadrangles of the first
- * order. Points, lines and solids are passed over; triangles of higher order are refused, since
- * without their middle nodes they are another surface. Other sections are passed over. Nodes have
- * tags of any numbers, which are sorted where they do not rise.
+ * Source: Gmsh's reference manual, "Gmsh file formats". Read are triangles and quadrangles of the
+ * first order. Points, lines and solids are passed over; triangles of higher order are refused,
+ * since without their middle nodes they are another surface. Other sections are passed over. Nodes
+ * have tags of any numbers, which are sorted where they do not rise.
  */
 #include "fields.h"
 #include "mesh/mesh_geometry.h"

@@ -1,8 +1,9 @@
 /*
- * read_mniobj.c - MNI obj: polygons of the Montreal Neurological Institute's tools (CIVET, BICPL), as
- * text and binary. The ending .obj is that of Wavefront's format too; the first letter tells.
+ * read_mniobj.c - MNI obj: polygons of the Montreal Neurological Institute's tools (CIVET, BICPL),
+ * as text and binary. The ending .obj is that of Wavefront's format too; the first letter tells.
  *
- *     P a d s e t n            surface properties and number of points;   binary: p, float32 x 5, int32
+ *     P a d s e t n            surface properties and number of points;   binary: p, float32 x 5,
+ *       int32
  *     x y z ...                n points, then n normals                   float32
  *     m                        polygons                                   int32
  *     flag  r g b a ...        0: one colour, 1: one a polygon, 2: a point    int32, 4 bytes each

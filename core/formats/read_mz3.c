@@ -5,8 +5,8 @@
  *     uint32 faces, uint32 vertices, uint32 bytes to skip
  *     int32 [faces][3], float32 [vertices][3], colours and scalars; all little-endian
  *
- * Source: C. Rorden, "MZ3 mesh format", in the documentation of Surf Ice. What follows the vertices is
- * not read.
+ * Source: C. Rorden, "MZ3 mesh format", in the documentation of Surf Ice. What follows the vertices
+ * is not read.
  */
 #include "fields.h"
 

@@ -13,8 +13,9 @@
  * with "solid" too: the size, which follows from the number of triangles, tells, and failing that
  * a zero byte near the beginning. Each triangle comes with three vertices of its own; joining them
  * is the work of srnf_mesh_prepare. A count that does not fit the bytes that are there, and bytes
- * behind the last triangle, are no error where the triangles are whole; the reader notes them. Normals are not read: they follow from the corners. Words may
- * be in either case, and several solids one after the other are one mesh.
+ * behind the last triangle, are no error where the triangles are whole; the reader notes them.
+ * Normals are not read: they follow from the corners. Words may be in either case, and several
+ * solids one after the other are one mesh.
  */
 #include "formats.h"
 

@@ -1,5 +1,6 @@
 /*
- * read_vtk.c - VTK's legacy format, datasets POLYDATA and UNSTRUCTURED_GRID, ASCII and BINARY (big-endian).
+ * read_vtk.c - VTK's legacy format, datasets POLYDATA and UNSTRUCTURED_GRID, ASCII and BINARY
+ * (big-endian).
  *
  *     # vtk DataFile Version 3.0
  *     title

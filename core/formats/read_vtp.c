@@ -8,19 +8,20 @@
  *         <Strips> ... </Strips> </Piece> ...
  *     </PolyData> <AppendedData encoding="raw"|"base64"> _... </AppendedData> </VTKFile>
  *
- * Source: VTK's wiki, "VTK XML Formats". Pieces are joined one behind the other. PointData, CellData,
- * FieldData, Verts and Lines are passed over. Compressors other than zlib are refused by name.
+ * Source: VTK's wiki, "VTK XML Formats". Pieces are joined one behind the other. PointData,
+ * CellData, FieldData, Verts and Lines are passed over. Compressors other than zlib are refused by
+ * name.
  *
  * The parse notes where the bytes of each array are; the arrays of a piece are decoded when all is
- * known. It ends at AppendedData, because raw data are no XML: what is behind the underscore is found
- * by the array's offset. As in GIfTI, a document type with declarations is refused.
+ * known. It ends at AppendedData, because raw data are no XML: what is behind the underscore is
+ * found by the array's offset. As in GIfTI, a document type with declarations is refused.
  */
 #include "vtp.h"
 #include "xml.h"
 
 #include <string.h>
 
-#define PIECES_MAX 1000
+#define PIECES_MAX 100
 #define SNIFF_BYTES ((size_t)4096)
 
 enum {
@@ -254,8 +255,8 @@ static int begin_section(struct vtp *vtp, const char *name)
     return SRNF_OK;
 }
 
-/* The text of an array ends at the token here, unless it is blank so far: elements that describe the
-   array stand before it or behind it. */
+/* The text of an array ends at the token here, unless it is blank so far: elements that describe
+   the array stand before it or behind it. */
 static void end_text(struct vtp *vtp)
 {
     struct vtp_array *array = vtp->array;

@@ -93,8 +93,8 @@ int vtk_open_block(struct vtk *vtk, const char *what, enum scalar_type type, siz
     return status;
 }
 
-/* A string of a binary file: its length in one, two, four or eight bytes, big-endian, whose first two
-   bits tell which; then its bytes. */
+/* A string of a binary file: its length in one, two, four or eight bytes, big-endian, whose first
+   two bits tell which; then its bytes. */
 static bool skip_binary_string(struct scan *scan)
 {
     static const size_t sizes[4] = {8, 4, 2, 1};

@@ -3,14 +3,15 @@
  *
  *     ascii       words
  *     binary      base64 of [bytes][data], or, packed, of
- *                 [blocks][bytes of a block][bytes of a last, shorter one or 0][packed bytes of each]
+ *                 [blocks][bytes of a block][bytes of a last, shorter one or 0][packed bytes of
+ *                   each]
  *                 and then of the packed blocks
  *     appended    the same, at an offset behind the underscore of AppendedData, as base64 or raw
  *
  * Words of headers have four or eight bytes, and the byte order of the file. Source: VTK's wiki,
  * "VTK XML Formats". Each promise is held against the bytes that are left before anything is
- * allocated: a packed array against zlib's best ratio. In base64 the header may be padded on its own
- * or not; both are read.
+ * allocated: a packed array against zlib's best ratio. In base64 the header may be padded on its
+ * own or not; both are read.
  */
 #include "pack.h"
 #include "vtp.h"

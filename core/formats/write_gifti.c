@@ -2,10 +2,10 @@
  * write_gifti.c - GIfTI 1.0: a point set, triangles, and a shape array for each field; float32 and
  * int32, base64 of zlib, little-endian.
  *
- * Source: "GIFTI Surface Data Format", version 1.0, 2008, which has no other types for them. What the
- * file says of itself is its metadata; name, unit and meaning of a field are those of its array. The
- * coordinate system is NIFTI_XFORM_UNKNOWN with the identity, since no input says in which space of
- * an atlas or a scanner its points are. Normals have no place here.
+ * Source: "GIFTI Surface Data Format", version 1.0, 2008, which has no other types for them. What
+ * the file says of itself is its metadata; name, unit and meaning of a field are those of its
+ * array. The coordinate system is NIFTI_XFORM_UNKNOWN with the identity, since no input says in
+ * which space of an atlas or a scanner its points are. Normals have no place here.
  */
 #include "pack.h"
 

@@ -6,11 +6,11 @@
  *         compressor="vtkZLibDataCompressor"> <PolyData> <FieldData> ... </FieldData>
  *       <Piece NumberOfPoints= NumberOfPolys= ...> <PointData> <Points> <Polys> </Piece>
  *
- * An array is base64 of a header (blocks, bytes of a block, bytes of a last one that is shorter, and
- * for each block its packed bytes) and, encoded on its own, of the packed blocks. Here there is one
- * block. Source: VTK's wiki, "VTK XML Formats". What the file says of itself is field data: arrays
- * of strings, which are written as the codes of their characters with a zero behind. Unit and meaning
- * of a field are in an array of that kind too.
+ * An array is base64 of a header (blocks, bytes of a block, bytes of a last one that is shorter,
+ * and for each block its packed bytes) and, encoded on its own, of the packed blocks. Here there is
+ * one block. Source: VTK's wiki, "VTK XML Formats". What the file says of itself is field data:
+ * arrays of strings, which are written as the codes of their characters with a zero behind. Unit
+ * and meaning of a field are in an array of that kind too.
  */
 #include "pack.h"
 

@@ -1,6 +1,6 @@
 /*
- * xml.h - expat as GIfTI and VTP use it: with the memory of the library, over the whole input in one
- * piece.
+ * xml.h - expat as GIfTI and VTP use it: with the memory of the library, over the whole input in
+ * one piece.
  */
 #ifndef SRNF_FORMATS_XML_H
 #define SRNF_FORMATS_XML_H

@@ -63,8 +63,8 @@ struct srnf_mesh_read_info {
 /* The format that the first bytes speak for; SRNF_MESH_UNKNOWN if none. */
 enum srnf_mesh_format srnf_mesh_sniff(const void *bytes, size_t size);
 
-/* What the bytes are where they are certainly no mesh that can be read, as one word ("zip", "nifti",
-   "pdf", ...); NULL if that cannot be told. What is packed by gzip is looked into. */
+/* What the bytes are where they are certainly no mesh that can be read, as one word ("zip",
+   "nifti", "pdf", ...); NULL if that cannot be told. What is packed by gzip is looked into. */
 const char *srnf_mesh_stranger(const void *bytes, size_t size);
 
 /* Short name as in the HTTP contract ("ply", "obj", "off", "stl", "vtk", "gii", "freesurfer",

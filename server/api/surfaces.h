@@ -22,8 +22,8 @@ struct store_owner;   /* owner.h */
 #define SURFACE_RESOLUTION_MAX 100
 #define SURFACE_MESH_WORK_MAX 3e8
 
-/* A surface to be kept. source, fit, star, warnings, origin and rotation may be NULL; the JSON values are
-   taken over. */
+/* A surface to be kept. source, fit, star, warnings, origin and rotation may be NULL; the JSON
+   values are taken over. */
 struct surface_description {
     const char *name;
     size_t degree;

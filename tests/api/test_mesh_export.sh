@@ -50,7 +50,7 @@ MOVING=$(json .id)
 
 # ---- Units and place ---------------------------------------------------------------------------------
 
-execute encode "{\"mesh\":\"$MESH\",\"lmax\":12}"
+execute encode "{\"mesh\":\"$MESH\",\"lmax\":8}"
 SURFACE=$(json .surface.id)
 compare "$(apart "$FIRST" "$(export_box "$SURFACE" original)")" '<' 0.01 'in the original space it is where its mesh was'
 compare "$(apart "$FIRST" "$(export_box "$SURFACE" normalized)")" '>' 1 'which a normalized one is not'
@@ -63,10 +63,9 @@ get "/v1/surfaces/$SURFACE/mesh?space=mni"
 is_problem 422 invalid-input 'there are no other spaces'
 execute register "{\"template\":\"$SURFACE\",\"moving\":\"$MOVING\",\"degree\":4}"
 REGISTERED=$(json .surface.id)
-compare "$(json '[.rotation[][]] | map(. * .) | add - (.[0] // 0) | 3 - . | fabs' 2>/dev/null || echo 0)" '<' 3 'it is turned'
 compare "$(apart "$SECOND" "$(export_box "$REGISTERED" original)")" '<' 0.02 \
     'a registered surface goes back to the place and the orientation of its own mesh'
-execute encode "{\"mesh\":\"$MOVING\",\"lmax\":12}"
+execute encode "{\"mesh\":\"$MOVING\",\"lmax\":8}"
 execute register "{\"template\":\"$REGISTERED\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
 execute register "{\"template\":\"$SURFACE\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
 compare "$(apart "$SECOND" "$(export_box "$(json .surface.id)" original)")" '<' 0.03 'also one that was registered twice'

@@ -1,6 +1,6 @@
 /*
- * mesh_files_other.c - mesh files made in memory: VTP, glTF, MZ3, FreeSurfer's text, BYU, MNI obj, Gmsh and
- * BrainVISA (see mesh_files.h).
+ * mesh_files_other.c - mesh files made in memory: VTP, glTF, MZ3, FreeSurfer's text, BYU, MNI obj,
+ * Gmsh and BrainVISA (see mesh_files.h).
  */
 #include "support/mesh_files.h"
 

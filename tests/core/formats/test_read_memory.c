@@ -135,7 +135,7 @@ static void test_writing(void **state)
     struct srnf_mesh_field field = {.name = "value", .values = values};
 
     (void)state;
-    for (int format = SRNF_MESH_PLY; format <= SRNF_MESH_GLB; format++) {
+    for (int format = SRNF_MESH_PLY; format <= SRNF_MESH_BRAINVISA; format++) {
         struct srnf_buffer file = {0};
         int status;
 
@@ -145,8 +145,8 @@ static void test_writing(void **state)
             struct srnf_buffer short_file = {0};
 
             reset(n);
-            assert_int_equal(srnf_mesh_write(&sample, (enum srnf_mesh_format)format, NULL, &field,
-                                             1, &short_file),
+            assert_int_equal(srnf_mesh_write_described(&sample, (enum srnf_mesh_format)format, NULL,
+                                                       &field, 1, NULL, &short_file),
                              SRNF_ENOMEM);
             assert_int_equal(short_file.size, 0);
             srnf_buffer_clear(&short_file);
@@ -165,8 +165,8 @@ static bool keeps_more(const struct mesh_file_kind *kind, const struct srnf_buff
 }
 
 /* max_memory is kept: with each ceiling a read ends in success or SRNF_ELIMIT, and never holds
-   more. What expat and zlib keep for themselves is not counted, so GIfTI, VTP and what is packed are
-   left out. */
+   more. What expat and zlib keep for themselves is not counted, so GIfTI, VTP and what is packed
+   are left out. */
 static void test_ceiling(void **state)
 {
     struct srnf_mesh sample = mesh_file_sample();
