@@ -14,7 +14,6 @@
 #include "api/json_memory.h"
 #include "api/lists.h"
 #include "api/respond.h"
-#include "api/mesh_export.h"
 #include "api/routes.h"
 
 #include <stdio.h>
