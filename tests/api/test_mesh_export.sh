@@ -5,6 +5,13 @@
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
 
+REQUEST_SECONDS=400
+
+# Runs a process to its end, however long it takes.
+run() { # PROCESS INPUTS
+    execute "$1" "$2" --header 'Prefer: wait=300'
+}
+
 # Bounding box of an OBJ file: the three least coordinates and the three largest.
 box() { # FILE
     awk '$1 == "v" { for (k = 2; k <= 4; k++) { if (!n[k]++ || $k < lo[k]) lo[k] = $k; if (n[k] == 1 || $k > hi[k]) hi[k] = $k } }
@@ -50,7 +57,7 @@ MOVING=$(json .id)
 
 # ---- Units and place ---------------------------------------------------------------------------------
 
-execute encode "{\"mesh\":\"$MESH\",\"lmax\":8}"
+run encode "{\"mesh\":\"$MESH\",\"lmax\":8}"
 SURFACE=$(json .surface.id)
 compare "$(apart "$FIRST" "$(export_box "$SURFACE" original)")" '<' 0.01 'in the original space it is where its mesh was'
 compare "$(apart "$FIRST" "$(export_box "$SURFACE" normalized)")" '>' 1 'which a normalized one is not'
@@ -61,19 +68,19 @@ like "$(sed -n 1,4p "$SCRATCH/$SURFACE.original.obj" | tr '\n' ' ')" '# space: o
     'the file says so'
 get "/v1/surfaces/$SURFACE/mesh?space=mni"
 is_problem 422 invalid-input 'there are no other spaces'
-execute register "{\"template\":\"$SURFACE\",\"moving\":\"$MOVING\",\"degree\":4}"
+run register "{\"template\":\"$SURFACE\",\"moving\":\"$MOVING\",\"degree\":4}"
 REGISTERED=$(json .surface.id)
 compare "$(apart "$SECOND" "$(export_box "$REGISTERED" original)")" '<' 0.02 \
     'a registered surface goes back to the place and the orientation of its own mesh'
-execute encode "{\"mesh\":\"$MOVING\",\"lmax\":8}"
-execute register "{\"template\":\"$REGISTERED\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
-execute register "{\"template\":\"$SURFACE\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
+run encode "{\"mesh\":\"$MOVING\",\"lmax\":8}"
+run register "{\"template\":\"$REGISTERED\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
+run register "{\"template\":\"$SURFACE\",\"moving\":\"$(json .surface.id)\",\"degree\":4}"
 compare "$(apart "$SECOND" "$(export_box "$(json .surface.id)" original)")" '<' 0.03 'also one that was registered twice'
-execute geodesic "{\"from\":\"$SURFACE\",\"to\":\"$MOVING\",\"steps\":3,\"method\":\"linear\"}"
+run geodesic "{\"from\":\"$SURFACE\",\"to\":\"$MOVING\",\"steps\":3,\"method\":\"linear\"}"
 PATH_END=$(json '.surfaces[2].id')
 PATH_MIDDLE=$(json '.surfaces[1].id')
 compare "$(apart "$FIRST" "$(export_box "$PATH_MIDDLE" original)")" '<' 0.05 'a path lies where its first surface was'
-execute mean "{\"surfaces\":[\"$SURFACE\",\"$REGISTERED\"],\"register\":false}"
+run mean "{\"surfaces\":[\"$SURFACE\",\"$REGISTERED\"],\"register\":false}"
 MEAN=$(json .surface.id)
 like "$(export_box "$MEAN" original)" '^-[0-9]' 'a mean gets its units back, and stays around its centroid'
 like "$(cat "$SCRATCH/$MEAN.original.obj" | head -4 | tail -1)" 'never had a place' 'and says that it has no place'
