@@ -124,8 +124,8 @@ static enum archive_status charge_directory(struct archive_reader *reader,
     size_t count = 0;
 
     for (const unsigned char *at = bytes, *end = bytes + size;
-         (at = memmem(at, (size_t)(end - at), "PK\1\2", 4)) != NULL; at += 4) {
-        if (++count > ARCHIVE_ENTRIES_MAX) {
+         (at = memchr(at, 'P', (size_t)(end - at))) != NULL; at++) {
+        if (begins(at, (size_t)(end - at), 0, "PK\1\2", 4) && ++count > ARCHIVE_ENTRIES_MAX) {
             (void)snprintf(file->problem, sizeof file->problem,
                            "the archive has more than %zu entries", ARCHIVE_ENTRIES_MAX);
             return ARCHIVE_TOO_MUCH;
