@@ -35,6 +35,8 @@
 #define SMALL_MEMORY_MAX ((size_t)32 << 20)
 
 static const char *const json_types[] = {"application/json", NULL};
+static const char *const member_types[] = {"application/json", "text/csv",
+                                           "text/tab-separated-values", NULL};
 /* curl --data-binary sends the last one. */
 static const char *const import_types[] = {
     "application/zip,application/x-zip-compressed,application/x-tar,application/gzip",
@@ -113,6 +115,8 @@ static const char *types_taken(const struct api_route *route)
     switch (route->body) {
     case ROUTE_SURFACE:
         return "application/json, or application/x-npy or application/octet-stream for .npy";
+    case ROUTE_MEMBERS:
+        return "application/json, text/csv or text/tab-separated-values";
     case ROUTE_IMPORT:
         return "application/zip, application/x-tar, application/gzip, application/octet-stream, or "
                "multipart/form-data";
@@ -152,6 +156,8 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         fits = type_in(type, json_types);
     } else if (type && route->body == ROUTE_SURFACE) {
         fits = type_in(type, surface_types);
+    } else if (type && route->body == ROUTE_MEMBERS) {
+        fits = type_in(type, member_types);
     } else if (type && route->body == ROUTE_IMPORT) {
         fits = type_in(type, import_types);
     } else if (type && route->body == ROUTE_MESH) {
@@ -264,7 +270,8 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     }
     if (match.route->body != ROUTE_NO_BODY) {
         *max_body = body_limit(api, request);
-        if (route_takes_json(match.route) && *max_body > json_body_limit(match.route)) {
+        if ((route_takes_json(match.route) || match.route->body == ROUTE_MEMBERS) &&
+            *max_body > json_body_limit(match.route)) {
             *max_body = json_body_limit(match.route);
         }
     }

@@ -23,54 +23,40 @@
 #include "store/page.h"
 
 static const char *const body_names[] = {"name", "members", NULL};
+static const char *const copy_names[] = {"name", "from", "where", NULL};
 
 /* ---- POST: reading --------------------------------------------------------------------------- */
-
-static bool read_members(const json_t *given, struct store_cohort *cohort,
-                         struct problem_list *list)
-{
-    size_t count = json_array_size(given);
-    struct cohort_text text = {.text = NULL};
-    char pointer[64];
-    json_t *member;
-
-    if (!json_is_array(given) || count < 1 || count > COHORT_MEMBERS_MAX) {
-        problem_add(list, "/members", "must be an array of 1 to %d members", COHORT_MEMBERS_MAX);
-        return true;
-    }
-    for (size_t i = 0; i < count; i++) {
-        (void)snprintf(pointer, sizeof pointer, "/members/%zu", i);
-        member = cohort_read_member(json_array_get(given, i), pointer, list);
-        cohort_text_add(&text, member);
-        json_decref(member);
-    }
-    return cohort_text_finish(&text, cohort);
-}
 
 /* False when a problem was answered. */
 static bool read_cohort(struct api_call *call, const json_t *body, struct store_cohort *cohort)
 {
     const char *name = json_string_value(json_object_get(body, "name"));
+    bool copies = json_object_get(body, "from") != NULL, kept = false;
     struct problem_list list = {.errors = NULL};
+    struct cohort_text text = {.text = NULL};
 
-    cohort_check_names(body, body_names, "", &list);
+    cohort_check_names(body, copies ? copy_names : body_names, "", &list);
     if (cohort_name_valid(name)) {
         memcpy(cohort->name, name, strlen(name) + 1);
     } else {
-        problem_add(&list, "/name",
-                    "must be 1 to 100 letters, digits, dots, hyphens or underscores, and not . or "
-                    "..");
+        problem_add(&list, "/name", COHORT_NAME_SENTENCE);
     }
-    if (!read_members(json_object_get(body, "members"), cohort, &list)) {
+    if (copies && !cohort_read_copy(call, body, &text, &list)) {
         json_decref(list.errors);
-        (void)problem_respond(call, "out-of-memory", "The cohort does not fit into memory now.");
+        cohort_text_clear(&text);
         return false;
     }
+    if (!copies) {
+        (void)cohort_read_members(json_object_get(body, "members"), &text, &list);
+    }
+    kept = !list.errors && cohort_text_finish(&text, cohort);
     if (list.errors) {
         (void)problem_respond_list(call, "invalid-input", &list);
-        return false;
+    } else if (!kept) {
+        (void)problem_respond(call, "out-of-memory", "The cohort does not fit into memory now.");
     }
-    return true;
+    cohort_text_clear(&text);
+    return kept;
 }
 
 /* ---- Whose ----------------------------------------------------------------------------------- */
@@ -124,7 +110,7 @@ bool cohort_owner(struct api_call *call, const char *name, bool any, char owner[
 }
 
 /* The same for a request that may have ?owner=. What a caller may not see is not there. */
-static bool find_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
+bool cohort_find_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
 {
     const struct api_caller *caller = &call->request->caller;
     const char *name = call->parameters[0];
@@ -142,21 +128,24 @@ static bool find_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
 
 /* ---- Records --------------------------------------------------------------------------------- */
 
-static json_t *cohort_record(const struct api_call *call, const struct store_cohort *cohort,
-                             bool with_members)
+json_t *cohort_record(const struct api_call *call, const struct store_cohort *cohort,
+                      bool with_members)
 {
     bool own = strcmp(cohort->owner, call->request->caller.name) == 0;
     json_t *record = json_object(), *links = json_object();
-    char path[STORE_COHORT_NAME_MAX + STORE_OWNER_MAX + 40];
+    char path[STORE_COHORT_NAME_MAX + STORE_OWNER_MAX + 48];
 
     (void)snprintf(path, sizeof path, "/v1/cohorts/%s%s%s", cohort->name,
                    own ? "" : "?owner=", own ? "" : cohort->owner);
     (void)json_object_set_new(links, "self", json_string(path));
+    (void)snprintf(path, sizeof path, "/v1/cohorts/%s/members%s%s", cohort->name,
+                   own ? "" : "?owner=", own ? "" : cohort->owner);
+    (void)json_object_set_new(links, "members", json_string(path));
     (void)json_object_set_new(record, "name", json_string(cohort->name));
     (void)json_object_set_new(record, "owner",
                               cohort->owner[0] ? json_string(cohort->owner) : json_null());
     (void)json_object_set_new(record, "memberCount", json_integer((json_int_t)cohort->n_members));
-    if (with_members) {
+    if (with_members && cohort->n_members <= COHORT_MEMBERS_SHOWN) {
         (void)json_object_set_new(record, "members", cohort_members(cohort));
     }
     (void)json_object_set_new(record, "created", json_time(cohort->created_ms));
@@ -218,7 +207,7 @@ out:
 }
 
 /* The same name may stand for another cohort later: the tag is of the content. */
-static void cohort_tag(const struct store_cohort *cohort, char tag[120])
+void cohort_tag(const struct store_cohort *cohort, char tag[120])
 {
     (void)snprintf(tag, 120, "%s.%lld", cohort->digest, (long long)cohort->created_ms);
 }
@@ -229,7 +218,7 @@ void cohorts_get(struct api_call *call)
     char owner[STORE_OWNER_MAX], tag[120];
     int status;
 
-    if (!find_owner(call, owner)) {
+    if (!cohort_find_owner(call, owner)) {
         return;
     }
     status = store_cohort_get_as(call->api->config.store, owner, call->parameters[0], &cohort);
@@ -293,34 +282,32 @@ void cohorts_list(struct api_call *call)
     }
 }
 
-/* A cohort never changes; one of another content may only take its name between this look and the
-   deletion when it was deleted by somebody else meanwhile. */
+/* With If-Match only what has that tag is removed, whatever happens meanwhile. */
 void cohorts_delete(struct api_call *call)
 {
+    bool matched = api_request_header(call->request, "If-Match") != NULL;
     struct store *store = call->api->config.store;
-    struct store_cohort cohort;
+    struct store_cohort cohort = {.record = NULL};
     char owner[STORE_OWNER_MAX], tag[120];
-    bool refused = false;
     int status;
 
-    if (!find_owner(call, owner)) {
+    if (!cohort_find_owner(call, owner)) {
         return;
     }
     status = store_cohort_get_as(store, owner, call->parameters[0], &cohort);
     if (status == 0) {
         cohort_tag(&cohort, tag);
-        refused = respond_precondition_failed(call, tag);
-        store_cohort_clear(&cohort);
-    }
-    if (refused) {
-        return;
-    }
-    if (status == 0) {
-        status = store_cohort_delete_as(store, owner, call->parameters[0]);
+        if (respond_precondition_failed(call, tag)) {
+            goto out;
+        }
+        status = store_cohort_delete_as(store, owner, call->parameters[0],
+                                        matched ? cohort.digest : NULL);
     }
     if (status) {
         (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
     } else {
         call->response->status = 204;
     }
+out:
+    store_cohort_clear(&cohort);
 }

@@ -4,14 +4,20 @@
 #ifndef SRNFD_API_COHORTS_H
 #define SRNFD_API_COHORTS_H
 
+#include <stdio.h>
+
 #include "api/handler.h"
 
 struct store_cohort; /* store/cohort.h */
 
-#define COHORT_MEMBERS_MAX 1000
+#define COHORT_MEMBERS_MAX 100000
+#define COHORT_MEMBERS_SHOWN 1000 /* a record with more says where they are */
 #define COHORT_COVARIATES_MAX 64
 #define COHORT_TEXT_MAX 200 /* characters of labels, subjects, and texts among the covariates */
 #define COHORT_NAME_PATTERN "^[A-Za-z0-9._-]{1,100}$"
+
+#define COHORT_NAME_SENTENCE \
+    "must be 1 to 100 letters, digits, dots, hyphens or underscores, and not . or .."
 
 /* [A-Za-z0-9._-]{1,100}, and neither "." nor "..", which have a meaning of their own in paths. */
 bool cohort_name_valid(const char *name);
@@ -47,6 +53,22 @@ json_t *cohort_text_member(const char *text, size_t length);
 /* The members of a stored cohort as a JSON array of {id, label, subject, covariates, mirror, time,
    side}; NULL without memory. */
 json_t *cohort_members(const struct store_cohort *cohort);
+
+/* The record of a cohort (new reference). */
+json_t *cohort_record(const struct api_call *call, const struct store_cohort *cohort,
+                      bool with_members);
+/* The same for a request that may have ?owner=: false when a problem was answered. What a caller
+   may not see is not there. */
+bool cohort_find_owner(struct api_call *call, char owner[STORE_OWNER_MAX]);
+/* The entity tag: the same name may stand for another content later. */
+void cohort_tag(const struct store_cohort *cohort, char tag[120]);
+/* All members as CSV: id, label, subject, time, side, mirror and the covariates. */
+void cohort_write_table(FILE *out, const struct store_cohort *cohort);
+/* The members that a body gives, as a text (cohorts_edit.c); false without memory. */
+bool cohort_read_members(const json_t *given, struct cohort_text *text, struct problem_list *list);
+/* Those of the cohort "from" that are like "where"; false when a problem was answered. */
+bool cohort_read_copy(struct api_call *call, const json_t *body, struct cohort_text *text,
+                      struct problem_list *list);
 
 /* The record of a cohort without its members (new reference). */
 json_t *cohort_summary(const struct api_call *call, const struct store_cohort *cohort);

@@ -16,6 +16,7 @@ enum route_body {
     ROUTE_INPUTS,  /* application/json with arrays of numbers, up to ROUTE_INPUTS_MAX */
     ROUTE_MESH,    /* a mesh in any of its formats */
     ROUTE_SURFACE, /* JSON or .npy */
+    ROUTE_MEMBERS, /* JSON or a table as text, up to ROUTE_INPUTS_MAX */
     ROUTE_IMPORT,  /* an archive, or a form with files */
 };
 
@@ -74,6 +75,7 @@ api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients,
     surfaces_grid, surfaces_mesh;
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
 api_handler imports_create;
+api_handler cohorts_patch, cohorts_members, cohorts_put_members;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete;
 api_handler models_list, models_get, models_modes, models_scores;

@@ -3,8 +3,9 @@
  * and surfaces. Two owners may give the same name to different lists.
  *
  * What is told of the members (labels, subjects, covariates) is part of the record, a text that
- * the layer above writes; the rows of cohort_member only hold in place what the cohort names. A
- * cohort never changes: the same name with another record is a conflict.
+ * the layer above writes; the rows of cohort_member only hold in place what the cohort names. A put
+ * of another record under a name that is taken is a conflict; to change a cohort is to replace it
+ * as a whole, by one who has seen what it was.
  */
 #include "store/internal.h"
 #include "store/batch.h"
@@ -151,24 +152,62 @@ struct put {
     int64_t created_ms;
 };
 
-/* Adds the member's row where the mesh or surface exists and its owner may name it. */
-static int add_member(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
-                      size_t position)
-{
-    const char *id = cohort->members[position];
-    bool mesh = strncmp(id, "mesh-", 5) == 0;
-    size_t changed = 0;
-    int status = store_execute(
-        db, &changed,
-        mesh ? "INSERT INTO cohort_member (owner, cohort, position, mesh) SELECT ?1, ?2, ?3, id "
-               "FROM mesh WHERE id = ?4 AND (?5 OR EXISTS "
-               "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))"
-             : "INSERT INTO cohort_member (owner, cohort, position, surface) SELECT ?1, ?2, ?3, id "
-               "FROM surface WHERE id = ?4 AND (?5 OR EXISTS "
-               "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))",
-        "ttiti", owner, cohort->name, (int64_t)position, id, (int64_t)cohort->view.all);
+#define ADD_MEMBER(kind)                                                                   \
+    "INSERT INTO cohort_member (owner, cohort, position, " kind ") SELECT ?1, ?2, ?3, id " \
+    "FROM " kind " WHERE id = ?4 AND (?5 OR EXISTS "                                       \
+    "(SELECT 1 FROM owned WHERE owned.owner = ?1 AND owned.id = ?4))"
 
-    return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
+/* Adds the member's row where the mesh or surface exists and its owner may name it. The statement
+   has owner, name and view bound. */
+static int add_member(sqlite3 *db, sqlite3_stmt *add, const char *id, size_t position)
+{
+    int status;
+
+    if (sqlite3_reset(add) != SQLITE_OK ||
+        sqlite3_bind_int64(add, 3, (sqlite3_int64)position) != SQLITE_OK ||
+        sqlite3_bind_text(add, 4, id, -1, SQLITE_STATIC) != SQLITE_OK) {
+        return store_map(db, sqlite3_errcode(db));
+    }
+    status = store_step(db, add);
+    return status == STORE_NOT_FOUND && sqlite3_changes(db) > 0 ? STORE_OK : status;
+}
+
+/* The rows of all members, with two statements for all: a cohort may have 100,000. */
+static int add_members(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
+                       size_t *missing)
+{
+    const int64_t all = cohort->view.all;
+    sqlite3_stmt *add[2] = {NULL};
+    int status = store_prepare(db, &add[0], ADD_MEMBER("mesh"), "ttiti", owner, cohort->name,
+                               INT64_C(0), "", all);
+
+    if (status == STORE_OK) {
+        status = store_prepare(db, &add[1], ADD_MEMBER("surface"), "ttiti", owner, cohort->name,
+                               INT64_C(0), "", all);
+    }
+    for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
+        bool surface = strncmp(cohort->members[i], "surf-", 5) == 0;
+
+        *missing = i;
+        status = add_member(db, add[surface], cohort->members[i], i);
+    }
+    sqlite3_finalize(add[0]);
+    sqlite3_finalize(add[1]);
+    return status;
+}
+
+static int insert_cohort(sqlite3 *db, const struct store_cohort *cohort, const char *owner,
+                         int64_t created_ms, size_t *missing)
+{
+    int status =
+        store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
+                      "tttiit", cohort->name, cohort->record, cohort->digest,
+                      (int64_t)cohort->n_members, created_ms, owner);
+
+    if (status == STORE_OK) {
+        status = add_members(db, cohort, owner, missing);
+    }
+    return status == STORE_OK ? store_owner_check(db, owner, 0) : status;
 }
 
 static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
@@ -191,17 +230,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
         status = store_owner_limit(db, owner, cohort->bytes_max);
     }
     if (status == STORE_OK) {
-        status =
-            store_execute(db, NULL, "INSERT INTO cohort (" COLUMNS ") VALUES (?, ?, ?, ?, ?, ?)",
-                          "tttiit", cohort->name, cohort->record, cohort->digest,
-                          (int64_t)cohort->n_members, put->now, owner);
-    }
-    for (size_t i = 0; status == STORE_OK && i < cohort->n_members; i++) {
-        status = add_member(db, cohort, owner, i);
-        put->missing = i;
-    }
-    if (status == STORE_OK) {
-        status = store_owner_check(db, owner, 0);
+        status = insert_cohort(db, cohort, owner, put->now, &put->missing);
     }
     put->created = status == STORE_OK;
     put->created_ms = put->now;
@@ -219,6 +248,61 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
     *created = status == STORE_OK && put.created;
     *missing = put.missing;
     cohort->created_ms = put.created_ms;
+    return status;
+}
+
+/* ---- Changing -------------------------------------------------------------------------------- */
+
+struct replacement {
+    struct store_cohort *cohort;
+    const char *name, *digest;
+    size_t missing;
+    bool changed;
+};
+
+static int run_replace(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct replacement *replacement = write->argument;
+    struct store_cohort *cohort = replacement->cohort, held, other = {.record = NULL};
+    const char *owner = cohort->owner;
+    int status = read_row(db, owner, replacement->name, &held);
+
+    (void)store;
+    replacement->changed = false;
+    if (status != STORE_OK) {
+        return status;
+    }
+    cohort->created_ms = held.created_ms;
+    replacement->changed = strcmp(held.digest, replacement->digest) != 0;
+    store_cohort_clear(&held);
+    if (replacement->changed) {
+        return STORE_CONFLICT;
+    }
+    if (strcmp(replacement->name, cohort->name) != 0) {
+        status = read_row(db, owner, cohort->name, &other);
+        store_cohort_clear(&other);
+        if (status != STORE_NOT_FOUND) {
+            return status == STORE_OK ? STORE_CONFLICT : status;
+        }
+        status = STORE_OK;
+    }
+    status = store_execute(db, NULL, "DELETE FROM cohort WHERE owner = ? AND name = ?", "tt", owner,
+                           replacement->name);
+    return status == STORE_OK
+               ? insert_cohort(db, cohort, owner, cohort->created_ms, &replacement->missing)
+               : status;
+}
+
+int store_cohort_replace(struct store *store, const char *name, const char *digest,
+                         struct store_cohort *cohort, bool *changed, size_t *missing)
+{
+    struct replacement replacement = {.cohort = cohort, .name = name, .digest = digest};
+    int status;
+
+    store_sha256_hex(cohort->digest, cohort->record, strlen(cohort->record));
+    status = store_write(store, run_replace, &replacement);
+    *changed = replacement.changed;
+    *missing = replacement.missing;
     return status;
 }
 
@@ -276,30 +360,33 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
 /* ---- Removing -------------------------------------------------------------------------------- */
 
 struct deletion {
-    const char *owner, *name;
+    const char *owner, *name, *digest;
 };
 
 static int run_delete(struct store *store, sqlite3 *db, struct store_write *write)
 {
     const struct deletion *deletion = write->argument;
     size_t changed = 0;
-    int status = store_execute(db, &changed, "DELETE FROM cohort WHERE owner = ? AND name = ?",
-                               "tt", deletion->owner, deletion->name);
+    int status = store_execute(db, &changed,
+                               "DELETE FROM cohort WHERE owner = ?1 AND name = ?2 "
+                               "AND coalesce(?3, digest) = digest",
+                               "ttt", deletion->owner, deletion->name, deletion->digest);
 
     (void)store;
     return status == STORE_OK && changed == 0 ? STORE_NOT_FOUND : status;
 }
 
-int store_cohort_delete_as(struct store *store, const char *owner, const char *name)
+int store_cohort_delete_as(struct store *store, const char *owner, const char *name,
+                           const char *digest)
 {
-    struct deletion deletion = {.owner = owner ? owner : "", .name = name};
+    struct deletion deletion = {.owner = owner ? owner : "", .name = name, .digest = digest};
 
     return store_write_freeing(store, run_delete, &deletion);
 }
 
 int store_cohort_delete(struct store *store, const char *name)
 {
-    return store_cohort_delete_as(store, "", name);
+    return store_cohort_delete_as(store, "", name, NULL);
 }
 
 struct list {

@@ -33,12 +33,20 @@ void store_cohort_clear(struct store_cohort *cohort);
    STORE_NOT_FOUND: member number *missing does not exist. */
 int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *created,
                      size_t *missing);
+/* Replaces the cohort `name` of cohort->owner, where its digest is this one, by the given one, that
+   may have another name; its time stays. STORE_CONFLICT: the digest is another one by now
+   (*changed), or the new name is taken. STORE_NOT_FOUND: there is no such cohort, or member number
+   *missing does not exist: in that case cohort->created_ms was set. */
+int store_cohort_replace(struct store *store, const char *name, const char *digest,
+                         struct store_cohort *cohort, bool *changed, size_t *missing);
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
 int store_cohort_delete(struct store *store, const char *name);
 /* Names are each owner's own; the functions above are for the owner "". */
 int store_cohort_get_as(struct store *store, const char *owner, const char *name,
                         struct store_cohort *cohort);
-int store_cohort_delete_as(struct store *store, const char *owner, const char *name);
+/* digest: only where the cohort has this one; NULL: whatever it has. */
+int store_cohort_delete_as(struct store *store, const char *owner, const char *name,
+                           const char *digest);
 /* Who has a cohort of that name: the first `most` of them by name, and how many there are. */
 int store_cohort_owners(struct store *store, const char *name, char (*owners)[STORE_OWNER_MAX],
                         size_t most, size_t *count);

@@ -364,7 +364,7 @@ static void cohort_names_are_each_owners(void **state)
     assert_string_equal(cohort.owner, "ben");
     store_cohort_clear(&cohort);
     assert_int_equal(store_cohort_get_as(store, "root", "group", &cohort), STORE_NOT_FOUND);
-    assert_int_equal(store_cohort_delete_as(store, "root", "group"), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_delete_as(store, "root", "group", NULL), STORE_NOT_FOUND);
     assert_int_equal(store_cohort_owners(store, "group", owners, 1, &count), STORE_OK);
     assert_int_equal(count, 2);
     assert_string_equal(owners[0], "ada");
@@ -374,8 +374,8 @@ static void cohort_names_are_each_owners(void **state)
     assert_int_equal(store_cohort_get_as(store, "root", "group", &cohort), STORE_OK);
     assert_string_equal(cohort.record, "[4]");
     store_cohort_clear(&cohort);
-    assert_int_equal(store_cohort_delete_as(store, "eve", "group"), STORE_NOT_FOUND);
-    assert_int_equal(store_cohort_delete_as(store, "ben", "group"), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(store, "eve", "group", NULL), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_delete_as(store, "ben", "group", NULL), STORE_OK);
     assert_int_equal(store_cohort_get_as(store, "ben", "group", &cohort), STORE_NOT_FOUND);
     assert_int_equal(store_cohort_get_as(store, "ada", "group", &cohort), STORE_OK);
     store_cohort_clear(&cohort);
@@ -397,7 +397,7 @@ static void cohorts_count(void **state)
     held = bytes_of(store, "ada");
     assert_int_equal(put_cohort(store, "ada", false, "[1]", id, &missing), STORE_OK);
     assert_in_range(bytes_of(store, "ada"), held + 3, held + 3 + STORE_ROW_MOST);
-    assert_int_equal(store_cohort_delete_as(store, "ada", "group"), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(store, "ada", "group", NULL), STORE_OK);
     assert_int_equal(bytes_of(store, "ada"), held);
     memset(text, 'x', 5000);
     assert_int_equal(put_cohort(store, "ada", false, text, id, &missing), STORE_QUOTA);

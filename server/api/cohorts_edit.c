@@ -1,0 +1,520 @@
+/*
+ * cohorts_edit.c - cohorts that are changed, and cohorts that are made of others.
+ *
+ * A change reads the text of the cohort member by member, writes a new one, and replaces the old in
+ * one transaction, if it is still the one that was read. Where another change came between, it is
+ * done again on what there is then; with If-Match it is 412 instead, so that two who edit what they
+ * have seen do not undo each other's work.
+ *
+ *   PATCH  adds members at the end, removes those with an id, changes what is said of those with
+ *          an id, renames
+ *   PUT    replaces the members by a list, as JSON or as a table with a column id
+ *   POST   with "from": copies another cohort, all members or those that "where" describes
+ */
+#include "api/cohorts.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "api/respond.h"
+#include "api/routes.h"
+#include "api/study_table.h"
+#include "store/cohort.h"
+
+#define ATTEMPTS 5 /* at a change that others come before */
+
+/* Makes the new text from the old; false when a problem was answered. */
+typedef bool edit_function(struct api_call *call, const void *what, const struct store_cohort *old,
+                           struct cohort_text *text, char name[STORE_COHORT_NAME_MAX]);
+
+static bool refuse_memory(struct api_call *call)
+{
+    (void)problem_respond(call, "out-of-memory", "The cohort does not fit into memory now.");
+    return false;
+}
+
+/* What a failed replacement means. */
+static void respond_failed(struct api_call *call, struct store_cohort *cohort, int status,
+                           bool changed, size_t missing)
+{
+    if (status == STORE_CONFLICT && changed) {
+        (void)problem_respond(call, "server-busy",
+                              "Others change the cohort all the time; try again in a moment.");
+    } else if (status == STORE_NOT_FOUND && cohort->created_ms == 0) {
+        (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
+    } else {
+        cohort_respond_refused(call, cohort, status, missing);
+    }
+}
+
+/* One attempt; *again: another change came before it. */
+static void attempt(struct api_call *call, edit_function *edit, const void *what, const char *owner,
+                    bool last, bool *again)
+{
+    struct store *store = call->api->config.store;
+    struct store_cohort old, cohort = {.view = call_view(call)};
+    struct cohort_text text = {.text = NULL};
+    bool changed = false;
+    size_t missing = 0;
+    char tag[120];
+    int status = store_cohort_get_as(store, owner, call->parameters[0], &old);
+
+    *again = false;
+    if (status != STORE_OK) {
+        (void)problem_respond_store(call, status, "no-such-cohort", call->parameters[0]);
+        return;
+    }
+    cohort_tag(&old, tag);
+    memcpy(cohort.name, old.name, sizeof cohort.name);
+    memcpy(cohort.owner, old.owner, sizeof cohort.owner);
+    if (respond_precondition_failed(call, tag) || !edit(call, what, &old, &text, cohort.name)) {
+        goto out;
+    }
+    if (!cohort_text_finish(&text, &cohort)) {
+        (void)refuse_memory(call);
+        goto out;
+    }
+    status = store_cohort_replace(store, old.name, old.digest, &cohort, &changed, &missing);
+    *again = status == STORE_CONFLICT && changed && !last;
+    if (status == STORE_OK) {
+        cohort_tag(&cohort, tag);
+        (void)api_response_header(call->response, "ETag", "\"%s\"", tag);
+        (void)api_response_header(call->response, "Location", "/v1/cohorts/%s", cohort.name);
+        respond_json(call, 200, cohort_record(call, &cohort, true));
+    } else if (!*again) {
+        respond_failed(call, &cohort, status, changed, missing);
+    }
+out:
+    cohort_text_clear(&text);
+    store_cohort_clear(&cohort);
+    store_cohort_clear(&old);
+}
+
+static void change(struct api_call *call, edit_function *edit, const void *what)
+{
+    char owner[STORE_OWNER_MAX];
+    bool again = true;
+
+    if (!cohort_find_owner(call, owner)) {
+        return;
+    }
+    for (int i = 0; again && i < ATTEMPTS; i++) {
+        attempt(call, edit, what, owner, i == ATTEMPTS - 1, &again);
+    }
+}
+
+static bool check_count(const struct cohort_text *text, struct problem_list *list)
+{
+    if (text->count > COHORT_MEMBERS_MAX) {
+        problem_add(list, "/members", "a cohort has at most %d members", COHORT_MEMBERS_MAX);
+    } else if (text->count == 0 && !text->failed) {
+        problem_add(list, "/members", "no member would be left; delete the cohort instead");
+    }
+    return !list->errors;
+}
+
+/* Ends an edit: false when a problem was answered. */
+static bool conclude(struct api_call *call, struct cohort_text *text, struct problem_list *list)
+{
+    if (text->failed || json_memory_failed()) {
+        json_decref(list->errors);
+        list->errors = NULL;
+        return refuse_memory(call);
+    }
+    if (!check_count(text, list)) {
+        (void)problem_respond_list(call, "invalid-input", list);
+        return false;
+    }
+    return true;
+}
+
+/* ---- PATCH ----------------------------------------------------------------------------------- */
+
+static const char *const patch_names[] = {"name", "add", "remove", "change", NULL};
+static const char *const change_names[] = {"id",     "label", "subject", "covariates",
+                                           "mirror", "time",  "side",    NULL};
+
+struct patch {
+    const json_t *body;
+    json_t *remove, *change; /* by id */
+    const char *name;
+};
+
+/* "change": by id. */
+static void read_changes(const json_t *changes, struct patch *patch, struct problem_list *list)
+{
+    char pointer[64];
+
+    for (size_t i = 0; i < json_array_size(changes); i++) {
+        json_t *one = json_array_get(changes, i);
+        const char *id = json_string_value(json_object_get(one, "id"));
+
+        (void)snprintf(pointer, sizeof pointer, "/change/%zu", i);
+        if (!cohort_member_id(id)) {
+            problem_add(list, pointer, "must be an object with the id of a member");
+        } else if (json_object_get(patch->change, id)) {
+            problem_add(list, pointer, "changes the same members as another one");
+        } else {
+            cohort_check_names(one, change_names, pointer, list);
+            (void)json_object_set(patch->change, id, one);
+        }
+    }
+}
+
+static void read_patch(const json_t *body, struct patch *patch, struct problem_list *list)
+{
+    const json_t *remove = json_object_get(body, "remove"),
+                 *change = json_object_get(body, "change");
+    const json_t *name = json_object_get(body, "name"), *add = json_object_get(body, "add");
+    char pointer[64];
+
+    cohort_check_names(body, patch_names, "", list);
+    if (name && !cohort_name_valid(json_string_value(name))) {
+        problem_add(list, "/name", COHORT_NAME_SENTENCE);
+    }
+    patch->name = json_string_value(name);
+    for (size_t i = 0; i < json_array_size(remove); i++) {
+        const char *id = json_string_value(json_array_get(remove, i));
+
+        (void)snprintf(pointer, sizeof pointer, "/remove/%zu", i);
+        if (cohort_member_id(id)) {
+            (void)json_object_set_new(patch->remove, id, json_integer((json_int_t)i));
+        } else {
+            problem_add(list, pointer, "must be the id of a member");
+        }
+    }
+    read_changes(change, patch, list);
+    if ((remove && !json_is_array(remove)) || (change && !json_is_array(change)) ||
+        (add && !json_is_array(add))) {
+        problem_add(list, "", "add, remove and change are arrays");
+    }
+}
+
+/* The member with what a change says of it; null takes away. */
+static json_t *changed_member(const json_t *member, json_t *change, const char *pointer,
+                              struct problem_list *list)
+{
+    json_t *given = json_deep_copy(member), *result, *value;
+    json_t *covariates = json_object_get(given, "covariates");
+    const char *name;
+
+    json_object_foreach(change, name, value)
+    {
+        if (strcmp(name, "covariates") != 0 || !json_is_object(value)) {
+            (void)json_object_set(given, name, value);
+        }
+    }
+    if (json_is_object(json_object_get(change, "covariates"))) {
+        (void)json_object_update(covariates, json_object_get(change, "covariates"));
+        json_object_foreach(json_object_get(change, "covariates"), name, value)
+        {
+            if (json_is_null(value)) {
+                (void)json_object_del(covariates, name);
+            }
+        }
+    }
+    if (json_is_null(json_object_get(given, "mirror"))) {
+        (void)json_object_del(given, "mirror");
+    }
+    result = cohort_read_member(given, pointer, list);
+    json_decref(given);
+    return result;
+}
+
+/* What the patch names and no member has. */
+static void note_absent(const json_t *wanted, const json_t *seen, const char *what,
+                        struct problem_list *list)
+{
+    union {
+        const json_t *constant;
+        json_t *object;
+    } of = {wanted};
+    json_t *value;
+    const char *id;
+
+    json_object_foreach(of.object, id, value)
+    {
+        if (!json_object_get(seen, id)) {
+            problem_add(list, what, "the cohort has no member %s", id);
+        }
+    }
+}
+
+static bool edit_patch(struct api_call *call, const void *what, const struct store_cohort *old,
+                       struct cohort_text *text, char name[STORE_COHORT_NAME_MAX])
+{
+    const struct patch *patch = what;
+    const json_t *add = json_object_get(patch->body, "add");
+    struct problem_list list = {.errors = NULL};
+    const char *at = old->record, *member_text;
+    json_t *seen = json_object();
+    char pointer[64];
+    size_t length;
+
+    if (patch->name) {
+        (void)snprintf(name, STORE_COHORT_NAME_MAX, "%s", patch->name);
+    }
+    while (cohort_text_next(&at, &member_text, &length)) {
+        json_t *member = json_loadb(member_text, length, 0, NULL);
+        const char *id = json_string_value(json_object_get(member, "id"));
+        json_t *change = id ? json_object_get(patch->change, id) : NULL;
+        bool removed = id && json_object_get(patch->remove, id);
+
+        if (change || removed) {
+            (void)json_object_set_new(seen, id, json_true());
+        }
+        if (change) {
+            json_t *changed = changed_member(member, change, "/change", &list);
+
+            json_decref(member);
+            member = changed;
+        }
+        if (!removed) {
+            cohort_text_add(text, member);
+        }
+        json_decref(member);
+    }
+    for (size_t i = 0; i < json_array_size(add); i++) {
+        json_t *member;
+
+        (void)snprintf(pointer, sizeof pointer, "/add/%zu", i);
+        member = cohort_read_member(json_array_get(add, i), pointer, &list);
+        cohort_text_add(text, member);
+        json_decref(member);
+    }
+    note_absent(patch->remove, seen, "/remove", &list);
+    note_absent(patch->change, seen, "/change", &list);
+    json_decref(seen);
+    return conclude(call, text, &list);
+}
+
+void cohorts_patch(struct api_call *call)
+{
+    struct patch patch = {.body = NULL, .remove = json_object(), .change = json_object()};
+    struct problem_list list = {.errors = NULL};
+    json_t *body = body_json(call);
+
+    if (body) {
+        patch.body = body;
+        read_patch(body, &patch, &list);
+        if (list.errors) {
+            (void)problem_respond_list(call, "invalid-input", &list);
+        } else {
+            change(call, edit_patch, &patch);
+        }
+    }
+    json_decref(patch.remove);
+    json_decref(patch.change);
+    json_decref(body);
+}
+
+/* ---- PUT ------------------------------------------------------------------------------------- */
+
+bool cohort_read_members(const json_t *given, struct cohort_text *text, struct problem_list *list)
+{
+    size_t count = json_array_size(given);
+    char pointer[64];
+
+    if (!json_is_array(given) || count < 1 || count > COHORT_MEMBERS_MAX) {
+        problem_add(list, "/members", "must be an array of 1 to %d members", COHORT_MEMBERS_MAX);
+        return true;
+    }
+    for (size_t i = 0; i < count; i++) {
+        json_t *member;
+
+        (void)snprintf(pointer, sizeof pointer, "/members/%zu", i);
+        member = cohort_read_member(json_array_get(given, i), pointer, list);
+        cohort_text_add(text, member);
+        json_decref(member);
+    }
+    return !text->failed;
+}
+
+/* The members that the body is: JSON with "members", or a table. */
+struct listed {
+    const json_t *members;
+    const struct study_table *table; /* NULL: JSON */
+};
+
+static bool edit_listed(struct api_call *call, const void *what, const struct store_cohort *old,
+                        struct cohort_text *text, char name[STORE_COHORT_NAME_MAX])
+{
+    const struct listed *listed = what;
+    struct problem_list list = {.errors = NULL};
+    char pointer[64];
+
+    (void)old;
+    (void)name;
+    if (!listed->table) {
+        (void)cohort_read_members(listed->members, text, &list);
+        return conclude(call, text, &list);
+    }
+    for (size_t i = 0; i < listed->table->cells.rows; i++) {
+        struct problem_list row = {.errors = NULL};
+        json_t *member =
+            study_table_member(listed->table, i, study_table_key(listed->table, i), &row);
+        const json_t *first = json_array_get(row.errors, 0);
+
+        if (first) {
+            const char *column = json_string_value(json_object_get(first, "pointer"));
+            const char *detail = json_string_value(json_object_get(first, "detail"));
+
+            (void)snprintf(pointer, sizeof pointer, "/members/%zu%.40s", i, column ? column : "");
+            problem_add(&list, pointer, "line %u: %s", listed->table->cells.lines[i + 1],
+                        detail ? detail : "");
+        }
+        json_decref(row.errors);
+        cohort_text_add(text, member);
+        json_decref(member);
+    }
+    return conclude(call, text, &list);
+}
+
+static void put_table(struct api_call *call)
+{
+    const struct api_request *request = call->request;
+    char problem[DELIMITED_PROBLEM_MAX];
+    struct study_table table;
+    const struct listed listed = {.table = &table};
+
+    switch (study_table_read(request->body, request->body_size, "id", &table, problem)) {
+    case DELIMITED_OK:
+        change(call, edit_listed, &listed);
+        break;
+    case DELIMITED_WRONG:
+        (void)problem_respond(call, "invalid-input", "The table cannot be read: %s.", problem);
+        break;
+    case DELIMITED_NO_MEMORY:
+        (void)refuse_memory(call);
+    }
+    study_table_clear(&table);
+}
+
+void cohorts_put_members(struct api_call *call)
+{
+    static const char *const names[] = {"members", NULL};
+    const char *type = api_request_header(call->request, "Content-Type");
+    struct problem_list list = {.errors = NULL};
+    struct listed listed = {.table = NULL};
+    json_t *body;
+
+    if (type && strncasecmp(type, "text/", 5) == 0) {
+        put_table(call);
+        return;
+    }
+    body = body_json(call);
+    if (!body) {
+        return;
+    }
+    cohort_check_names(body, names, "", &list);
+    listed.members = json_object_get(body, "members");
+    if (list.errors) {
+        (void)problem_respond_list(call, "invalid-input", &list);
+    } else {
+        change(call, edit_listed, &listed);
+    }
+    json_decref(body);
+}
+
+/* ---- POST with "from" ------------------------------------------------------------------------ */
+
+static const char *const where_names[] = {"label", "subject", "side", "time", "covariates", NULL};
+
+static bool equal(const json_t *value, const json_t *wanted)
+{
+    if (json_is_number(value) && json_is_number(wanted)) {
+        return json_number_value(value) >= json_number_value(wanted) &&
+               json_number_value(value) <= json_number_value(wanted);
+    }
+    return json_equal(value, wanted);
+}
+
+/* Whether a value is the one that is wanted, or one of them, or within {min, max}. null is what is
+   not said. */
+static bool fits(const json_t *value, const json_t *wanted)
+{
+    const json_t *low = json_object_get(wanted, "min"), *high = json_object_get(wanted, "max");
+
+    if (json_is_object(wanted)) {
+        return json_is_number(value) &&
+               (!low || json_number_value(value) >= json_number_value(low)) &&
+               (!high || json_number_value(value) <= json_number_value(high));
+    }
+    for (size_t i = 0; i < json_array_size(wanted); i++) {
+        if (fits(value, json_array_get(wanted, i))) {
+            return true;
+        }
+    }
+    return !json_is_array(wanted) && (value ? equal(value, wanted) : json_is_null(wanted));
+}
+
+static bool matches(const json_t *member, json_t *where)
+{
+    json_t *covariates = json_object_get(where, "covariates"), *wanted;
+    const char *name;
+
+    json_object_foreach(where, name, wanted)
+    {
+        if (strcmp(name, "covariates") != 0 && !fits(json_object_get(member, name), wanted)) {
+            return false;
+        }
+    }
+    json_object_foreach(covariates, name, wanted)
+    {
+        if (!fits(json_object_get(json_object_get(member, "covariates"), name), wanted)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool copy_members(const struct store_cohort *from, json_t *where, struct cohort_text *text)
+{
+    const char *at = from->record, *member_text;
+    size_t length;
+
+    while (cohort_text_next(&at, &member_text, &length)) {
+        json_t *member = json_loadb(member_text, length, 0, NULL);
+
+        if (matches(member, where)) {
+            cohort_text_add(text, member);
+        }
+        json_decref(member);
+    }
+    return !text->failed;
+}
+
+bool cohort_read_copy(struct api_call *call, const json_t *body, struct cohort_text *text,
+                      struct problem_list *list)
+{
+    const char *name = json_string_value(json_object_get(body, "from"));
+    json_t *where = json_object_get(body, "where");
+    struct store_cohort from;
+    char owner[STORE_OWNER_MAX];
+    int status;
+
+    if (!cohort_name_valid(name)) {
+        problem_add(list, "/from", "must be the name of a cohort");
+        return true;
+    }
+    if (where && !json_is_object(where)) {
+        problem_add(list, "/where", "must be an object");
+        return true;
+    }
+    cohort_check_names(where, where_names, "/where", list);
+    if (!cohort_owner(call, name, true, owner)) {
+        return false;
+    }
+    status = store_cohort_get_as(call->api->config.store, owner, name, &from);
+    if (status != STORE_OK) {
+        (void)problem_respond_store(call, status, "no-such-cohort", name);
+        return false;
+    }
+    if (copy_members(&from, where, text) && text->count == 0) {
+        problem_add(list, "/where", "no member of %s is like this", name);
+    }
+    store_cohort_clear(&from);
+    return true;
+}
