@@ -49,6 +49,9 @@ sqlite3
 shellcheck
 ca-certificates
 openssl
+perl-base
+unzip
+zip
 '
 
 PACKAGE='
@@ -197,7 +200,7 @@ if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
     say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, nginx (its program alone).'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, nginx (its program alone).'
     exit 1
 fi
 

@@ -39,7 +39,8 @@ bool api_is_upload(const struct api_request *request)
 {
     const struct api_route *route = request->route;
 
-    if (route && (route->flags & ROUTE_PARSES) && has_format(request)) {
+    if (route &&
+        ((route->flags & ROUTE_LONG) || ((route->flags & ROUTE_PARSES) && has_format(request)))) {
         return true;
     }
     return route && request->body_size > 0 &&
@@ -51,7 +52,9 @@ bool api_is_upload(const struct api_request *request)
 
 bool api_is_small(const struct api_request *request)
 {
-    return request->body_size <= SMALL_BODY;
+    const struct api_route *route = request->route;
+
+    return request->body_size <= SMALL_BODY && !(route && route->flags & ROUTE_LONG);
 }
 
 json_t *body_json(struct api_call *call)

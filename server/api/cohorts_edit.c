@@ -17,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/auth.h"
 #include "api/json_memory.h"
 #include "api/respond.h"
 #include "api/routes.h"

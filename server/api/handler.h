@@ -14,9 +14,9 @@
 #include "jobs/memory.h"
 
 struct compute_prepared; /* compute/prepared.h */
-struct store_job;     /* store/job.h */
-struct store_mesh;    /* store/mesh.h */
-struct store_surface; /* store/surface.h */
+struct store_job;        /* store/job.h */
+struct store_mesh;       /* store/mesh.h */
+struct store_surface;    /* store/surface.h */
 
 struct api_auth;     /* auth.c: tokens, and what each has used */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */

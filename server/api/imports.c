@@ -269,8 +269,20 @@ static void take_mesh(struct import *import, struct import_given *given)
         (void)snprintf(query, sizeof query, "format=%s", dot + 1);
         request.query = query;
     }
+    if (import->manifest && import->format && strlen(import->format) < 16) {
+        (void)snprintf(query, sizeof query, "format=%s", import->format);
+        request.query = query;
+    }
     name_of(strrchr(given->path, '/') ? strrchr(given->path, '/') + 1 : given->path, name);
+    if (import->manifest && import->name && strlen(import->name) < sizeof name &&
+        !name_problem(import->name)) {
+        (void)snprintf(name, sizeof name, "%s", import->name);
+    }
     if (mesh_read_body(&call, name, &row, &prepared, &held)) {
+        if (import->manifest && import->source && !held) {
+            free(row.source);
+            row.source = strdup(import->source);
+        }
         keep_mesh(import, &row, held, given);
     } else {
         refuse_answered(import, given->path, &response);
@@ -282,7 +294,13 @@ static void take_mesh(struct import *import, struct import_given *given)
 
 void import_take(struct import *import, struct import_given *given)
 {
-    if (is_table(given)) {
+    if (import_take_manifest(import, given) ||
+        (import->manifest && import_take_study(import, given))) {
+        return;
+    }
+    if (import->manifest) {
+        take_mesh(import, given);
+    } else if (is_table(given)) {
         take_table(import, given);
     } else if (is_volume(given->path)) {
         import_refuse(import, given->path, "volume",
@@ -366,6 +384,13 @@ static void respond_taken(struct import *import, const struct store_cohort *coho
     (void)json_object_set_new(answer, "meshes", meshes);
     (void)json_object_set_new(answer, "cohort",
                               cohort ? cohort_summary(import->call, cohort) : json_null());
+    if (import->manifest) {
+        (void)json_object_set_new(answer, "restored",
+                                  json_pack("{s:I, s:I, s:I}", "surfaces",
+                                            (json_int_t)import->n_restored[0], "models",
+                                            (json_int_t)import->n_restored[1], "jobs",
+                                            (json_int_t)import->n_restored[2]));
+    }
     (void)json_object_set(answer, "refused", import->refused);
     (void)json_object_set_new(answer, "refusedCount", json_integer((json_int_t)import->n_refused));
     if (cohort) {
@@ -419,7 +444,12 @@ static void finish(struct import *import)
                               import->table_path);
         return;
     }
-    import_match(import, &members);
+    if (!import->manifest) {
+        import_match(import, &members);
+    } else if (!import_study_members(import, &members)) {
+        cohort_text_clear(&members);
+        return;
+    }
     full = members.count <= COHORT_MEMBERS_MAX;
     if (json_memory_failed() || members.failed) {
         answer_memory(import);
@@ -427,10 +457,10 @@ static void finish(struct import *import)
         (void)problem_respond(import->call, "limit-exceeded",
                               "The import has %zu meshes; a cohort has at most %d members.",
                               members.count, COHORT_MEMBERS_MAX);
-    } else if ((import->n_refused > 0 && !import->partial) ||
-               (members.count == 0 && import->n_refused > 0)) {
+    } else if (import->n_refused > 0 &&
+               (!import->partial || members.count == 0 || import->manifest)) {
         respond_refused(import);
-    } else if (members.count == 0) {
+    } else if (members.count == 0 && !import->manifest) {
         (void)problem_respond(import->call, "unparsable-archive", "There is no mesh in the body.");
     } else {
         commit(import, &members);
@@ -450,6 +480,8 @@ static void clear(struct import *import)
     free(import->table_path);
     study_table_clear(&import->table);
     json_decref(import->refused);
+    json_decref(import->manifest);
+    json_decref(import->by_path);
     jobs_memory_discharge(jobs_memory_current(), import->charged);
 }
 

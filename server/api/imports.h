@@ -36,7 +36,12 @@ struct import {
     size_t n_refused;
     struct study_table table;
     char *table_path; /* NULL: there is no table */
-    int64_t room;     /* bytes that the owner may still take; below 0: any number */
+    /* Of an export: its manifest, its files by their paths, and of the next one its format,
+       name and source; NULL otherwise. How many surfaces, models and jobs came with it. */
+    json_t *manifest, *by_path;
+    const char *format, *name, *source;
+    size_t n_restored[3];
+    int64_t room; /* bytes that the owner may still take; below 0: any number */
     size_t charged;
 };
 
@@ -60,6 +65,13 @@ void import_take(struct import *import, struct import_given *given);
 
 /* Reads the body, whatever form it has, and takes each of its files (imports_body.c). */
 void import_read_body(struct import *import);
+
+/* Takes the manifest of an export, where this is one; false where it is none (imports_study.c). */
+bool import_take_manifest(struct import *import, const struct import_given *given);
+/* Takes a file of an export; false where it is a mesh, which is taken as others are. */
+bool import_take_study(struct import *import, struct import_given *given);
+/* The members that the manifest names; false when a problem was answered. */
+bool import_study_members(struct import *import, struct cohort_text *members);
 
 /* Matches the table with the files, and refuses what stands in one of them alone; then the members
    of the cohort (imports_match.c). */

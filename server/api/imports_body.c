@@ -57,7 +57,8 @@ static void take_entry(struct import *import, struct archive_file *file)
                                  .size = file->size,
                                  .own = file->bytes};
 
-    if (archive_is_one(file->bytes, file->size) && !strcasestr(file->path, ".gz")) {
+    if (!import->manifest && archive_is_one(file->bytes, file->size) &&
+        !strcasestr(file->path, ".gz")) {
         import_refuse(import, file->path, "nested-archive",
                       "it is an archive within an archive; unpack it, or send it by itself");
     } else if (!is_left_behind(file->path)) {

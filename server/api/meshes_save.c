@@ -74,7 +74,8 @@ static int row_of(const struct srnf_buffer *bytes, const struct srnf_context *co
     int status;
 
     limits.context = context;
-    status = srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh.mesh, &info, NULL);
+    status =
+        srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh.mesh, &info, NULL);
     if (status >= 0) {
         status = mesh_examine(&mesh, &info, context, &row->report);
     }

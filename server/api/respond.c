@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #define HEADER_VALUE_MAX 1024
 
@@ -41,6 +42,9 @@ void api_response_clear(struct api_response *response)
         }
     }
     free(response->body);
+    if (response->body_file) {
+        (void)close(response->body_file - 1);
+    }
     if (response->wait.state) {
         response->wait.free_state(response->wait.state);
     }

@@ -12,6 +12,7 @@
 #define JSON "application/json"
 #define NPY "application/x-npy"
 #define CSV "text/csv"
+#define ZIP "application/zip"
 #define EVENTS "text/event-stream"
 #define QUICK 0
 #define SLOW ROUTE_SLOW
@@ -100,6 +101,15 @@ const struct api_route api_routes[] = {
      {JSON}},
     {"DELETE", "/v1/cohorts/{name}", cohorts_delete, SLOW, ROUTE_NO_BODY, "owner", {0}},
 
+    {"GET",
+     "/v1/cohorts/{name}/export",
+     cohorts_export,
+     SLOW | ROUTE_LONG,
+     ROUTE_NO_BODY,
+     "owner",
+     {ZIP}},
+
+    {"GET", "/v1/models/{id}/export", models_export, SLOW | ROUTE_LONG, ROUTE_NO_BODY, "", {ZIP}},
     {"GET", "/v1/models", models_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/models/{id}", models_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"DELETE", "/v1/models/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},

@@ -26,6 +26,7 @@ enum route_flag {
     ROUTE_SLOW = 1,     /* needs a request thread: computes, or reads much */
     ROUTE_PUBLIC = 2,   /* for anyone */
     ROUTE_MONITORS = 4, /* for admins, and tokens for metrics alone */
+    ROUTE_LONG = 32,    /* without a body takes as long as an upload, and is handled as one */
     ROUTE_PROBE = 8,    /* asked by monitors every few seconds */
     ROUTE_PARSES = 16,  /* with ?format=, parses a stored mesh, as an upload does */
 };
@@ -74,7 +75,7 @@ void route_find(const char *method, const char *path, struct route_match *match,
 api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients, surfaces_srnf,
     surfaces_grid, surfaces_mesh;
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
-api_handler imports_create;
+api_handler imports_create, cohorts_export, models_export;
 api_handler cohorts_patch, cohorts_members, cohorts_put_members;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete;

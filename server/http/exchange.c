@@ -33,7 +33,7 @@ static void hold_response(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
 
-    if (response->body_size <= RESPONSE_FREE || response->static_body ||
+    if (response->body_size <= RESPONSE_FREE || response->static_body || response->body_file ||
         response->stream.job_id[0]) {
         return;
     }
@@ -97,7 +97,11 @@ static struct MHD_Response *make_response(struct exchange *exchange)
                          full ? "Too many streams of events are open; try again later."
                               : "There is not enough memory for the stream.");
     }
-    if (!mhd) {
+    if (!mhd && response->body_file) {
+        exchange->sent = response->body_size;
+        mhd = MHD_create_response_from_fd64(response->body_size, response->body_file - 1);
+        response->body_file = mhd ? 0 : response->body_file; /* the library closes it */
+    } else if (!mhd) {
         exchange->sent = response->body_size;
         union {
             const void *constant;

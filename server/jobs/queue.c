@@ -34,12 +34,10 @@ struct submission {
     char digest[65];
 };
 
-static int make_digest(struct jobs *jobs, struct submission *s)
+int jobs_digest(const char *process, const char *inputs, const char *build, const char *owner,
+                char digest[65])
 {
-    const char *build = jobs->config.numeric_build ? jobs->config.numeric_build : "";
-    const char *owner = s->owner->name;
-    const char *const parts[] = {s->process->id,       "\n", s->inputs, "\n", build,
-                                 owner[0] ? "\n" : "", owner};
+    const char *const parts[] = {process, "\n", inputs, "\n", build, owner[0] ? "\n" : "", owner};
     size_t size = 0, at = 0;
     char *text;
 
@@ -56,9 +54,16 @@ static int make_digest(struct jobs *jobs, struct submission *s)
         memcpy(text + at, parts[i], n);
         at += n;
     }
-    store_sha256_hex(s->digest, text, size);
+    store_sha256_hex(digest, text, size);
     free(text);
     return STORE_OK;
+}
+
+static int make_digest(struct jobs *jobs, struct submission *s)
+{
+    const char *build = jobs->config.numeric_build ? jobs->config.numeric_build : "";
+
+    return jobs_digest(s->process->id, s->inputs, build, s->owner->name, s->digest);
 }
 
 static enum jobs_submission joined_or_cached(const struct store_job *job)

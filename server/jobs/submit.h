@@ -33,4 +33,9 @@ int jobs_submit(struct jobs *jobs, const struct jobs_owner *owner, const char *p
                 const char *inputs, const char *idempotency_key, const char *body_digest,
                 struct store_job *job, enum jobs_submission *how);
 
+/* The digest by which a job is found again: of what it computes, by what, and for whom (build: the
+   numeric build). STORE_OK or STORE_NOMEM. */
+int jobs_digest(const char *process, const char *inputs, const char *build, const char *owner,
+                char digest[65]);
+
 #endif

@@ -12,8 +12,11 @@
 struct store;
 
 struct store_batch;
-struct store_cohort; /* store/cohort.h */
-struct store_mesh;   /* store/mesh.h */
+struct store_cohort;  /* store/cohort.h */
+struct store_job;     /* store/job.h */
+struct store_mesh;    /* store/mesh.h */
+struct store_model;   /* store/model.h */
+struct store_surface; /* store/surface.h */
 
 /* NULL without memory. */
 struct store_batch *store_batch_create(struct store *store);
@@ -33,6 +36,15 @@ int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, con
    borrowed until the batch is destroyed. */
 int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohort, bool *created,
                            size_t *missing);
+
+/* Adds what store_surface_put and store_model_put would store; the row is taken over as a mesh's
+   is. id: that a model must have; STORE_CORRUPT: it has another one. */
+int store_batch_add_surface(struct store_batch *batch, struct store_surface *surface);
+int store_batch_add_model(struct store_batch *batch, struct store_model *model, const char *id);
+/* Adds a successful job, with id, process, inputs, digest, build, owner and times set, and its
+   results; bytes_max as of struct store_owner. The job is taken over. */
+int store_batch_add_job(struct store_batch *batch, struct store_job *job, const char *results,
+                        size_t size, int64_t bytes_max);
 
 /* Puts added so far; the next one gets this number. */
 size_t store_batch_count(const struct store_batch *batch);

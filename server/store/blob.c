@@ -146,6 +146,18 @@ int store_blob_stage(struct store *store, const void *bytes, size_t size,
     return status;
 }
 
+int store_scratch_file(const struct store *store, int *status)
+{
+    int fd = openat(store->blobs_fd, TEMPORARY, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+
+    *status = fd < 0 ? store_map_errno(errno) : store_room(store);
+    if (fd >= 0 && *status != STORE_OK) {
+        close(fd);
+        fd = -1;
+    }
+    return fd;
+}
+
 void store_blob_unstage(struct store *store, const struct store_content *content)
 {
     if (content->temporary[0]) {

@@ -12,6 +12,7 @@
  * again they get another id.
  */
 #include "store/internal.h"
+#include "store/batch.h"
 #include "store/model.h"
 #include "store/page.h"
 #include "store/store.h"
@@ -351,6 +352,64 @@ int store_model_put(struct store *store, struct store_model *model, bool *create
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, model);
+    }
+    return status;
+}
+
+/* ---- As part of a batch ---------------------------------------------------------------------- */
+
+struct batched {
+    struct put put;
+    struct store_model model;
+};
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write put = {.argument = &batched->put};
+
+    return run_put(store, db, &put);
+}
+
+static void clear_batched(struct store *store, void *argument)
+{
+    struct batched *batched = argument;
+
+    for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+        store_blob_unstage(store, &batched->put.contents[i]);
+        free(batched->put.bytes[i]);
+    }
+    store_model_clear(&batched->model);
+    free(batched);
+}
+
+int store_batch_add_model(struct store_batch *batch, struct store_model *model, const char *id)
+{
+    struct store *store = store_batch_store(batch);
+    struct batched *batched = calloc(1, sizeof *batched);
+    size_t staged = 0;
+    int status;
+
+    if (!batched) {
+        store_model_clear(model);
+        return STORE_NOMEM;
+    }
+    batched->model = *model;
+    *model = (struct store_model){0};
+    batched->put = (struct put){.model = &batched->model, .now = store_now_ms()};
+    status = make_bytes(&batched->model, &batched->put);
+    batched->model.identity = NULL; /* borrowed, and done with */
+    if (status == STORE_OK && strcmp(batched->model.id, id) != 0) {
+        status = STORE_CORRUPT;
+    }
+    status = status == STORE_OK ? stage(store, &batched->put, &staged) : status;
+    if (status == STORE_OK) {
+        status =
+            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+        batched = status == STORE_OK ? NULL : batched;
+    }
+    if (batched) {
+        clear_batched(store, batched);
     }
     return status;
 }

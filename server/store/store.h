@@ -45,6 +45,10 @@ int store_room(const struct store *store);
 /* SELECT 1 through a reader: is the database there? */
 int store_ping(struct store *store);
 
+/* A descriptor of an empty file of the data directory that has no name and goes with it; -1 with
+   *status. */
+int store_scratch_file(const struct store *store, int *status);
+
 /* Removes files below blobs/ that no row names, unless a backup is being made. */
 int store_sweep_files(struct store *store, size_t *removed);
 

@@ -6,6 +6,7 @@
  * (lmax + 1)^2 of them.
  */
 #include "store/internal.h"
+#include "store/batch.h"
 #include "store/holdings.h"
 #include "store/page.h"
 #include "store/store.h"
@@ -219,6 +220,83 @@ int store_surface_put(struct store *store, struct store_surface *surface, bool *
     if (status == STORE_OK) {
         *created = put.created;
         status = adopt(store, surface);
+    }
+    return status;
+}
+
+/* ---- As part of a batch ---------------------------------------------------------------------- */
+
+struct batched {
+    struct put put;
+    struct store_surface surface;
+    struct store_content content, maps;
+    unsigned char *bytes, *map_bytes;
+};
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write put = {.argument = &batched->put};
+
+    return run_put(store, db, &put);
+}
+
+static void clear_batched(struct store *store, void *argument)
+{
+    struct batched *batched = argument;
+
+    store_blob_unstage(store, &batched->content);
+    store_blob_unstage(store, &batched->maps);
+    store_surface_clear(&batched->surface);
+    free(batched->bytes);
+    free(batched->map_bytes);
+    free(batched);
+}
+
+/* The bytes and what of them is on the disk. */
+static int stage_batched(struct store *store, struct batched *batched)
+{
+    struct store_surface *surface = &batched->surface;
+    size_t count = count_of(surface->lmax);
+    int status;
+
+    batched->bytes = malloc(count * 8);
+    if (!batched->bytes) {
+        return STORE_NOMEM;
+    }
+    store_put_doubles(batched->bytes, surface->coefficients, count);
+    status = store_blob_stage(store, batched->bytes, count * 8, &batched->content);
+    if (status == STORE_OK && surface->maps.count) {
+        batched->put.maps = &batched->maps;
+        status = store_maps_stage(store, &surface->maps, &batched->map_bytes, &batched->maps);
+    }
+    free(surface->coefficients);
+    surface->coefficients = NULL;
+    return status;
+}
+
+int store_batch_add_surface(struct store_batch *batch, struct store_surface *surface)
+{
+    struct store *store = store_batch_store(batch);
+    struct batched *batched = calloc(1, sizeof *batched);
+    int status;
+
+    if (!batched) {
+        store_surface_clear(surface);
+        return STORE_NOMEM;
+    }
+    batched->surface = *surface;
+    *surface = (struct store_surface){0};
+    batched->put = (struct put){
+        .surface = &batched->surface, .content = &batched->content, .now = store_now_ms()};
+    status = stage_batched(store, batched);
+    if (status == STORE_OK) {
+        status =
+            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+        batched = status == STORE_OK ? NULL : batched;
+    }
+    if (batched) {
+        clear_batched(store, batched);
     }
     return status;
 }

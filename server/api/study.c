@@ -1,0 +1,216 @@
+/*
+ * study.c - gathering a study: the members of a cohort, or a model, and all the work that rests on
+ * nothing else.
+ *
+ * A job belongs to a study if all meshes, surfaces and models that its inputs name do, and then
+ * what its results name does as well. Rounds over the owner's jobs go on until one adds nothing: as
+ * many as the longest chain of jobs, and one. So a study is complete: elsewhere every job's inputs
+ * are there, and the same request finds the same answer.
+ */
+#include "api/study.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+#include "store/holdings.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/model.h"
+#include "store/page.h"
+#include "store/surface.h"
+
+#define DIGITS 32
+
+bool study_begin(struct study *study, struct api_call *call, const char *owner)
+{
+    *study =
+        (struct study){.call = call, .owner = owner, .ids = json_object(), .jobs = json_object()};
+    return study->ids && study->jobs;
+}
+
+void study_end(struct study *study)
+{
+    json_decref(study->ids);
+    json_decref(study->jobs);
+}
+
+/* The next id in the text, and *at behind it; false at its end. */
+static bool next_id(const char **at, char id[STORE_ID_MAX])
+{
+    static const char *const kinds[] = {"mesh-", "surf-", "model-"};
+
+    for (const char *text = *at; (text = strchr(text, '-')) != NULL; text++) {
+        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+            size_t length = strlen(kinds[i]);
+
+            if (text - *at + 1 >= (ptrdiff_t)length &&
+                memcmp(text + 1 - length, kinds[i], length) == 0 &&
+                strspn(text + 1, "0123456789abcdef") == DIGITS) {
+                memcpy(id, text + 1 - length, length + DIGITS);
+                id[length + DIGITS] = '\0';
+                *at = text + 1 + DIGITS;
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+void study_add_text(struct study *study, const char *text)
+{
+    char id[STORE_ID_MAX];
+
+    while (study->status == STORE_OK && next_id(&text, id)) {
+        study_add(study, id);
+    }
+}
+
+static void note(struct study *study, int status)
+{
+    if (status != STORE_OK && status != STORE_NOT_FOUND && study->status == STORE_OK) {
+        study->status = status;
+    }
+}
+
+static void add_of_surface(struct study *study, const char *id)
+{
+    struct store_surface surface;
+    int status =
+        store_surface_get_as(study->call->api->config.store, study->owner, id, false, &surface);
+
+    note(study, status);
+    if (status == STORE_OK) {
+        json_t *record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
+        const json_t *source = json_object_get(record, "source");
+        const char *mesh = json_string_value(json_object_get(source, "mesh"));
+
+        if (mesh) {
+            study_add(study, mesh);
+        }
+        json_decref(record);
+        store_surface_clear(&surface);
+    }
+}
+
+static void add_of_model(struct study *study, const char *id)
+{
+    struct store_model model;
+    int status = store_model_get_as(study->call->api->config.store, study->owner, id, 0, &model);
+
+    note(study, status);
+    if (status == STORE_OK) {
+        study_add(study, model.mean);
+        study_add_text(study, model.record ? model.record : "");
+        store_model_clear(&model);
+    }
+}
+
+void study_add(struct study *study, const char *id)
+{
+    int status;
+
+    if (json_object_get(study->ids, id)) {
+        return;
+    }
+    status = store_owner_has(study->call->api->config.store, study->owner, id);
+    note(study, status);
+    if (status != STORE_OK) {
+        return;
+    }
+    (void)json_object_set_new(study->ids, id, json_true());
+    if (strncmp(id, "surf-", 5) == 0) {
+        add_of_surface(study, id);
+    } else if (strncmp(id, "model-", 6) == 0) {
+        add_of_model(study, id);
+    }
+}
+
+/* ---- Jobs ------------------------------------------------------------------------------------ */
+
+struct round {
+    struct study *study;
+    int64_t last_ms;
+    char last_id[STORE_ID_MAX];
+    size_t seen, n_found;
+    char found[200][STORE_ID_MAX]; /* of one page */
+};
+
+/* Whether the inputs name something, and nothing that is not in the study. */
+static bool rests_on(const struct study *study, const char *inputs)
+{
+    char id[STORE_ID_MAX];
+    size_t count = 0;
+
+    while (next_id(&inputs, id)) {
+        if (!json_object_get(study->ids, id)) {
+            return false;
+        }
+        count++;
+    }
+    return count > 0;
+}
+
+static bool visit(void *user, const struct store_job *job)
+{
+    struct round *round = user;
+
+    round->seen++;
+    round->last_ms = job->created_ms;
+    memcpy(round->last_id, job->id, sizeof round->last_id);
+    if (!json_object_get(round->study->jobs, job->id) &&
+        rests_on(round->study, job->inputs ? job->inputs : "")) {
+        memcpy(round->found[round->n_found++], job->id, STORE_ID_MAX);
+    }
+    return true;
+}
+
+static void add_results(struct study *study, const char *id)
+{
+    char *results;
+    size_t size;
+    int status = store_job_results(study->call->api->config.store, id, &results, &size);
+
+    note(study, status);
+    if (status == STORE_OK) {
+        (void)json_object_set_new(study->jobs, id, json_true());
+        study_add_text(study, results);
+        free(results);
+    }
+}
+
+/* One look at all jobs; whether any was added. */
+static bool look(struct study *study, struct round *round)
+{
+    struct store_page page = {.status = "successful", .owner = study->owner};
+    bool added = false;
+
+    *round = (struct round){.study = study};
+    page.limit = sizeof round->found / sizeof round->found[0];
+    do {
+        round->seen = round->n_found = 0;
+        page.after_ms = round->last_ms;
+        page.after_id = round->last_id;
+        note(study, store_job_list(study->call->api->config.store, &page, visit, round));
+        for (size_t i = 0; i < round->n_found && study->status == STORE_OK; i++) {
+            add_results(study, round->found[i]);
+            added = true;
+        }
+    } while (round->seen == page.limit && study->status == STORE_OK &&
+             !jobs_memory_told(jobs_memory_current()));
+    return added;
+}
+
+void study_add_jobs(struct study *study)
+{
+    struct round *round = malloc(sizeof *round);
+
+    if (!round) {
+        study->status = STORE_NOMEM;
+        return;
+    }
+    while (study->status == STORE_OK && look(study, round) &&
+           !jobs_memory_told(jobs_memory_current())) {
+    }
+    free(round);
+}

@@ -1,0 +1,67 @@
+/*
+ * zip.c - see zip.h. libarchive writes it, with ZIP64 where a file or the whole needs it.
+ */
+#include "api/zip.h"
+
+#include <archive.h>
+#include <archive_entry.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_memory.h"
+
+#define DAY 86400
+#define TIME (10 * 365 * DAY + 2 * DAY) /* 1980-01-01, where the times of zip begin */
+
+bool zip_open(struct zip_writer *zip, FILE *out, bool deflate)
+{
+    zip->archive = archive_write_new();
+    zip->failed =
+        !zip->archive || archive_write_set_format_zip(zip->archive) != ARCHIVE_OK ||
+        archive_write_set_options(zip->archive, deflate ? "zip:compression=deflate"
+                                                        : "zip:compression=store") != ARCHIVE_OK ||
+        archive_write_open_FILE(zip->archive, out) != ARCHIVE_OK;
+    return !zip->failed;
+}
+
+void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t size)
+{
+    struct archive_entry *entry = zip->failed ? NULL : archive_entry_new();
+
+    if (!entry) {
+        zip->failed = true;
+        return;
+    }
+    archive_entry_set_pathname(entry, path);
+    archive_entry_set_filetype(entry, AE_IFREG);
+    archive_entry_set_perm(entry, 0644);
+    archive_entry_set_size(entry, (la_int64_t)size);
+    archive_entry_set_mtime(entry, TIME, 0);
+    zip->failed = archive_write_header(zip->archive, entry) != ARCHIVE_OK ||
+                  (size > 0 && archive_write_data(zip->archive, bytes, size) != (la_ssize_t)size);
+    archive_entry_free(entry);
+}
+
+void zip_add_json(struct zip_writer *zip, const char *path, json_t *document)
+{
+    char *text =
+        json_memory_dumps(document, JSON_INDENT(1) | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+
+    if (text) {
+        zip_add(zip, path, text, strlen(text));
+    } else {
+        zip->failed = true;
+    }
+    free(text);
+    json_decref(document);
+}
+
+bool zip_close(struct zip_writer *zip)
+{
+    if (zip->archive) {
+        zip->failed = archive_write_close(zip->archive) != ARCHIVE_OK || zip->failed;
+        (void)archive_write_free(zip->archive);
+        zip->archive = NULL;
+    }
+    return !zip->failed;
+}

@@ -1,0 +1,26 @@
+/*
+ * zip.h - a zip that is written to a stream.
+ */
+#ifndef SRNFD_API_ZIP_H
+#define SRNFD_API_ZIP_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+struct zip_writer {
+    struct archive *archive;
+    bool failed;
+};
+
+/* Begins; out is borrowed. deflate: whether what is added is compressed. */
+bool zip_open(struct zip_writer *zip, FILE *out, bool deflate);
+/* Adds a file. All files have one time, so that the same content is the same zip. */
+void zip_add(struct zip_writer *zip, const char *path, const void *bytes, size_t size);
+/* Adds a document (taken over). */
+void zip_add_json(struct zip_writer *zip, const char *path, json_t *document);
+/* Ends; false where anything has failed. */
+bool zip_close(struct zip_writer *zip);
+
+#endif

@@ -1,0 +1,119 @@
+#!/usr/bin/env bash
+# srnfd-test: timeout 240
+# test_exports.sh - a study as one zip, and another server that restores it: the same ids, and the same answers from its
+# cache.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/a" --workers 2 || exit 1
+FIRST=$SERVER_PID
+
+AAL=tests/data/aal_subcortex
+printf 'file,label,subject,side,age\nL_amygdala.ply,a,s1,left,40\nR_amygdala.ply,b,s2,right,41\nL_pallidum.ply,a,s3,left,42\nR_pallidum.ply,b,s4,right,43\n' \
+    >"$SCRATCH/labels.csv"
+request POST '/v1/imports?cohort=study' -F "f=@$SCRATCH/labels.csv" -F "f=@$AAL/L_amygdala.ply" -F "f=@$AAL/R_amygdala.ply" \
+    -F "f=@$AAL/L_pallidum.ply" -F "f=@$AAL/R_pallidum.ply"
+is "$STATUS" 201 'a study comes in'
+post '/v1/meshes?name=apart' --data-binary "@$AAL/L_thalamus.ply"
+APART=$(json .id)
+execute encode "{\"mesh\":\"$APART\",\"lmax\":4}"
+is "$STATUS" 200 'and work that is no part of it'
+
+# Everything that is asked of both servers.
+ask() { # FILE
+    local wait='Prefer: respond-async, wait=100'
+    execute distances '{"cohort":"study","register":false}' --header "$wait"
+    cp "$BODY" "$1.distances"
+    execute pca '{"cohort":"study","register":false}' --header "$wait"
+    cp "$BODY" "$1.pca"
+    MODEL=$(json .model.id)
+    execute modes "{\"model\":\"$MODEL\",\"mode\":1,\"coefficients\":[1]}" --header "$wait"
+    cp "$BODY" "$1.modes"
+    MAPPED=$(json '.surfaces[0].id')
+}
+ask "$SCRATCH/a.answer"
+is "$STATUS" 200 'jobs are done on it'
+get "/v1/surfaces/$MAPPED/mesh?format=ply"
+cp "$BODY" "$SCRATCH/a.ply"
+get /v1/cohorts/study
+cp "$BODY" "$SCRATCH/a.cohort"
+
+# ---- The zip -----------------------------------------------------------------------------------------
+
+get /v1/cohorts/study/export
+is "$STATUS $(header Content-Type) $(header Content-Disposition)" \
+    '200 application/zip attachment; filename="study.zip"' 'the study is one zip'
+cp "$BODY" "$SCRATCH/study.zip"
+is "$(wc -c <"$SCRATCH/study.zip")" "$(header Content-Length)" 'of the length that was announced'
+mkdir "$SCRATCH/open"
+check 'unzip can read it' unzip -q "$SCRATCH/study.zip" -d "$SCRATCH/open"
+is "$(find "$SCRATCH/open/meshes" -type f | wc -l)" 4 'it has the four meshes'
+file=$(jq -r '.meshes[] | select(.name == "L_amygdala").file' "$SCRATCH/open/srnfd-study.json")
+check 'with the bytes that were uploaded' cmp "$SCRATCH/open/$file" "$AAL/L_amygdala.ply"
+is "$(jq -r '[.jobs[].process] | sort | join(" ")' "$SCRATCH/open/srnfd-study.json")" 'distances modes pca' \
+    'the jobs on it, and no others'
+is "$(jq -r '."@graph"[] | select(."@id" == "ro-crate-metadata.json") | .conformsTo."@id"' "$SCRATCH/open/ro-crate-metadata.json")" \
+    'https://w3id.org/ro/crate/1.1' 'the metadata are an RO-Crate'
+is "$(jq -r '[."@graph"[] | select(."@type" == "File")."@id"][]' "$SCRATCH/open/ro-crate-metadata.json" |
+    while read -r file; do [ -f "$SCRATCH/open/$file" ] || echo "$file"; done)" '' 'whose files are there'
+is "$(head -n 1 "$SCRATCH/open/cohort.csv" | tr -d '\r')" 'id,label,subject,time,side,mirror,age' 'the members are a table'
+is "$(find "$SCRATCH/open/models" -name '*-scores.csv' | wc -l)" 1 'and so are the scores'
+get "/v1/models/$MODEL/export"
+is "$STATUS" 200 'a model is exported as well'
+cp "$BODY" "$SCRATCH/model.zip"
+get /v1/cohorts/none/export
+is_problem 404 no-such-cohort 'what is not there is not'
+
+# ---- On another server -------------------------------------------------------------------------------
+
+start_server "$SCRATCH/b" --workers 1 || exit 1
+SECOND=$SERVER_PID
+post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '"\(.cohort.name) \(.meshes | length) \(.restored.models) \(.restored.jobs) \(.refused | length)"')" \
+    '201 study 4 1 3 0' 'another server restores it'
+get /v1/cohorts/study
+is "$(json '.members | tojson')" "$(jq -r '.members | tojson' "$SCRATCH/a.cohort")" 'with the same members'
+get "/v1/surfaces/$MAPPED/mesh?format=ply"
+check 'surfaces with maps are the same to the byte' cmp "$BODY" "$SCRATCH/a.ply"
+get '/v1/jobs?limit=200'
+is "$(json '[.jobs[]?.id, .items[]?.id] | unique | length')" 3 'the jobs are there'
+ask "$SCRATCH/b.answer"
+for answer in distances pca modes; do
+    check "the same request has the same answer, $answer" cmp "$SCRATCH/a.answer.$answer" "$SCRATCH/b.answer.$answer"
+done
+get '/v1/jobs?limit=200'
+is "$(json '[.jobs[]?.id, .items[]?.id] | unique | length')" 3 'from the cache: no job was made'
+post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
+is "$STATUS" 200 'the same again changes nothing'
+
+# ---- What was changed --------------------------------------------------------------------------------
+
+start_server "$SCRATCH/c" --workers 1 || exit 1
+file=$(find "$SCRATCH/open/surfaces" -name '*.npz' | head -n 1)
+other=$(find "$SCRATCH/open/surfaces" -name '*.npz' | tail -n 1)
+cp "$file" "$SCRATCH/kept.npz"
+cp "$other" "$file"
+(cd "$SCRATCH/open" && zip -q -r ../changed.zip srnfd-study.json meshes surfaces models jobs)
+cp "$SCRATCH/kept.npz" "$file"
+post '/v1/imports?partial=true' --data-binary "@$SCRATCH/changed.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '"\(.code) \(.refused[0].code)"')" '422 import-refused not-as-described' \
+    'a surface that has not the content of its id is refused'
+get '/v1/meshes'
+is "$(json '.items | length')" 0 'and nothing of the study is kept'
+post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: application/zip'
+is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
+get "/v1/models/$MODEL/scores?format=csv"
+is "$STATUS" 200 'with its scores'
+
+for pid in "$FIRST" "$SECOND" "$SERVER_PID"; do
+    if stop_server "$pid"; then
+        ok 'a server ends cleanly'
+    else
+        not_ok 'a server ends cleanly'
+    fi
+done
+for data in a b c; do
+    check "the data of $data are sound" "$SRNFD" check --data "$SCRATCH/$data"
+done
+done_testing

@@ -1,0 +1,38 @@
+/*
+ * fuzz_archive.c - any bytes as an archive: what comes of it keeps its limits, and no path of it
+ * leads out.
+ */
+#include "api/archive.h"
+#include "fuzz/fuzz_require.h"
+
+#include <string.h>
+
+#include "srnf.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    const struct archive_limits limits = {.file = 1 << 16, .total = 1 << 18};
+    enum archive_status status;
+    struct archive_file file;
+    struct archive_reader *reader;
+    size_t total = 0;
+
+    if (!archive_is_one(data, size)) {
+        (void)archive_other(data, size);
+    }
+    reader = archive_open(data, size, &limits, &status, &file);
+    while (reader &&
+           ((status = archive_next(reader, &file)) == ARCHIVE_FILE || status == ARCHIVE_REFUSED)) {
+        if (status == ARCHIVE_FILE) {
+            fuzz_require(file.size <= limits.file && file.bytes);
+            fuzz_require(!archive_path_problem(file.path) && !strstr(file.path, "../"));
+            total += file.size;
+        } else {
+            fuzz_require(file.code && file.problem[0] && !file.bytes);
+        }
+        srnf_free(file.bytes);
+    }
+    fuzz_require(total <= limits.total);
+    archive_close(reader);
+    return 0;
+}
