@@ -9,7 +9,8 @@
  *
  *   growing  from the deepest voxel, simple voxels of the set are added, deep ones first. What is
  *            left are walls of one voxel where fronts met: handles are cut where they are thinnest.
- *   carving  from the whole box, simple voxels outside the set are removed, distant ones first. What
+ *   carving  from the whole box, simple voxels outside the set are removed, distant ones first.
+ * What
  *            is left are membranes across the tunnels.
  *
  * The one that changes fewer voxels is taken. Both start with a ball and change it by simple voxels
@@ -21,8 +22,10 @@
 #include <math.h>
 #include <string.h>
 
-/* A heap of voxels, the one of the largest key first; of equal keys the one that came first, so that
-   fronts meet midway and not where indices say. */
+#define FAR 1e30f
+
+/* A heap of voxels, the one of the largest key first; of equal keys the one that came first, so
+   that fronts meet midway and not where indices say. */
 struct heap {
     size_t count;
     uint32_t *order; /* [voxels of the box]: when it came */
@@ -183,9 +186,10 @@ static int fill_cavities(struct ball *ball)
 
 /* ---- Depth ----------------------------------------------------------------------------------- */
 
-/* Chamfer distance to the nearest voxel that is not in the state; 0 at those. Two passes, over the
-   neighbours before a voxel and over those behind it. */
-static int measure_depth(struct ball *ball, unsigned char state)
+/* Chamfer distance of the voxels in the set, or of those outside, to the nearest of the others; 0
+   at those. The wall is far from everything. Two passes, over the neighbours before a voxel and
+   over those behind it. */
+static int measure_depth(struct ball *ball, bool inside)
 {
     const struct voxel_box *box = ball->box;
     float weight[27];
@@ -199,7 +203,8 @@ static int measure_depth(struct ball *ball, unsigned char state)
         weight[b] = (float)sqrt(sum);
     }
     for (size_t i = 0; i < box->count; i++) {
-        ball->depth[i] = box->voxels[i] == state ? 1e30f : 0.0f;
+        ball->depth[i] = (box->voxels[i] == VOXEL_IN) == inside ? FAR : 0.0f;
+        ball->depth[i] = box->voxels[i] == VOXEL_WALL ? FAR : ball->depth[i];
     }
     for (size_t pass = 0; pass < 2; pass++) {
         for (size_t n = 0; n < box->count; n++) {
@@ -207,6 +212,9 @@ static int measure_depth(struct ball *ball, unsigned char state)
 
             if (asks(ball)) {
                 return SRNF_ECANCELED;
+            }
+            if (box->voxels[i] == VOXEL_WALL) {
+                continue;
             }
             for (size_t b = pass ? 14 : 0; ball->depth[i] > 0.0f && b < (pass ? 27u : 13u); b++) {
                 float there = ball->depth[i + (size_t)ball->tables.offset[b]] + weight[b];
@@ -257,13 +265,16 @@ static int grow(struct ball *ball)
 {
     const struct voxel_box *box = ball->box;
     size_t seed = 0;
-    int status = measure_depth(ball, VOXEL_IN);
+    int status = measure_depth(ball, true);
 
     if (status != SRNF_OK) {
         return status;
     }
     for (size_t i = 0; i < box->count; i++) {
-        seed = ball->depth[i] > ball->depth[seed] ? i : seed;
+        bool deeper = box->voxels[i] == VOXEL_IN &&
+                      (box->voxels[seed] != VOXEL_IN || ball->depth[i] > ball->depth[seed]);
+
+        seed = deeper ? i : seed;
         ball->grown[i] = box->voxels[i] == VOXEL_WALL ? VOXEL_WALL : VOXEL_OUT;
     }
     ball->grown[seed] = VOXEL_IN;
@@ -274,7 +285,7 @@ static int grow(struct ball *ball)
 static int carve(struct ball *ball)
 {
     const struct voxel_box *box = ball->box;
-    int status = measure_depth(ball, VOXEL_OUT);
+    int status = measure_depth(ball, false);
 
     if (status != SRNF_OK) {
         return status;

@@ -6,7 +6,8 @@
  *   2. made a ball (ball.c), every changed voxel with its reason;
  *   3. their dual surface (net.c), which is anti-aliased by smoothing within the cells (smooth.c);
  *   4. into the world by the affine; faces turn where that is a reflection;
- *   5. shifted along its normals until it encloses the volume of the voxels: smoothing rounds corners
+ *   5. shifted along its normals until it encloses the volume of the voxels: smoothing rounds
+ * corners
  *      off, and the number of voxels is a better measure of volume than any surface through them.
  *
  * Genus zero follows from 2 and 3, and is checked at the end all the same.
@@ -97,12 +98,14 @@ static unsigned char state_of(const struct extraction *work, const size_t place[
     const struct srnf_volume *volume = work->volume;
     size_t at = 0;
 
-    for (size_t k = 3; k-- > 0;) {
-        ptrdiff_t index = (ptrdiff_t)place[k] + work->box.first[k];
-
+    for (size_t k = 0; k < 3; k++) {
         if (place[k] == 0 || place[k] + 1 == work->box.shape[k]) {
             return VOXEL_WALL;
         }
+    }
+    for (size_t k = 3; k-- > 0;) {
+        ptrdiff_t index = (ptrdiff_t)place[k] + work->box.first[k];
+
         if (index < 0 || index >= (ptrdiff_t)volume->shape[k]) {
             return VOXEL_OUT;
         }

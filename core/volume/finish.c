@@ -1,6 +1,6 @@
 /*
- * finish.c - the mesh of a smoothed net: into the world, cut into triangles, shifted to the volume of
- * the voxels, and checked.
+ * finish.c - the mesh of a smoothed net: into the world, cut into triangles, shifted to the volume
+ * of the voxels, and checked.
  */
 #include "extract.h"
 
@@ -76,8 +76,8 @@ static int make_mesh(struct extraction *work)
     return SRNF_OK;
 }
 
-/* Area-weighted normals, not unit; returns the volume and the area. Corners are taken from the first
-   vertex, so that nothing is lost far from the origin. */
+/* Area-weighted normals, not unit; returns the volume and the area. Corners are taken from the
+   first vertex, so that nothing is lost far from the origin. */
 static double measure(const struct srnf_mesh *mesh, double *normals, double *area)
 {
     const double *o = mesh->vertices;

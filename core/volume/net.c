@@ -3,15 +3,15 @@
  *
  * S. Gibson, "Constrained elastic surface nets", MICCAI 1998, with a vertex for each sheet as in
  * G. Nielson, "Dual marching cubes", IEEE Visualization 2004. A cell is the cube between eight
- * centres of voxels. In a cell, voxels of the set are joined along faces and edges of voxels, voxels
- * outside along faces; a sheet parts one component of the set from one outside, and has one vertex.
- * Every pair of voxels that share a face, one in the set and one outside, gives a polygon through
- * the sheets of the four cells around it.
+ * centres of voxels. In a cell, voxels of the set are joined along faces and edges of voxels,
+ * voxels outside along faces; a sheet parts one component of the set from one outside, and has one
+ * vertex. Every pair of voxels that share a face, one in the set and one outside, gives a polygon
+ * through the sheets of the four cells around it.
  *
  * The polygons are a closed manifold (the dual of that of marching cubes with ambiguous faces
- * joined), but for one case: two voxels of the set that touch along an edge alone, with the same two
- * sheets around both sides of it. Two sides of polygons would then be the same edge; each gets a
- * vertex of its own in its middle (spare_vertex).
+ * joined), but for one case: two voxels of the set that touch along an edge alone, with the same
+ * two sheets around both sides of it. Two sides of polygons would then be the same edge; each gets
+ * a vertex of its own in its middle (spare_vertex).
  */
 #include "topology.h"
 
@@ -258,9 +258,9 @@ static uint32_t spare_vertex(struct making *making, size_t at, size_t a, size_t 
     return making->spares[slot].vertex;
 }
 
-/* Adds the vertex between two corners of a polygon where their side is not the only edge of the two.
-   The polygon is around the edge from voxel `from` along `axis`; the side crosses the square of that
-   edge and of axis `other`, on its far side (up) or near side. */
+/* Adds the vertex between two corners of a polygon where their side is not the only edge of the
+   two. The polygon is around the edge from voxel `from` along `axis`; the side crosses the square
+   of that edge and of axis `other`, on its far side (up) or near side. */
 static void add_spare(struct making *making, size_t from, size_t axis, size_t other, bool up)
 {
     const struct voxel_box *box = making->box;

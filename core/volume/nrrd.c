@@ -2,9 +2,9 @@
  * nrrd.c - NRRD with an attached header.
  *
  * G. Kindlmann, "Definition of NRRD file format" (teem.sourceforge.net/nrrd/format.html): lines
- * "field: value" up to an empty one, then the voxels, raw, gzip or as text. space says what the axes
- * of space directions and space origin mean; LPS and LAS are turned into RAS. Names of labels are
- * those that 3D Slicer writes into its segmentations (SegmentN_LabelValue, SegmentN_Name).
+ * "field: value" up to an empty one, then the voxels, raw, gzip or as text. space says what the
+ * axes of space directions and space origin mean; LPS and LAS are turned into RAS. Names of labels
+ * are those that 3D Slicer writes into its segmentations (SegmentN_LabelValue, SegmentN_Name).
  */
 #include "nrrd.h"
 

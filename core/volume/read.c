@@ -1,9 +1,9 @@
 /*
  * read.c - a label volume from memory: which format, and what all formats have in common.
  *
- * The readers are our own. Debian's libraries, libnifti (nifti2-io 3.0.1) and teem (1.12), read from
- * named files, allocate what a header promises before they look at the file, print to stderr, and
- * their memory is in no account. nibabel, which is neither, is the oracle of the tests' files.
+ * The readers are our own. Debian's libraries, libnifti (nifti2-io 3.0.1) and teem (1.12), read
+ * from named files, allocate what a header promises before they look at the file, print to stderr,
+ * and their memory is in no account. nibabel, which is neither, is the oracle of the tests' files.
  */
 #include "volume.h"
 
@@ -71,7 +71,7 @@ int volume_place(struct volume_reader *reader, const double affine[12], double u
     double det, product = 1.0;
 
     for (size_t i = 0; i < 12; i++) {
-        a[i] = affine[i] * unit;
+        a[i] = affine[i] * unit + 0.0; /* no -0 */
     }
     for (size_t k = 0; k < 3; k++) {
         volume->spacing[k] = sqrt(a[k] * a[k] + a[4 + k] * a[4 + k] + a[8 + k] * a[8 + k]);

@@ -1,9 +1,9 @@
 /*
  * simple.c - simple voxels.
  *
- * G. Bertrand and G. Malandain, "A new characterization of three-dimensional simple points", Pattern
- * Recognition Letters 15 (1994), for the pair (18, 6+): a voxel is simple where its neighbours in
- * the set, and those outside, are one component each in its geodesic neighbourhood.
+ * G. Bertrand and G. Malandain, "A new characterization of three-dimensional simple points",
+ * Pattern Recognition Letters 15 (1994), for the pair (18, 6+): a voxel is simple where its
+ * neighbours in the set, and those outside, are one component each in its geodesic neighbourhood.
  *
  * Why that is right for the surface of net.c: the voxel's own ball touches those of its neighbours
  * along a part C of its boundary, which is a sphere. A neighbour across a face or an edge touches

@@ -1,11 +1,11 @@
 /*
  * smooth.c - smoothing of a dual surface within its cells.
  *
- * G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: a step towards the
- * mean of the neighbours and a slightly larger one away, so that what is long-waved keeps its size.
- * After each step a vertex goes back into what it must not leave (S. Gibson 1998): no point moves by
- * more than a voxel, and centres of voxels stay on their side. The weights are uniform, so that
- * the result is the same in the coordinates of voxels and in those of the world.
+ * G. Taubin, "A signal processing approach to fair surface design", SIGGRAPH 1995: a step towards
+ * the mean of the neighbours and a slightly larger one away, so that what is long-waved keeps its
+ * size. After each step a vertex goes back into what it must not leave (S. Gibson 1998): no point
+ * moves by more than a voxel, and centres of voxels stay on their side. The weights are uniform, so
+ * that the result is the same in the coordinates of voxels and in those of the world.
  */
 #include "topology.h"
 

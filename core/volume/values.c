@@ -3,8 +3,8 @@
  * which of them it has.
  *
  * A label is a whole number; a float that is no more than INTEGRAL from one counts as one, since
- * scaling rounds. The table has SRNF_VOLUME_LABELS_MAX places: an image of grey values soon has more
- * and is refused, before it is read to its end.
+ * scaling rounds. The table has SRNF_VOLUME_LABELS_MAX places: an image of grey values soon has
+ * more and is refused, before it is read to its end.
  */
 #include "volume.h"
 

@@ -10,6 +10,7 @@
  * itself.
  */
 #include "api/routes.h"
+#include "api/volumes.h"
 
 #include "api/auth.h"
 #include "api/inflight.h"
@@ -124,6 +125,9 @@ static const char *types_taken(const struct api_route *route)
         return "the bytes of a mesh alone, no form, as application/octet-stream or model/ply, "
                "model/obj, model/off, model/stl, application/x-vtk, application/x-vtp, "
                "application/x-gifti+xml, model/gltf-binary, model/gltf+json, application/gzip";
+    case ROUTE_VOLUME:
+        return "the bytes of a volume alone, no form, as application/octet-stream, "
+               "application/gzip, application/x-nifti or application/x-nrrd";
     default:
         return "application/json";
     }
@@ -162,6 +166,8 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         fits = type_in(type, import_types);
     } else if (type && route->body == ROUTE_MESH) {
         fits = mesh_type_known(type, media_type_length(type));
+    } else if (type && route->body == ROUTE_VOLUME) {
+        fits = volume_type_known(type, media_type_length(type));
     }
     if (!fits) {
         (void)problem_respond(call, "unsupported-media-type",

@@ -65,9 +65,8 @@ struct api_auth {
 static const struct {
     const char *prefix, *code;
 } owned_paths[] = {
-    {"/v1/meshes/{id}", "no-such-mesh"},
-    {"/v1/surfaces/{id}", "no-such-surface"},
-    {"/v1/models/{id}", "no-such-model"},
+    {"/v1/meshes/{id}", "no-such-mesh"},      {"/v1/volumes/{id}", "no-such-volume"},
+    {"/v1/surfaces/{id}", "no-such-surface"}, {"/v1/models/{id}", "no-such-model"},
     {"/v1/jobs/{id}", "no-such-job"},
 };
 

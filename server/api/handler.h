@@ -41,6 +41,7 @@ struct api_work {
     long degree;             /* the highest of the surfaces and models */
     size_t bridges;          /* surfaces whose meshes are encoded again if they are registered */
     int64_t bridged_faces;   /* of these meshes together */
+    int64_t voxels;          /* of volumes */
 };
 
 /* One parsed request; parameters are those of the path, in the order of the route's braces. */

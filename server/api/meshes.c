@@ -199,7 +199,7 @@ static bool choose_format(struct api_call *call, enum srnf_mesh_format *format)
     return true;
 }
 
-static bool choose_name(struct api_call *call, char name[NAME_SIZE])
+bool query_name(struct api_call *call, char *name)
 {
     struct problem_list problems = {.errors = NULL};
     const char *problem;
@@ -227,7 +227,7 @@ static bool is_told(void *user)
 }
 
 /* Reading goes on until the upload is told to stop, as with memory that is refused (api.c). */
-static const struct srnf_context until_told = {.canceled = is_told};
+const struct srnf_context upload_context = {.canceled = is_told};
 
 /* Parses, prepares and reports; fills the row but for its content. False when a problem was
    answered. */
@@ -240,7 +240,7 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
     bool parsed = false;
     int status;
 
-    limits.context = &until_told;
+    limits.context = &upload_context;
     status = srnf_mesh_read(call->request->body, call->request->body_size, format, &limits,
                             &prepared->mesh, &info, &error);
     if (status < 0) {
@@ -261,7 +261,7 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
         return false;
     }
     info.format = format;
-    status = mesh_examine(prepared, &info, &until_told, &row->report);
+    status = mesh_examine(prepared, &info, &upload_context, &row->report);
     if (status < 0) {
         (void)problem_respond(call, compute_problem_code(status), "%s.", srnf_strerror(status));
     }
@@ -324,7 +324,7 @@ void meshes_create(struct api_call *call)
     bool held, created = false;
     int status;
 
-    if (!choose_name(call, name) || !mesh_read_body(call, name, &row, &prepared, &held)) {
+    if (!query_name(call, name) || !mesh_read_body(call, name, &row, &prepared, &held)) {
         goto out;
     }
     status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
@@ -382,11 +382,11 @@ static void respond_converted(struct api_call *call, const struct store_mesh *ro
     struct srnf_mesh mesh = {0};
     int status;
 
-    limits.context = &until_told;
+    limits.context = &upload_context;
     status = srnf_mesh_read(content, size, srnf_mesh_format_from_name(row->format), &limits, &mesh,
                             NULL, &error);
     if (status == 0) {
-        status = srnf_mesh_prepare_within(&mesh, true, &until_told, &report);
+        status = srnf_mesh_prepare_within(&mesh, true, &upload_context, &report);
     }
     if (status == 0 && mesh.n_faces == 0) {
         status = SRNF_EDEGENERATE;

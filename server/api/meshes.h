@@ -8,6 +8,11 @@
 #include "api/handler.h"
 
 struct store_owner; /* owner.h */
+/* Reading an upload goes on until it is told to stop, as with memory that is refused (api.c). */
+extern const struct srnf_context upload_context;
+/* ?name= of an upload into name[NAME_SIZE], "" where there is none. False: a problem was answered.
+   */
+bool query_name(struct api_call *call, char *name);
 
 /* The id of a mesh: that of its format and the digest of its bytes. The same bytes under another
    format are another mesh. */

@@ -28,6 +28,7 @@ static const struct record_kind {
     const char *pattern, *prefix, *missing;
 } kinds[] = {
     {"/v1/meshes/{id}", "mesh-", "no-such-mesh"},
+    {"/v1/volumes/{id}", "vol-", "no-such-volume"},
     {"/v1/surfaces/{id}", "surf-", "no-such-surface"},
     {"/v1/models/{id}", "model-", "no-such-model"},
 };

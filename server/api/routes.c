@@ -40,6 +40,12 @@ const struct api_route api_routes[] = {
      "format",
      {0}},
 
+    {"POST", "/v1/volumes", volumes_create, SLOW, ROUTE_VOLUME, "name", {JSON}},
+    {"GET", "/v1/volumes", volumes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/volumes/{id}", volumes_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"DELETE", "/v1/volumes/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
+    {"GET", "/v1/volumes/{id}/content", volumes_content, SLOW, ROUTE_NO_BODY, "", {0}},
+
     {"POST",
      "/v1/surfaces",
      surfaces_create,

@@ -15,6 +15,7 @@ enum route_body {
     ROUTE_JSON,    /* application/json, up to ROUTE_JSON_MAX */
     ROUTE_INPUTS,  /* application/json with arrays of numbers, up to ROUTE_INPUTS_MAX */
     ROUTE_MESH,    /* a mesh in any of its formats */
+    ROUTE_VOLUME,  /* a label volume */
     ROUTE_SURFACE, /* JSON or .npy */
     ROUTE_MEMBERS, /* JSON or a table as text, up to ROUTE_INPUTS_MAX */
     ROUTE_IMPORT,  /* an archive, or a form with files */
@@ -77,6 +78,7 @@ api_handler surfaces_create, surfaces_list, surfaces_get, surfaces_coefficients,
 api_handler meshes_create, meshes_list, meshes_get, meshes_content;
 api_handler imports_create, cohorts_export, models_export;
 api_handler cohorts_patch, cohorts_members, cohorts_put_members;
+api_handler volumes_create, volumes_list, volumes_get, volumes_content;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete;
 api_handler models_list, models_get, models_modes, models_scores;

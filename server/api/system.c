@@ -17,13 +17,14 @@
 void system_landing(struct api_call *call)
 {
     respond_json(call, 200,
-                 json_pack("{s:s,s:s,s:{s:s,s:s,s:s,s:s,s:s,s:s,s:s}}", "title",
+                 json_pack("{s:s,s:s,s:{s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s}}", "title",
                            "srnfd: elastic shape analysis of closed surfaces", "description",
                            "Square-root normal fields of triangle meshes, their inversion and "
                            "geodesics. The API is described by links.description.",
                            "links", "self", "/", "description", "/v1/openapi.yaml", "version",
                            "/v1/version", "processes", "/v1/processes", "meshes", "/v1/meshes",
-                           "surfaces", "/v1/surfaces", "jobs", "/v1/jobs"));
+                           "volumes", "/v1/volumes", "surfaces", "/v1/surfaces", "jobs",
+                           "/v1/jobs"));
 }
 
 void system_healthz(struct api_call *call)

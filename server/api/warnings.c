@@ -24,6 +24,7 @@ static const char *const codes[] = {
     "far-from-group",
     "far-from-model",
     "few-subjects",
+    "label-at-border",
     "mirror-images",
     "mixed-degrees",
     "mixed-routes",

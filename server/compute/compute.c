@@ -65,10 +65,14 @@ bool compute_is_mesh(const char *id)
 int compute_fail_store(struct jobs_result *result, int status, const char *id)
 {
     bool mesh = compute_is_mesh(id), model = strncmp(id, "model-", 6) == 0;
+    bool volume = strncmp(id, "vol-", 4) == 0;
 
     result->problem_code = "internal-error";
     if (status == STORE_NOT_FOUND) {
-        result->problem_code = mesh ? "no-such-mesh" : model ? "no-such-model" : "no-such-surface";
+        result->problem_code = mesh     ? "no-such-mesh"
+                               : model  ? "no-such-model"
+                               : volume ? "no-such-volume"
+                                        : "no-such-surface";
     } else if (status == STORE_FULL) {
         result->problem_code = "storage-full";
     } else if (status == STORE_IO) {

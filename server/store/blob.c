@@ -216,6 +216,7 @@ int store_blob_release(sqlite3 *db, const char *hash, bool *dropped)
     int status = store_execute(db, &changed,
                                "DELETE FROM blob WHERE hash = ? "
                                "AND NOT EXISTS (SELECT 1 FROM mesh WHERE content = hash) "
+                               "AND NOT EXISTS (SELECT 1 FROM volume WHERE content = hash) "
                                "AND NOT EXISTS (SELECT 1 FROM surface WHERE coefficients = hash) "
                                "AND NOT EXISTS (SELECT 1 FROM surface_maps WHERE content = hash) "
                                "AND NOT EXISTS (SELECT 1 FROM job WHERE results = hash) "

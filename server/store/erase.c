@@ -49,6 +49,9 @@ static const struct kind {
     {"mesh", "SELECT content FROM mesh WHERE id = ?",
      "UPDATE mesh SET name = (SELECT name FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
      "DELETE FROM mesh WHERE id = ?"},
+    {"volume", "SELECT content FROM volume WHERE id = ?",
+     "UPDATE volume SET name = (SELECT name FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
+     "DELETE FROM volume WHERE id = ?"},
 };
 
 #define N_KINDS (sizeof kinds / sizeof kinds[0])

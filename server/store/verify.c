@@ -100,6 +100,7 @@ static void find_user(sqlite3 *db, const char *hash, char user[STORE_ID_MAX + 40
 {
     static const char sql[] =
         "SELECT 'mesh ' || id FROM mesh WHERE content = ?1 UNION ALL "
+        "SELECT 'volume ' || id FROM volume WHERE content = ?1 UNION ALL "
         "SELECT 'surface ' || id FROM surface WHERE coefficients = ?1 UNION ALL "
         "SELECT 'results of ' || id FROM job WHERE results = ?1 UNION ALL "
         "SELECT 'maps of ' || surface FROM surface_maps WHERE content = ?1 UNION ALL "

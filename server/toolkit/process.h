@@ -64,6 +64,7 @@
 
 /* Patterns of ids in schemas. */
 #define PROCESS_MESH_PATTERN "^mesh-[0-9a-f]{32}$"
+#define PROCESS_VOLUME_PATTERN "^vol-[0-9a-f]{32}$"
 #define PROCESS_SURFACE_PATTERN "^(surf|mesh)-[0-9a-f]{32}$"
 #define PROCESS_MODEL_PATTERN "^model-[0-9a-f]{32}$"
 

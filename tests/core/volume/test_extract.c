@@ -1,6 +1,6 @@
 /*
- * test_extract.c - surfaces of labels: genus zero whatever the voxels are, the volume of the voxels,
- * near to the shape that the voxels came from, in its place and outward.
+ * test_extract.c - surfaces of labels: genus zero whatever the voxels are, the volume of the
+ * voxels, near to the shape that the voxels came from, in its place and outward.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,7 +16,8 @@
 static const int64_t label = VOLUME_LABEL;
 static const double unit_affine[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-/* Extracts the label; the surface is a closed one of genus zero that encloses the voxels' volume. */
+/* Extracts the label; the surface is a closed one of genus zero that encloses the voxels' volume.
+   */
 static void extract(const struct srnf_volume *volume, size_t smoothing,
                     struct srnf_extracted *extracted)
 {
@@ -143,10 +144,10 @@ static void a_thin_tunnel_is_filled(void **state)
     struct srnf_extracted extracted;
     (void)state;
 
-    volume_make(&volume, 20, 20, 6, unit_affine);
-    BLOCK(&volume, true, 2, 2, 2, 18, 18, 4);
-    volume_set(&volume, 9, 11, 2, false);
-    volume_set(&volume, 9, 11, 3, false);
+    volume_make(&volume, 16, 16, 4, unit_affine);
+    BLOCK(&volume, true, 1, 1, 0, 15, 15, 2);
+    volume_set(&volume, 9, 11, 0, false);
+    volume_set(&volume, 9, 11, 1, false);
     extract(&volume, 20, &extracted);
     assert_int_equal(extracted.changed, 1);
     assert_int_equal(extracted.added, 1);

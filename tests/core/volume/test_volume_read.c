@@ -1,6 +1,6 @@
 /*
- * test_volume_read.c - label volumes from NIfTI and NRRD: every type and byte order, the transforms,
- * units, names, and what is no label volume.
+ * test_volume_read.c - label volumes from NIfTI and NRRD: every type and byte order, the
+ * transforms, units, names, and what is no label volume.
  */
 #include <setjmp.h>
 #include <stdarg.h>

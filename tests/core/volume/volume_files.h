@@ -1,6 +1,6 @@
 /*
- * volume_files.h - NIfTI files that tests write, byte by byte, with every member of the header where
- * the standard says.
+ * volume_files.h - NIfTI files that tests write, byte by byte, with every member of the header
+ * where the standard says.
  */
 #ifndef TESTS_VOLUME_FILES_H
 #define TESTS_VOLUME_FILES_H

@@ -1,0 +1,9 @@
+/*
+ * fuzz_nifti.c - any bytes at all to the reader of SRNF_VOLUME_NIFTI.
+ */
+#include "fuzz/fuzz_volume.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    return fuzz_volume(data, size, SRNF_VOLUME_NIFTI);
+}
