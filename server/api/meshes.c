@@ -13,6 +13,7 @@
 #include "api/meshes.h"
 #include "api/json_memory.h"
 #include "api/lists.h"
+#include "api/mesh_export.h"
 #include "api/respond.h"
 #include "api/routes.h"
 
