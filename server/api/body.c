@@ -44,8 +44,8 @@ bool api_is_upload(const struct api_request *request)
         return true;
     }
     return route && request->body_size > 0 &&
-           (route->body == ROUTE_MESH || route->body == ROUTE_VOLUME || route->body == ROUTE_SURFACE ||
-            route->body == ROUTE_IMPORT ||
+           (route->body == ROUTE_MESH || route->body == ROUTE_VOLUME ||
+            route->body == ROUTE_SURFACE || route->body == ROUTE_IMPORT ||
             ((route_takes_json(route) || route->body == ROUTE_MEMBERS) &&
              request->body_size > JSON_UPLOAD_FROM));
 }
