@@ -250,7 +250,7 @@ static int read_place(struct volume_reader *reader, const struct header *header)
     } units[] = {
         {"unknown", 1.0}, {"metres", 1000.0}, {"millimetres", 1.0}, {"micrometres", 0.001}};
     const struct layout *layout = header->layout;
-    size_t unit = (size_t)number(header, layout->units_type, layout->units) & 7;
+    size_t unit = (size_t)((int64_t)number(header, layout->units_type, layout->units) & 7);
     double affine[12] = {0};
 
     unit = unit < sizeof units / sizeof units[0] ? unit : 0;

@@ -208,6 +208,20 @@ static void transforms_and_units(void **state)
     }
 }
 
+/* NIfTI-2 has the units as a number with a sign; only its lowest bits count. */
+static void a_negative_code_of_units_is_read(void **state)
+{
+    const int32_t code = -1960900000 | 2;
+    size_t size = make_simple(2);
+    struct srnf_volume volume;
+    (void)state;
+
+    file_put(file + 500, &code, 4, false);
+    read_well(file, size, &volume);
+    assert_string_equal(volume.units, "millimetres");
+    srnf_volume_clear(&volume);
+}
+
 static void put_dim(size_t axis, int value)
 {
     const int16_t narrow = (int16_t)value;
@@ -459,6 +473,7 @@ int main(void)
         cmocka_unit_test(every_type_version_and_byte_order),
         cmocka_unit_test(values_are_scaled),
         cmocka_unit_test(transforms_and_units),
+        cmocka_unit_test(a_negative_code_of_units_is_read),
         cmocka_unit_test(what_is_no_nifti_label_volume),
         cmocka_unit_test(damaged_gzip_is_told),
         cmocka_unit_test(a_bomb_is_not_unpacked),
