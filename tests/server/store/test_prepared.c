@@ -176,7 +176,7 @@ static void what_was_not_read_gives_way(void **state)
 
     store_prepared_limit(fixture->store, LIMIT);
     for (int i = 0; i < 20; i++) {
-        char bytes[16];
+        char bytes[24];
 
         (void)snprintf(bytes, sizeof bytes, "mesh %d", i);
         mesh_of(fixture, bytes, meshes[i]);
