@@ -49,7 +49,8 @@ done
 export SRNFD_TOOLS=$SCRATCH/tools
 
 base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
-    liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev curl jq'
+    liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev libarchive-dev
+    curl jq'
 tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
     libclang-rt-14-dev'
 
