@@ -89,15 +89,16 @@ static void pack(const struct vtp_file *file, const struct srnf_buffer *raw,
     file_number(header, file->header, file->big,
                 half == raw->size - half ? 0 : (double)(raw->size - half));
     for (size_t i = 0; i < 2; i++) {
-        unsigned char packed[1000];
-        uLongf size = sizeof packed;
+        uLong plain = (uLong)(i ? raw->size - half : half);
+        uLongf size = compressBound(plain);
+        unsigned char *packed = malloc(size);
 
-        if (compress(packed, &size, raw->data + i * half, (uLong)(i ? raw->size - half : half)) !=
-            Z_OK) {
+        if (!packed || compress(packed, &size, raw->data + i * half, plain) != Z_OK) {
             abort();
         }
         file_number(header, file->header, file->big, (double)size);
         put_bytes(data, packed, size);
+        free(packed);
     }
 }
 
@@ -547,18 +548,24 @@ void make_vtk_grid(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 static void put_gzip(struct srnf_buffer *raw, struct srnf_buffer *out)
 {
     z_stream stream = {0};
-    unsigned char packed[4096];
+    unsigned char *packed;
+    uLong bound;
 
+    if (deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
+        abort();
+    }
+    bound = deflateBound(&stream, (uLong)raw->size);
+    packed = malloc(bound);
     stream.next_in = raw->data;
     stream.avail_in = (uInt)raw->size;
     stream.next_out = packed;
-    stream.avail_out = sizeof packed;
-    if (deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK ||
-        deflate(&stream, Z_FINISH) != Z_STREAM_END) {
+    stream.avail_out = (uInt)bound;
+    if (!packed || deflate(&stream, Z_FINISH) != Z_STREAM_END) {
         abort();
     }
     put_bytes(out, packed, stream.total_out);
     (void)deflateEnd(&stream);
+    free(packed);
     srnf_buffer_clear(raw);
 }
 
