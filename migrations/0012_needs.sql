@@ -43,33 +43,27 @@ END;
 INSERT OR IGNORE INTO need (owner, needing, id, along)
 SELECT job.owner, job.id, atom, 0 FROM job, json_tree(iif(json_valid(inputs), inputs, '{}')) AS t
 WHERE t.type = 'text' AND EXISTS (SELECT 1 FROM owned WHERE id = atom);
+CREATE TABLE told (owner TEXT, id TEXT, record TEXT);
+INSERT INTO told SELECT owned.owner, owned.id,
+                        coalesce(owned.record, surface.record, model.record, mesh.source)
+FROM owned LEFT JOIN surface ON surface.id = owned.id LEFT JOIN model ON model.id = owned.id
+LEFT JOIN mesh ON mesh.id = owned.id;
+UPDATE told SET record = '{}' WHERE record IS NULL OR NOT json_valid(record);
 INSERT OR IGNORE INTO need (owner, needing, id, along)
-SELECT owned.owner, owned.id, atom, 0 FROM owned
-LEFT JOIN surface ON surface.id = owned.id LEFT JOIN model ON model.id = owned.id,
-json_tree(iif(json_valid(coalesce(owned.record, surface.record, model.record)),
-              coalesce(owned.record, surface.record, model.record), '{}')) AS t
-WHERE t.type = 'text' AND atom <> owned.id AND EXISTS (SELECT 1 FROM owned WHERE id = atom);
+SELECT told.owner, told.id, atom, 0 FROM told, json_tree(record) AS t
+WHERE t.type = 'text' AND atom <> told.id AND EXISTS (SELECT 1 FROM owned WHERE id = atom);
 INSERT OR IGNORE INTO need (owner, needing, id, along)
 SELECT owned.owner, owned.id, mean, 0 FROM owned JOIN model ON model.id = owned.id;
 -- The job, where it may have had other inputs than the mesh that an encode names.
 INSERT OR IGNORE INTO need (owner, needing, id, along)
-SELECT owned.owner, owned.id, job.id, 0 FROM owned
-LEFT JOIN surface ON surface.id = owned.id LEFT JOIN model ON model.id = owned.id,
-json_tree(iif(json_valid(coalesce(owned.record, surface.record, model.record)),
-              coalesce(owned.record, surface.record, model.record), '{}')) AS t
-JOIN job ON job.id = atom
-WHERE t.type = 'text'
-AND coalesce(json_extract(coalesce(owned.record, surface.record, model.record),
-                          '$.source.process'), '') <> 'encode';
+SELECT told.owner, told.id, job.id, 0 FROM told, json_tree(record) AS t JOIN job ON job.id = atom
+WHERE t.type = 'text' AND coalesce(json_extract(record, '$.source.process'), '') <> 'encode';
 -- The results of jobs, where they are in the database, and otherwise what says which job made it.
 INSERT OR IGNORE INTO need (owner, needing, id, along)
 SELECT job.owner, job.id, atom, 1 FROM job JOIN blob ON hash = results,
 json_tree(iif(json_valid(CAST(blob.bytes AS TEXT)), CAST(blob.bytes AS TEXT), '{}')) AS t
 WHERE t.type = 'text' AND EXISTS (SELECT 1 FROM owned WHERE id = atom);
 INSERT OR IGNORE INTO need (owner, needing, id, along)
-SELECT owned.owner, job.id, owned.id, 1 FROM owned
-LEFT JOIN surface ON surface.id = owned.id LEFT JOIN model ON model.id = owned.id,
-json_tree(iif(json_valid(coalesce(owned.record, surface.record, model.record)),
-              coalesce(owned.record, surface.record, model.record), '{}')) AS t
-JOIN job ON job.id = atom AND job.owner = owned.owner
-WHERE t.type = 'text';
+SELECT told.owner, job.id, told.id, 1 FROM told, json_tree(record) AS t
+JOIN job ON job.id = atom AND job.owner = told.owner WHERE t.type = 'text';
+DROP TABLE told;

@@ -38,6 +38,7 @@
 static const char *const json_types[] = {"application/json", NULL};
 static const char *const member_types[] = {"application/json", "text/csv",
                                            "text/tab-separated-values", NULL};
+static const char *const patch_types[] = {"application/json", "application/merge-patch+json", NULL};
 /* curl --data-binary sends the last one. */
 static const char *const import_types[] = {
     "application/zip,application/x-zip-compressed,application/x-tar,application/gzip",
@@ -157,7 +158,7 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         return true;
     }
     if (type && route_takes_json(route)) {
-        fits = type_in(type, json_types);
+        fits = type_in(type, strcmp(route->method, "PATCH") == 0 ? patch_types : json_types);
     } else if (type && route->body == ROUTE_SURFACE) {
         fits = type_in(type, surface_types);
     } else if (type && route->body == ROUTE_MEMBERS) {

@@ -13,6 +13,7 @@
  */
 #include "api/job_answers.h"
 #include "api/json_memory.h"
+#include "api/labels.h"
 #include "api/prefer.h"
 #include "api/respond.h"
 #include "api/routes.h"
@@ -168,8 +169,14 @@ void executions_resume(struct api *api, const struct api_request *request,
 
 /* ---- The request ----------------------------------------------------------------------------- */
 
-/* The inputs member of the body (borrowed from it); NULL when a problem was answered. */
-static const json_t *body_inputs(struct api_call *call, json_t *body)
+static bool is_member(const char *name)
+{
+    return strcmp(name, "inputs") == 0 || strcmp(name, "name") == 0 || strcmp(name, "tags") == 0;
+}
+
+/* The inputs member of the body (borrowed from it), and what the job is to be called; NULL when a
+   problem was answered. */
+static const json_t *body_inputs(struct api_call *call, json_t *body, struct labels *labels)
 {
     struct problem_list problems = {.errors = NULL};
     const json_t *inputs = json_object_get(body, "inputs");
@@ -179,15 +186,16 @@ static const json_t *body_inputs(struct api_call *call, json_t *body)
 
     json_object_foreach(body, name, value)
     {
-        if (strcmp(name, "inputs") != 0) {
+        if (!is_member(name)) {
             (void)snprintf(pointer, sizeof pointer, "/%.100s", name);
             problem_add(&problems, pointer,
-                        "the body has one member, inputs; this one is not known.");
+                        "the body has the members inputs, name and tags; this one is not known.");
         }
     }
     if (!json_is_object(inputs)) {
         problem_add(&problems, "/inputs", "an object with the inputs of the process is required.");
     }
+    labels_read(body, labels, &problems);
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
         return NULL;
@@ -198,11 +206,11 @@ static const json_t *body_inputs(struct api_call *call, json_t *body)
 /* The canonical text of the inputs (malloc), and how long a job of them is expected to take; NULL
    when a problem was answered. */
 static char *canonical_text(struct api_call *call, const struct api_process *process,
-                            double *seconds)
+                            struct labels *labels, double *seconds)
 {
     struct problem_list problems = {.errors = NULL};
     json_t *body = body_json(call), *canonical = NULL;
-    const json_t *inputs = body ? body_inputs(call, body) : NULL;
+    const json_t *inputs = body ? body_inputs(call, body, labels) : NULL;
     char *text = NULL;
 
     if (!inputs) {
@@ -327,11 +335,41 @@ static void log_submission(const struct api_request *request, const struct store
         log_text("traceparent", request->trace));
 }
 
+/* Gives the job the name and tags that it was submitted with; one that was joined, or has answered
+   before, takes them. */
+static int label_job(struct api_call *call, const struct labels *labels, struct store_job *job)
+{
+    const struct store_labels *change = &labels->change;
+    char *name = change->name ? strdup(change->name) : NULL;
+    char *tags = change->tags ? strdup(change->tags) : NULL;
+    int status = STORE_OK;
+
+    if ((change->name && !name) || (change->tags && !tags)) {
+        status = STORE_NOMEM;
+    } else if (name || tags) {
+        status = store_label(call->api->config.store, job->owner, job->id, change);
+    }
+    if (status == STORE_OK && name) {
+        free(job->name);
+        job->name = name;
+        name = NULL;
+    }
+    if (status == STORE_OK && tags) {
+        free(job->tags);
+        job->tags = tags;
+        tags = NULL;
+    }
+    free(name);
+    free(tags);
+    return status;
+}
+
 void executions_create(struct api_call *call)
 {
     const struct api_process *process = api_process_find(call->api, call->parameters[0]);
     struct execution_wait *wait = NULL;
     struct store_job job = {0};
+    struct labels labels = {.tags = NULL};
     char digest[65], *inputs = NULL;
     double seconds = 0.0;
     int status;
@@ -351,7 +389,7 @@ void executions_create(struct api_call *call)
     if (!enter_key(call, wait) || !enter_stream(call, wait)) {
         goto out;
     }
-    inputs = canonical_text(call, process, &seconds);
+    inputs = canonical_text(call, process, &labels, &seconds);
     body_digest(call->request, digest);
     if (!inputs) {
         goto out;
@@ -362,9 +400,15 @@ void executions_create(struct api_call *call)
         goto out;
     }
     log_submission(call->request, &job, wait->how);
+    status = label_job(call, &labels, &job);
+    if (status != 0) {
+        refuse_submission(call, status);
+        goto out;
+    }
     answer_submitted(call, wait, &job);
     wait = NULL;
 out:
+    labels_clear(&labels);
     store_job_clear(&job);
     free(inputs);
     execution_wait_free(wait);

@@ -13,11 +13,15 @@
 
 #include "api/job_answers.h"
 #include "api/tables.h"
+#include "api/json_memory.h"
+#include "api/labels.h"
 #include "store/job.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define INPUTS_MAX ((size_t)64 << 10) /* bytes of inputs that a record shows */
 
 static json_t *job_links(const struct store_job *job)
 {
@@ -58,6 +62,8 @@ json_t *job_record(const struct store_job *job, const char *cache)
 
     (void)json_object_set_new(document, "id", json_string(job->id));
     (void)json_object_set_new(document, "type", json_string("process"));
+    (void)json_object_set_new(document, "name", json_string(job->name ? job->name : ""));
+    labels_set_tags(document, job->tags);
     (void)json_object_set_new(document, "processID", json_string(job->process));
     (void)json_object_set_new(document, "owner",
                               job->owner[0] ? json_string(job->owner) : json_null());
@@ -144,6 +150,20 @@ static bool find_job(struct api_call *call, struct store_job *job)
     return status == 0;
 }
 
+/* The record with the inputs as the job has them, unless they are long (arrays of numbers): then
+   the results alone tell them. Takes over and returns the record. */
+static json_t *with_inputs(json_t *record, const struct store_job *job)
+{
+    size_t length = job->inputs ? strlen(job->inputs) : 0;
+    json_t *inputs =
+        length <= INPUTS_MAX ? json_memory_load(job->inputs, length, 0, NULL, NULL) : NULL;
+
+    if (inputs) {
+        (void)json_object_set_new(record, "inputs", inputs);
+    }
+    return record;
+}
+
 void jobs_get_one(struct api_call *call)
 {
     struct store_job job = {0};
@@ -152,7 +172,7 @@ void jobs_get_one(struct api_call *call)
         if (!job_ended(&job)) {
             (void)api_response_header_text(call->response, "Retry-After", "1");
         }
-        respond_json(call, 200, job_record(&job, NULL));
+        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job));
         store_job_clear(&job);
     }
 }

@@ -12,6 +12,7 @@
  */
 #include "api/meshes.h"
 #include "api/json_memory.h"
+#include "api/labels.h"
 #include "api/lists.h"
 #include "api/mesh_export.h"
 #include "api/respond.h"
@@ -118,6 +119,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
     (void)json_object_set_new(links, "content", json_string(path));
     (void)json_object_set_new(document, "id", json_string(mesh->id));
     (void)json_object_set_new(document, "name", json_string(mesh->name ? mesh->name : ""));
+    labels_set_tags(document, mesh->tags);
     (void)json_object_set_new(document, "format", json_string(mesh->format));
     (void)json_object_set_new(document, "bytes", json_integer(mesh->bytes));
     (void)json_object_set_new(document, "vertices", json_integer(mesh->vertices));
@@ -316,6 +318,27 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
     return parse_mesh(call, format, row, prepared);
 }
 
+/* A mesh sent again with a name takes it. */
+static int rename_held(struct store *store, struct store_mesh *row, const char *name)
+{
+    const struct store_labels labels = {.name = name};
+    char *copy;
+    int status;
+
+    if (!name[0] || strcmp(row->name ? row->name : "", name) == 0) {
+        return 0;
+    }
+    copy = strdup(name);
+    status = copy ? store_label(store, row->owner.name, row->id, &labels) : STORE_NOMEM;
+    if (status == 0) {
+        free(row->name);
+        row->name = copy;
+    } else {
+        free(copy);
+    }
+    return status;
+}
+
 void meshes_create(struct api_call *call)
 {
     struct store *store = call->api->config.store;
@@ -330,6 +353,9 @@ void meshes_create(struct api_call *call)
     }
     status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
                   : store_mesh_put(store, &row, call->request->body, &created);
+    if (status == 0 && held) {
+        status = rename_held(store, &row, name);
+    }
     if (status == 0) {
         if (!held) {
             compute_prepared_keep(call->api->config.jobs, store, row.owner.name, row.id, &prepared);
@@ -359,9 +385,11 @@ static bool find_mesh(struct api_call *call, struct store_mesh *mesh)
 void meshes_get(struct api_call *call)
 {
     struct store_mesh mesh = {0};
+    char etag[LABELS_ETAG_MAX];
 
     if (find_mesh(call, &mesh)) {
-        if (!respond_not_modified(call, mesh.id)) {
+        labels_etag(etag, mesh.id, mesh.name, mesh.tags);
+        if (!respond_not_modified(call, etag)) {
             respond_json(call, 200, mesh_record(&mesh));
         }
         store_mesh_clear(&mesh);

@@ -18,6 +18,7 @@
 
 #include "api/npy.h"
 #include "api/json_numbers.h"
+#include "api/labels.h"
 #include "api/routes.h"
 #include "api/surfaces.h"
 #include "api/tables.h"
@@ -63,6 +64,8 @@ static json_t *model_head(const struct store_model *model)
         return NULL;
     }
     (void)json_object_set_new(record, "id", json_string(model->id));
+    (void)json_object_set_new(record, "name", json_string(model->name ? model->name : ""));
+    labels_set_tags(record, model->tags);
     (void)json_object_set_new(record, "created", json_time(model->created_ms));
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
         (void)json_object_set_new(record, sizes[i].name, json_integer(sizes[i].value));
@@ -151,18 +154,22 @@ void models_get(struct api_call *call)
 {
     struct store_model model;
     struct store_surface mean = {0};
+    char own[LABELS_ETAG_MAX], of_mean[LABELS_ETAG_MAX], etag[2 * LABELS_ETAG_MAX];
     int status;
 
     if (!find_model(call, EIGENVALUES | SCORES, &model)) {
         return;
     }
-    if (respond_not_modified(call, model.id)) {
-        goto out;
-    }
     status = store_surface_get_as(call->api->config.store, call->request->caller.name, model.mean,
                                   false, &mean);
     if (status) {
         (void)problem_respond_store(call, status, "no-such-surface", model.mean);
+        goto out;
+    }
+    labels_etag(own, model.id, model.name, model.tags);
+    labels_etag(of_mean, "", mean.name, mean.tags);
+    (void)snprintf(etag, sizeof etag, "%s%s", own, of_mean);
+    if (respond_not_modified(call, etag)) {
         goto out;
     }
     respond_json(call, 200, model_record(&model, surface_record(&mean)));

@@ -1,6 +1,6 @@
 /*
  * records.c - what meshes, surfaces and models have in common: DELETE, with or without what needs
- * them.
+ * them; and PATCH of their names and tags, and those of jobs.
  *
  * Content belongs to its owner: what is removed is the caller's, and what others have of it stays
  * (store/erase.c). An admin says by ?owner= whose is meant where it is not the own one.
@@ -14,6 +14,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "api/labels.h"
 #include "store/erase.h"
 #include "store/holdings.h"
 #include "store/job.h"
@@ -26,11 +27,13 @@
    routes. */
 static const struct record_kind {
     const char *pattern, *prefix, *missing;
+    api_handler *get; /* answers with the record */
 } kinds[] = {
-    {"/v1/meshes/{id}", "mesh-", "no-such-mesh"},
-    {"/v1/volumes/{id}", "vol-", "no-such-volume"},
-    {"/v1/surfaces/{id}", "surf-", "no-such-surface"},
-    {"/v1/models/{id}", "model-", "no-such-model"},
+    {"/v1/meshes/{id}", "mesh-", "no-such-mesh", meshes_get},
+    {"/v1/volumes/{id}", "vol-", "no-such-volume", volumes_get},
+    {"/v1/surfaces/{id}", "surf-", "no-such-surface", surfaces_get},
+    {"/v1/models/{id}", "model-", "no-such-model", models_get},
+    {"/v1/jobs/{id}", "job-", "no-such-job", jobs_get_one},
 };
 
 static const struct record_kind *kind_of(const struct api_call *call)
@@ -228,4 +231,76 @@ void records_delete(struct api_call *call)
         tell_erased(call, &erasure);
         call->response->status = 204;
     }
+}
+
+/* ---- PATCH ----------------------------------------------------------------------------------- */
+
+/* The members of the body. False when a problem was answered. */
+static bool read_labels(struct api_call *call, struct labels *labels)
+{
+    struct problem_list list = {.errors = NULL};
+    json_t *body = body_json(call), *value;
+    const char *name;
+    char pointer[120];
+
+    *labels = (struct labels){.tags = NULL};
+    if (!body) {
+        return false;
+    }
+    json_object_foreach(body, name, value)
+    {
+        if (strcmp(name, "name") != 0 && strcmp(name, "tags") != 0) {
+            (void)snprintf(pointer, sizeof pointer, "/%.100s", name);
+            problem_add(&list, pointer, "name and tags can be changed, and nothing else.");
+        }
+    }
+    labels_read(body, labels, &list);
+    json_decref(body);
+    if (list.errors) {
+        labels_clear(labels);
+        (void)problem_respond_list(call, "invalid-input", &list);
+        return false;
+    }
+    return true;
+}
+
+/* Whose job it is: there is one owner. False when a problem was answered. */
+static bool find_job_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
+{
+    struct store_job job = {0};
+    int status = store_job_get(call->api->config.store, call->parameters[0], &job);
+
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
+        return false;
+    }
+    memcpy(owner, job.owner, STORE_OWNER_MAX);
+    store_job_clear(&job);
+    return true;
+}
+
+void records_patch(struct api_call *call)
+{
+    const struct record_kind *kind = kind_of(call);
+    const char *id = call->parameters[0];
+    char owner[STORE_OWNER_MAX];
+    struct labels labels;
+    int status = STORE_NOT_FOUND;
+
+    if (!read_labels(call, &labels)) {
+        return;
+    }
+    if (kind->get == jobs_get_one ? !find_job_owner(call, owner) : !find_owner(call, kind, owner)) {
+        goto out;
+    }
+    if (strncmp(id, kind->prefix, strlen(kind->prefix)) == 0) {
+        status = store_label(call->api->config.store, owner, id, &labels.change);
+    }
+    if (status != 0) {
+        (void)problem_respond_store(call, status, kind->missing, id);
+    } else {
+        kind->get(call);
+    }
+out:
+    labels_clear(&labels);
 }

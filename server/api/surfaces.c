@@ -1,7 +1,8 @@
 /*
  * surfaces.c - GET of surfaces: record, list, coefficients, and the fields srnf and grid on a grid.
  *
- * A surface never changes, so its id (and what the query asks for) is the entity tag. Fields are
+ * A surface never changes but for its name and tags, so its id (and these, or what the query asks
+ * for) is the entity tag. Fields are
  * computed at each request, on a request thread, with transforms shared by the whole service.
  * JSON answers have a limit on their numbers; .npy answers only the limit on rows.
  */
@@ -9,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "api/labels.h"
 #include "api/npy.h"
 #include "api/lists.h"
 #include "api/respond.h"
@@ -31,9 +33,11 @@ static bool find_surface(struct api_call *call, bool with_coefficients,
 void surfaces_get(struct api_call *call)
 {
     struct store_surface surface = {0};
+    char etag[LABELS_ETAG_MAX];
 
     if (find_surface(call, false, &surface)) {
-        if (!respond_not_modified(call, surface.id)) {
+        labels_etag(etag, surface.id, surface.name, surface.tags);
+        if (!respond_not_modified(call, etag)) {
             respond_json(call, 200, surface_record(&surface));
         }
         store_surface_clear(&surface);

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "api/json_memory.h"
+#include "api/labels.h"
 #include "api/json_numbers.h"
 #include "api/warnings.h"
 #include "store/store.h"
@@ -68,6 +69,7 @@ json_t *surface_record(const struct store_surface *surface)
     record = json_object();
     (void)json_object_set_new(record, "id", json_string(surface->id));
     (void)json_object_set_new(record, "name", json_string(surface->name ? surface->name : ""));
+    labels_set_tags(record, surface->tags);
     (void)json_object_set_new(record, "lmax", json_integer(surface->lmax));
     /* The members of the contract in its order, then whatever else was kept. */
     for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++) {

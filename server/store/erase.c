@@ -47,7 +47,8 @@ static const struct kind {
      "(SELECT name, record FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
      "DELETE FROM surface WHERE id = ?"},
     {"mesh", "SELECT content FROM mesh WHERE id = ?",
-     "UPDATE mesh SET name = (SELECT name FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
+     "UPDATE mesh SET (name, source) = "
+     "(SELECT name, record FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",
      "DELETE FROM mesh WHERE id = ?"},
     {"volume", "SELECT content FROM volume WHERE id = ?",
      "UPDATE volume SET name = (SELECT name FROM owned WHERE id = ?1 AND owner = ?2) WHERE id = ?1",

@@ -398,7 +398,7 @@ int store_checkpoint_sweep(struct store *store);
     "id, process, status, inputs, digest, numeric_build, message, progress, created_ms, " \
     "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
     "problem_detail, "                                                                    \
-    "owner, trace, expected_ms, express"
+    "owner, trace, expected_ms, express, title, tags"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);

@@ -22,6 +22,8 @@ void store_job_clear(struct store_job *job)
     free(job->problem_code);
     free(job->problem_detail);
     free(job->numeric_build);
+    free(job->name);
+    free(job->tags);
     *job = (struct store_job){0};
 }
 
@@ -57,6 +59,8 @@ int store_job_from_row(sqlite3_stmt *row, struct store_job *job)
     store_column_id(row, 17, job->trace, sizeof job->trace);
     job->expected_ms = sqlite3_column_int64(row, 18);
     job->express = sqlite3_column_int64(row, 19) != 0;
+    job->name = store_column_text(row, 20, &status);
+    job->tags = store_column_text(row, 21, &status);
     if (status != STORE_OK) {
         store_job_clear(job);
     }

@@ -41,6 +41,7 @@ struct store_job {
     char *problem_code; /* of a failed job, otherwise NULL */
     char *problem_detail;
     char *numeric_build;
+    char *name, *tags; /* the owner's, tags as a JSON array; not set for insert */
     char owner[STORE_OWNER_MAX];
     char trace[STORE_TRACE_MAX]; /* traceparent of the submission, or "" */
     int64_t expected_ms;         /* how long it is expected to take; 0: not known */

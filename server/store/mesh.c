@@ -17,9 +17,10 @@
 /* Name, source and time stay those of the first; what is said of the content that of the last. */
 #define RENEW \
     "UPDATE SET report = excluded.report, vertices = excluded.vertices, faces = excluded.faces"
-#define COLUMNS_AS                                                                     \
-    "mesh.id, coalesce(owned.name, mesh.name), format, report, mesh.bytes, vertices, " \
-    "faces, coalesce(owned.created_ms, mesh.created_ms), coalesce(owned.record, mesh.source)"
+#define COLUMNS_AS                                                                              \
+    "mesh.id, coalesce(owned.name, mesh.name), format, report, mesh.bytes, vertices, "          \
+    "faces, coalesce(owned.created_ms, mesh.created_ms), coalesce(owned.record, mesh.source), " \
+    "coalesce(owned.tags, '[]')"
 
 void store_mesh_clear(struct store_mesh *mesh)
 {
@@ -27,6 +28,7 @@ void store_mesh_clear(struct store_mesh *mesh)
     free(mesh->format);
     free(mesh->report);
     free(mesh->source);
+    free(mesh->tags);
     *mesh = (struct store_mesh){0};
 }
 
@@ -44,6 +46,7 @@ static int from_row(sqlite3_stmt *row, struct store_mesh *mesh)
     mesh->faces = sqlite3_column_int64(row, 6);
     mesh->created_ms = sqlite3_column_int64(row, 7);
     mesh->source = store_column_text(row, 8, &status);
+    mesh->tags = store_column_text(row, 9, &status);
     if (status != STORE_OK) {
         store_mesh_clear(mesh);
     }
@@ -164,10 +167,12 @@ static int adopt(struct store *store, struct store_mesh *mesh)
         status = renew_report(store, &held, mesh);
         free(mesh->name);
         free(mesh->source);
+        free(mesh->tags);
         mesh->name = held.name;
         mesh->source = held.source;
         mesh->created_ms = held.created_ms;
-        held.name = held.source = NULL;
+        mesh->tags = held.tags;
+        held.name = held.source = held.tags = NULL;
         store_mesh_clear(&held);
     }
     return status;

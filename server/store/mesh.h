@@ -20,6 +20,7 @@ struct store_mesh {
     char *name;            /* may be empty */
     char *format;
     char *report; /* JSON text, opaque here */
+    char *tags;   /* JSON array; not set for put */
     char *source; /* JSON text of what made it; NULL or empty: it was uploaded */
     int64_t bytes, vertices, faces, created_ms;
     struct store_owner owner; /* to be set for put; not set by get */

@@ -25,7 +25,8 @@
 #define COLUMNS "id, record, mean, lmax, n_theta, n_phi, subjects, components, created_ms"
 #define COLUMNS_AS                                                                 \
     "model.id, coalesce(owned.record, model.record), mean, lmax, n_theta, n_phi, " \
-    "subjects, components, coalesce(owned.created_ms, model.created_ms)"
+    "subjects, components, coalesce(owned.created_ms, model.created_ms), "         \
+    "coalesce(owned.name, ''), coalesce(owned.tags, '[]')"
 
 static const char *const array_names[STORE_MODEL_ARRAYS] = {
     [STORE_MODEL_MEAN_Q] = "mean_q",           [STORE_MODEL_MODES] = "modes",
@@ -36,6 +37,8 @@ static const char *const array_names[STORE_MODEL_ARRAYS] = {
 void store_model_clear(struct store_model *model)
 {
     free(model->record);
+    free(model->name);
+    free(model->tags);
     for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
         free(model->arrays[i]);
     }
@@ -72,6 +75,8 @@ static int from_row(sqlite3_stmt *row, struct store_model *model)
     model->subjects = sqlite3_column_int64(row, 6);
     model->components = sqlite3_column_int64(row, 7);
     model->created_ms = sqlite3_column_int64(row, 8);
+    model->name = store_column_text(row, 9, &status);
+    model->tags = store_column_text(row, 10, &status);
     if (status != STORE_OK) {
         store_model_clear(model);
     }
@@ -300,9 +305,13 @@ static int adopt(struct store *store, struct store_model *model)
 
     if (status == STORE_OK) {
         free(model->record);
+        free(model->name);
+        free(model->tags);
         model->record = held.record;
+        model->name = held.name;
+        model->tags = held.tags;
         model->created_ms = held.created_ms;
-        held.record = NULL;
+        held.record = held.name = held.tags = NULL;
         store_model_clear(&held);
     }
     return status;

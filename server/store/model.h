@@ -30,6 +30,7 @@ struct store_model {
     char id[STORE_ID_MAX];   /* model-..., set by put */
     char mean[STORE_ID_MAX]; /* the mean surface, which stays as long as the model */
     char *record;            /* JSON text of everything else in the record, opaque here */
+    char *name, *tags;       /* the owner's, tags as a JSON array; not set for put */
     int64_t lmax, n_theta, n_phi, subjects, components, created_ms;
     /* malloc; NULL where not asked for, and the calibration also where the model has none: those
        made before migration 7 */

@@ -113,7 +113,7 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
         status = store_execute(
             db, &changed,
             "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms, first) SELECT "
-            "?1, ?2, ?3, iif(other, ?4, NULL), iif(other, ?5, NULL), ?6, ?7, NOT other "
+            "?1, ?2, ?3, coalesce(?4, ''), iif(other, ?5, NULL), ?6, ?7, NOT other "
             "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other) "
             "WHERE true ON CONFLICT DO NOTHING",
             "tttttii", name, holding->id, holding->kind, holding->name, holding->record, bytes,

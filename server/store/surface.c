@@ -21,7 +21,8 @@
 #define COLUMNS "id, name, record, lmax, created_ms"
 #define COLUMNS_AS                                                            \
     "surface.id, coalesce(owned.name, surface.name), coalesce(owned.record, " \
-    "surface.record), lmax, coalesce(owned.created_ms, surface.created_ms)"
+    "surface.record), lmax, coalesce(owned.created_ms, surface.created_ms), " \
+    "coalesce(owned.tags, '[]')"
 
 static size_t count_of(int64_t lmax)
 {
@@ -52,6 +53,7 @@ void store_surface_clear(struct store_surface *surface)
 {
     free(surface->name);
     free(surface->record);
+    free(surface->tags);
     free(surface->coefficients);
     store_maps_clear(&surface->maps);
     *surface = (struct store_surface){0};
@@ -67,6 +69,7 @@ static int from_row(sqlite3_stmt *row, struct store_surface *surface)
     surface->record = store_column_text(row, 2, &status);
     surface->lmax = sqlite3_column_int64(row, 3);
     surface->created_ms = sqlite3_column_int64(row, 4);
+    surface->tags = store_column_text(row, 5, &status);
     if (status != STORE_OK) {
         store_surface_clear(surface);
     }
@@ -107,7 +110,7 @@ int store_surface_get_as(struct store *store, const char *owner, const char *id,
         status = store_step(reader->db, row);
     }
     if (status == STORE_OK) {
-        store_column_id(row, 5, hash, sizeof hash);
+        store_column_id(row, 6, hash, sizeof hash);
         status = from_row(row, surface);
     }
     sqlite3_finalize(row);
@@ -169,8 +172,10 @@ static int adopt(struct store *store, struct store_surface *surface)
     if (status == STORE_OK) {
         free(surface->name);
         free(surface->record);
+        free(surface->tags);
         surface->name = held.name;
         surface->record = held.record;
+        surface->tags = held.tags;
         surface->created_ms = held.created_ms;
     }
     return status;

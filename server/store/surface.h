@@ -32,6 +32,7 @@ struct store_surface {
     char id[STORE_ID_MAX]; /* surf-..., of lmax, the coefficients and scale, and of the maps */
     char *name;
     char *record; /* JSON text of everything else in the record, opaque here */
+    char *tags;   /* JSON array; not set for put */
     int64_t lmax, created_ms;
     double *coefficients; /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
     size_t coefficient_count;

@@ -19,7 +19,7 @@ is "$(json .name)" 'left thalamus' 'with its name'
 mesh=$(json .id)
 is "$(header Location)" "/v1/meshes/$mesh" 'and its place'
 post '/v1/meshes?format=ply&name=other' --data-binary "@$DATA/L_thalamus.ply"
-is "$STATUS $(json .id) $(json .name)" "200 $mesh left thalamus" 'the same bytes are the same mesh'
+is "$STATUS $(json .id) $(json .name)" "200 $mesh other" 'the same bytes are the same mesh, which takes the name that it comes with'
 
 # ---- Waiting -------------------------------------------------------------------------------------------
 
@@ -217,7 +217,7 @@ done < <("$SRNFD" routes)
 request HEAD "/v1/meshes/$mesh/content"
 is "$STATUS $(header Content-Length)" "200 $length" 'HEAD tells the length'
 request OPTIONS "/v1/jobs/$keyed"
-is "$STATUS $(header Allow)" '204 GET, HEAD, DELETE, OPTIONS' 'OPTIONS tells the methods'
+is "$STATUS $(header Allow)" '204 GET, HEAD, PATCH, DELETE, OPTIONS' 'OPTIONS tells the methods'
 
 # ---- The end -----------------------------------------------------------------------------------------------
 

@@ -43,8 +43,8 @@ post_json /v1/surfaces "$DIRECT"
 is "$STATUS $(json .id)" "200 $ID" 'the same content is the same resource'
 get "/v1/surfaces/$ID"
 is "$STATUS $(json .links.srnf)" "200 /v1/surfaces/$ID/srnf" 'its record is read back'
-get "/v1/surfaces/$ID" --header "If-None-Match: \"$ID\""
-is "$STATUS" 304 'and its id is an entity tag'
+get "/v1/surfaces/$ID" --header "If-None-Match: $(header ETag)"
+is "$STATUS" 304 'and has an entity tag'
 
 get "/v1/surfaces/$ID/coefficients"
 cp "$BODY" "$SCRATCH/coefficients.json"

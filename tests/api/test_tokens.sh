@@ -113,7 +113,7 @@ fi
 as "$ADA" post '/v1/meshes?name=hers' --data-binary "$MESH"
 is "$STATUS $(json .id) $(json .name)" "201 $ID hers" 'content that another has is new to its sender'
 as "$ADA" post '/v1/meshes?name=again' --data-binary "$MESH"
-is "$STATUS $(json .name)" '200 hers' 'and known the second time'
+is "$STATUS $(json .name)" '200 again' 'and known the second time, when it takes the name that it comes with'
 absent=${ID%????}0000
 as "$BEN" get "/v1/meshes/$ID"
 jq -S 'del(.instance,.requestId,.detail)' "$BODY" >"$SCRATCH/foreign"

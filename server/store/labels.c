@@ -1,0 +1,85 @@
+/*
+ * labels.c - names and tags: a column each of owned and job, and a row of tag for each tag, all
+ * changed in one transaction. The first owner's name stands in the content's own row too, for those
+ * who see all (owner.c).
+ */
+#include "store/internal.h"
+#include "store/labels.h"
+
+#include <string.h>
+
+struct change {
+    const char *owner, *id;
+    const struct store_labels *labels;
+};
+
+#define BYTES(text) "length(CAST(" text " AS BLOB))"
+
+static int change_owned(sqlite3 *db, const struct change *change, size_t *changed)
+{
+    int status = store_execute(
+        db, changed,
+        "UPDATE owned SET name = coalesce(?3, name), tags = coalesce(?4, tags), bytes = bytes "
+        "+ " BYTES("coalesce(?3, name)") " - " BYTES("name") " + " BYTES(
+            "coalesce(?4, tags)") " - " BYTES("tags") " WHERE owner = ?1 AND id = ?2",
+        "tttt", change->owner, change->id, change->labels->name, change->labels->tags);
+    static const char *const copies[] = {
+        "UPDATE mesh SET name = ?3 WHERE id = ?2 AND ?3 IS NOT NULL AND EXISTS "
+        "(SELECT 1 FROM owned WHERE owner = ?1 AND owned.id = ?2 AND first = 1)",
+        "UPDATE surface SET name = ?3 WHERE id = ?2 AND ?3 IS NOT NULL AND EXISTS "
+        "(SELECT 1 FROM owned WHERE owner = ?1 AND owned.id = ?2 AND first = 1)",
+    };
+
+    for (size_t i = 0; i < 2 && status == STORE_OK; i++) {
+        status = store_execute(db, NULL, copies[i], "ttt", change->owner, change->id,
+                               change->labels->name);
+    }
+    return status;
+}
+
+static int change_job(sqlite3 *db, const struct change *change, size_t *changed)
+{
+    return store_execute(db, changed,
+                         "UPDATE job SET title = coalesce(?3, title), tags = coalesce(?4, tags) "
+                         "WHERE owner = ?1 AND id = ?2",
+                         "tttt", change->owner, change->id, change->labels->name,
+                         change->labels->tags);
+}
+
+static int change_tags(sqlite3 *db, const struct change *change)
+{
+    int status = store_execute(db, NULL, "DELETE FROM tag WHERE id = ? AND owner = ?", "tt",
+                               change->id, change->owner);
+
+    return status == STORE_OK
+               ? store_execute(db, NULL,
+                               "INSERT INTO tag (owner, tag, id) SELECT ?1, value, ?2 "
+                               "FROM json_each(?3) WHERE true ON CONFLICT DO NOTHING",
+                               "ttt", change->owner, change->id, change->labels->tags)
+               : status;
+}
+
+static int run_change(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct change *change = write->argument;
+    size_t changed = 0;
+    int status = strncmp(change->id, "job-", 4) == 0 ? change_job(db, change, &changed)
+                                                     : change_owned(db, change, &changed);
+
+    (void)store;
+    if (status == STORE_OK && changed == 0) {
+        return STORE_NOT_FOUND;
+    }
+    if (status == STORE_OK && change->labels->tags) {
+        status = change_tags(db, change);
+    }
+    return status == STORE_OK ? store_owner_check(db, change->owner, 0) : status;
+}
+
+int store_label(struct store *store, const char *owner, const char *id,
+                const struct store_labels *labels)
+{
+    struct change change = {.owner = owner ? owner : "", .id = id, .labels = labels};
+
+    return store_write(store, run_change, &change);
+}
