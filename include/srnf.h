@@ -37,6 +37,7 @@
 #include "srnf/sphere.h"
 #include "srnf/mesh.h"
 #include "srnf/volume.h"
+#include "srnf/mend.h"
 #include "srnf/surface.h"
 #include "srnf/shape.h"
 #include "srnf/transport.h"

@@ -109,6 +109,13 @@ struct srnf_mesh_measures {
 void srnf_mesh_measure(const struct srnf_mesh *mesh, const struct srnf_context *context,
                        struct srnf_mesh_measures *measures);
 
+/* The corner on the other side of each corner's edge: opposite[3 n_faces]. boundary where the edge
+   has one face, crowded where it has more than two or the face is degenerate. Errors: SRNF_ENOMEM,
+   SRNF_ECANCELED. */
+SRNF_CHECKED int srnf_topology_opposites(const struct srnf_mesh *mesh,
+                                         const struct srnf_context *context, uint32_t boundary,
+                                         uint32_t crowded, uint32_t *opposite);
+
 /* The first corner of the fan of faces that each corner belongs to: fans[3 n_faces]. Errors:
    SRNF_ENOMEM, SRNF_ECANCELED. */
 SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh,
@@ -119,6 +126,12 @@ SRNF_CHECKED int srnf_topology_fans(const struct srnf_mesh *mesh,
 struct srnf_mesh_origin {
     uint32_t *vertices, *faces;
 };
+
+/* Moves the vertices with keep[i] to the front and renames the corners of all faces: rename[i] is
+   the new number of a kept vertex, and of a vertex that is not kept the (old) number of an earlier
+   one that stands for it. */
+void srnf_repair_compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                         const struct srnf_context *context, const bool *keep, uint32_t *rename);
 
 /* Repairs (repair.c), for srnf_mesh_prepare; each returns SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
    Survivors keep their order; origin goes along with vertices and faces. */

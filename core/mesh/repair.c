@@ -28,11 +28,8 @@ static bool vertex_less(const void *context, uint32_t a, uint32_t b)
     return false;
 }
 
-/* Moves the vertices with keep[i] to the front and renames the corners of all faces: rename[i] is
-   the new number of a kept vertex, and of a vertex that is not kept the (old) number of the one
-   that stands for it. */
-static void compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
-                    const struct srnf_context *context, const bool *keep, uint32_t *rename)
+void srnf_repair_compact(struct srnf_mesh *mesh, struct srnf_mesh_origin *origin,
+                         const struct srnf_context *context, const bool *keep, uint32_t *rename)
 {
     size_t kept = 0;
 
@@ -80,7 +77,7 @@ int srnf_repair_merge_vertices(struct srnf_mesh *mesh, struct srnf_mesh_origin *
         rename[order[i]] = first ? order[i] : rename[order[i - 1]];
         *merged += !first;
     }
-    compact(mesh, origin, context, keep, rename);
+    srnf_repair_compact(mesh, origin, context, keep, rename);
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:
     srnf_free(keep);
@@ -108,7 +105,7 @@ int srnf_repair_drop_unreferenced(struct srnf_mesh *mesh, struct srnf_mesh_origi
         *dropped += !keep[i];
     }
     if (*dropped > 0) {
-        compact(mesh, origin, context, keep, rename);
+        srnf_repair_compact(mesh, origin, context, keep, rename);
     }
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
 out:

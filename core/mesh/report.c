@@ -63,15 +63,17 @@ static void add_topology_problems(struct srnf_mesh_report *report,
 
     add_edge_problem(report, SRNF_ENOT_CLOSED, &topology->boundary, "boundary edge",
                      "boundary edges",
-                     "fill the holes, and merge points that are near: equal ones are merged here");
+                     "the repairs holes and merge (of points that are near: equal ones are merged here) "
+                     "close them");
     add_edge_problem(report, SRNF_ENOT_MANIFOLD, &topology->crowded,
                      "edge with three faces or more", "edges with three faces or more",
-                     "remove inner walls, or part what touches there");
+                     "remove inner walls, or part what touches there; the repairs duplicates and islands "
+                     "help where walls are double or solids lie apart");
     if (topology->split_vertices > 0) {
         add_problem(
             report, SRNF_ENOT_MANIFOLD, topology->split_vertices, topology->first_split_vertex,
             "%zu %s faces of several fans that touch only there; the first is vertex %" PRIu32
-            "; part them, or keep one of the solids",
+            "; part them, or keep one of the solids (repair: islands)",
             topology->split_vertices,
             topology->split_vertices == 1 ? "vertex joins" : "vertices join",
             topology->first_split_vertex);
@@ -80,7 +82,7 @@ static void add_topology_problems(struct srnf_mesh_report *report,
         add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
                          "edge along which both faces run the same way",
                          "edges along which both faces run the same way",
-                         "turn the faces so that all look outwards");
+                         "turn the faces so that all look outwards (repair: orient)");
     } else {
         add_edge_problem(report, SRNF_ENOT_ORIENTED, &topology->disagreeing,
                          "edge of a one-sided surface along which both faces run the same way",
@@ -91,7 +93,7 @@ static void add_topology_problems(struct srnf_mesh_report *report,
         add_problem(report, SRNF_ECOMPONENTS, topology->components, topology->first_face_elsewhere,
                     "%zu components; face %" PRIu32
                     " is the first that does not belong to that of face %" PRIu32
-                    "; send one of them alone",
+                    "; send one of them alone, or keep the largest (repair: islands)",
                     topology->components, topology->first_face_elsewhere, topology->first_face);
     }
     if (report->closed && report->edge_manifold && report->vertex_manifold &&
@@ -100,9 +102,10 @@ static void add_topology_problems(struct srnf_mesh_report *report,
 
         add_problem(report, SRNF_EGENUS, count, -1,
                     "the Euler characteristic is %" PRId64
-                    ", not 2: a sphere with %zu %s%s; fill the holes through it",
+                    ", not 2: a sphere with %zu %s%s; fill the holes through it%s",
                     report->euler_characteristic, count,
-                    topology->orientable ? "handle" : "cross-cap", count == 1 ? "" : "s");
+                    topology->orientable ? "handle" : "cross-cap", count == 1 ? "" : "s",
+                    topology->orientable ? " (repair: handles)" : "");
     }
 }
 
@@ -112,7 +115,8 @@ static void add_degeneracies(struct srnf_mesh_report *report, const struct srnf_
     if (topology->degenerate_faces > 0) {
         add_problem(
             report, SRNF_EDEGENERATE, topology->degenerate_faces, topology->first_degenerate_face,
-            "%zu face%s a vertex twice; the first is face %" PRIu32, topology->degenerate_faces,
+            "%zu face%s a vertex twice; the first is face %" PRIu32 " (repair: degenerate)",
+            topology->degenerate_faces,
             topology->degenerate_faces == 1 ? " names" : "s name", topology->first_degenerate_face);
     }
     if (measures->out_of_range) {

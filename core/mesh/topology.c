@@ -302,3 +302,34 @@ out:
     srnf_free(corners);
     return status;
 }
+
+int srnf_topology_opposites(const struct srnf_mesh *mesh, const struct srnf_context *context,
+                            uint32_t boundary, uint32_t crowded, uint32_t *opposite)
+{
+    size_t n, end, edges = 0;
+    uint32_t *corners = sorted_corners(mesh, context, &n);
+
+    if (!corners) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t c = 0; c < 3 * mesh->n_faces; c++) {
+        opposite[c] = crowded;
+    }
+    for (size_t start = 0; start < n && !srnf_asks(context, edges); start = end, edges++) {
+        uint32_t first = corners[start];
+
+        for (end = start + 1;
+             end < n && edge_end(mesh, corners[end], false) == edge_end(mesh, first, false) &&
+             edge_end(mesh, corners[end], true) == edge_end(mesh, first, true);
+             end++) {
+        }
+        if (end - start == 1) {
+            opposite[first] = boundary;
+        } else if (end - start == 2) {
+            opposite[first] = corners[start + 1];
+            opposite[corners[start + 1]] = first;
+        }
+    }
+    srnf_free(corners);
+    return srnf_is_canceled(context) ? SRNF_ECANCELED : SRNF_OK;
+}
