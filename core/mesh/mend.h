@@ -1,8 +1,8 @@
 /*
  * mend.h - the steps of a repair on request: mend.c calls them in turn.
  *
- * Each step changes work->mesh, with work->origin for what is left of it, and notes what it did. The
- * functions return SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
+ * Each step changes work->mesh, with work->origin for what is left of it, and notes what it did.
+ * They return SRNF_OK, SRNF_ENOMEM or SRNF_ECANCELED.
  */
 #ifndef SRNF_MESH_MEND_H
 #define SRNF_MESH_MEND_H

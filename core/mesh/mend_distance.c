@@ -2,8 +2,8 @@
  * mend_distance.c - how far two meshes are from each other where they stand.
  *
  * Squared distances are integrated over each face by the rule with a twelfth of its area at each
- * corner and three quarters in the middle, which is exact for polynomials of degree 2 (Strang and Fix
- * 1973).
+ * corner and three quarters in the middle, which is exact for polynomials of degree 2 (Strang and
+ * Fix 1973).
  */
 #include "index.h"
 

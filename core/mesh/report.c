@@ -61,14 +61,15 @@ static void add_topology_problems(struct srnf_mesh_report *report,
 {
     int64_t missing = 2 - report->euler_characteristic;
 
-    add_edge_problem(report, SRNF_ENOT_CLOSED, &topology->boundary, "boundary edge",
-                     "boundary edges",
-                     "the repairs holes and merge (of points that are near: equal ones are merged here) "
-                     "close them");
-    add_edge_problem(report, SRNF_ENOT_MANIFOLD, &topology->crowded,
-                     "edge with three faces or more", "edges with three faces or more",
-                     "remove inner walls, or part what touches there; the repairs duplicates and islands "
-                     "help where walls are double or solids lie apart");
+    add_edge_problem(
+        report, SRNF_ENOT_CLOSED, &topology->boundary, "boundary edge", "boundary edges",
+        "the repairs holes and merge (of points that are near: equal ones are merged here) "
+        "close them");
+    add_edge_problem(
+        report, SRNF_ENOT_MANIFOLD, &topology->crowded, "edge with three faces or more",
+        "edges with three faces or more",
+        "remove inner walls, or part what touches there; the repairs duplicates and islands "
+        "help where walls are double or solids lie apart");
     if (topology->split_vertices > 0) {
         add_problem(
             report, SRNF_ENOT_MANIFOLD, topology->split_vertices, topology->first_split_vertex,
@@ -116,8 +117,8 @@ static void add_degeneracies(struct srnf_mesh_report *report, const struct srnf_
         add_problem(
             report, SRNF_EDEGENERATE, topology->degenerate_faces, topology->first_degenerate_face,
             "%zu face%s a vertex twice; the first is face %" PRIu32 " (repair: degenerate)",
-            topology->degenerate_faces,
-            topology->degenerate_faces == 1 ? " names" : "s name", topology->first_degenerate_face);
+            topology->degenerate_faces, topology->degenerate_faces == 1 ? " names" : "s name",
+            topology->first_degenerate_face);
     }
     if (measures->out_of_range) {
         add_problem(report, SRNF_EDEGENERATE, 1, -1, "a coordinate is beyond %g in size",

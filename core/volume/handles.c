@@ -3,7 +3,7 @@
  *
  * Surgery on the mesh would have to find a loop around each handle, cut there and cap the ends, and
  * the caps may cross other sheets. In voxels a handle is cut, or the tunnel through it filled, by
- * changing the fewest simple voxels (ball.c), and the surface of the result is sound by construction.
+ * changing the fewest simple voxels (ball.c), and the surface of the result is sound by its making.
  *
  * A voxel is inside where the winding number of its centre is not 0: along each row of voxels the
  * crossings of the mesh are counted with their signs. Whether a row passes an edge on the left is
@@ -69,7 +69,7 @@ static void range_of(const struct rows *rows, size_t axis, double low, double hi
     range[1] = range[1] > last ? last : range[1];
 }
 
-/* +1 or -1 where the edge from a to b passes the height z on the right of y upwards or downwards; 0
+/* +1 or -1 where the edge from a to b passes the height z on the right of y, up or down; 0
    where it does not. The same numbers are computed for the edge from b to a. */
 static int passes(const double *a, const double *b, double y, double z)
 {
@@ -85,8 +85,8 @@ static int passes(const double *a, const double *b, double y, double z)
     return up ? 1 : -1;
 }
 
-/* Where the row at (y, z) goes through the plane of the face; the middle of its extent where it lies
-   in that plane. */
+/* Where the row at (y, z) goes through the plane of the face; the middle of its extent where it
+   lies in that plane. */
 static double crossing(const double *a, const double *b, const double *c, double y, double z)
 {
     double u[3], v[3], normal[3], x;
@@ -210,13 +210,16 @@ static struct srnf_mend_item *item_of(struct srnf_mended *mended, const char *co
 /* One change for each reason, where most of its voxels are. Places come largest first. */
 static void note_places(struct srnf_mended *mended, const struct srnf_extracted *extracted)
 {
+    struct srnf_mend_item *item;
     size_t listed = extracted->n_places < SRNF_PLACES_MAX ? extracted->n_places : SRNF_PLACES_MAX;
 
-    item_of(mended, "made-anew-from-voxels")->count = extracted->mesh.n_vertices;
+    item = item_of(mended, "made-anew-from-voxels");
+    item->count = extracted->mesh.n_vertices;
+    item->position[0] = NAN;
     for (size_t i = 0; i < listed; i++) {
         const struct srnf_changed_place *place = &extracted->places[i];
-        struct srnf_mend_item *item = item_of(mended, srnf_change_name(place->change));
 
+        item = item_of(mended, srnf_change_name(place->change));
         if (item->count == 0) {
             memcpy(item->position, place->position, sizeof item->position);
         }
@@ -229,8 +232,10 @@ static void refuse(struct srnf_mended *mended, const struct srnf_mesh_problem *p
     struct srnf_mend_item *item = &mended->refused[mended->n_refused];
 
     mended->n_refused += mended->n_refused + 1 < SRNF_MEND_ITEMS_MAX;
-    *item =
-        (struct srnf_mend_item){.code = "handles-in-doubt", .count = problem->count, .first = -1};
+    *item = (struct srnf_mend_item){.code = "handles-in-doubt",
+                                    .count = problem->count,
+                                    .first = -1,
+                                    .position = {NAN, 0.0, 0.0}};
     (void)snprintf(item->detail, sizeof item->detail,
                    "handles are told only of a surface that is closed, manifold, oriented and in "
                    "one piece; mend that first: %.90s",

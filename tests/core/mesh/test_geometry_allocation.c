@@ -120,6 +120,46 @@ static int run_function(void)
     return status;
 }
 
+static struct srnf_mesh open_mesh; /* with near vertices, and without some faces */
+
+static int run_mend(struct srnf_mesh *mesh)
+{
+    const struct srnf_mend_options options = {.orient = true,
+                                              .islands = true,
+                                              .duplicates = true,
+                                              .degenerate = true,
+                                              .merge = 1e-6,
+                                              .holes = 10.0};
+    struct srnf_mended mended;
+    int status = srnf_mend(&open_mesh, &options, NULL, &mended, NULL);
+
+    (void)mesh;
+    assert_true(status != SRNF_OK || mended.n_changes >= 2);
+    assert_true(status == SRNF_OK || !mended.mesh.vertices);
+    srnf_mended_clear(&mended);
+    return status;
+}
+
+static int run_distance(struct srnf_mesh *mesh)
+{
+    struct srnf_mesh_distance distance;
+
+    return srnf_mesh_distance(mesh, &open_mesh, NULL, &distance);
+}
+
+static struct srnf_mesh torus;
+
+static int run_handles(struct srnf_mesh *mesh)
+{
+    struct srnf_mended mended = {.n_changes = 0};
+    int status = srnf_mend_handles(&torus, 16, NULL, &mended, NULL);
+
+    (void)mesh;
+    assert_true(status != SRNF_OK || mended.n_changes >= 2);
+    srnf_mended_clear(&mended);
+    return status;
+}
+
 static void each_refusal_is_survived(void **state)
 {
     static const struct {
@@ -136,16 +176,34 @@ static void each_refusal_is_survived(void **state)
         {"index", run_index},
         {"icosphere", run_icosphere},
         {"fit", run_fit},
+        {"mend", run_mend},
+        {"distance", run_distance},
+        {"handles", run_handles},
     };
+    bool drop[180] = {[7] = true, [8] = true};
+    struct srnf_mesh whole;
     (void)state;
+
+    refusing_none();
+    whole = meshes_sphere(3);
+    open_mesh = meshes_without_faces(&whole, drop);
+    srnf_mesh_clear(&whole);
+    whole = open_mesh;
+    open_mesh = meshes_soup(&whole);
+    srnf_mesh_clear(&whole);
+    open_mesh.vertices[0] += 1e-8;
+    torus = meshes_torus(1.0, 0.4, 12, 8);
 
     for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         size_t total;
 
         function = subjects[i].run;
         total = refusing_sweep(subjects[i].name, run_function, 0, 1);
-        assert_true(total > 1 && total < 100);
+        assert_true(total > 1 && total < 200);
     }
+    refusing_none();
+    srnf_mesh_clear(&open_mesh);
+    srnf_mesh_clear(&torus);
     assert_int_equal(refusing.alive, 0);
 }
 
