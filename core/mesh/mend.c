@@ -3,8 +3,8 @@
  *
  * Preparing a mesh (prepare.c) does what loses nothing and leaves everything else to the one who
  * knows the data. Here it is asked for. The order matters: joining points makes faces degenerate
- * and equal; what is left of those hides neither islands nor holes; and a hole can be closed only where
- * the faces around it agree.
+ * and equal; what is left of those hides neither islands nor holes; and a hole can be closed only
+ * where the faces around it agree.
  */
 #include "mend.h"
 

@@ -3,8 +3,8 @@
  *
  * Each vertex of a fan of faces that ends has one edge in and one edge out of the boundary, so that
  * the loops are found by going round the fans. Where fans touch in a point each gets a vertex of
- * its own first. A loop is closed by triangles between its own vertices (mend_fill.c), or, where every
- * way of that needs an edge that exists already, by a fan around its middle.
+ * its own first. A loop is closed by triangles between its own vertices (mend_fill.c), or, where
+ * every way of that needs an edge that exists already, by a fan around its middle.
  */
 #include "mend.h"
 

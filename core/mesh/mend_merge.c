@@ -2,8 +2,8 @@
  * mend_merge.c - joins vertices that are nearer to each other than a tolerance.
  *
  * Vertices are taken in their order. One that has a vertex taken before within the tolerance
- * becomes the nearest of these; any other stays, where it is. So chains of near points do not collapse, and
- * what stays is farther apart than the tolerance. Such points are found by cells as wide as the
+ * becomes the nearest of these; any other stays, where it is. So chains of near points do not collapse,
+ * and what stays is farther apart than the tolerance. Such points are found by cells as wide as the
  * tolerance, which hold at most a few of them; cells are sorted, not hashed, so that no input makes
  * it slow. O(n log n).
  */
