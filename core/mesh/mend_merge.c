@@ -2,7 +2,7 @@
  * mend_merge.c - joins vertices that are nearer to each other than a tolerance.
  *
  * Vertices are taken in their order. One that has a vertex taken before within the tolerance
- * becomes the nearest of these; any other stays, where it is. So chains of near points do not collapse,
+ * becomes the nearest of these; any other stays, where it is. So chains of near points stay apart,
  * and what stays is farther apart than the tolerance. Such points are found by cells as wide as the
  * tolerance, which hold at most a few of them; cells are sorted, not hashed, so that no input makes
  * it slow. O(n log n).

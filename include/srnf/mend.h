@@ -72,8 +72,8 @@ SRNF_CHECKED int srnf_mend(const struct srnf_mesh *mesh, const struct srnf_mend_
  * simple voxels, and its surface (srnf_extract). The whole surface is made anew, since taking a
  * handle off a mesh by surgery can make it cross itself. Detail finer than a voxel is lost: see
  * srnf_mesh_distance. Changes are added to those in mended: "made-anew-from-voxels" (count:
- * vertices) and those of srnf_change_name (count: voxels), where they are. What cannot be done is added
- * to what was refused: a mesh that is not closed, manifold, oriented and connected. A mesh of genus 0
+ * vertices) and those of srnf_change_name (count: voxels), where they are. A mesh that is not
+ * closed, manifold, oriented and connected is refused, which is noted there too. A mesh of genus 0
  * is left alone.
  *   mesh    [in]     as it was read, or NULL for mended->mesh
  *   mended  [in/out] from srnf_mend
