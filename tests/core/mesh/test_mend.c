@@ -472,6 +472,35 @@ static void wrong_arguments_are_refused(void **state)
     srnf_mesh_clear(&open);
 }
 
+static bool counted_down(void *user)
+{
+    size_t *left = user;
+
+    return *left == 0 || --*left == 0;
+}
+
+static void canceled_at_any_question(void **state)
+{
+    struct srnf_mesh open = open_sphere(6);
+    struct srnf_mended mended = {.n_changes = 0};
+    size_t asked = 0;
+    int status = SRNF_ECANCELED;
+
+    (void)state;
+    while (status == SRNF_ECANCELED && asked < 10000) {
+        size_t left = ++asked;
+        const struct srnf_context context = {.canceled = counted_down, .user = &left};
+
+        status = srnf_mend(&open, &all, &context, &mended, NULL);
+        assert_true(status == SRNF_OK || !mended.mesh.vertices);
+    }
+    assert_int_equal(status, SRNF_OK);
+    assert_true(asked > 20);
+    assert_sound(&mended);
+    srnf_mended_clear(&mended);
+    srnf_mesh_clear(&open);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -492,7 +521,9 @@ int main(void)
         cmocka_unit_test(handles_of_an_open_mesh_are_refused),
         cmocka_unit_test(distance_is_exact),
         cmocka_unit_test(wrong_arguments_are_refused),
+        cmocka_unit_test(canceled_at_any_question),
     };
 
+    cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
