@@ -200,15 +200,15 @@ get "/v1/surfaces/$FOREIGN/coefficients"
 jq '{coefficients: (.x |= map(8 * .))}' "$BODY" >"$SCRATCH/long.json"
 post_json /v1/surfaces "@$SCRATCH/long.json"
 LONG=$(json .id)
-members=$(printf '%s\n' "${DRAWN[@]:0:40}" "$LONG" |
+members=$(printf '%s\n' "${DRAWN[@]:0:20}" "$LONG" |
     jq -R . | jq -sc 'to_entries | map({id: .value, label: (["a", "b"][.key % 2])})')
 post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$members}"
 is "$STATUS" 201 'a cohort of samples and a hippocampus drawn out eightfold'
 run classify "{\"cohort\":\"mixed\",\"method\":\"harmonic-nn\",\"lmax\":$LMAX}"
 note "$(json '.methods[].perSubject[-1].typicality | tojson')"
-is "$STATUS $(json '[.warnings[] | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [40]' \
+is "$STATUS $(json '[.warnings[] | select(.code == "far-from-group") | .figures.member] | tojson')" '200 [20]' \
     'a member is unlike the others, whatever its class'
-is "$(json '.methods["harmonic-nn"].perSubject[40].typicality.nearest | [.percentile, .value > .limit] | tojson')" \
+is "$(json '.methods["harmonic-nn"].perSubject[20].typicality.nearest | [.percentile, .value > .limit] | tojson')" \
     '[100,true]' 'by its distance from the nearest'
 stop_server || not_ok 'the server ends well'
 done_testing
