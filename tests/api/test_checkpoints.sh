@@ -29,13 +29,13 @@ prepare() {
     a=$(between thalamus)
     b=$(between pallidum)
     post_json /v1/cohorts "$(jq -nc --argjson a "$a" --argjson b "$b" \
-        '{name: "nuclei", members: [(0, 1, 3, 5, 6, 7) as $i | {id: $a[$i], label: "a"}, {id: $b[$i], label: "b"}]}')"
+        '{name: "nuclei", members: [(0, 2, 5, 7) as $i | {id: $a[$i], label: "a"}, {id: $b[$i], label: "b"}]}')"
     is "$STATUS" 201 'a cohort of surfaces'
     post_json /v1/cohorts "$(jq -nc --argjson a "$a" --argjson b "$b" \
-        '{name: "six", members: [(0, 3, 7) as $i | {id: $a[$i]}, {id: $b[$i]}]}')"
+        '{name: "four", members: [(0, 7) as $i | {id: $a[$i]}, {id: $b[$i]}]}')"
     is "$STATUS" 201 'and a smaller one'
 }
-DISTANCES='{"cohort":"six"}'
+DISTANCES='{"cohort":"four"}'
 CLASSIFY='{"cohort":"nuclei","method":["srnf-nn","srm-nn"],"refit":"shared"}'
 COMPARE='{"cohort":"nuclei","permutations":99,"commonPose":true,"tolerance":1e-8,"maxIterations":6}'
 EVALUATE='{"cohort":"nuclei","register":false,"components":4,"samples":2000}'
@@ -96,7 +96,7 @@ cut() { # PROCESS INPUTS BYTES PROGRESS
 start_server "$SCRATCH/cut" --workers 2 || exit 1
 prepare
 PART=$((24 + 8 * 3 * 8 * 16)) # a registered member: a field on the grid of degree 4
-cut distances "$DISTANCES" $((40 + 3 * (24 + 8))) 50
+cut distances "$DISTANCES" $((40 + 2 * (24 + 8))) 45
 cut classify "$CLASSIFY" $((40 + 3 * PART)) 10
 cut compare-groups "$COMPARE" 100 15
 compare "$((BEFORE + $(logged job-checkpoint "$JOB" | wc -l)))" '<=' "$ITERATIONS" 'no iteration of the mean is done again'
