@@ -35,7 +35,7 @@ post_json /v1/cohorts "{\"name\":\"bare\",\"members\":[${MEMBERS#,},{\"id\":\"$L
 
 execute pca '{"cohort":"sides","register":false}'
 MODEL=$(json .model.id)
-execute evaluate-model "{\"model\":\"$MODEL\",\"components\":4,\"samples\":10,\"seed\":7}"
+execute evaluate-model "{\"model\":\"$MODEL\",\"components\":4,\"samples\":5,\"seed\":7}"
 is "$STATUS $(json '[.subjects, (.compactness, .generalisation, .specificity | length)] | tojson')" '200 [12,4,4,4]' \
     'a model is evaluated'
 cp "$BODY" "$SCRATCH/model.json"
@@ -43,7 +43,7 @@ is "$(json '[.compactness[].value | real] | . == sort and .[3] <= 1')" true 'com
 is "$(json '[.generalisation[].elastic | real] | . == (sort | reverse)')" true 'more components describe a new subject better'
 is "$(json '[.compactness, .generalisation, .specificity | .[].standardError > 0] | length > 0 and all')" true 'all with standard errors'
 is "$(json '[.refitted, .shared] | tojson')" '[["mean","components"],["registration"]]' 'and it says what was fitted again'
-execute evaluate-model '{"cohort":"sides","register":false,"components":4,"samples":10,"seed":7}'
+execute evaluate-model '{"cohort":"sides","register":false,"components":4,"samples":5,"seed":7}'
 is "$STATUS" 200 'the same of the cohort'
 # Distances between SRNFs know no inversion, which between such different shapes has more than one answer.
 
