@@ -4,7 +4,7 @@
 # srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
-start_server "$SCRATCH/data" --workers 1 --max-streams 3 || exit 1
+start_server "$SCRATCH/data" --workers 1 --max-streams 3 --grace-seconds 2 || exit 1
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/L_thalamus.ply
 left=$(json .id)
 post '/v1/meshes?format=ply' --data-binary @tests/data/aal_subcortex/R_thalamus.ply
@@ -18,9 +18,10 @@ submit() { # PROCESS INPUTS
 long_inputs() { # STEPS
     printf '{"from":"%s","to":"%s","steps":%d,"register":false}' "$left" "$right" "$1"
 }
-LONG=${SRNFD_SANITIZED:+5} # sanitizers make all of it longer
-first=$(submit geodesic "$(long_inputs "${LONG:+1}${LONG:-61}")")
-second=$(submit geodesic "$(long_inputs 21)")
+STEPS=(41 21 61)
+[ -n "$SRNFD_SANITIZED" ] && STEPS=(15 16 11) # each takes longer
+first=$(submit geodesic "$(long_inputs "${STEPS[0]}")")
+second=$(submit geodesic "$(long_inputs "${STEPS[1]}")")
 
 stream() { # JOB [CURL ARGUMENTS..]: the events to the end
     local job=$1
@@ -59,7 +60,7 @@ is "$(sed -n 's/^id: //p' "$BODY")" "$last" 'under the same id'
 like "$(header Content-Type)" '^text/event-stream' 'as an event stream'
 
 # Dropped in the middle, and taken up where it was.
-third=$(submit geodesic "$(long_inputs "${LONG:+2}${LONG:-101}")")
+third=$(submit geodesic "$(long_inputs "${STEPS[2]}")")
 curl --silent --no-buffer --max-time 120 "$URL/v1/jobs/$third/events" >"$SCRATCH/begun" &
 follower=$!
 for _ in $(seq 200); do
