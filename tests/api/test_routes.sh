@@ -57,7 +57,8 @@ is "$STATUS $(warned)" '200 mixed-routes' 'those who ask for it get an answer, a
 is "$(json '.warnings[] | select(.code == "mixed-routes") | .figures | tojson')" '{"star":1,"area":2,"given":0,"unknown":0,"bridged":0}' 'with the counts'
 like "$(json '.warnings[] | select(.code == "mixed-routes") | .detail')" "1 by star .$STAR" 'and the odd ones'
 for process in mean pca evaluate-model; do
-    execute "$process" "{$PAIR,\"register\":false,\"mixedRoutes\":true}"
+    FEW=$([ $process = evaluate-model ] && echo ',"samples":5')
+    execute "$process" "{$PAIR,\"register\":false,\"mixedRoutes\":true$FEW}"
     is "$STATUS $(warned)" '200 mixed-routes' "so has $process"
 done
 execute classify '{"cohort":"mixed","mixedRoutes":true,"method":"harmonic-nn"}'
