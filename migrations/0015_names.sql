@@ -1,7 +1,8 @@
 -- Names and tags, which are each owner's and can be changed. tags is a JSON array of strings, as the
 -- record shows it; the table tag has the same, for lists.
 UPDATE owned SET name = coalesce(name, (SELECT name FROM mesh WHERE mesh.id = owned.id),
-                                 (SELECT name FROM surface WHERE surface.id = owned.id), '');
+                                 (SELECT name FROM surface WHERE surface.id = owned.id),
+                                 (SELECT name FROM volume WHERE volume.id = owned.id), '');
 ALTER TABLE owned ADD COLUMN tags TEXT NOT NULL DEFAULT '[]';
 -- The name of a job, by another word than that of owners, which statements on jobs join.
 ALTER TABLE job ADD COLUMN title TEXT NOT NULL DEFAULT '';

@@ -52,7 +52,7 @@ base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson
     liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev libarchive-dev
     curl jq'
 tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
-    libclang-rt-14-dev'
+    perl-base unzip zip libclang-rt-14-dev'
 
 # A system with these packages installed, root, and all packages known.
 system() { # PACKAGES..

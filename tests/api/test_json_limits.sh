@@ -29,11 +29,11 @@ is_problem 413 body-too-large '7 MiB of them, which the route would read'
 like "$(json .detail)" 'MiB' 'and the limit is named'
 {
     printf '{'
-    seq -f '"k%.0f":0,' 600000 | tr -d '\n'
+    seq -f '"k%.0f":0,' 1500000 | tr -d '\n'
     printf '"z":0}'
 } >"$SCRATCH/keys"
 send /v1/cohorts "$SCRATCH/keys"
-is_problem 413 body-too-large '600,000 keys'
+is_problem 413 body-too-large '1,500,000 keys'
 send /v1/processes/mean/execution "$SCRATCH/objects"
 is_problem 413 body-too-large 'the same to an execution'
 printf '{"inputs":%s}' "$(repeated '' '[' 5000 '')" >"$SCRATCH/deep"

@@ -25,10 +25,12 @@
 #include "store/mesh.h"
 #include "store/model.h"
 #include "store/surface.h"
+#include "store/volume.h"
 
 #define GOOD_MESH "mesh-00000000000000000000000000000001"
 #define OPEN_MESH "mesh-00000000000000000000000000000002"
 #define STARLESS_MESH "mesh-00000000000000000000000000000003" /* with a report of old */
+#define VOLUME "vol-00000000000000000000000000000001"
 #define ABSENT_MESH "mesh-000000000000000000000000000000ff"
 #define ABSENT_SURFACE "surf-000000000000000000000000000000ff"
 #define SURFACE_DEGREE 9
@@ -51,6 +53,18 @@ static void put_mesh(struct fixture *fixture, const char *id, const char *report
     mesh.report = strdup(report);
     assert_int_equal(store_mesh_put(fixture->store, &mesh, "ply", &created), 0);
     store_mesh_clear(&mesh);
+}
+
+/* Of label 1 alone. */
+static void put_volume(struct fixture *fixture)
+{
+    struct store_volume volume = {.id = VOLUME, .bytes = 4, .created_ms = 1};
+    bool created;
+
+    volume.name = strdup("a volume");
+    volume.record = strdup("{\"shape\":[2,2,2],\"labels\":[{\"value\":1,\"voxels\":4}]}");
+    assert_int_equal(store_volume_put(fixture->store, &volume, "nrrd", &created), 0);
+    store_volume_clear(&volume);
 }
 
 static void put_surface(struct fixture *fixture)
@@ -164,6 +178,7 @@ static int fixture_open(void **state)
     put_model(fixture);
     put_cohort(fixture);
     put_patients(fixture);
+    put_volume(fixture);
     *state = fixture;
     return 0;
 }

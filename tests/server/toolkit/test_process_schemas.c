@@ -26,6 +26,8 @@ static const struct {
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
     {"classify", "{\"cohort\":\"patients\"}"},
+    {"extract", "{\"volume\":\"" VOLUME "\",\"labels\":[1]}"},
+    {"repair", "{\"mesh\":\"" GOOD_MESH "\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
