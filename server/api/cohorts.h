@@ -50,6 +50,9 @@ bool cohort_text_next(const char **at, const char **member, size_t *length);
 /* One of them with all that a member can have (new reference). */
 json_t *cohort_text_member(const char *text, size_t length);
 
+/* The keys of an object for a sentence, in quotes, as many as fit. */
+void cohort_list_names(const json_t *names, char *text, size_t size);
+
 /* The members of a stored cohort as a JSON array of {id, label, subject, covariates, mirror, time,
    side}; NULL without memory. */
 json_t *cohort_members(const struct store_cohort *cohort);
@@ -66,7 +69,8 @@ void cohort_tag(const struct store_cohort *cohort, char tag[120]);
 void cohort_write_table(FILE *out, const struct store_cohort *cohort);
 /* The members that a body gives, as a text (cohorts_edit.c); false without memory. */
 bool cohort_read_members(const json_t *given, struct cohort_text *text, struct problem_list *list);
-/* Those of the cohort "from" that are like "where"; false when a problem was answered. */
+/* Those of the cohort "from" that are like "where" (cohorts_copy.c); false when a problem was
+   answered. */
 bool cohort_read_copy(struct api_call *call, const json_t *body, struct cohort_text *text,
                       struct problem_list *list);
 

@@ -1,5 +1,5 @@
 /*
- * cohorts_edit.c - cohorts that are changed, and cohorts that are made of others.
+ * cohorts_edit.c - cohorts that are changed.
  *
  * A change reads the text of the cohort member by member, writes a new one, and replaces the old in
  * one transaction, if it is still the one that was read. Where another change came between, it is
@@ -9,7 +9,6 @@
  *   PATCH  adds members at the end, removes those with an id, changes what is said of those with
  *          an id, renames
  *   PUT    replaces the members by a list, as JSON or as a table with a column id
- *   POST   with "from": copies another cohort, all members or those that "where" describes
  */
 #include "api/cohorts.h"
 
@@ -417,105 +416,4 @@ void cohorts_put_members(struct api_call *call)
         change(call, edit_listed, &listed);
     }
     json_decref(body);
-}
-
-/* ---- POST with "from" ------------------------------------------------------------------------ */
-
-static const char *const where_names[] = {"label", "subject", "side", "time", "covariates", NULL};
-
-static bool equal(const json_t *value, const json_t *wanted)
-{
-    if (json_is_number(value) && json_is_number(wanted)) {
-        return json_number_value(value) >= json_number_value(wanted) &&
-               json_number_value(value) <= json_number_value(wanted);
-    }
-    return json_equal(value, wanted);
-}
-
-/* Whether a value is the one that is wanted, or one of them, or within {min, max}. null is what is
-   not said. */
-static bool fits(const json_t *value, const json_t *wanted)
-{
-    const json_t *low = json_object_get(wanted, "min"), *high = json_object_get(wanted, "max");
-
-    if (json_is_object(wanted)) {
-        return json_is_number(value) &&
-               (!low || json_number_value(value) >= json_number_value(low)) &&
-               (!high || json_number_value(value) <= json_number_value(high));
-    }
-    for (size_t i = 0; i < json_array_size(wanted); i++) {
-        if (fits(value, json_array_get(wanted, i))) {
-            return true;
-        }
-    }
-    return !json_is_array(wanted) && (value ? equal(value, wanted) : json_is_null(wanted));
-}
-
-static bool matches(const json_t *member, json_t *where)
-{
-    json_t *covariates = json_object_get(where, "covariates"), *wanted;
-    const char *name;
-
-    json_object_foreach(where, name, wanted)
-    {
-        if (strcmp(name, "covariates") != 0 && !fits(json_object_get(member, name), wanted)) {
-            return false;
-        }
-    }
-    json_object_foreach(covariates, name, wanted)
-    {
-        if (!fits(json_object_get(json_object_get(member, "covariates"), name), wanted)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool copy_members(const struct store_cohort *from, json_t *where, struct cohort_text *text)
-{
-    const char *at = from->record, *member_text;
-    size_t length;
-
-    while (cohort_text_next(&at, &member_text, &length)) {
-        json_t *member = json_loadb(member_text, length, 0, NULL);
-
-        if (matches(member, where)) {
-            cohort_text_add(text, member);
-        }
-        json_decref(member);
-    }
-    return !text->failed;
-}
-
-bool cohort_read_copy(struct api_call *call, const json_t *body, struct cohort_text *text,
-                      struct problem_list *list)
-{
-    const char *name = json_string_value(json_object_get(body, "from"));
-    json_t *where = json_object_get(body, "where");
-    struct store_cohort from;
-    char owner[STORE_OWNER_MAX];
-    int status;
-
-    if (!cohort_name_valid(name)) {
-        problem_add(list, "/from", "must be the name of a cohort");
-        return true;
-    }
-    if (where && !json_is_object(where)) {
-        problem_add(list, "/where", "must be an object");
-        return true;
-    }
-    cohort_check_names(where, where_names, "/where", list);
-    if (!cohort_owner(call, name, true, owner)) {
-        return false;
-    }
-    status = store_cohort_get_as(call->api->config.store, owner, name, &from);
-    if (status != STORE_OK) {
-        (void)problem_respond_store(call, status, "no-such-cohort", name);
-        return false;
-    }
-    if (copy_members(&from, where, text) && text->count == 0) {
-        problem_add(list, "/where", "no member of %s is like this", name);
-    }
-    store_cohort_clear(&from);
-    return true;
 }

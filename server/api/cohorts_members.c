@@ -305,6 +305,24 @@ json_t *cohort_text_member(const char *text, size_t length)
     return member;
 }
 
+void cohort_list_names(const json_t *names, char *text, size_t size)
+{
+    json_t *object = (json_t *)(uintptr_t)names;
+    size_t used = 0;
+
+    text[0] = '\0';
+    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+        int more = snprintf(text + used, size - used, "%s\"%.40s\"", used ? ", " : "",
+                            json_object_iter_key(at));
+
+        if (more < 0 || (size_t)more >= size - used) {
+            text[used] = '\0';
+            break;
+        }
+        used += (size_t)more;
+    }
+}
+
 json_t *cohort_members(const struct store_cohort *cohort)
 {
     const char *at = cohort->record ? cohort->record : "[]", *text;

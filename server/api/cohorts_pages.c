@@ -23,7 +23,7 @@
 
 struct page {
     size_t first, limit; /* limit 0: all */
-    char label[COHORT_TEXT_MAX + 1], subject[COHORT_TEXT_MAX + 1], side[8];
+    char label[COHORT_TEXT_MAX + 1], subject[COHORT_TEXT_MAX + 1], side[32];
     bool by_label, by_subject, by_side;
 };
 
@@ -75,6 +75,12 @@ static bool read_query(struct api_call *call, bool csv, const struct store_cohor
     }
     if (!refused) {
         page->by_side = query_get(call, "side", page->side, sizeof page->side, &refused);
+    }
+    if (page->by_side && page->side[0] && strcmp(page->side, "left") != 0 &&
+        strcmp(page->side, "right") != 0) {
+        (void)problem_respond(call, "invalid-input",
+                              "/side: must be left or right, or empty for members without one.");
+        return false;
     }
     return !refused && read_cursor(call, cohort, page);
 }

@@ -112,8 +112,28 @@ post_json /v1/cohorts '{"name":"copy","from":"all","where":{"label":"z"}}'
 is_problem 422 invalid-input 'where no member is like that there is no copy'
 post_json /v1/cohorts '{"name":"copy","from":"all","where":{"age":3}}'
 is_problem 422 invalid-input 'and a covariate stands among the covariates'
+where_refused() { # WHERE POINTER WORDS WHAT
+    post_json /v1/cohorts "{\"name\":\"copy\",\"from\":\"all\",\"where\":$1}"
+    is "$STATUS $(json '"\(.code) \(.errors[0].pointer)"')" "422 invalid-input /where/$2" "refused: $4"
+    like "$(json '.errors[0].detail')" "$3" 'which the problem says'
+}
+where_refused '{"covariates":{"age":{"min":"40"}}}' covariates/age/min 'must be a number' 'a bound that is a text'
+where_refused '{"covariates":{"age":{"mim":40}}}' covariates/age/mim '"min" and "max"' 'an unknown bound'
+where_refused '{"covariates":{"age":{}}}' covariates/age 'empty range' 'an empty range'
+where_refused '{"covariates":{"age":[40,{"max":null}]}}' covariates/age/1/max 'must be a number' 'a wrong range in an array'
+where_refused '{"covariates":{"agee":null}}' covariates/agee '"agee"; there are "age", "sex"' 'a covariate that no member has'
+where_refused '{"covariates":[]}' covariates 'an object' 'covariates without names'
+where_refused '{"side":"links"}' side '"left", "right" or null' 'a side that is none'
+where_refused '{"time":{"min":"1"}}' time/min 'must be a number' 'a time that is a text'
+where_refused '{"label":{"min":1}}' label 'a text or null' 'a range of labels'
 post_json /v1/cohorts '{"name":"copy","from":"none"}'
 is_problem 404 no-such-cohort 'nor is there one of a cohort that is not there'
+
+get '/v1/cohorts/all/members?side=links'
+is_problem 422 invalid-input 'members of a side that is none are not listed'
+like "$(json .detail)" 'left or right, or empty' 'and the problem says which there are'
+get '/v1/cohorts/all/members?side='
+is "$STATUS $(json '.items | length')" '200 4' 'those without a side are'
 
 # ---- Many --------------------------------------------------------------------------------------------
 
