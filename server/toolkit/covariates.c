@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "api/cohorts.h"
 #include "api/warnings.h"
@@ -16,27 +17,49 @@
 static void list_names(const json_t *members, char text[NAMES_SHOWN])
 {
     json_t *seen = json_object();
-    const char *name;
-    json_t *value;
-    size_t used = 0;
 
     for (size_t i = 0; i < json_array_size(members); i++) {
         json_t *all = json_object_get(json_array_get(members, i), "covariates");
 
         (void)json_object_update_missing(seen, all);
     }
-    text[0] = '\0';
-    json_object_foreach(seen, name, value)
-    {
-        int more = snprintf(text + used, NAMES_SHOWN - used, "%s\"%.40s\"", used ? ", " : "", name);
+    cohort_list_names(seen, text, NAMES_SHOWN);
+    json_decref(seen);
+}
 
-        if (more < 0 || (size_t)more >= NAMES_SHOWN - used) {
-            text[used] = '\0';
+/* Whether a text is a number all the same: one of a column that has other texts, too. */
+static bool looks_like_number(const char *text)
+{
+    char *end;
+
+    (void)strtod(text, &end);
+    return end != text && !*end;
+}
+
+/* A covariate that is a text: names the first member whose text cannot be read as a number, or
+   else member i. */
+static void refuse_text(struct process_inputs *inputs, const json_t *members, size_t i,
+                        const char *name, const char *pointer)
+{
+    const char *text = NULL, *id;
+
+    for (size_t k = i; k < json_array_size(members); k++) {
+        const json_t *all = json_object_get(json_array_get(members, k), "covariates");
+
+        text = json_string_value(json_object_get(all, name));
+        if (text && !looks_like_number(text)) {
+            i = k;
             break;
         }
-        used += (size_t)more;
     }
-    json_decref(seen);
+    id = json_string_value(json_object_get(json_array_get(members, i), "id"));
+    text = json_string_value(
+        json_object_get(json_object_get(json_array_get(members, i), "covariates"), name));
+    problem_add(
+        inputs->list, pointer,
+        "\"%.60s\" of member %zu of the cohort (%.40s) is the text \"%.60s\", not a number, "
+        "true or false",
+        name, i, id ? id : "", text ? text : "");
 }
 
 static void refuse_value(struct process_inputs *inputs, const json_t *members, size_t i,
@@ -45,9 +68,7 @@ static void refuse_value(struct process_inputs *inputs, const json_t *members, s
     char there[NAMES_SHOWN];
 
     if (value && !json_is_null(value)) {
-        problem_add(inputs->list, pointer,
-                    "\"%.60s\" of member %zu of the cohort is not a number, true or false", name,
-                    i);
+        refuse_text(inputs, members, i, name, pointer);
         return;
     }
     list_names(members, there);

@@ -94,6 +94,13 @@ execute compare-groups '{"cohort":"sides","covariates":["volume"]}'
 is_problem 422 invalid-input 'a covariate that members do not have is refused'
 is "$(json '.errors[0].detail')" 'member 0 of the cohort has no covariate "volume"; the cohort has "age", "near", "one"' \
     'by name, with those there are'
+MIXED=$(jq -c '[.[] | .covariates.age |= tostring] | .[3].covariates.age = "old"' <<<"[${MEMBERS#,}]")
+post_json /v1/cohorts "{\"name\":\"mixed\",\"members\":$MIXED}"
+execute compare-groups '{"cohort":"mixed","covariates":["age"]}'
+is_problem 422 invalid-input 'a covariate of texts is refused'
+is "$(json '.errors[0].detail')" \
+    "\"age\" of member 3 of the cohort ($(jq -r '.[3].id' <<<"$MIXED")) is the text \"old\", not a number, true or false" \
+    'by the first member that is to blame'
 execute compare-groups '{"cohort":"sides","covariates":["one"]}'
 is_problem 422 invalid-input 'a covariate that is the same for all is refused'
 is "$(json '.errors[0] | "\(.pointer) \(.detail)"')" \
