@@ -20,6 +20,18 @@
 
 #define NUMBER_MAX 64 /* bytes of the longest number that is read */
 
+static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    (void)vsnprintf(problem, DELIMITED_PROBLEM_MAX, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
 static bool says_nothing(const char *cell)
 {
     return !cell[0] || strcasecmp(cell, "NA") == 0 || strcasecmp(cell, "N/A") == 0 ||
@@ -93,6 +105,38 @@ static bool judge_column(struct study_table *table, size_t column,
     return true;
 }
 
+/* A cell that is a number, as C writes it; returns its value. */
+static double read_number(const char *cell, bool comma, char copy[NUMBER_MAX])
+{
+    (void)snprintf(copy, NUMBER_MAX, "%s", cell);
+    if (comma && strchr(copy, ',')) {
+        *strchr(copy, ',') = '.';
+    }
+    return strtod(copy, NULL);
+}
+
+/* Whether all numbers of a column are doubles. One that is not must not pass for a cell that says
+   nothing. */
+static bool check_numbers(const struct study_table *table, size_t column,
+                          char problem[DELIMITED_PROBLEM_MAX])
+{
+    enum study_kind kind = table->kinds[column];
+
+    if (kind != STUDY_NUMBER && kind != STUDY_COMMA_NUMBER) {
+        return true;
+    }
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+        char copy[NUMBER_MAX];
+
+        if (!says_nothing(cell) && !isfinite(read_number(cell, kind == STUDY_COMMA_NUMBER, copy))) {
+            return wrong(problem, "line %u, column %.80s: the number %.64s is too large",
+                         table->cells.lines[i + 1], table->cells.cells[column], cell);
+        }
+    }
+    return true;
+}
+
 /* The place of a column with a meaning of its own; NULL: it is a covariate. */
 static size_t *place_of(struct study_table *table, const char *name, const char *key)
 {
@@ -120,16 +164,11 @@ static bool is_column_empty(const struct study_table *table, size_t column)
     return true;
 }
 
-static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
+/* Whether the column is a text whatever its cells look like. */
+static bool is_text_column(const struct study_table *table, size_t column)
 {
-    va_list arguments;
-
-    va_start(arguments, format);
-    (void)vsnprintf(problem, DELIMITED_PROBLEM_MAX, format, arguments);
-    va_end(arguments);
-    return false;
+    return column == table->key || column == table->label || column == table->subject ||
+           column == table->side;
 }
 
 /* Finds out what each column is. */
@@ -155,7 +194,8 @@ static bool read_head(struct study_table *table, const char *key,
             return wrong(problem, "a column has no name");
         }
         covariates += !place && head[i][0];
-        if (!judge_column(table, i, problem)) {
+        if (!judge_column(table, i, problem) ||
+            (!is_text_column(table, i) && !check_numbers(table, i, problem))) {
             return false;
         }
     }
@@ -199,21 +239,15 @@ const char *study_table_key(const struct study_table *table, size_t row)
 static json_t *number_of(const char *cell, bool comma)
 {
     char copy[NUMBER_MAX];
-    double value;
+    double value = read_number(cell, comma, copy);
 
-    (void)snprintf(copy, sizeof copy, "%s", cell);
-    if (comma && strchr(copy, ',')) {
-        *strchr(copy, ',') = '.';
-    }
     if (strlen(copy) < 16 && !strpbrk(copy, ".eE")) {
         return json_integer(strtoll(copy, NULL, 10));
     }
-    value = strtod(copy, NULL);
-    return isfinite(value) ? json_real(value + 0.0) : NULL;
+    return json_real(value + 0.0);
 }
 
-/* The cell as its column is read (new reference); NULL where it says nothing, or a number is beyond
-   all bounds. */
+/* The cell as its column is read (new reference); NULL where it says nothing. */
 static json_t *value_of(const struct study_table *table, size_t row, size_t column)
 {
     const char *cell = delimited_cell(&table->cells, row, column);

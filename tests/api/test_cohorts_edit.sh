@@ -134,6 +134,11 @@ is_problem 422 invalid-input 'members of a side that is none are not listed'
 like "$(json .detail)" 'left or right, or empty' 'and the problem says which there are'
 get '/v1/cohorts/all/members?side='
 is "$STATUS $(json '.items | length')" '200 4' 'those without a side are'
+request PUT /v1/cohorts/all/members --header 'Content-Type: text/csv' --data-binary "id,age
+${IDS[0]},40
+${IDS[1]},-1e999"
+is_problem 422 invalid-input 'a number that is too large is refused'
+like "$(json .detail)" 'line 3, column age: the number -1e999' 'with its line and column'
 
 # ---- Many --------------------------------------------------------------------------------------------
 

@@ -148,6 +148,8 @@ wrong_table 'file,label\ngood.off,a,b\n' 'with a row of another length'
 wrong_table 'file,label\n"good.off,a\n' 'with a quote that is not closed'
 wrong_table 'file,age\ngood.off,"1,5"\nevil.off,"2,5"\n' 'with decimal commas between commas'
 wrong_table 'file;age\ngood.off;1,5\nevil.off;2.5\n' 'with both decimal marks'
+wrong_table 'file,age\ngood.off,1\nevil.off,1e999\n' 'with a number that is too large'
+like "$(json .detail)" 'line 3, column age: the number 1e999' 'with its line and column'
 wrong_table 'file,age,Age\ngood.off,1,2\nevil.off,2,3\n' 'with two columns of one name'
 wrong_table 'file,label\ngood.off,\xe4\n' 'in another encoding'
 
