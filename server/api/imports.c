@@ -226,6 +226,20 @@ static void keep_mesh(struct import *import, struct store_mesh *row, bool held,
     }
 }
 
+/* Refuses a file, and keeps its name so that a row about it does not miss it. */
+static void refuse_file(struct import *import, const char *path, const char *code,
+                        const char *detail)
+{
+    struct import_file *file = add_file(import, path);
+
+    if (file) {
+        file->refused = true;
+        import_refuse(import, path, code, "%s", detail);
+    } else {
+        answer_memory(import);
+    }
+}
+
 /* The detail of the problem that was answered. */
 static void refuse_answered(struct import *import, const char *path,
                             const struct api_response *response)
@@ -237,7 +251,7 @@ static void refuse_answered(struct import *import, const char *path,
     const char *detail = json_string_value(json_object_get(problem, "detail"));
 
     if (problem_status(code) < 500 && problem_status(code) != 413 && code) {
-        import_refuse(import, path, code, "%s", detail ? detail : "");
+        refuse_file(import, path, code, detail ? detail : "");
     } else {
         (void)problem_respond(import->call, code && problem_known(code) ? code : "out-of-memory",
                               "%.200s: %.280s", path, detail ? detail : "no memory");
@@ -303,9 +317,9 @@ void import_take(struct import *import, struct import_given *given)
     } else if (is_table(given)) {
         take_table(import, given);
     } else if (is_volume(given->path)) {
-        import_refuse(import, given->path, "volume",
-                      "it is a volume; POST /v1/volumes takes it, and the process extract makes "
-                      "meshes of its labels");
+        refuse_file(import, given->path, "volume",
+                    "it is a volume; POST /v1/volumes takes it, and the process extract makes "
+                    "meshes of its labels");
     } else {
         take_mesh(import, given);
     }
@@ -361,12 +375,16 @@ static void respond_refused(struct import *import)
     const json_t *first = json_array_get(import->refused, 0);
     const char *file = json_string_value(json_object_get(first, "file"));
     const char *detail = json_string_value(json_object_get(first, "detail"));
+    bool one = import->n_refused == 1;
+    size_t length = detail ? strlen(detail) : 0;
     char text[600];
 
+    length -= length > 0 && detail[length - 1] == '.'; /* the detail of a problem is a sentence */
     (void)snprintf(text, sizeof text,
-                   "%zu of what came was refused, and nothing was kept. The first, %.150s: %.250s. "
-                   "Correct it, or send ?partial=true to keep the rest.",
-                   import->n_refused, file ? file : "", detail ? detail : "");
+                   "%zu of what came %s refused, and nothing was kept. The first, %.150s: %.*s. "
+                   "Correct %s, or send ?partial=true to keep the rest.",
+                   import->n_refused, one ? "was" : "were", file ? file : "",
+                   length < 250 ? (int)length : 250, detail ? detail : "", one ? "it" : "them");
     (void)problem_respond_with(import->call, "import-refused", text, "refused",
                                json_incref(import->refused));
 }

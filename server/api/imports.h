@@ -12,7 +12,7 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
 #define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
 
-/* A mesh of the import. */
+/* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
 struct import_file {
     char *path;       /* as it came */
     const char *base; /* its last part, within path */
@@ -21,7 +21,7 @@ struct import_file {
     json_t *answer;       /* what is told of it */
     unsigned char *bytes; /* of its own, that the batch reads; srnf_free; NULL: none */
     size_t put;           /* of the batch; SIZE_MAX: the owner had it */
-    bool refused;         /* after all */
+    bool refused;
 };
 
 struct import {

@@ -109,8 +109,10 @@ static void refuse_duplicates(struct import *import, const struct index *index)
             end++;
         }
         for (size_t k = i; end - i > 1 && k < end; k++) {
-            import_drop(import, index->paths[k], "duplicate-file",
-                        "another file has the same name");
+            if (!index->paths[k]->refused) {
+                import_drop(import, index->paths[k], "duplicate-file",
+                            "another file has the same name");
+            }
         }
     }
 }

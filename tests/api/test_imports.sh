@@ -130,6 +130,8 @@ table() { # TEXT: the good mesh, another one, and a table of this text
 rm -f "$WRONG"/*.zip "$WRONG"/*.gz
 table 'file,label\ngood.off,a\nabsent.off,b\n'
 refused "$SCRATCH/table.zip" 'absent.off no-such-file|evil.off not-in-table' 'a row without its file, a file without its row'
+DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)
+like "$DETAIL" '^2 of what came were refused.* Correct them' 'the problem counts them'
 table 'file,label\ngood.off,a\nevil.off,b\ngood.off,c\n'
 refused "$SCRATCH/table.zip" 'good.off duplicate-row' 'two rows about one file'
 table 'file,side\ngood.off,up\nevil.off,left\n'
@@ -137,6 +139,14 @@ refused "$SCRATCH/table.zip" 'good.off invalid-row' 'a side that is none'
 import '?cohort=some&partial=true' "$SCRATCH/table.zip"
 is "$STATUS $(json '"\([.meshes[].file] | join(" ")) \(.refused[0].code)"')" '201 evil.off invalid-row' \
     'with partial=true the other row is kept'
+
+printf 'solid' >"$WRONG/evil.off"
+table 'file,label\ngood.off,a\nevil.off,b\n'
+refused "$SCRATCH/table.zip" 'evil.off unparsable-mesh' 'a broken mesh that a row names, once'
+DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)
+like "$DETAIL" '^1 of what came was refused.*[^.]\. Correct it,' 'the problem is made of sentences'
+made 2
+cp "$WRONG/good.off" "$WRONG/evil.off"
 
 wrong_table() { # TEXT WHAT
     table "$1"
