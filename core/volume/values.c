@@ -13,7 +13,7 @@
 #include <string.h>
 
 #define INTEGRAL 1e-4
-#define VALUE_MAX 9007199254740992.0 /* 2^53: beyond it not every whole number is a double */
+#define VALUE_MAX (((int64_t)1 << 53) - 1) /* beyond it two whole numbers may be one double */
 #define WAY_OUT "send the segmentation made from it, or the image as 0 and 1 by a threshold"
 
 int volume_expect(struct volume_reader *reader, const int64_t sizes[3], size_t least)
@@ -96,24 +96,15 @@ static int refuse_value(struct volume_reader *reader, double value)
     return srnf_fail(
         reader->error, SRNF_EPARSE, (int64_t)n,
         "voxel (%zu, %zu, %zu) is %g, which is no label: labels are whole numbers up to "
-        "2^53; " WAY_OUT,
+        "2^53 - 1; " WAY_OUT,
         i, j, k, value);
 }
 
-int volume_add_voxel(struct volume_reader *reader, double value)
+static int add_label(struct volume_reader *reader, int64_t value)
 {
-    double whole;
     size_t place = 0;
-    int status;
+    int status = place_of(reader, value, &place);
 
-    if (reader->scaled) {
-        value = value * reader->slope + reader->intercept;
-    }
-    whole = nearbyint(value);
-    if (!(fabs(value - whole) <= INTEGRAL) || !(fabs(whole) <= VALUE_MAX)) {
-        return refuse_value(reader, value);
-    }
-    status = place_of(reader, (int64_t)whole, &place);
     if (status == SRNF_OK) {
         reader->volume.voxels[reader->filled++] = (uint16_t)place;
         reader->values->counts[place]++;
@@ -121,16 +112,45 @@ int volume_add_voxel(struct volume_reader *reader, double value)
     return status;
 }
 
+int volume_add_voxel(struct volume_reader *reader, double value)
+{
+    double whole;
+
+    if (reader->scaled) {
+        value = value * reader->slope + reader->intercept;
+    }
+    whole = nearbyint(value);
+    if (!(fabs(value - whole) <= INTEGRAL) || !(fabs(whole) <= (double)VALUE_MAX)) {
+        return refuse_value(reader, value);
+    }
+    return add_label(reader, (int64_t)whole);
+}
+
 /* ---- From bytes ------------------------------------------------------------------------------ */
+
+/* A voxel of an integer type, judged before it is a double. */
+static int add_integer(struct volume_reader *reader, const unsigned char *bytes)
+{
+    int64_t value = 0;
+
+    (void)scalar_index(reader->type, bytes, reader->big_endian, &value);
+    if (value > VALUE_MAX || value < -VALUE_MAX) {
+        return refuse_value(reader, scalar_value(reader->type, bytes, reader->big_endian));
+    }
+    return reader->scaled ? volume_add_voxel(reader, (double)value) : add_label(reader, value);
+}
 
 static int add_piece(struct volume_reader *reader, const unsigned char *bytes, size_t count)
 {
     size_t size = scalar_size(reader->type);
+    bool real = reader->type == SCALAR_FLOAT32 || reader->type == SCALAR_FLOAT64;
     int status = SRNF_OK;
 
     for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        status = volume_add_voxel(reader,
-                                  scalar_value(reader->type, bytes + i * size, reader->big_endian));
+        const unsigned char *at = bytes + i * size;
+
+        status = real ? volume_add_voxel(reader, scalar_value(reader->type, at, reader->big_endian))
+                      : add_integer(reader, at);
     }
     return status;
 }

@@ -1,0 +1,84 @@
+/*
+ * test_volume_refusals.c - label volumes whose headers contradict themselves, or whose values are
+ * no labels: each is refused with its reason, and its sound neighbour is read.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "core/volume/volume_files.h"
+#include "core/volume/volumes.h"
+
+static const int64_t shape[3] = {2, 2, 1};
+static unsigned char file[1 << 12];
+
+/* Read, and its number of labels. */
+static size_t labels_of(const void *bytes, size_t size)
+{
+    struct srnf_error error = {.message = ""};
+    struct srnf_volume volume;
+    size_t n;
+
+    if (srnf_volume_read(bytes, size, SRNF_VOLUME_UNKNOWN, NULL, &volume, &error) != SRNF_OK) {
+        fail_msg("%s", error.message);
+    }
+    n = volume.n_labels;
+    srnf_volume_clear(&volume);
+    return n;
+}
+
+static void refused(const void *bytes, size_t size, const char *words)
+{
+    struct srnf_error error = {.message = ""};
+    struct srnf_volume volume;
+
+    assert_int_equal(srnf_volume_read(bytes, size, SRNF_VOLUME_UNKNOWN, NULL, &volume, &error),
+                     SRNF_EPARSE);
+    if (!strstr(error.message, words)) {
+        fail_msg("\"%s\" has no \"%s\"", error.message, words);
+    }
+    assert_null(volume.voxels);
+}
+
+static void labels_that_no_double_tells_apart(void **state)
+{
+    const int64_t most = ((int64_t)1 << 53) - 1;
+    const int64_t beyond[] = {most + 1, most + 2, -most - 1, INT64_MIN, INT64_MAX};
+    (void)state;
+
+    for (int big = 0; big < 2; big++) {
+        unsigned char voxels[32] = {0};
+        size_t size;
+
+        file_put(voxels, &most, 8, big);
+        file_put(voxels + 8, &(int64_t){-most}, 8, big);
+        size = nifti_make(file, 1, big, NIFTI_INT64, shape, voxels, sizeof voxels);
+        assert_int_equal(labels_of(file, size), 2);
+        for (size_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
+            file_put(voxels + 8, &beyond[i], 8, big);
+            size = nifti_make(file, 1, big, NIFTI_INT64, shape, voxels, sizeof voxels);
+            refused(file, size, "whole numbers up to 2^53 - 1");
+        }
+        size = nifti_make(file, 1, big, NIFTI_UINT64, shape, voxels, sizeof voxels);
+        refused(file, size, "voxel (1, 0, 0) is 9.22337e+18");
+    }
+#define LONG "NRRD0005\ntype: int64\nsizes: 2 1 1\nencoding: ascii\n\n"
+    refused(LONG "1 9007199254740993\n", sizeof LONG "1 9007199254740993\n" - 1, "2^53 - 1");
+    refused(LONG "1 9007199254740992\n", sizeof LONG "1 9007199254740992\n" - 1, "2^53 - 1");
+    assert_int_equal(labels_of(LONG "1 9007199254740991\n", sizeof LONG "1 9007199254740991\n" - 1),
+                     2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(labels_that_no_double_tells_apart),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
