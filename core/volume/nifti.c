@@ -13,6 +13,7 @@
 
 #define NIFTI1_SIZE ((size_t)348)
 #define NIFTI2_SIZE ((size_t)540)
+#define EXTENDER_SIZE ((size_t)4) /* behind the header of a single file */
 #define OFFSET_MAX (1 << 26)
 
 /* Where the members of the header are, in both versions. */
@@ -278,7 +279,7 @@ int volume_read_nifti(struct volume_reader *reader)
 {
     struct header header = {.layout = NULL};
     int64_t sizes[3];
-    double offset;
+    double offset, least;
     int status = read_header(reader, &header);
 
     status = status == SRNF_OK ? check_magic(reader, &header) : status;
@@ -289,12 +290,12 @@ int volume_read_nifti(struct volume_reader *reader)
         return status;
     }
     offset = number(&header, header.layout->offset_type, header.layout->vox_offset);
-    offset = offset == 0.0 ? (double)header.layout->size : offset;
-    if (!(offset >= (double)header.layout->size && offset <= OFFSET_MAX) ||
-        floor(offset) != offset) {
+    least = (double)(header.layout->size + EXTENDER_SIZE);
+    if (!(offset >= least && offset <= OFFSET_MAX) || floor(offset) != offset) {
         return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)header.layout->vox_offset,
-                         "vox_offset is %g; it must be a whole number from %zu to %d", offset,
-                         header.layout->size, OFFSET_MAX);
+                         "vox_offset is %g; in a single file it must be a whole number from %g to "
+                         "%d, or the voxels would be read from the wrong place",
+                         offset, least, OFFSET_MAX);
     }
     status = volume_source_skip(reader, (uint64_t)offset - header.layout->size);
     status = status == SRNF_OK ? volume_expect(reader, sizes, scalar_size(reader->type)) : status;

@@ -73,10 +73,39 @@ static void labels_that_no_double_tells_apart(void **state)
                      2);
 }
 
+static size_t make_nifti(int version, int datatype)
+{
+    static const unsigned char voxels[32] = {1};
+
+    return nifti_make(file, version, false, datatype, shape, voxels, sizeof voxels);
+}
+
+/* The four bytes behind the header are no voxels. */
+static void voxels_that_begin_within_the_header(void **state)
+{
+    static const int offsets[2][4] = {{0, 12, 348, 351}, {0, 352, 540, 543}};
+    (void)state;
+
+    for (int version = 1; version <= 2; version++) {
+        size_t size = make_nifti(version, NIFTI_UINT8);
+
+        assert_int_equal(labels_of(file, size), 1);
+        for (size_t i = 0; i < 4; i++) {
+            const int64_t whole = offsets[version - 1][i];
+            const float single = (float)whole;
+
+            file_put(file + (version == 1 ? 108 : 168),
+                     version == 1 ? (const void *)&single : &whole, version == 1 ? 4 : 8, false);
+            refused(file, size, version == 1 ? "number from 352" : "number from 544");
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(labels_that_no_double_tells_apart),
+        cmocka_unit_test(voxels_that_begin_within_the_header),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
