@@ -4,7 +4,7 @@
  * R. W. Cox and others, "A (sort of) new image data format standard: NIfTI-1" (2004), and NIfTI-2
  * (2011), nifti1.h and nifti2.h. The sform places the voxels where it has a code, otherwise the
  * qform where that has one, otherwise the sizes of the voxels alone; all are RAS+. A scale of 0, or
- * one that is not finite, means none. Extensions between header and voxels are passed over.
+ * one that is not finite, means none; so does a bitpix of 0. Extensions between header and voxels are passed over.
  */
 #include "volume.h"
 
@@ -18,8 +18,8 @@
 
 /* Where the members of the header are, in both versions. */
 struct layout {
-    size_t size, magic, dim, datatype, pixdim, vox_offset, slope, inter, qform, sform, quatern,
-        qoffset, srow, units;
+    size_t size, magic, dim, datatype, bitpix, pixdim, vox_offset, slope, inter, qform, sform,
+        quatern, qoffset, srow, units;
     enum scalar_type dim_type, code_type, real_type, offset_type, units_type;
 };
 
@@ -28,6 +28,7 @@ static const struct layout nifti1 = {
     344,
     40,
     70,
+    72,
     76,
     108,
     112,
@@ -45,25 +46,16 @@ static const struct layout nifti1 = {
     SCALAR_UINT8,
 };
 static const struct layout nifti2 = {
-    540,
-    4,
-    16,
-    12,
-    104,
-    168,
-    176,
-    184,
-    344,
-    348,
-    352,
-    376,
-    400,
-    500,
-    SCALAR_INT64,
-    SCALAR_INT32,
-    SCALAR_FLOAT64,
-    SCALAR_INT64,
-    SCALAR_INT32,
+    540,          4,
+    16,           12,
+    14,           104,
+    168,          176,
+    184,          344,
+    348,          352,
+    376,          400,
+    500,          SCALAR_INT64,
+    SCALAR_INT32, SCALAR_FLOAT64,
+    SCALAR_INT64, SCALAR_INT32,
 };
 
 struct header {
@@ -165,6 +157,11 @@ static int read_sizes(struct volume_reader *reader, const struct header *header,
         double size =
             (double)k < axes ? number(header, layout->dim_type, layout->dim + (k + 1) * step) : 1.0;
 
+        if (size < 0.0) {
+            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)layout->dim,
+                             "dim[%zu] is %g; there must be one voxel at least along each axis",
+                             k + 1, size);
+        }
         if (k >= 3 && size > 1.0) {
             return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)layout->dim,
                              "dim[%zu] is %g: the file has several volumes; send one of them",
@@ -189,7 +186,7 @@ static int read_type(struct volume_reader *reader, const struct header *header)
     };
     const struct layout *layout = header->layout;
     double code = number(header, SCALAR_INT16, layout->datatype);
-    double slope = real(header, layout->slope, 0), inter = real(header, layout->inter, 0);
+    double bits = number(header, SCALAR_INT16, layout->bitpix);
 
     for (size_t i = 0; i < sizeof types / sizeof types[0]; i++) {
         if (types[i].code == (int)code) {
@@ -202,11 +199,23 @@ static int read_type(struct volume_reader *reader, const struct header *header)
                          "int32",
                          code);
     }
+    if (bits != 0.0 && bits != 8.0 * (double)scalar_size(reader->type)) {
+        return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)layout->bitpix,
+                         "bitpix is %g, and datatype %g has %zu bits: one of them is wrong", bits,
+                         code, 8 * scalar_size(reader->type));
+    }
+    return SRNF_OK;
+}
+
+static void read_scale(struct volume_reader *reader, const struct header *header)
+{
+    const struct layout *layout = header->layout;
+    double slope = real(header, layout->slope, 0), inter = real(header, layout->inter, 0);
+
     reader->big_endian = header->big_endian;
     reader->slope = slope;
     reader->intercept = isfinite(inter) ? inter : 0.0;
     reader->scaled = isfinite(slope) && slope != 0.0 && !(slope == 1.0 && reader->intercept == 0.0);
-    return SRNF_OK;
 }
 
 /* The rotation of the unit quaternion (a, b, c, d), a >= 0, times the sizes of the voxels. */
@@ -243,6 +252,29 @@ static void qform_affine(const struct header *header, double affine[12])
     }
 }
 
+/* Where nothing but pixdim says how large the voxels are. An axis that the file does not have needs
+   no size. */
+static int place_by_sizes(struct volume_reader *reader, const struct header *header,
+                          double affine[12])
+{
+    const struct layout *layout = header->layout;
+    double axes = number(header, layout->dim_type, layout->dim);
+
+    reader->volume.space = SRNF_SPACE_NONE;
+    for (size_t k = 0; k < 3; k++) {
+        double size = fabs(real(header, layout->pixdim, k + 1));
+
+        if (!(size > 0.0) && (double)k < axes) {
+            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)layout->pixdim,
+                             "pixdim[%zu] is %g, and neither sform nor qform gives the size of the "
+                             "voxels: set it, or save the file with its transform",
+                             k + 1, size);
+        }
+        affine[5 * k] = size > 0.0 ? size : 1.0;
+    }
+    return SRNF_OK;
+}
+
 static int read_place(struct volume_reader *reader, const struct header *header)
 {
     static const struct {
@@ -253,6 +285,7 @@ static int read_place(struct volume_reader *reader, const struct header *header)
     const struct layout *layout = header->layout;
     size_t unit = (size_t)((int64_t)number(header, layout->units_type, layout->units) & 7);
     double affine[12] = {0};
+    int status = SRNF_OK;
 
     unit = unit < sizeof units / sizeof units[0] ? unit : 0;
     reader->volume.units = units[unit].name;
@@ -265,14 +298,9 @@ static int read_place(struct volume_reader *reader, const struct header *header)
         reader->volume.space = SRNF_SPACE_QFORM;
         qform_affine(header, affine);
     } else {
-        reader->volume.space = SRNF_SPACE_NONE;
-        for (size_t k = 0; k < 3; k++) {
-            double size = fabs(real(header, layout->pixdim, k + 1));
-
-            affine[5 * k] = size > 0.0 ? size : 1.0;
-        }
+        status = place_by_sizes(reader, header, affine);
     }
-    return volume_place(reader, affine, units[unit].millimetres);
+    return status == SRNF_OK ? volume_place(reader, affine, units[unit].millimetres) : status;
 }
 
 int volume_read_nifti(struct volume_reader *reader)
@@ -289,6 +317,7 @@ int volume_read_nifti(struct volume_reader *reader)
     if (status != SRNF_OK) {
         return status;
     }
+    read_scale(reader, &header);
     offset = number(&header, header.layout->offset_type, header.layout->vox_offset);
     least = (double)(header.layout->size + EXTENDER_SIZE);
     if (!(offset >= least && offset <= OFFSET_MAX) || floor(offset) != offset) {

@@ -3,7 +3,8 @@
  * which of them it has.
  *
  * A label is a whole number; a float that is no more than INTEGRAL from one counts as one, since
- * scaling rounds. The table has SRNF_VOLUME_LABELS_MAX places: an image of grey values soon has
+ * scaling rounds; but a scale does not make one label of two integers, nor 0 of another value. The
+ * table has SRNF_VOLUME_LABELS_MAX places: an image of grey values soon has
  * more and is refused, before it is read to its end.
  */
 #include "volume.h"
@@ -114,13 +115,19 @@ static int add_label(struct volume_reader *reader, int64_t value)
 
 int volume_add_voxel(struct volume_reader *reader, double value)
 {
-    double whole;
+    double whole, near = INTEGRAL;
 
     if (reader->scaled) {
-        value = value * reader->slope + reader->intercept;
+        double scaled = value * reader->slope;
+
+        if (fabs(value) > INTEGRAL && !(fabs(scaled) > INTEGRAL)) {
+            return refuse_value(reader, scaled);
+        }
+        near = fmin(near, 0.25 * fabs(reader->slope));
+        value = scaled + reader->intercept;
     }
     whole = nearbyint(value);
-    if (!(fabs(value - whole) <= INTEGRAL) || !(fabs(whole) <= (double)VALUE_MAX)) {
+    if (!(fabs(value - whole) <= near) || !(fabs(whole) <= (double)VALUE_MAX)) {
         return refuse_value(reader, value);
     }
     return add_label(reader, (int64_t)whole);

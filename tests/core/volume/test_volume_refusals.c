@@ -101,11 +101,95 @@ static void voxels_that_begin_within_the_header(void **state)
     }
 }
 
+static void put_int16(size_t at, int value)
+{
+    const int16_t narrow = (int16_t)value;
+
+    file_put(file + at, &narrow, 2, false);
+}
+
+static void types_that_contradict_their_bits(void **state)
+{
+    (void)state;
+
+    for (int version = 1; version <= 2; version++) {
+        size_t size = make_nifti(version, NIFTI_INT16), bits = version == 1 ? 72 : 14;
+
+        put_int16(bits, 8);
+        refused(file, size, "bitpix is 8, and datatype 4 has 16 bits");
+        put_int16(bits, 0);
+        assert_int_equal(labels_of(file, size), 1);
+    }
+}
+
+static void voxels_without_size(void **state)
+{
+    size_t size = make_nifti(1, NIFTI_UINT8);
+    (void)state;
+
+    file_put_real(file, 76, 3, 0.0, false);
+    refused(file, size, "pixdim[3] is 0");
+    file_put_real(file, 76, 3, (double)NAN, false);
+    refused(file, size, "pixdim[3] is nan");
+    put_int16(40, 2); /* a slice has no third axis */
+    assert_int_equal(labels_of(file, size), 1);
+    file_put_real(file, 76, 1, 0.0, false);
+    refused(file, size, "pixdim[1] is 0");
+    put_int16(254, 1); /* the sform gives it */
+    for (size_t k = 0; k < 3; k++) {
+        file_put_real(file, 280, 5 * k, 2.0, false);
+    }
+    assert_int_equal(labels_of(file, size), 1);
+}
+
+static void sizes_below_zero(void **state)
+{
+    size_t size = make_nifti(1, NIFTI_UINT8);
+    (void)state;
+
+    put_int16(42, -2);
+    refused(file, size, "dim[1] is -2");
+    put_int16(42, 2);
+    put_int16(40, 4);
+    put_int16(48, -1);
+    refused(file, size, "dim[4] is -1");
+    put_int16(48, 1);
+    assert_int_equal(labels_of(file, size), 1);
+}
+
+/* Values that a scale takes to next to nothing are none of 0, and do not merge. */
+static void scales_that_lose_labels(void **state)
+{
+    static const double slopes[] = {1e-6, -1e-6, 1e-30, 1e-4};
+    const int32_t millions[4] = {0, 1000000, 2000000, 0}, near[4] = {0, 1000000, 1000001, 0};
+    size_t size;
+    (void)state;
+
+    for (size_t i = 0; i < sizeof slopes / sizeof slopes[0]; i++) {
+        for (int shift = 0; shift < 2; shift++) {
+            size = make_nifti(1, NIFTI_UINT8);
+            file_put_real(file, 112, 0, slopes[i], false);
+            file_put_real(file, 116, 0, 5.0 * shift, false);
+            refused(file, size, "whole numbers");
+        }
+    }
+    size = nifti_make(file, 1, false, NIFTI_INT32, shape, millions, sizeof millions);
+    file_put_real(file, 112, 0, 1e-6, false);
+    assert_int_equal(labels_of(file, size), 2);
+    size = nifti_make(file, 1, false, NIFTI_INT32, shape, near, sizeof near);
+    file_put_real(file, 112, 0, 1e-6, false);
+    refused(file, size, "voxel (0, 1, 0)");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(labels_that_no_double_tells_apart),
         cmocka_unit_test(voxels_that_begin_within_the_header),
+        cmocka_unit_test(types_that_contradict_their_bits),
+        cmocka_unit_test(voxels_without_size),
+        cmocka_unit_test(sizes_below_zero),
+        cmocka_unit_test(scales_that_lose_labels),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);

@@ -45,6 +45,24 @@ static inline void file_put_real(unsigned char *header, size_t at, size_t i, dou
     }
 }
 
+static inline int16_t nifti_bits(int datatype)
+{
+    switch (datatype) {
+    case NIFTI_UINT8:
+    case NIFTI_INT8:
+        return 8;
+    case NIFTI_INT16:
+    case NIFTI_UINT16:
+        return 16;
+    case NIFTI_INT32:
+    case NIFTI_UINT32:
+    case NIFTI_FLOAT:
+        return 32;
+    default:
+        return 64;
+    }
+}
+
 /* A file of version 1 or 2 of these voxels, which have the byte order already: 1 mm, no transform.
    Returns its size. */
 static inline size_t nifti_make(unsigned char *file, int version, bool big, int datatype,
@@ -52,7 +70,7 @@ static inline size_t nifti_make(unsigned char *file, int version, bool big, int 
 {
     const int32_t header_size = version == 1 ? 348 : 540;
     const size_t offset = version == 1 ? 352 : 544;
-    const int16_t type = (int16_t)datatype;
+    const int16_t type = (int16_t)datatype, bits = nifti_bits(datatype);
 
     memset(file, 0, offset);
     file_put(file, &header_size, 4, big);
@@ -68,6 +86,7 @@ static inline size_t nifti_make(unsigned char *file, int version, bool big, int 
         file_put_real(file, version == 1 ? 76 : 104, k, 1.0, big);
     }
     file_put(file + (version == 1 ? 70 : 12), &type, 2, big);
+    file_put(file + (version == 1 ? 72 : 14), &bits, 2, big);
     if (version == 1) {
         float at = (float)offset;
 
