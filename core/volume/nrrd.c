@@ -60,6 +60,17 @@ static int read_header(struct volume_reader *reader, struct nrrd_header *header)
                          : header->n_axes == 0       ? "sizes"
                                                      : "encoding");
     }
+    if (status == SRNF_OK && header->dimension > 0 &&
+        header->dimension != (int64_t)header->n_axes) {
+        return srnf_fail(reader->error, SRNF_EPARSE, -1,
+                         "the dimension is %lld, and there are sizes of %zu axes",
+                         (long long)header->dimension, header->n_axes);
+    }
+    if (status == SRNF_OK && header->has_mins && !header->has_origin) {
+        return srnf_fail(reader->error, SRNF_EPARSE, -1,
+                         "the field \"axis mins\" is not read: say where the voxels are by \"space "
+                         "directions\" and \"space origin\"");
+    }
     return status;
 }
 

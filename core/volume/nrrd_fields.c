@@ -1,5 +1,5 @@
 /*
- * nrrd_fields.c - the fields of an NRRD header, and the names that 3D Slicer gives to labels.
+ * nrrd_fields.c - the fields of an NRRD header.
  */
 #include "nrrd.h"
 
@@ -63,6 +63,14 @@ static struct scan scan_of(struct token value)
     return (struct scan){.at = value.text, .end = value.text + value.size};
 }
 
+static int read_dimension(struct volume_reader *reader, struct nrrd_header *header,
+                          struct token value)
+{
+    return token_integer(value, &header->dimension) && header->dimension > 0
+               ? SRNF_OK
+               : refuse(reader, "dimension", value);
+}
+
 static int read_sizes(struct volume_reader *reader, struct nrrd_header *header, struct token value)
 {
     struct scan scan = scan_of(value);
@@ -92,6 +100,22 @@ static int read_spacings(struct volume_reader *reader, struct nrrd_header *heade
         if (isnan(header->spacings[n])) {
             header->spacings[n] = 1.0; /* NaN: the axis has none */
         }
+    }
+    return SRNF_OK;
+}
+
+/* Where the first sample is, or its edge; 0 and NaN say nothing. */
+static int read_mins(struct volume_reader *reader, struct nrrd_header *header, struct token value)
+{
+    struct scan scan = scan_of(value);
+    struct token word;
+    double least;
+
+    while (scan_word(&scan, &word)) {
+        if (!token_number(word, reader->locale, &least)) {
+            return refuse(reader, "axis mins", value);
+        }
+        header->has_mins = header->has_mins || fabs(least) > 0.0;
     }
     return SRNF_OK;
 }
@@ -224,6 +248,7 @@ static int read_origin(struct volume_reader *reader, struct nrrd_header *header,
 {
     struct token left = value;
 
+    header->has_origin = true;
     return read_vector(reader, &left, header->origin) ? SRNF_OK
                                                       : refuse(reader, "space origin", value);
 }
@@ -243,15 +268,14 @@ static int read_units(struct volume_reader *reader, struct nrrd_header *header, 
     struct scan scan = scan_of(value);
     struct token word;
 
-    for (size_t i = 0; scan_word(&scan, &word) && i < 1;) {
-        for (; i < sizeof units / sizeof units[0]; i++) {
-            if (token_is(word, units[i].quoted)) {
-                reader->volume.units = units[i].name;
-                header->unit = units[i].millimetres;
-                break;
-            }
+    if (!scan_word(&scan, &word)) {
+        return SRNF_OK;
+    }
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        if (token_is(word, units[i].quoted)) {
+            reader->volume.units = units[i].name;
+            header->unit = units[i].millimetres;
         }
-        break;
     }
     return SRNF_OK;
 }
@@ -282,29 +306,28 @@ static int read_detached(struct volume_reader *reader, struct nrrd_header *heade
 }
 
 static const struct {
-    const char *name;
+    const char *name, *other; /* and its other spelling, or NULL */
     int (*read)(struct volume_reader *reader, struct nrrd_header *header, struct token value);
 } fields[] = {
-    {"type", read_type},
-    {"sizes", read_sizes},
-    {"encoding", read_encoding},
-    {"endian", read_endian},
-    {"space", read_space},
-    {"space dimension", read_space_dimension},
-    {"space directions", read_directions},
-    {"space origin", read_origin},
-    {"space units", read_units},
-    {"units", read_units},
-    {"spacings", read_spacings},
-    {"byte skip", read_byte_skip},
-    {"byteskip", read_byte_skip},
-    {"line skip", read_line_skip},
-    {"lineskip", read_line_skip},
-    {"data file", read_detached},
-    {"datafile", read_detached},
+    {"type", NULL, read_type},
+    {"dimension", NULL, read_dimension},
+    {"sizes", NULL, read_sizes},
+    {"encoding", NULL, read_encoding},
+    {"endian", NULL, read_endian},
+    {"space", NULL, read_space},
+    {"space dimension", NULL, read_space_dimension},
+    {"space directions", NULL, read_directions},
+    {"space origin", NULL, read_origin},
+    {"space units", NULL, read_units},
+    {"units", NULL, read_units},
+    {"spacings", NULL, read_spacings},
+    {"axis mins", "axismins", read_mins},
+    {"byte skip", "byteskip", read_byte_skip},
+    {"line skip", "lineskip", read_line_skip},
+    {"data file", "datafile", read_detached},
 };
 
-static struct token trimmed(const unsigned char *text, size_t size)
+struct token nrrd_trimmed(const unsigned char *text, size_t size)
 {
     struct token token = {text, size};
 
@@ -326,55 +349,19 @@ int nrrd_read_field(struct volume_reader *reader, struct nrrd_header *header, st
         (colon + 1 < line.text + line.size && colon[1] == '=')) {
         return SRNF_OK;
     }
-    name = trimmed(line.text, (size_t)(colon - line.text));
-    value = trimmed(colon + 1, (size_t)(line.text + line.size - colon - 1));
+    name = nrrd_trimmed(line.text, (size_t)(colon - line.text));
+    value = nrrd_trimmed(colon + 1, (size_t)(line.text + line.size - colon - 1));
     for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
-        if (token_is(name, fields[i].name)) {
-            return fields[i].read(reader, header, value);
+        if (!token_is(name, fields[i].name) &&
+            !(fields[i].other && token_is(name, fields[i].other))) {
+            continue;
         }
+        if (header->given & (uint32_t)1 << i) {
+            return srnf_fail(reader->error, SRNF_EPARSE, -1, "the field \"%s\" is given twice",
+                             fields[i].name);
+        }
+        header->given |= (uint32_t)1 << i;
+        return fields[i].read(reader, header, value);
     }
     return SRNF_OK;
-}
-
-/* ---- Names of labels ------------------------------------------------------------------------- */
-
-/* The number of the segment in "SegmentN_suffix:=", and what follows; false for another line. */
-static bool segment_line(struct token line, const char *suffix, int64_t *segment,
-                         struct token *value)
-{
-    const unsigned char *under = line.size > 7 ? memchr(line.text, '_', line.size) : NULL;
-    size_t length = strlen(suffix);
-    struct token digits;
-
-    if (!under || memcmp(line.text, "Segment", 7) != 0 ||
-        (size_t)(line.text + line.size - under) < length || memcmp(under, suffix, length) != 0) {
-        return false;
-    }
-    digits = (struct token){line.text + 7, (size_t)(under - line.text - 7)};
-    *value = trimmed(under + length, line.size - (size_t)(under + length - line.text));
-    return token_integer(digits, segment) && *segment >= 0 && *segment < (int64_t)NRRD_NAMES_MAX;
-}
-
-/* A name without what JSON or a terminal would choke on: UTF-8 is checked by whoever shows it. */
-static void copy_name(char name[SRNF_LABEL_NAME_MAX], struct token value)
-{
-    size_t n = value.size < SRNF_LABEL_NAME_MAX - 1 ? value.size : SRNF_LABEL_NAME_MAX - 1;
-
-    for (size_t i = 0; i < n; i++) {
-        name[i] = (char)(value.text[i] < 0x20 || value.text[i] >= 0x7f ? '?' : value.text[i]);
-    }
-    name[n] = '\0';
-}
-
-void nrrd_read_name(struct volume_reader *reader, struct token line)
-{
-    struct token value;
-    int64_t segment, label;
-
-    if (segment_line(line, "_Name:=", &segment, &value)) {
-        copy_name(reader->names[segment].name, value);
-    } else if (segment_line(line, "_LabelValue:=", &segment, &value) &&
-               token_integer(value, &label)) {
-        reader->names[segment].value = label;
-    }
 }

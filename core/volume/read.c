@@ -12,6 +12,7 @@
 
 #define DEFAULT_VOXELS ((size_t)1 << 28)
 #define DEFAULT_MEMORY ((size_t)1 << 30)
+#define FARTHEST 1e12 /* mm: no scanner's voxel is a million kilometres away */
 #define HEAD_SIZE ((size_t)348)
 
 static const struct {
@@ -72,6 +73,12 @@ int volume_place(struct volume_reader *reader, const double affine[12], double u
 
     for (size_t i = 0; i < 12; i++) {
         a[i] = affine[i] * unit + 0.0; /* no -0 */
+        if (!(fabs(a[i]) <= FARTHEST)) {
+            return srnf_fail(reader->error, SRNF_EPARSE, -1,
+                             "row %zu, column %zu of the matrix from voxels to space is %g mm; it "
+                             "must be finite, and within %g mm",
+                             i / 4, i % 4, a[i], FARTHEST);
+        }
     }
     for (size_t k = 0; k < 3; k++) {
         volume->spacing[k] = sqrt(a[k] * a[k] + a[4 + k] * a[4 + k] + a[8 + k] * a[8 + k]);
@@ -79,8 +86,8 @@ int volume_place(struct volume_reader *reader, const double affine[12], double u
     }
     det = a[0] * (a[5] * a[10] - a[6] * a[9]) - a[1] * (a[4] * a[10] - a[6] * a[8]) +
           a[2] * (a[4] * a[9] - a[5] * a[8]);
-    if (!isfinite(det) || !isfinite(product) || !isfinite(a[3] + a[7] + a[11]) ||
-        !(fabs(det) > 1e-6 * product) || !(product > 1e-30) || !(product < 1e30)) {
+    if (!isfinite(det) || !isfinite(product) || !(fabs(det) > 1e-6 * product) ||
+        !(product > 1e-30) || !(product < 1e30)) {
         return srnf_fail(
             reader->error, SRNF_EPARSE, -1,
             "the matrix from voxels to space is singular or not finite (voxels of %g x "

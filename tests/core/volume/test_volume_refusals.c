@@ -181,6 +181,73 @@ static void scales_that_lose_labels(void **state)
     refused(file, size, "voxel (0, 1, 0)");
 }
 
+static void places_that_are_none(void **state)
+{
+    static const double none[] = {(double)NAN, (double)INFINITY, 2e12, -2e12};
+    size_t size = make_nifti(1, NIFTI_UINT8);
+    (void)state;
+
+    put_int16(254, 1);
+    for (size_t k = 0; k < 3; k++) {
+        file_put_real(file, 280, 5 * k, 2.0, false);
+    }
+    for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
+        file_put_real(file, 280, 7, none[i], false);
+        refused(file, size, "row 1, column 3");
+    }
+    file_put_real(file, 280, 7, 1e11, false);
+    assert_int_equal(labels_of(file, size), 1);
+    file_put_real(file, 280, 4, 2e12, false);
+    refused(file, size, "row 1, column 0");
+}
+
+/* ---- NRRD ------------------------------------------------------------------------------------ */
+
+#define HEAD "NRRD0005\ntype: short\nsizes: 2 2 1\nencoding: ascii\n"
+#define TAIL "\n0 1 1 0\n"
+#define BAD(fields, words) refused(HEAD fields TAIL, sizeof HEAD fields TAIL - 1, words)
+#define GOOD(fields) assert_int_equal(labels_of(HEAD fields TAIL, sizeof HEAD fields TAIL - 1), 1)
+
+static void fields_given_twice(void **state)
+{
+    (void)state;
+
+    GOOD("content: a\ncontent: b\nspace units: \"mm\"\nunits: \"mm\"\n");
+    BAD("sizes: 2 2 1\n", "\"sizes\" is given twice");
+    BAD("type: short\n", "\"type\" is given twice");
+    BAD("encoding: raw\n", "\"encoding\" is given twice");
+    BAD("byte skip: 0\nbyteskip: 0\n", "\"byte skip\" is given twice");
+    BAD("space: RAS\nspace: LPS\n", "\"space\" is given twice");
+    BAD("dimension: 3\ndimension: 3\n", "\"dimension\" is given twice");
+}
+
+static void dimensions_that_contradict_the_sizes(void **state)
+{
+    (void)state;
+
+    GOOD("dimension: 3\n");
+    BAD("dimension: 2\n", "dimension is 2, and there are sizes of 3 axes");
+    BAD("dimension: 4\n", "dimension is 4");
+    BAD("dimension: 0\n", "\"dimension\" cannot be \"0\"");
+    BAD("dimension: three\n", "\"dimension\" cannot be \"three\"");
+}
+
+static void places_of_nrrd(void **state)
+{
+    (void)state;
+
+#define AXES "space: RAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+    GOOD("axis mins: 0 0 nan\n");
+    BAD("axis mins: 0 -90 0\n", "\"axis mins\" is not read");
+    BAD("axismins: 0 0 5\n", "\"axis mins\" is not read");
+    BAD("axis mins: 0 here 0\n", "\"axis mins\" cannot be");
+    GOOD(AXES "space origin: (1,2,3)\naxis mins: 0 5 0\n");
+    BAD(AXES "space origin: (1,nan,3)\n", "space origin");
+    BAD(AXES "space origin: (1,inf,3)\n", "space origin");
+    BAD(AXES "space origin: (1,2e12,3)\n", "row 1, column 3");
+    BAD("spacings: 1 2e12 1\n", "row 1, column 1");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -190,6 +257,10 @@ int main(void)
         cmocka_unit_test(voxels_without_size),
         cmocka_unit_test(sizes_below_zero),
         cmocka_unit_test(scales_that_lose_labels),
+        cmocka_unit_test(places_that_are_none),
+        cmocka_unit_test(fields_given_twice),
+        cmocka_unit_test(dimensions_that_contradict_the_sizes),
+        cmocka_unit_test(places_of_nrrd),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
