@@ -292,14 +292,16 @@ static void take_mesh(struct import *import, struct import_given *given)
         !name_problem(import->name)) {
         (void)snprintf(name, sizeof name, "%s", import->name);
     }
-    if (mesh_read_body(&call, name, &row, &prepared, &held)) {
+    if (!mesh_read_body(&call, name, &row, &prepared, &held)) {
+        refuse_answered(import, given->path, &response);
+    } else if (import->manifest && strcmp(row.id, import->id) != 0) {
+        import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
+    } else {
         if (import->manifest && import->source && !held) {
             free(row.source);
             row.source = strdup(import->source);
         }
         keep_mesh(import, &row, held, given);
-    } else {
-        refuse_answered(import, given->path, &response);
     }
     compute_prepared_clear(&prepared);
     store_mesh_clear(&row);
@@ -500,6 +502,7 @@ static void clear(struct import *import)
     json_decref(import->refused);
     json_decref(import->manifest);
     json_decref(import->by_path);
+    json_decref(import->seen);
     jobs_memory_discharge(jobs_memory_current(), import->charged);
 }
 

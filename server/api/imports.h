@@ -5,12 +5,15 @@
 #define SRNFD_API_IMPORTS_H
 
 #include "api/cohorts.h"
+#include "api/study.h"
 #include "api/study_table.h"
 
 struct store_batch; /* store/batch.h */
 
 #define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
 #define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
+
+#define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
 
 /* A mesh of the import, or a file that was refused when it was read, which has a path alone. */
 struct import_file {
@@ -36,10 +39,11 @@ struct import {
     size_t n_refused;
     struct study_table table;
     char *table_path; /* NULL: there is no table */
-    /* Of an export: its manifest, its files by their paths, and of the next one its format,
-       name and source; NULL otherwise. How many surfaces, models and jobs came with it. */
-    json_t *manifest, *by_path;
-    const char *format, *name, *source;
+    /* Of an export: its manifest, its files by their paths, the ids that came, and of the next
+       mesh its id, format, name and source; NULL otherwise. How many surfaces, models and jobs came
+       with it. */
+    json_t *manifest, *by_path, *seen;
+    const char *id, *format, *name, *source;
     size_t n_restored[3];
     int64_t room; /* bytes that the owner may still take; below 0: any number */
     size_t charged;

@@ -70,6 +70,7 @@ bool import_take_manifest(struct import *import, const struct import_given *give
         import->answered = true;
         return true;
     }
+    import->seen = json_object();
     index_files(import);
     return true;
 }
@@ -324,7 +325,12 @@ bool import_take_study(struct import *import, struct import_given *given)
     if (!kind || !id || strlen(id) >= STORE_ID_MAX) {
         return true; /* made of the others, for people */
     }
+    if (json_object_get(import->seen, id)) {
+        return true; /* listed twice */
+    }
+    (void)json_object_set_new(import->seen, id, json_true());
     if (strcmp(kind, "meshes") == 0) {
+        import->id = id;
         import->format = json_string_value(json_object_get(record, "format"));
         import->name = json_string_value(json_object_get(record, "name"));
         import->source = json_string_value(json_object_get(record, "source"));
@@ -340,8 +346,7 @@ bool import_take_study(struct import *import, struct import_given *given)
            : strcmp(kind, "models") == 0 ? take_model(import, record, id, given, &status)
                                          : take_job(import, record, id, given, &status);
     if (!good) {
-        import_refuse(import, given->path, "not-as-described",
-                      "it is not what " STUDY_MANIFEST " says of it: its content was changed");
+        import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
     } else if (status != STORE_OK) {
         (void)problem_respond_store(import->call, status, NULL, "keeping the study");
         import->answered = true;
@@ -351,28 +356,84 @@ bool import_take_study(struct import *import, struct import_given *given)
     return true;
 }
 
-bool import_study_members(struct import *import, struct cohort_text *members)
+/* Names what the manifest lists and no file brought. */
+static void refuse_missing(struct import *import)
 {
-    const json_t *cohort = json_object_get(import->manifest, "cohort");
-    const char *at = json_string_value(json_object_get(cohort, "members"));
-    const char *name = json_string_value(json_object_get(cohort, "name")), *text;
-    struct problem_list list = {.errors = NULL};
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        const json_t *all = json_object_get(import->manifest, kinds[i]);
+
+        for (size_t k = 0; k < json_array_size(all); k++) {
+            const json_t *one = json_array_get(all, k);
+            const char *id = json_string_value(json_object_get(one, "id"));
+            const char *path = json_string_value(json_object_get(one, "file"));
+
+            if (!id || !json_object_get(import->seen, id)) {
+                import_refuse(import,
+                              path ? path
+                              : id ? id
+                                   : kinds[i],
+                              "no-such-file",
+                              STUDY_MANIFEST " lists %.60s in this file, and the archive has no "
+                                             "such file of its own",
+                              id ? id : "something without an id");
+            }
+        }
+    }
+}
+
+/* Whether the text is an array of something: cohort_text_next expects one. */
+static bool is_members(const char *text)
+{
+    json_error_t error;
+    bool over;
+    json_t *members =
+        text ? json_memory_load(text, strlen(text), MANIFEST_MAX * 4, &over, &error) : NULL;
+    bool good = json_array_size(members) > 0;
+
+    json_decref(members);
+    return good;
+}
+
+/* The members that the text lists. */
+static void read_members(const char *at, struct cohort_text *members, struct problem_list *list)
+{
+    const char *text;
     size_t length;
 
-    if (!at) {
-        import->cohort[0] = '\0';
-        return true;
-    }
-    if (!import->cohort[0] && cohort_name_valid(name)) {
-        (void)snprintf(import->cohort, sizeof import->cohort, "%s", name);
-    }
     while (cohort_text_next(&at, &text, &length)) {
         json_t *given = json_loadb(text, length, 0, NULL);
-        json_t *member = cohort_read_member(given, "/cohort/members", &list);
+        json_t *member = cohort_read_member(given, "/cohort/members", list);
 
         cohort_text_add(members, member);
         json_decref(member);
         json_decref(given);
+    }
+}
+
+bool import_study_members(struct import *import, struct cohort_text *members)
+{
+    const json_t *cohort = json_object_get(import->manifest, "cohort");
+    const char *text = json_string_value(json_object_get(cohort, "members"));
+    const char *name = json_string_value(json_object_get(cohort, "name"));
+    struct problem_list list = {.errors = NULL};
+
+    refuse_missing(import);
+    if (!cohort) {
+        import->cohort[0] = '\0';
+        return true;
+    }
+    if (!name || !cohort_name_valid(name)) {
+        problem_add(&list, "/cohort/name",
+                    STUDY_MANIFEST " must name the cohort by a name that a cohort can have");
+    } else if (!import->cohort[0]) {
+        (void)snprintf(import->cohort, sizeof import->cohort, "%s", name);
+    }
+    if (is_members(text)) {
+        read_members(text, members, &list);
+    } else if (!json_memory_failed()) {
+        problem_add(&list, "/cohort/members",
+                    STUDY_MANIFEST " must have the members as the text of a JSON array that is not "
+                                   "empty");
     }
     if (list.errors) {
         (void)problem_respond_list(import->call, "invalid-input", &list);

@@ -101,6 +101,32 @@ is "$STATUS $(json '"\(.code) \(.refused[0].code)"')" '422 import-refused not-as
     'a surface that has not the content of its id is refused'
 get '/v1/meshes'
 is "$(json '.items | length')" 0 'and nothing of the study is kept'
+
+# Sends the study with another manifest (a jq program), and with files left out of it.
+edited() { # PROGRAM [FILE]
+    rm -rf "$SCRATCH/edit" "$SCRATCH/edit.zip"
+    cp -r "$SCRATCH/open" "$SCRATCH/edit"
+    jq "$1" "$SCRATCH/open/srnfd-study.json" >"$SCRATCH/edit/srnfd-study.json"
+    [ -z "${2-}" ] || rm "$SCRATCH/edit/$2"
+    (cd "$SCRATCH/edit" && zip -q -r ../edit.zip srnfd-study.json meshes surfaces models jobs)
+    post /v1/imports --data-binary "@$SCRATCH/edit.zip" --header 'Content-Type: application/zip'
+}
+edited '.meshes[0].file as $a | .meshes[1].file as $b | .meshes[0].file = $b | .meshes[1].file = $a'
+is "$STATUS $(json '[.refused[].code] | join(" ")')" '422 not-as-described not-as-described' 'nor are meshes that were swapped'
+edited '.cohort.members = "{}"'
+is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'members are an array'
+edited '.cohort.members = "[]"'
+is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'that is not empty'
+edited '.cohort.name = "../x"'
+is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/name' 'and a cohort has a name'
+job=$(jq -r '.jobs[0].file' "$SCRATCH/open/srnfd-study.json")
+edited . "$job"
+is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $job no-such-file" 'results that are missing are named'
+edited '.jobs[0].file = "../../etc/passwd"'
+is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" '422 ../../etc/passwd no-such-file' \
+    'as are those that lie elsewhere'
+get '/v1/jobs'
+is "$(json '.items | length')" 0 'and no job is kept'
 post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
 get "/v1/models/$MODEL/scores?format=csv"
