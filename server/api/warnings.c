@@ -42,6 +42,7 @@ static const char *const codes[] = {
     "registration-truncated",
     "surface-flat",
     "surface-inside-out",
+    "topology-changed",
     "transform-not-applied",
 };
 

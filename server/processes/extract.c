@@ -18,6 +18,7 @@
 
 #define LABELS_MAX 256
 #define LABEL_MAX 9007199254740991.0
+#define CHANGED_MOST 0.01    /* of the voxels: beyond it the mesh is in part the correction's */
 #define SECONDS_A_VOXEL 1e-6 /* bench_extract.py: reading and the box of all of AAL's labels */
 
 struct labels {
@@ -307,6 +308,23 @@ static json_t *keep_mesh(struct jobs_run *run, const struct extraction *extracti
     return process_keep_mesh(run, &description, "the mesh", result);
 }
 
+static void warn_of_changes(json_t *document, const struct srnf_extracted *extracted)
+{
+    size_t changed = extracted->added + extracted->removed;
+    double share = (double)changed / (double)extracted->voxels;
+
+    if (share > CHANGED_MOST) {
+        warning_add(warnings_of(document), "topology-changed",
+                    json_pack("{s:I, s:I, s:I}", "added", (json_int_t)extracted->added, "removed",
+                              (json_int_t)extracted->removed, "voxels",
+                              (json_int_t)extracted->voxels),
+                    "%zu voxels were added and %zu removed to make the structure one of genus "
+                    "zero, %.3g %% of its %zu. Look at the places in changed: correct the "
+                    "segmentation there, or extract separate parts each by itself.",
+                    extracted->added, extracted->removed, 100.0 * share, extracted->voxels);
+    }
+}
+
 static json_t *result_json(const struct srnf_extracted *extracted, json_t *mesh)
 {
     json_t *document = json_pack(
@@ -320,6 +338,7 @@ static json_t *result_json(const struct srnf_extracted *extracted, json_t *mesh)
                     "The structure reaches the edge of the volume and was closed there: it may be "
                     "cut off, and the face along the edge is none of its own.");
     }
+    warn_of_changes(document, extracted);
     return document;
 }
 

@@ -65,6 +65,9 @@ is "$(json '[.mesh.report.genus, (.changed.places[0].change)] | tojson')" '[0,"i
     'of two that do not touch the larger is kept'
 is "$(json '.changed.removed == .changed.places[0].voxels and .changed.count == 1 and (.changed.places[0].position[0] < -20)')" true \
     'and the other counted and located'
+is "$(json '(.warnings | map(.code)) == ["topology-changed"] and .warnings[0].figures == {added: .changed.added, removed: .changed.removed, voxels: .voxels}')" \
+    true 'and a change of more than a hundredth is told of'
+like "$(json '.warnings[0].detail')" '0 voxels were added and 7469 removed' 'with the counts'
 execute extract "{\"volume\":\"$ID\",\"labels\":[37,38],\"topology\":\"refuse\"}"
 is "$STATUS $(json .code)" '422 not-genus-zero' 'or refused'
 like "$(json .detail)" '7469 voxels at 1 places' 'with where it is'
@@ -81,7 +84,7 @@ PLATE=$(json .id)
 execute extract "{\"volume\":\"$PLATE\",\"labels\":[1]}"
 is "$(json '[.changed.voxels, .changed.places[0].change, .changed.places[0].position[0:2]] | tojson')" \
     '[1,"tunnel-filled",[114,16]]' 'a hole is closed, and told where'
-is "$(json '[.warnings[].code] | tojson')" '["label-at-border"]' 'and the edge of the volume is told of'
+is "$(json '[.warnings[].code] | tojson')" '["label-at-border"]' 'and the edge of the volume is told of, one voxel in 390 not'
 
 # ---- Refusals ------------------------------------------------------------------------------------------
 
