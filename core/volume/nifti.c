@@ -3,8 +3,9 @@
  *
  * R. W. Cox and others, "A (sort of) new image data format standard: NIfTI-1" (2004), and NIfTI-2
  * (2011), nifti1.h and nifti2.h. The sform places the voxels where it has a code, otherwise the
- * qform where that has one, otherwise the sizes of the voxels alone; all are RAS+. A scale of 0, or
- * one that is not finite, means none; so does a bitpix of 0. Extensions between header and voxels are passed over.
+ * qform where that has one, otherwise the sizes of the voxels alone; all are RAS+. A scale of 0,
+ * or one that is not finite, means none; so does a bitpix of 0. Extensions between header and
+ * voxels are passed over.
  */
 #include "volume.h"
 
