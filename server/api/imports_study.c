@@ -303,7 +303,8 @@ static bool take_job(struct import *import, const json_t *record, const char *id
         (void)snprintf(job.id, sizeof job.id, "%s", id);
         (void)snprintf(job.owner, sizeof job.owner, "%s", owner.name ? owner.name : "");
         *status = jobs_digest(job.process, job.inputs, job.numeric_build, job.owner, job.digest);
-        if (*status == STORE_OK) {
+        if (*status == STORE_OK && !json_object_get(import->seen, job.digest)) {
+            (void)json_object_set_new(import->seen, job.digest, json_true());
             *status = store_batch_add_job(import->batch, &job, (const char *)given->bytes,
                                           given->size, owner.bytes_max);
         }
@@ -319,6 +320,7 @@ bool import_take_study(struct import *import, struct import_given *given)
     const json_t *record = json_object_get(import->by_path, given->path);
     const char *kind = json_string_value(json_object_get(record, "kind"));
     const char *id = json_string_value(json_object_get(record, "id"));
+    const size_t before = store_batch_count(import->batch);
     int status = STORE_OK;
     bool good;
 
@@ -350,7 +352,7 @@ bool import_take_study(struct import *import, struct import_given *given)
     } else if (status != STORE_OK) {
         (void)problem_respond_store(import->call, status, NULL, "keeping the study");
         import->answered = true;
-    } else {
+    } else if (store_batch_count(import->batch) > before) {
         import->n_restored[kind[0] == 's' ? 0 : kind[0] == 'm' ? 1 : 2]++;
     }
     return true;

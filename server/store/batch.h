@@ -42,7 +42,8 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
 int store_batch_add_surface(struct store_batch *batch, struct store_surface *surface);
 int store_batch_add_model(struct store_batch *batch, struct store_model *model, const char *id);
 /* Adds a successful job, with id, process, inputs, digest, build, owner and times set, and its
-   results; bytes_max as of struct store_owner. The job is taken over. */
+   results; bytes_max as of struct store_owner. The job is taken over. Where the id is taken it gets
+   another; where its owner has the digest, nothing is done. */
 int store_batch_add_job(struct store_batch *batch, struct store_job *job, const char *results,
                         size_t size, int64_t bytes_max);
 

@@ -1,24 +1,48 @@
 /*
  * job_restore.c - jobs that another service has done, with their results, as part of a batch.
  *
- * A restored job keeps its id, times and build. It answers the same request of its owner from the
- * cache as it did there, where this service is of the same numeric build: the digest says so. Where
- * there is a job of that id or digest already, that one stays.
+ * A restored job keeps its times and build, and its id where that is free: ids are those of the
+ * whole service, and another owner may have restored the same archive. It answers the same request
+ * of its owner from the cache as it did there, where this service is of the same numeric build: the
+ * digest says so. Where the owner has a job of that digest already, that one stays.
  */
 #include "store/internal.h"
 #include "store/batch.h"
 #include "store/job.h"
 
+#include <sodium.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define TIME_LENGTH 23 /* of an id up to its random part: job-xxxxxxxx-xxxx-7xxx- */
+
 struct batched {
     struct store_job job;
+    char given_id[STORE_ID_MAX]; /* in the archive */
     struct store_content content;
     struct store_ids given, made; /* what inputs and results name */
     char *results;
     int64_t bytes_max;
 };
+
+/* Gives the job another id of the same time where its own is taken: 62 random bits (ids.c of jobs),
+   so that a second one that is taken means no accident but a fault. */
+static int choose_id(sqlite3 *db, struct store_job *job)
+{
+    char found[STORE_ID_MAX], hex[17];
+    unsigned char bytes[8];
+    int status = store_text(db, found, sizeof found, "SELECT id FROM job WHERE id = ?", job->id);
+
+    if (status != STORE_OK) {
+        return status == STORE_NOT_FOUND ? STORE_OK : status;
+    }
+    randombytes_buf(bytes, sizeof bytes);
+    bytes[0] = (unsigned char)(0x80 | (bytes[0] & 0x3f)); /* the variant of a UUID */
+    (void)sodium_bin2hex(hex, sizeof hex, bytes, sizeof bytes);
+    (void)snprintf(job->id + TIME_LENGTH, sizeof job->id - TIME_LENGTH, "%.4s-%.12s", hex, hex + 4);
+    return STORE_OK;
+}
 
 static int insert_job(sqlite3 *db, const struct store_job *job, size_t *changed)
 {
@@ -26,12 +50,14 @@ static int insert_job(sqlite3 *db, const struct store_job *job, size_t *changed)
         db, changed,
         "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, progress, "
         "created_ms, started_ms, finished_ms, updated_ms, attempt, owner) "
-        "VALUES (?, ?, 'accepted', ?, ?, ?, '', 100, ?, ?, ?, ?, 1, ?) ON CONFLICT DO NOTHING",
+        "VALUES (?, ?, 'accepted', ?, ?, ?, 'restored from an archive', 100, ?, ?, ?, ?, 1, ?) ON "
+        "CONFLICT DO NOTHING",
         "tttttiiiit", job->id, job->process, job->inputs, job->digest, job->numeric_build,
         job->created_ms, job->started_ms, job->finished_ms, job->finished_ms, job->owner);
 }
 
-/* What the results name goes with the job, and where its record says that this job made it, it
+/* What the results name goes with the job, its record names the job by the id that it has here, and
+   where its record says that this job made it, it
    needs the job, as it would have if it had been made here. */
 static int add_made(sqlite3 *db, const struct batched *batched)
 {
@@ -39,6 +65,14 @@ static int add_made(sqlite3 *db, const struct batched *batched)
     int status = store_needs_add(db, job->owner, job->id, &batched->made, true);
 
     for (size_t i = 0; i < batched->made.count && status == STORE_OK; i++) {
+        status =
+            store_execute(db, NULL,
+                          "UPDATE owned SET record = replace(record, ?3, ?4) "
+                          "WHERE owner = ?1 AND id = ?2 AND ?3 <> ?4",
+                          "tttt", job->owner, batched->made.list[i], batched->given_id, job->id);
+        if (status != STORE_OK) {
+            break;
+        }
         status = store_execute(
             db, NULL,
             "INSERT INTO need (owner, needing, id, along) SELECT ?1, ?2, ?3, 0 FROM owned "
@@ -55,10 +89,14 @@ static int add_made(sqlite3 *db, const struct batched *batched)
 static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
 {
     struct batched *batched = write->argument;
-    const struct store_job *job = &batched->job;
+    struct store_job *job = &batched->job;
     size_t changed = 0;
     int status = store_owner_limit(db, job->owner, batched->bytes_max);
 
+    memcpy(batched->given_id, job->id, sizeof batched->given_id);
+    if (status == STORE_OK) {
+        status = choose_id(db, job);
+    }
     if (status == STORE_OK) {
         status = insert_job(db, job, &changed);
     }

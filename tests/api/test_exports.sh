@@ -90,6 +90,7 @@ is "$STATUS" 200 'the same again changes nothing'
 # ---- What was changed --------------------------------------------------------------------------------
 
 start_server "$SCRATCH/c" --workers 1 || exit 1
+THIRD=$SERVER_PID
 file=$(find "$SCRATCH/open/surfaces" -name '*.npz' | head -n 1)
 other=$(find "$SCRATCH/open/surfaces" -name '*.npz' | tail -n 1)
 cp "$file" "$SCRATCH/kept.npz"
@@ -132,14 +133,38 @@ is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is
 get "/v1/models/$MODEL/scores?format=csv"
 is "$STATUS" 200 'with its scores'
 
-for pid in "$FIRST" "$SECOND" "$SERVER_PID"; do
+# ---- By two owners of one server ---------------------------------------------------------------------
+
+token() { "$SRNFD" token add --data "$SCRATCH/d" --name "$1" 2>/dev/null; }
+ADA=$(token ada)
+BOB=$(token bob)
+start_server "$SCRATCH/d" --workers 1 || exit 1
+FOURTH=$SERVER_PID
+for token in "$ADA" "$BOB"; do
+    auth="Authorization: Bearer $token"
+    post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip' --header "$auth"
+    is "$STATUS $(json .restored.jobs)" '201 3' 'an owner restores the study'
+    get '/v1/jobs?limit=200' --header "$auth"
+    is "$(json '[.items[] | .message] | join(", ")')" \
+        'restored from an archive, restored from an archive, restored from an archive' 'and has its jobs'
+    json '.items[].id' | sort >"$SCRATCH/ids.$token"
+    execute distances '{"cohort":"study","register":false}' --header "$auth"
+    is "$(header Cache-Status)" 'srnfd; hit' 'which answer from the cache'
+    get "/v1/surfaces/$MAPPED" --header "$auth"
+    job=$(json .source.job)
+    get "/v1/jobs/$job" --header "$auth"
+    is "$STATUS" 200 'and are named in the records of what they made'
+done
+is "$(comm -12 "$SCRATCH/ids.$ADA" "$SCRATCH/ids.$BOB")" '' 'each owner has jobs of its own'
+
+for pid in "$FOURTH" "$FIRST" "$SECOND" "$THIRD"; do
     if stop_server "$pid"; then
         ok 'a server ends cleanly'
     else
         not_ok 'a server ends cleanly'
     fi
 done
-for data in a b c; do
+for data in a b c d; do
     check "the data of $data are sound" "$SRNFD" check --data "$SCRATCH/$data"
 done
 done_testing
