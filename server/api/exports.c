@@ -30,6 +30,7 @@
 #include "api/zip.h"
 #include "srnf.h"
 #include "store/cohort.h"
+#include "store/digest.h"
 #include "store/job.h"
 #include "store/mesh.h"
 #include "store/model.h"
@@ -138,7 +139,7 @@ static void list_surface(struct export *export, const char *id)
 {
     struct store_surface surface;
     struct store_maps maps;
-    char path[STORE_ID_MAX + 32];
+    char digest[65], path[STORE_ID_MAX + 32];
     json_t *names = json_array();
     int status;
 
@@ -154,12 +155,13 @@ static void list_surface(struct export *export, const char *id)
     for (size_t i = 0; i < maps.count; i++) {
         (void)json_array_append_new(names, json_string(maps.names[i]));
     }
+    store_sha256_hex(digest, surface.record, strlen(surface.record));
     (void)snprintf(path, sizeof path, "surfaces/%s.npz", id);
     list(export, "surfaces",
-         json_pack("{s:s, s:s, s:I, s:s, s:s, s:o, s:I, s:I, s:o}", "id", id, "name", surface.name,
-                   "lmax", (json_int_t)surface.lmax, "record", surface.record, "file", path, "maps",
-                   names, "nTheta", (json_int_t)maps.n_theta, "nPhi", (json_int_t)maps.n_phi,
-                   "created", json_time(surface.created_ms)));
+         json_pack("{s:s, s:s, s:s, s:I, s:s, s:s, s:o, s:I, s:I, s:o}", "id", id, "sha256", digest,
+                   "name", surface.name, "lmax", (json_int_t)surface.lmax, "record", surface.record,
+                   "file", path, "maps", names, "nTheta", (json_int_t)maps.n_theta, "nPhi",
+                   (json_int_t)maps.n_phi, "created", json_time(surface.created_ms)));
     describe_file(export, path, surface.name, "application/x-npz");
     (void)snprintf(path, sizeof path, "surfaces/%s.ply", id);
     describe_file(export, path, surface.name, "model/ply");
@@ -191,17 +193,25 @@ static void list_model(struct export *export, const char *id)
 static void list_job(struct export *export, const char *id)
 {
     struct store_job job;
+    char digest[65], *results;
+    size_t size;
     char path[STORE_ID_MAX + 32];
 
     if (!good(export, store_job_get(store_of(export), id, &job))) {
         return;
     }
+    if (!good(export, store_job_results(store_of(export), id, &results, &size))) {
+        store_job_clear(&job);
+        return;
+    }
+    store_sha256_hex(digest, results, size);
+    free(results);
     (void)snprintf(path, sizeof path, "jobs/%s.json", id);
     list(export, "jobs",
-         json_pack("{s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I}", "id", id, "process", job.process,
-                   "inputs", job.inputs, "numericBuild", job.numeric_build, "file", path,
-                   "createdMs", (json_int_t)job.created_ms, "startedMs", (json_int_t)job.started_ms,
-                   "finishedMs", (json_int_t)job.finished_ms));
+         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I}", "id", id, "sha256", digest,
+                   "process", job.process, "inputs", job.inputs, "numericBuild", job.numeric_build,
+                   "file", path, "createdMs", (json_int_t)job.created_ms, "startedMs",
+                   (json_int_t)job.started_ms, "finishedMs", (json_int_t)job.finished_ms));
     describe_file(export, path, job.process, "application/json");
     describe_job(export, &job, path);
     store_job_clear(&job);

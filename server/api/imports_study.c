@@ -21,6 +21,7 @@
 #include "jobs/submit.h"
 #include "store/batch.h"
 #include "store/cohort.h"
+#include "store/digest.h"
 #include "store/job.h"
 #include "store/mesh.h"
 #include "store/model.h"
@@ -134,6 +135,17 @@ static char *text_of(const json_t *record, const char *name)
     return text ? strdup(text) : NULL;
 }
 
+/* Whether the bytes have the digest of the manifest, which finds damage and edits but no forger;
+   archives of older versions have none. */
+static bool is_unchanged(const json_t *record, const void *bytes, size_t size)
+{
+    const json_t *wanted = json_object_get(record, "sha256");
+    char digest[65];
+
+    store_sha256_hex(digest, bytes, size);
+    return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
+}
+
 /* ---- Surfaces and models --------------------------------------------------------------------- */
 
 static double scale_of(const char *text)
@@ -201,7 +213,9 @@ static bool take_surface(struct import *import, const json_t *record, const char
     struct store_surface surface = {.owner = call_owner(import->call),
                                     .name = text_of(record, "name"),
                                     .record = text_of(record, "record")};
-    bool good = whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) && read_maps(record, &surface);
+    bool good = whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) &&
+                read_maps(record, &surface) && surface.record &&
+                is_unchanged(record, surface.record, strlen(surface.record));
 
     if (good) {
         surface.coefficient_count = 3 * (size_t)(surface.lmax + 1) * (size_t)(surface.lmax + 1);
@@ -292,7 +306,7 @@ static bool take_job(struct import *import, const json_t *record, const char *id
                             .numeric_build = text_of(record, "numericBuild")};
     json_t *results = json_loadb((const char *)given->bytes, given->size, 0, NULL);
     bool good = is_job_id(id) && job.process && job.inputs && job.numeric_build &&
-                json_is_object(results) &&
+                json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
                 api_process_find(import->call->api, job.process) != NULL &&
                 whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
                 whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&

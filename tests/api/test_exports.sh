@@ -120,6 +120,10 @@ edited '.cohort.members = "[]"'
 is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/members' 'that is not empty'
 edited '.cohort.name = "../x"'
 is "$STATUS $(json '.errors[0].pointer')" '422 /cohort/name' 'and a cohort has a name'
+edited '.surfaces[0].record |= sub("\"mirrored\":false"; "\"mirrored\":true") | .surfaces[0].record |= . + " "'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a record that was edited'
+edited '.jobs[0].sha256 |= ascii_upcase'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are results of another digest'
 job=$(jq -r '.jobs[0].file' "$SCRATCH/open/srnfd-study.json")
 edited . "$job"
 is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $job no-such-file" 'results that are missing are named'
