@@ -128,8 +128,9 @@ static void list_mesh(struct export *export, const char *id)
     }
     (void)snprintf(path, sizeof path, "meshes/%s.%.16s", id, mesh.format);
     list(export, "meshes",
-         json_pack("{s:s, s:s, s:s, s:s, s:s, s:o}", "id", id, "name", mesh.name, "format",
-                   mesh.format, "source", mesh.source ? mesh.source : "", "file", path, "created",
+         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:o}", "id", id, "tags",
+                   mesh.tags ? mesh.tags : "[]", "name", mesh.name, "format", mesh.format, "source",
+                   mesh.source ? mesh.source : "", "file", path, "created",
                    json_time(mesh.created_ms)));
     describe_file(export, path, mesh.name, mesh_media_type(mesh.format));
     store_mesh_clear(&mesh);
@@ -158,10 +159,11 @@ static void list_surface(struct export *export, const char *id)
     store_sha256_hex(digest, surface.record, strlen(surface.record));
     (void)snprintf(path, sizeof path, "surfaces/%s.npz", id);
     list(export, "surfaces",
-         json_pack("{s:s, s:s, s:s, s:I, s:s, s:s, s:o, s:I, s:I, s:o}", "id", id, "sha256", digest,
-                   "name", surface.name, "lmax", (json_int_t)surface.lmax, "record", surface.record,
-                   "file", path, "maps", names, "nTheta", (json_int_t)maps.n_theta, "nPhi",
-                   (json_int_t)maps.n_phi, "created", json_time(surface.created_ms)));
+         json_pack("{s:s, s:s, s:s, s:s, s:I, s:s, s:s, s:o, s:I, s:I, s:o}", "id", id, "tags",
+                   surface.tags ? surface.tags : "[]", "sha256", digest, "name", surface.name,
+                   "lmax", (json_int_t)surface.lmax, "record", surface.record, "file", path, "maps",
+                   names, "nTheta", (json_int_t)maps.n_theta, "nPhi", (json_int_t)maps.n_phi,
+                   "created", json_time(surface.created_ms)));
     describe_file(export, path, surface.name, "application/x-npz");
     (void)snprintf(path, sizeof path, "surfaces/%s.ply", id);
     describe_file(export, path, surface.name, "model/ply");
@@ -179,11 +181,12 @@ static void list_model(struct export *export, const char *id)
     }
     (void)snprintf(path, sizeof path, "models/%s.npz", id);
     list(export, "models",
-         json_pack("{s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:o}", "id", id, "mean",
-                   model.mean, "record", model.record, "lmax", (json_int_t)model.lmax, "nTheta",
-                   (json_int_t)model.n_theta, "nPhi", (json_int_t)model.n_phi, "subjects",
-                   (json_int_t)model.subjects, "components", (json_int_t)model.components, "file",
-                   path, "created", json_time(model.created_ms)));
+         json_pack("{s:s, s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:o}", "id", id, "tags",
+                   model.tags ? model.tags : "[]", "mean", model.mean, "record", model.record,
+                   "lmax", (json_int_t)model.lmax, "nTheta", (json_int_t)model.n_theta, "nPhi",
+                   (json_int_t)model.n_phi, "subjects", (json_int_t)model.subjects, "components",
+                   (json_int_t)model.components, "file", path, "created",
+                   json_time(model.created_ms)));
     describe_file(export, path, id, "application/x-npz");
     (void)snprintf(path, sizeof path, "models/%s-scores.csv", id);
     describe_file(export, path, id, "text/csv");

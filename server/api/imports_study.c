@@ -16,6 +16,7 @@
 #include "api/archive.h"
 #include "api/auth.h"
 #include "api/json_memory.h"
+#include "api/labels.h"
 #include "api/npy.h"
 #include "api/study.h"
 #include "jobs/submit.h"
@@ -397,6 +398,37 @@ static void refuse_missing(struct import *import)
     }
 }
 
+/* Gives what came the tags that the manifest gives it; false when a problem was answered. */
+static bool add_tags(struct import *import, struct problem_list *list)
+{
+    int status = STORE_OK;
+
+    for (size_t i = 0; i + 1 < sizeof kinds / sizeof kinds[0]; i++) {
+        const json_t *all = json_object_get(import->manifest, kinds[i]);
+
+        for (size_t k = 0; k < json_array_size(all) && status == STORE_OK; k++) {
+            const json_t *one = json_array_get(all, k);
+            const char *text = json_string_value(json_object_get(one, "tags"));
+            json_t *body = json_pack("{s:o?}", "tags", text ? json_loads(text, 0, NULL) : NULL);
+            struct labels labels = {.tags = NULL};
+
+            labels_read(body, &labels, list);
+            if (labels.tags && strcmp(labels.tags, "[]") != 0) {
+                status = store_batch_add_tags(import->batch, call_owner(import->call).name,
+                                              json_string_value(json_object_get(one, "id")),
+                                              labels.tags);
+            }
+            labels_clear(&labels);
+            json_decref(body);
+        }
+    }
+    if (status != STORE_OK) {
+        (void)problem_respond_store(import->call, status, NULL, "keeping the tags");
+        import->answered = true;
+    }
+    return status == STORE_OK;
+}
+
 /* Whether the text is an array of something: cohort_text_next expects one. */
 static bool is_members(const char *text)
 {
@@ -434,7 +466,11 @@ bool import_study_members(struct import *import, struct cohort_text *members)
     struct problem_list list = {.errors = NULL};
 
     refuse_missing(import);
-    if (!cohort) {
+    if (import->n_refused == 0 && !add_tags(import, &list)) {
+        json_decref(list.errors);
+        return false;
+    }
+    if (!cohort && !list.errors) {
         import->cohort[0] = '\0';
         return true;
     }

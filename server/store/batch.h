@@ -47,6 +47,10 @@ int store_batch_add_model(struct store_batch *batch, struct store_model *model, 
 int store_batch_add_job(struct store_batch *batch, struct store_job *job, const char *results,
                         size_t size, int64_t bytes_max);
 
+/* Adds what store_label does, of something that is stored by then; id and tags are copied. */
+int store_batch_add_tags(struct store_batch *batch, const char *owner, const char *id,
+                         const char *tags);
+
 /* Puts added so far; the next one gets this number. */
 size_t store_batch_count(const struct store_batch *batch);
 /* Leaves out the put of this number. */

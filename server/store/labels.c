@@ -4,8 +4,11 @@
  * who see all (owner.c).
  */
 #include "store/internal.h"
+#include "store/batch.h"
 #include "store/labels.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct change {
@@ -82,4 +85,46 @@ int store_label(struct store *store, const char *owner, const char *id,
     struct change change = {.owner = owner ? owner : "", .id = id, .labels = labels};
 
     return store_write(store, run_change, &change);
+}
+
+struct batched {
+    struct change change;
+    struct store_labels labels;
+    char owner[STORE_OWNER_MAX], id[STORE_ID_MAX], tags[];
+};
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write one = {.argument = &batched->change};
+
+    return run_change(store, db, &one);
+}
+
+static void clear_batched(struct store *store, void *argument)
+{
+    (void)store;
+    free(argument);
+}
+
+int store_batch_add_tags(struct store_batch *batch, const char *owner, const char *id,
+                         const char *tags)
+{
+    size_t size = strlen(tags) + 1;
+    struct batched *batched = calloc(1, sizeof *batched + size);
+    int status = STORE_NOMEM;
+
+    if (batched) {
+        memcpy(batched->tags, tags, size);
+        (void)snprintf(batched->owner, sizeof batched->owner, "%s", owner ? owner : "");
+        (void)snprintf(batched->id, sizeof batched->id, "%s", id);
+        batched->labels.tags = batched->tags;
+        batched->change = (struct change){batched->owner, batched->id, &batched->labels};
+        status =
+            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+    }
+    if (status != STORE_OK) {
+        free(batched);
+    }
+    return status;
 }

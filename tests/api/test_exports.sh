@@ -34,6 +34,8 @@ ask() { # FILE
 }
 ask "$SCRATCH/a.answer"
 is "$STATUS" 200 'jobs are done on it'
+request PATCH "/v1/surfaces/$MAPPED" --data '{"tags":["kept"]}' --header 'Content-Type: application/json'
+is "$STATUS" 200 'and tags are given'
 get "/v1/surfaces/$MAPPED/mesh?format=ply"
 cp "$BODY" "$SCRATCH/a.ply"
 get /v1/cohorts/study
@@ -76,6 +78,8 @@ get /v1/cohorts/study
 is "$(json '.members | tojson')" "$(jq -r '.members | tojson' "$SCRATCH/a.cohort")" 'with the same members'
 get "/v1/surfaces/$MAPPED/mesh?format=ply"
 check 'surfaces with maps are the same to the byte' cmp "$BODY" "$SCRATCH/a.ply"
+get "/v1/surfaces/$MAPPED"
+is "$(json '.tags | join(" ")')" kept 'with their tags'
 get '/v1/jobs?limit=200'
 is "$(json '[.jobs[]?.id, .items[]?.id] | unique | length')" 3 'the jobs are there'
 ask "$SCRATCH/b.answer"
