@@ -59,6 +59,9 @@ function load(modules, text) {
 
     // What the text of a parameter means to its schema.
     function textual(schema, value) {
+        if (schema.type === 'boolean' && /^(true|false)$/.test(value)) {
+            return value === 'true';
+        }
         return schema.type === 'integer' && /^-?[0-9]+$/.test(value) ? Number(value) : value;
     }
 

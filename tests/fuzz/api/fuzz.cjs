@@ -188,6 +188,22 @@ function bury(kind, id) {
     }
 }
 
+// A deletion says how many of each kind have gone. Which of the others it does not say: what is left of them is
+// met again.
+const COUNTED = { mesh: 'mesh', surface: 'surf', model: 'model', job: 'job', cohort: 'cohort' };
+
+function forget(id, counts) {
+    for (const kind of Object.keys(alive)) {
+        alive[kind] = alive[kind].filter((one) => one !== id);
+    }
+    for (const [, word, count] of (counts || '').matchAll(/(\w+)=(\d+)/g)) {
+        const kind = COUNTED[word];
+        if (kind && Number(count) > (id.startsWith(`${kind}-`) ? 1 : 0)) {
+            alive[kind] = [];
+        }
+    }
+}
+
 // Identifiers in an answer, wherever they stand.
 function harvest(value) {
     if (typeof value === 'string') {
@@ -208,6 +224,8 @@ async function remember(request, answer) {
         bury('job', request.values.id);
     } else if (answer.status === 204 && operation.id === 'deleteCohort') {
         bury('cohort', request.values.name);
+    } else if (answer.status === 204 && /^delete(Mesh|Surface|Model|Volume)$/.test(operation.id)) {
+        forget(request.values.id, answer.headers['srnfd-deleted']);
     } else if (operation.id === 'createCohort' && value && answer.status < 300) {
         deleted.cohort = deleted.cohort.filter((name) => name !== value.name);
         keep('cohort', value.name);
