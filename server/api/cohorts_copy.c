@@ -28,8 +28,8 @@ static const char *const condition_sentences[] = {
     [OF_TEXT] = "must be a text or null, or an array of them",
     [OF_SIDE] = "must be \"left\", \"right\" or null, or an array of them",
     [OF_NUMBER] = "must be a number, a range {\"min\", \"max\"} or null, or an array of them",
-    [OF_ANY] = "must be a number, true, false, a text, a range {\"min\", \"max\"} or null, or an "
-               "array of them",
+    [OF_ANY] = ("must be a number, true, false, a text, a range {\"min\", \"max\"} or null, or an "
+                "array of them"),
 };
 
 /* {min, max}: one of them at least, and numbers. */

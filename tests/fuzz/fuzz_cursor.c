@@ -3,6 +3,7 @@
  * as the query itself; an even one takes it as what a cursor says, and adds the check that makes
  * it one of ours, so that what is behind the check is reached as well.
  */
+#include "api/lists.h"
 #include "api/respond.h"
 #include "fuzz/fuzz_require.h"
 #include "store/digest.h"

@@ -133,8 +133,13 @@ static void test_stl_repairs(void **state)
     static const struct {
         double promised;
         size_t behind, faces, error, trailing;
-    } cases[] = {{4, 0, 4, 0, 0},         {4, 1, 4, 0, 1}, {4, 123, 4, 0, 123}, {0, 0, 4, 4, 0},
-                 {4e9, 0, 4, 4e9 - 4, 0}, {3, 0, 4, 1, 0}, {4, 50, 4, 0, 50}};
+    } cases[] = {{4, 0, 4, 0, 0},
+                 {4, 1, 4, 0, 1},
+                 {4, 123, 4, 0, 123},
+                 {0, 0, 4, 4, 0},
+                 {4e9, 0, 4, 3999999996, 0},
+                 {3, 0, 4, 1, 0},
+                 {4, 50, 4, 0, 50}};
     struct srnf_mesh sample = mesh_file_sample();
 
     (void)state;
