@@ -188,11 +188,18 @@ library: $(SHARED) $(ARCHIVE)
 version:
 	@echo $(VERSION)
 
-# The bytes of migrations and of the API description, as arrays in one C file.
-$(O)/embedded.c: deploy/embed.sh $(EMBEDDED)
+# The description of the API in OpenAPI 3.0, and as a page.
+DERIVED := $(O)/openapi.json $(O)/openapi.html
+$(DERIVED): $(O)/openapi.%: api/openapi.yaml api/derive.py
 	@mkdir -p $(dir $@)
 	$(call say,GEN,$@)
-	$(Q)deploy/embed.sh $(EMBEDDED) > $@
+	$(Q)/usr/bin/python3 api/derive.py $* <$< >$@
+
+# The bytes of migrations and of the API description, as arrays in one C file.
+$(O)/embedded.c: deploy/embed.sh $(EMBEDDED) $(DERIVED)
+	@mkdir -p $(dir $@)
+	$(call say,GEN,$@)
+	$(Q)deploy/embed.sh $(EMBEDDED) $(foreach file,$(DERIVED),api/$(notdir $(file))=$(file)) > $@
 
 # The parts of the API's description that the tables of the processes give; tests/api/test_openapi.sh compares.
 .PHONY: openapi

@@ -8,7 +8,7 @@
 #
 #   ids       the processes, for the parameter of their routes
 #   inputs    a reference to the inputs of each        outputs   the same of their results
-#   schemas   both, word for word as GET /v1/processes/{id} has them (without $schema)
+#   schemas   both, without $schema
 set -euo pipefail
 export LC_ALL=C
 srnfd=${1:?usage: api/generate.sh SRNFD}

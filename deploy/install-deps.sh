@@ -15,6 +15,7 @@
 set -eu
 export LC_ALL=C # what apt says is looked for in English
 
+# python3-yaml derives what is served beside api/openapi.yaml (api/derive.py).
 BASE='
 gcc
 make
@@ -32,12 +33,13 @@ libexpat1-dev
 libsodium-dev
 libglpk-dev
 libarchive-dev
+python3-yaml
 curl
 jq
 '
 
 # libsharp is the transform's oracle and yardstick, libpng draws the pictures of `make paper`, and shellcheck and
-# clang-format serve the linter.
+# clang-format serve the linter. OWSLib is a client of the standard that the service follows.
 TESTS='
 libcmocka-dev
 libsharp-dev
@@ -50,6 +52,8 @@ shellcheck
 ca-certificates
 openssl
 perl-base
+python3-jsonschema
+python3-owslib
 unzip
 zip
 '

@@ -1,6 +1,7 @@
 /*
- * embedded.h - files that are part of the binary: migrations/NNNN_*.sql and api/openapi.yaml, put
- * there by deploy/embed.sh at build time, in the order of their names.
+ * embedded.h - files that are part of the binary: migrations/NNNN_*.sql, in the order of
+ * their numbers, api/openapi.yaml and what is derived from it; put there by deploy/embed.sh at
+ * build time.
  */
 #ifndef SRNFD_EMBEDDED_H
 #define SRNFD_EMBEDDED_H
@@ -8,7 +9,8 @@
 #include <stddef.h>
 
 struct embedded_file {
-    const char *path;           /* as in the source tree; NULL ends the table */
+    const char *path;           /* as in the source tree, or beside what it is derived from; NULL
+                                   ends the table */
     const unsigned char *bytes; /* zero-terminated beyond size */
     size_t size;
 };

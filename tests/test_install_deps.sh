@@ -50,9 +50,9 @@ export SRNFD_TOOLS=$SCRATCH/tools
 
 base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
     liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev libarchive-dev
-    curl jq'
+    python3-yaml curl jq'
 tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
-    perl-base unzip zip libclang-rt-14-dev'
+    perl-base python3-jsonschema python3-owslib unzip zip libclang-rt-14-dev'
 
 # A system with these packages installed, root, and all packages known.
 system() { # PACKAGES..

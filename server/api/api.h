@@ -73,6 +73,7 @@ struct api_request {
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
     const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
     bool alone;               /* no other upload is handled beside this one, but small ones */
+    bool secure;              /* it came over TLS */
     bool small; /* an upload that has little memory, of its own: API_AGAIN where it needs more */
 };
 /* Whether a header has this name, without regard to case. Most differ in their first letter, seen

@@ -6,7 +6,11 @@
  * and .npy too (processes/distances.c). Asking for the results of a job that has not ended is
  * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
  * dismissed 410.
+ *
+ * The record is a statusInfo of OGC API - Processes 1.0 with members of our own; what is not known
+ * is absent. DELETE is its dismissal.
  */
+#include "api/links.h"
 #include "api/respond.h"
 #include "api/lists.h"
 #include "api/routes.h"
@@ -20,25 +24,28 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define INPUTS_MAX ((size_t)64 << 10) /* bytes of inputs that a record shows */
+#define CANCEL_SECONDS 20             /* that a job which was dismissed may take to stop */
+#define LOOK_MS 20                    /* between two looks whether it has */
 
 static json_t *job_links(const struct store_job *job)
 {
-    json_t *links = json_object();
+    json_t *links = json_array();
     char path[128];
 
     (void)snprintf(path, sizeof path, "/v1/jobs/%s", job->id);
-    (void)json_object_set_new(links, "self", json_string(path));
-    (void)json_object_set_new(links, "monitor", json_string(path));
-    (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
-    (void)json_object_set_new(links, "results", json_string(path));
+    link_add(links, path, "self", LINK_JSON, "The job");
     (void)snprintf(path, sizeof path, "/v1/jobs/%s/events", job->id);
-    (void)json_object_set_new(links, "events", json_string(path));
-    (void)snprintf(path, sizeof path, "/v1/jobs/%s/cancel", job->id);
-    (void)json_object_set_new(links, "cancel", json_string(path));
+    link_add(links, path, "monitor", "text/event-stream", "Its changes");
+    if (job->status == STORE_JOB_SUCCESSFUL || job->status == STORE_JOB_FAILED) {
+        (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
+        link_add(links, path, LINK_OGC "results", LINK_JSON, "What it gave");
+    }
     (void)snprintf(path, sizeof path, "/v1/processes/%s", job->process);
-    (void)json_object_set_new(links, "process", json_string(path));
+    link_add(links, path, LINK_OGC "process-desc", LINK_JSON, "The process");
+    link_add(links, "/v1/jobs", "up", LINK_JSON, "All jobs");
     return links;
 }
 
@@ -55,41 +62,61 @@ static json_t *job_problem(const struct store_job *job, const char *request_id)
                         job->problem_detail, instance, request_id);
 }
 
+/* Sets a member unless the value is null: what is not known is absent. */
+static void set_known(json_t *document, const char *name, json_t *value)
+{
+    if (json_is_null(value)) {
+        json_decref(value);
+    } else {
+        (void)json_object_set_new(document, name, value);
+    }
+}
+
+/* What holds at this moment, and only of jobs that wait or run. */
+static void set_moment(json_t *document, const struct store_job *job)
+{
+    if (job->progress >= 0) {
+        (void)json_object_set_new(document, "progress", json_integer((json_int_t)job->progress));
+    }
+    if (job->status == STORE_JOB_RUNNING && job->seconds_left >= 0) {
+        (void)json_object_set_new(document, "estimatedSecondsLeft", json_real(job->seconds_left));
+    }
+    if (job->status == STORE_JOB_ACCEPTED && job->queue_position > 0) {
+        (void)json_object_set_new(document, "queuePosition",
+                                  json_integer((json_int_t)job->queue_position));
+    }
+}
+
 json_t *job_record(const struct store_job *job, const char *cache)
 {
     json_t *document = json_object();
     json_t *problem = job_problem(job, NULL);
 
+    (void)json_object_set_new(document, "jobID", json_string(job->id));
     (void)json_object_set_new(document, "id", json_string(job->id));
     (void)json_object_set_new(document, "type", json_string("process"));
     (void)json_object_set_new(document, "name", json_string(job->name ? job->name : ""));
     labels_set_tags(document, job->tags);
     (void)json_object_set_new(document, "processID", json_string(job->process));
-    (void)json_object_set_new(document, "owner",
-                              job->owner[0] ? json_string(job->owner) : json_null());
+    if (job->owner[0]) {
+        (void)json_object_set_new(document, "owner", json_string(job->owner));
+    }
     (void)json_object_set_new(document, "status", json_string(store_job_status_name(job->status)));
     (void)json_object_set_new(document, "message", json_string(job->message ? job->message : ""));
-    (void)json_object_set_new(document, "progress",
-                              job->progress >= 0 ? json_real(job->progress) : json_null());
-    (void)json_object_set_new(document, "estimatedSecondsLeft",
-                              job->status == STORE_JOB_RUNNING && job->seconds_left >= 0
-                                  ? json_real(job->seconds_left)
-                                  : json_null());
-    (void)json_object_set_new(document, "queuePosition",
-                              job->status == STORE_JOB_ACCEPTED && job->queue_position > 0
-                                  ? json_integer((json_int_t)job->queue_position)
-                                  : json_null());
-    (void)json_object_set_new(document, "created", json_time(job->created_ms));
-    (void)json_object_set_new(document, "started", json_time(job->started_ms));
-    (void)json_object_set_new(document, "finished", json_time(job->finished_ms));
-    (void)json_object_set_new(document, "updated", json_time(job->updated_ms));
+    set_moment(document, job);
+    set_known(document, "created", json_time(job->created_ms));
+    set_known(document, "started", json_time(job->started_ms));
+    set_known(document, "finished", json_time(job->finished_ms));
+    set_known(document, "updated", json_time(job->updated_ms));
     (void)json_object_set_new(document, "attempt", json_integer(job->attempt));
     (void)json_object_set_new(document, "cancelRequested", json_boolean(job->cancel_requested));
     (void)json_object_set_new(document, "cache", json_string(cache ? cache : "miss"));
     (void)json_object_set_new(document, "inputsDigest", json_string(job->digest));
     (void)json_object_set_new(document, "numericBuild",
                               json_string(job->numeric_build ? job->numeric_build : ""));
-    (void)json_object_set_new(document, "exception", problem ? problem : json_null());
+    if (problem) {
+        (void)json_object_set_new(document, "exception", problem);
+    }
     (void)json_object_set_new(document, "links", job_links(job));
     return document;
 }
@@ -255,19 +282,47 @@ void jobs_cancel_one(struct api_call *call)
     store_job_clear(&job);
 }
 
+/* Waits until a job that was asked to stop has ended, which takes milliseconds as a rule. */
+static int await_end(struct api_call *call, struct store_job *job)
+{
+    const struct timespec look = {.tv_nsec = LOOK_MS * 1000L * 1000L};
+    char id[STORE_ID_MAX];
+    int status = 0;
+
+    memcpy(id, job->id, sizeof id);
+    for (int waited = 0; status == 0 && !job_ended(job) && waited < 1000 * CANCEL_SECONDS;
+         waited += LOOK_MS) {
+        (void)nanosleep(&look, NULL);
+        store_job_clear(job);
+        status = jobs_get(call->api->config.jobs, id, job);
+    }
+    return status;
+}
+
+/* Dismisses the job, or removes one that has ended. Either way the answer is its record with the
+   status dismissed, as the standard has it. */
 void jobs_delete(struct api_call *call)
 {
-    int status = store_job_delete(call->api->config.store, call->parameters[0]);
+    struct store_job job = {0};
+    int status;
 
-    if (status == STORE_CONFLICT) {
-        (void)problem_respond(call, "job-not-ended",
-                              "%s has not ended: cancel it first, then delete it.",
-                              call->parameters[0]);
-    } else if (status != 0) {
+    if (!find_job(call, &job)) {
+        return;
+    }
+    if (job_ended(&job)) {
+        status = store_job_delete(call->api->config.store, job.id);
+        job.status = STORE_JOB_DISMISSED;
+    } else {
+        store_job_clear(&job);
+        status = jobs_cancel(call->api->config.jobs, call->parameters[0], &job);
+        status = status ? status : await_end(call, &job);
+    }
+    if (status != 0) {
         (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
     } else {
-        call->response->status = 204;
+        respond_json(call, 200, job_record(&job, NULL));
     }
+    store_job_clear(&job);
 }
 
 /* ---- GET /v1/jobs ---------------------------------------------------------------------------- */
@@ -368,6 +423,7 @@ void jobs_list(struct api_call *call)
         !read_filter(call, "status", status, known_status) || !list_open(call, "jobs", &list)) {
         return;
     }
+    list.member = "jobs";
     list.page.process = process[0] ? process : NULL;
     list.page.status = status[0] ? status : NULL;
     read = jobs_page(call->api->config.jobs, &list.page, add_job, &list);

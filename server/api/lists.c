@@ -9,6 +9,7 @@
  */
 #include "api/respond.h"
 
+#include "api/links.h"
 #include "api/lists.h"
 #include "store/digest.h"
 
@@ -94,13 +95,30 @@ static bool cursor_read(const char *cursor, struct list *list)
     return true;
 }
 
-static bool refuse_parameter(struct api_call *call, const char *pointer, const char *detail)
+bool list_refuse(struct api_call *call, const char *pointer, const char *detail)
 {
     struct problem_list problems = {.errors = NULL};
 
     problem_add(&problems, pointer, "%s", detail);
     (void)problem_respond_list(call, "invalid-input", &problems);
     return false;
+}
+
+bool list_limit(struct api_call *call, size_t *limit)
+{
+    char text[24];
+    long number = 0;
+    bool refused;
+
+    *limit = LIMIT_DEFAULT;
+    if (!query_get(call, "limit", text, sizeof text, &refused)) {
+        return !refused;
+    }
+    if (!query_whole(text, &number) || number < 1 || number > LIMIT_MAX) {
+        return list_refuse(call, "/limit", "limit must be a whole number from 1 to 200.");
+    }
+    *limit = (size_t)number;
+    return true;
 }
 
 bool list_open(struct api_call *call, const char *kind, struct list *list)
@@ -110,22 +128,15 @@ bool list_open(struct api_call *call, const char *kind, struct list *list)
 
     memset(list, 0, sizeof *list);
     list->kind = kind;
-    list->limit = LIMIT_DEFAULT;
-    if (query_get(call, "limit", text, sizeof text, &refused)) {
-        long limit = 0;
-
-        if (!query_whole(text, &limit) || limit < 1 || limit > LIMIT_MAX) {
-            return refuse_parameter(call, "/limit", "limit must be a whole number from 1 to 200.");
-        }
-        list->limit = (size_t)limit;
-    } else if (refused) {
+    list->member = "items";
+    if (!list_limit(call, &list->limit)) {
         return false;
     }
     list->page.limit = list->limit + 1;
     list->page.owner = call->request->caller.restricted ? call->request->caller.name : NULL;
     if (query_get(call, "cursor", text, sizeof text, &refused)) {
         if (!cursor_read(text, list)) {
-            return refuse_parameter(call, "/cursor", "cursor is not one that this list gave.");
+            return list_refuse(call, "/cursor", "cursor is not one that this list gave.");
         }
     } else if (refused) {
         return false;
@@ -147,10 +158,25 @@ bool list_add(struct list *list, json_t *item, int64_t created_ms, const char *i
     return true;
 }
 
-/* The query of the next page: the filters of this one, the limit and the cursor. */
-static void link_next(struct api_call *call, const struct list *list, const char *path,
-                      const char *cursor)
+void list_self(struct api_call *call, json_t *links, const char *path)
 {
+    const char *query = call->request->query;
+    char href[1200];
+
+    if (strlen(path) + strlen(query) + 2 > sizeof href) {
+        query = "";
+    }
+    (void)snprintf(href, sizeof href, "%s%s%s", path, query[0] ? "?" : "", query);
+    link_add(links, href, "self", LINK_JSON, "This page");
+}
+
+/* The query of the next page: the filters of this one, the limit and the cursor. Also as one of the
+   links, if there are any. */
+static void link_next(struct api_call *call, const struct list *list, const char *path,
+                      const char *cursor, json_t *links)
+{
+    char href[1000];
+
     const char *rest = call->request->query;
     char filters[300] = "";
     struct query_pair pair;
@@ -165,14 +191,19 @@ static void link_next(struct api_call *call, const struct list *list, const char
                            (int)pair.name_length, pair.name, (int)pair.value_length, pair.value);
         }
     }
-    (void)api_response_header(call->response, "Link", "<%s?limit=%zu%s&cursor=%s>; rel=\"next\"",
-                              path, list->limit, filters, cursor);
+    (void)snprintf(href, sizeof href, "%s?limit=%zu%s&cursor=%s", path, list->limit, filters,
+                   cursor);
+    (void)api_response_header(call->response, "Link", "<%s>; rel=\"next\"", href);
+    if (links) {
+        link_add(links, href, "next", LINK_JSON, "The next page");
+    }
 }
 
 void list_respond(struct api_call *call, struct list *list, const char *path, int status)
 {
+    bool ours = strcmp(list->member, "items") == 0;
+    json_t *document, *links = NULL;
     char cursor[CURSOR_MAX];
-    json_t *document;
 
     if (status != 0) {
         json_decref(list->items);
@@ -180,12 +211,17 @@ void list_respond(struct api_call *call, struct list *list, const char *path, in
         return;
     }
     document = json_object();
-    (void)json_object_set_new(document, "items", list->items);
+    (void)json_object_set_new(document, list->member, list->items);
+    if (!ours) {
+        links = json_array();
+        list_self(call, links, path);
+        (void)json_object_set_new(document, "links", links);
+    }
     if (list->more) {
         cursor_write(list, cursor);
         (void)json_object_set_new(document, "next", json_string(cursor));
-        link_next(call, list, path, cursor);
-    } else {
+        link_next(call, list, path, cursor, links);
+    } else if (ours) {
         (void)json_object_set_new(document, "next", json_null());
     }
     respond_json(call, 200, document);

@@ -3,7 +3,8 @@
  * documents made from it, and the codes that failures of the store stand for (those of the core are
  * in compute/compute.c).
  *
- * A problem's type is "urn:srnfd:problem:" and the code, its title is the table's, its detail a
+ * A problem's type is "urn:srnfd:problem:" and the code, but for the three that OGC API - Processes
+ * 1.0 has a type for, which ends in our code too. Its title is the table's, its detail a
  * sentence about this occurrence, its instance the path asked for (or the job that failed). Clients
  * decide by code.
  */
@@ -47,7 +48,6 @@ static const struct problem_kind kinds[] = {
     {"in-use", 409, "Something else needs it"},
     {"owner-required", 409, "The name stands for what others have"},
     {"result-not-ready", 409, "The job has not ended yet"},
-    {"job-not-ended", 409, "The job has not ended yet"},
     {"idempotency-key-in-flight", 409, "A request with this Idempotency-Key is being answered"},
     {"job-dismissed", 410, "The job was dismissed"},
     {"precondition-failed", 412, "The resource is not what If-Match says"},
@@ -108,6 +108,19 @@ static const struct {
     {STORE_NOMEM, "out-of-memory", "There is not enough memory for this; try again later."},
 };
 
+/* Codes whose type is the standard's. */
+static const char *const standard_codes[] = {"no-such-process", "no-such-job", "result-not-ready"};
+
+static const char *type_prefix(const char *code)
+{
+    for (size_t i = 0; i < sizeof standard_codes / sizeof standard_codes[0]; i++) {
+        if (strcmp(standard_codes[i], code) == 0) {
+            return "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/";
+        }
+    }
+    return "urn:srnfd:problem:";
+}
+
 static const struct problem_kind *find_kind(const char *code)
 {
     for (size_t i = 0; code && i < sizeof kinds / sizeof kinds[0]; i++) {
@@ -152,13 +165,13 @@ json_t *problem_json(const char *code, const char *detail, const char *instance,
 {
     const struct problem_kind *kind = find_kind(code);
     json_t *document = json_object();
-    char type[96];
+    char type[128];
 
     if (!document || !code) {
         json_decref(document);
         return NULL;
     }
-    (void)snprintf(type, sizeof type, "urn:srnfd:problem:%s", code);
+    (void)snprintf(type, sizeof type, "%s%s", type_prefix(code), code);
     (void)json_object_set_new(document, "type", json_string(type));
     (void)json_object_set_new(document, "title", json_string(kind ? kind->title : code));
     (void)json_object_set_new(document, "status", json_integer(problem_status(code)));

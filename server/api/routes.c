@@ -14,6 +14,7 @@
 #define CSV "text/csv"
 #define ZIP "application/zip"
 #define EVENTS "text/event-stream"
+#define BASE "/v1" /* clients of the standard ask for it with a slash, too */
 #define QUICK 0
 #define SLOW ROUTE_SLOW
 #define PUBLIC ROUTE_PUBLIC
@@ -26,7 +27,11 @@ const struct api_route api_routes[] = {
     {"GET", "/readyz", system_readyz, SLOW | PUBLIC | PROBE, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/metrics", system_metrics, SLOW | MONITORS | PROBE, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/version", system_version, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", BASE, system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/conformance", system_conformance, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/openapi.yaml", system_openapi, PUBLIC, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/v1/openapi.json", system_openapi_json, PUBLIC, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/v1/docs", system_docs, PUBLIC, ROUTE_NO_BODY, "", {0}},
 
     {"POST", "/v1/meshes", meshes_create, SLOW, ROUTE_MESH, "format,name", {JSON}},
     {"GET", "/v1/meshes", meshes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
@@ -131,7 +136,7 @@ const struct api_route api_routes[] = {
      "format",
      {JSON, CSV, NPY}},
 
-    {"GET", "/v1/processes", processes_list, QUICK, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/processes", processes_list, QUICK, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/processes/{id}", processes_get, QUICK, ROUTE_NO_BODY, "", {JSON}},
     {"POST", "/v1/processes/{id}/execution", executions_create, SLOW, ROUTE_INPUTS, "", {JSON}},
 
@@ -148,6 +153,7 @@ const struct api_route api_routes[] = {
 bool route_matches(const char *pattern, const char *path,
                    char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE])
 {
+    bool base = strcmp(pattern, BASE) == 0;
     size_t n = 0;
 
     while (*pattern && *path) {
@@ -166,7 +172,7 @@ bool route_matches(const char *pattern, const char *path,
         path += length;
         pattern += strcspn(pattern, "}") + 1;
     }
-    return *pattern == '\0' && *path == '\0';
+    return *pattern == '\0' && (*path == '\0' || (base && strcmp(path, "/") == 0));
 }
 
 static void add_method(char *allow, size_t allow_size, const char *method)

@@ -266,6 +266,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->request.method = method;
     exchange->request.path = "";
     exchange->request.query = "";
+    exchange->request.secure = http->tls != NULL;
     atomic_fetch_add(&http->n_exchanges, 1);
     return exchange;
 }

@@ -82,7 +82,7 @@ post_json /v1/cohorts "{\"name\":\"named\",\"members\":[{\"id\":\"$SURFACE\",\"l
 execute distances '{"cohort":"named","register":false}'
 is "$(json '[.labels, .groups] | tojson')" '[["a,b","left"],["ctl","ctl"]]' 'by subject, or else by name'
 get '/v1/jobs?process=distances&limit=1'
-JOB=$(json '.items[0].id')
+JOB=$(json '.jobs[0].id')
 get "/v1/jobs/$JOB/results" --header 'Accept: text/csv'
 is "$STATUS $(tr -d '\r' <"$BODY" | paste -sd '|')" '200 label,"a,b",left|"a,b",0,0|left,0,0' 'the matrix comes as CSV'
 like "$(header Content-Type)" '^text/csv' 'which its type says'
@@ -91,7 +91,7 @@ is "$STATUS $(wc -c <"$BODY")" '200 160' 'and as .npy'
 get "/v1/jobs/$JOB/results?format=xls"
 is_problem 422 invalid-input 'in no other form'
 get '/v1/jobs?process=encode&limit=1'
-get "/v1/jobs/$(json '.items[0].id')/results?format=csv"
+get "/v1/jobs/$(json '.jobs[0].id')/results?format=csv"
 is_problem 406 not-acceptable 'and other results not at all'
 
 get /v1/cohorts/pair

@@ -81,13 +81,13 @@ check 'surfaces with maps are the same to the byte' cmp "$BODY" "$SCRATCH/a.ply"
 get "/v1/surfaces/$MAPPED"
 is "$(json '.tags | join(" ")')" kept 'with their tags'
 get '/v1/jobs?limit=200'
-is "$(json '[.jobs[]?.id, .items[]?.id] | unique | length')" 3 'the jobs are there'
+is "$(json '[.jobs[].id] | length')" 3 'the jobs are there'
 ask "$SCRATCH/b.answer"
 for answer in distances pca modes; do
     check "the same request has the same answer, $answer" cmp "$SCRATCH/a.answer.$answer" "$SCRATCH/b.answer.$answer"
 done
 get '/v1/jobs?limit=200'
-is "$(json '[.jobs[]?.id, .items[]?.id] | unique | length')" 3 'from the cache: no job was made'
+is "$(json '[.jobs[].id] | length')" 3 'from the cache: no job was made'
 post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 is "$STATUS" 200 'the same again changes nothing'
 
@@ -135,7 +135,7 @@ edited '.jobs[0].file = "../../etc/passwd"'
 is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" '422 ../../etc/passwd no-such-file' \
     'as are those that lie elsewhere'
 get '/v1/jobs'
-is "$(json '.items | length')" 0 'and no job is kept'
+is "$(json '.jobs | length')" 0 'and no job is kept'
 post /v1/imports --data-binary "@$SCRATCH/model.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.cohort) \(.restored.models)"')" '201 null 1' 'a model is restored by itself'
 get "/v1/models/$MODEL/scores?format=csv"
@@ -153,9 +153,9 @@ for token in "$ADA" "$BOB"; do
     post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip' --header "$auth"
     is "$STATUS $(json .restored.jobs)" '201 3' 'an owner restores the study'
     get '/v1/jobs?limit=200' --header "$auth"
-    is "$(json '[.items[] | .message] | join(", ")')" \
+    is "$(json '[.jobs[] | .message] | join(", ")')" \
         'restored from an archive, restored from an archive, restored from an archive' 'and has its jobs'
-    json '.items[].id' | sort >"$SCRATCH/ids.$token"
+    json '.jobs[].id' | sort >"$SCRATCH/ids.$token"
     execute distances '{"cohort":"study","register":false}' --header "$auth"
     is "$(header Cache-Status)" 'srnfd; hit' 'which answer from the cache'
     get "/v1/surfaces/$MAPPED" --header "$auth"

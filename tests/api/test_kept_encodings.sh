@@ -25,7 +25,7 @@ figures() { json '[.fit, .distortion, .warnings, (.surface | del(.source, .creat
 # Runs a process, the jobs of before and their results deleted.
 again() { # PROCESS INPUTS
     as "$TOKEN" get "/v1/jobs?process=$1"
-    for id in $(json '.items[].id'); do
+    for id in $(json '.jobs[].id'); do
         as "$TOKEN" request DELETE "/v1/jobs/$id"
     done
     as "$TOKEN" execute "$1" "$2"

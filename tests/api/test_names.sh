@@ -26,7 +26,7 @@ OTHER=$(json .surface.id)
 execute pca "{\"surfaces\":[\"$SURFACE\",\"$OTHER\",\"$MESH\"],\"register\":false,\"components\":1}"
 MODEL=$(json .model.id)
 get '/v1/jobs?process=pca'
-JOB=$(json '.items[0].id')
+JOB=$(json '.jobs[0].id')
 
 # ---- Changing ----------------------------------------------------------------------------------------
 
@@ -50,7 +50,7 @@ get "/v1/jobs/$JOB"
 is "$(json '[.inputs.surfaces, .inputs.register] | tojson')" "[[\"$SURFACE\",\"$OTHER\",\"$MESH\"],false]" \
     'the record of a job has its inputs'
 get /v1/jobs
-is "$(json '[.items[] | has("inputs")] | any')" false 'its entry in a list does not'
+is "$(json '[.jobs[] | has("inputs")] | any')" false 'its entry in a list does not'
 
 # ---- Other ways --------------------------------------------------------------------------------------
 

@@ -66,16 +66,22 @@ is "$(diff "$OPENAPI" "$SCRATCH/generated" | head -n 20)$(cat "$SCRATCH/errors")
 sed '/# end of schemas/d' "$OPENAPI" | api/generate.sh "$SRNFD" >"$SCRATCH/cut" 2>"$SCRATCH/errors"
 is "$?$(cat "$SCRATCH/errors")" '1api/generate.sh: the part schemas has no end' 'a part without its end is an error'
 get /v1/processes
-processes=$(json '.items[].id' | sort)
+processes=$(json '.processes[].id' | sort)
 is "$(sed -n 's/^    \([a-z-]*\)Inputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'inputs of the same processes are described'
 is "$(sed -n 's/^    \([a-z-]*\)Outputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'outputs of the same processes are described'
+# What a description has of an input or output, as the schema of all of them has it: 3.0 back to 2020-12.
+as_in_file='def restore: walk(if type == "object" and (.nullable? == true) then .type = [.type, "null"] | del(.nullable)
+    elif type == "object" and .exclusiveMinimum? == true then .exclusiveMinimum = .minimum | del(.minimum)
+    elif type == "object" and .enum? == [0] then .const = 0 | del(.enum)
+    else . end); map_values(.description as $text | .schema | restore | .description = $text)'
 for process in $processes; do
     get "/v1/processes/$process"
     for side in Inputs Outputs; do
-        is "$(schema "$process$side" | jq -S .)" \
-            "$(jq -S ".${side,,} | del(.\"\$schema\")" "$BODY")" \
+        is "$(schema "$process$side" | jq -S .properties)" "$(jq -S ".${side,,} | $as_in_file" "$BODY")" \
             "$process: ${side,,} are described as the table has them"
     done
+    is "$(schema "${process}Inputs" | jq -c '.required | sort')" \
+        "$(jq -c '.inputs | map_values(select(.minOccurs == 1)) | keys' "$BODY")" "$process: and so is what must be given"
 done
 
 # The codes of warnings: those of the table are described, and no others.
@@ -90,6 +96,15 @@ is "$STATUS" 200 'the description is served'
 check 'and is the file' cmp "$BODY" "$OPENAPI"
 get /v1/openapi.yaml -H "If-None-Match: $(header ETag)"
 is "$STATUS" 304 'and need not be sent twice'
+
+get /v1/openapi.json
+is "$STATUS $(header Content-Type) $(json '"\(.openapi) \(.paths | length)"')" \
+    "200 application/vnd.oai.openapi+json;version=3.0 3.0.3 $(grep -c '^  /.*:$' "$OPENAPI")" 'it is served in OpenAPI 3.0, too'
+is "$(json '[.. | objects | select((.type? | type) == "array" or has("const"))] | length')" 0 'without what 3.0 does not have'
+get /v1/docs
+is "$STATUS $(header Content-Type) $(grep -c '<h3 id=' "$BODY")" "200 text/html; charset=utf-8 $(wc -l <"$SCRATCH/described")" \
+    'and as a page, with every operation'
+is "$(grep -oE '(src|href)="[a-z]*:?//[^"]*"' "$BODY")" '' 'which fetches nothing'
 
 get /v1/meshes/mesh-00000000000000000000000000000000
 is "$(jq -r '[.type, .code, .status] | @csv' "$BODY")" '"urn:srnfd:problem:no-such-mesh","no-such-mesh",404' \

@@ -16,7 +16,7 @@ upload() { # FILE
 }
 encode() { # INPUTS: prints the figures
     get '/v1/jobs?process=encode'
-    for id in $(json '.items[].id'); do
+    for id in $(json '.jobs[].id'); do
         request DELETE "/v1/jobs/$id"
     done
     execute encode "$1"

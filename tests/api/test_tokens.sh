@@ -155,7 +155,7 @@ as "$ADA" get "/v1/surfaces/$SURFACE"
 is "$(json .source.job)" "$HER_JOB" 'by each owner'
 for who in ADA BEN; do
     as "${!who}" get /v1/jobs
-    is "$(json '.items | length')" 1 "jobs are listed for $who alone"
+    is "$(json '.jobs | length')" 1 "jobs are listed for $who alone"
     as "${!who}" post_json /v1/cohorts "{\"name\":\"group\",\"members\":[{\"id\":\"$ID\",\"label\":\"$who\"}]}"
     is "$STATUS" 201 "$who may take the same name for a cohort"
 done
@@ -195,7 +195,7 @@ is "$STATUS" 204 'an admin deletes what it names'
 as "$ADA" get '/v1/cohorts/group?owner=ada'
 is "$STATUS $(json .owner)" '200 ada' 'and the other stays'
 as "$ROOT" get /v1/jobs
-is "$(json '.items | length')" 2 'an admin sees all jobs'
+is "$(json '.jobs | length')" 2 'an admin sees all jobs'
 as "$EYE" get "/v1/surfaces/$SURFACE"
 is "$STATUS" 200 'a viewer of her name sees what is hers'
 as "$EYE" post '/v1/meshes' --data-binary "$MESH"
@@ -310,7 +310,7 @@ read -r status code waited <"$SCRATCH/waited"
 is "$status $code" '401 token-invalid' 'an answer that waits is not given to a token that was revoked'
 compare "$waited" '<' 6000 'and that is told within seconds'
 as "$ROOT" get '/v1/jobs?status=running&limit=1'
-as "$ROOT" post "/v1/jobs/$(json '.items[0].id')/cancel"
+as "$ROOT" post "/v1/jobs/$(json '.jobs[0].id')/cancel"
 
 # ---- Other origins -----------------------------------------------------------------------------------------
 

@@ -249,7 +249,7 @@ execute encode '{"mesh":"mesh-00000000000000000000000000000000"}'
 like "$STATUS $(json .code)" '^(404 no-such-mesh|422 invalid-input)$' 'an unknown mesh to encode'
 like "$(json .detail)" 'mesh-00000000000000000000000000000000|/inputs/mesh' 'is named'
 get /v1/jobs
-is "$(json '.items | length')" 0 'none of them became a job'
+is "$(json '.jobs | length')" 0 'none of them became a job'
 
 # Only the computation finds this out.
 post "/v1/meshes?format=ply" --data-binary "@tests/data/aal_subcortex/L_caudate.ply"

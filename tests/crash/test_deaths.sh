@@ -25,7 +25,7 @@ submit_all() { # MESH FILE
 
 count_jobs() { # STATE
     get "/v1/jobs?limit=200&status=$1"
-    json '.items | length'
+    json '.jobs | length'
 }
 
 await_none_left() {

@@ -34,13 +34,13 @@ submit_all() { # MESH FILE
 # How many jobs are in a state, by the lists.
 count_jobs() { # STATE
     get "/v1/jobs?limit=200&status=$1"
-    json '.items | length'
+    json '.jobs | length'
 }
 
 # The ids of the jobs in a state, sorted.
 ids_of() { # STATE
     get "/v1/jobs?limit=200&status=$1"
-    json '.items[].id' | sort
+    json '.jobs[].id' | sort
 }
 
 # Waits until at least so many jobs are successful, or 150 s: builds that count lines are slow.

@@ -121,7 +121,7 @@ static size_t count_long(const char *status)
     (void)snprintf(path, sizeof path, "/v1/jobs?process=distances&status=%s", status);
     assert_int_equal(daemon_request(&service, "GET", path, "", "", 0, &answer), 200);
     page = json_loads(answer.body, 0, NULL);
-    count = json_array_size(json_object_get(page, "items"));
+    count = json_array_size(json_object_get(page, "jobs"));
     json_decref(page);
     answer_clear(&answer);
     return count;

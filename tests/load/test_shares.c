@@ -169,7 +169,7 @@ static bool take_page(size_t user, char cursor[CURSOR_SIZE])
     page = json_loads(answer.body, 0, NULL);
     answer_clear(&answer);
     assert_non_null(page);
-    json_array_foreach(json_object_get(page, "items"), i, job)
+    json_array_foreach(json_object_get(page, "jobs"), i, job)
     {
         assert_true(n_ends < JOBS_MAX);
         ends[n_ends].user = user;
