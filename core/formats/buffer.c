@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define FIRST_CAPACITY ((size_t)256)
-#define PRINT_MAX 512
+#define PRINT_MAX 1024 /* bytes of one piece: a line of a header with a sentence in it */
 
 int mesh_buffer_reserve(struct srnf_buffer *buffer, size_t extra)
 {

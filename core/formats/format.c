@@ -16,7 +16,7 @@
 
 #define ALIASES_MAX 6
 #define FIELD_NAME_MAX 64
-#define TEXT_MAX 160
+#define TEXT_MAX 400
 #define PACKED_PROBE ((size_t)1 << 16)
 
 static const struct format {

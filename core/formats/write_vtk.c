@@ -65,7 +65,7 @@ int mesh_write_vtk(const struct mesh_output *output)
     const struct srnf_mesh *mesh = output->mesh;
     const char *space = output->description.space, *comment = output->description.comment;
     /* The title may have 255 characters. */
-    int status = mesh_buffer_print(out, "# vtk DataFile Version 3.0\nlibsrnf %s%s%.60s%s%s\n",
+    int status = mesh_buffer_print(out, "# vtk DataFile Version 3.0\nlibsrnf %s%s%.60s%s%.150s\n",
                                    SRNF_VERSION, space ? ", space: " : "", space ? space : "",
                                    comment ? "; " : "", comment ? comment : "");
 

@@ -17,10 +17,13 @@
  * in coefficients only signs change, the image is exact and its image is the surface itself, bit by
  * bit but for the sign of zeros. Radial surfaces stay radial: the mirror image of r e is r(M e) e.
  *
- * Reflections in other planes differ from this one by a rotation and a translation.
+ * Reflections in other planes differ from this one by a rotation and a translation: with
+ * H = I - 2 n n' the image is H f o M = (H M) M f o M, where H M is a rotation.
  */
 #include "internal.h"
 #include "mesh/mesh_geometry.h"
+
+#include <math.h>
 
 void srnf_mesh_mirror(struct srnf_mesh *mesh)
 {
@@ -48,6 +51,48 @@ void srnf_surface_mirror(size_t degree, double *coefficients)
                     block[l * l + i] = 0.0 - block[l * l + i];
                 }
             }
+        }
+    }
+}
+
+/* v less twice its part along the normal. */
+static void reflect(const double normal[3], double v[3])
+{
+    double along = 2.0 * (normal[0] * v[0] + normal[1] * v[1] + normal[2] * v[2]);
+
+    for (size_t k = 0; k < 3; k++) {
+        v[k] -= along * normal[k];
+    }
+}
+
+static bool is_sagittal(const double normal[3])
+{
+    return fabs(normal[0]) == 1.0 && normal[1] == 0.0 && normal[2] == 0.0;
+}
+
+void srnf_mesh_mirror_in(struct srnf_mesh *mesh, const double normal[3])
+{
+    if (is_sagittal(normal)) {
+        srnf_mesh_mirror(mesh);
+        return;
+    }
+    for (size_t i = 0; i < mesh->n_vertices; i++) {
+        reflect(normal, mesh->vertices + 3 * i);
+    }
+    srnf_repair_flip_faces(mesh);
+}
+
+void srnf_surface_mirror_in(size_t degree, double *coefficients, const double normal[3])
+{
+    size_t count = srnf_coefficient_count(degree);
+
+    srnf_surface_mirror(degree, coefficients);
+    for (size_t i = 0; !is_sagittal(normal) && i < count; i++) {
+        double v[3] = {0.0 - coefficients[i], coefficients[count + i], coefficients[2 * count + i]};
+
+        reflect(normal, v);
+        for (size_t k = 0; k < 3; k++) {
+            coefficients[k * count + i] = v[k];
         }
     }
 }

@@ -108,8 +108,9 @@ struct srnf_mesh_field {
 };
 
 /* What a written file says of itself, where its format has a place for it. Each is NULL or one line
-   of at most 160 printable ASCII characters other than " \ < > and &; GLB, VTP and GIfTI carry all
-   three, PLY and OBJ as comments, VTK space and comment in its title, STL the space. */
+   of at most 400 printable ASCII characters other than " \ < > and &; GLB, VTP and GIfTI carry all
+   three, PLY and OBJ as comments, VTK space and the beginning of the comment in its title, STL the
+   space. */
 struct srnf_mesh_description {
     const char *name;    /* of the mesh */
     const char *space;   /* of the coordinates: one word, "original" or "normalized" */

@@ -65,6 +65,15 @@ SRNF_CHECKED int srnf_surface_triangulate(size_t degree, const double *coefficie
  */
 void srnf_mesh_mirror(struct srnf_mesh *mesh);
 void srnf_surface_mirror(size_t degree, double *coefficients);
+/*
+ * The same in the plane through the origin with this normal: H = I - 2 n n' in the place of M in
+ * space, while the sphere is reflected by M all the same. With n = (1, 0, 0) they are those above,
+ * bit by bit; otherwise either is its own inverse to rounding.
+ *   normal        [in]     n, of length 1
+ *   coefficients  [in/out] double[3][(L+1)^2]
+ */
+void srnf_mesh_mirror_in(struct srnf_mesh *mesh, const double normal[3]);
+void srnf_surface_mirror_in(size_t degree, double *coefficients, const double normal[3]);
 
 /* Distances between a mesh and the surface fitted to it, from both sides: area-weighted over the
    vertices of the mesh and over a triangulation of the surface. In the units of the mesh. */

@@ -107,6 +107,15 @@ static json_t *mesh_source(const struct store_mesh *mesh)
     return source ? source : json_null();
 }
 
+bool mesh_mirrored(const struct store_mesh *mesh)
+{
+    json_t *source = mesh_source(mesh);
+    bool mirrored = json_is_true(json_object_get(source, "mirrored"));
+
+    json_decref(source);
+    return mirrored;
+}
+
 json_t *mesh_record(const struct store_mesh *mesh)
 {
     json_t *report = mesh_report_load(mesh);
@@ -127,6 +136,7 @@ json_t *mesh_record(const struct store_mesh *mesh)
     (void)json_object_set_new(document, "created", json_time(mesh->created_ms));
     (void)json_object_set_new(document, "report", report ? report : json_null());
     (void)json_object_set_new(document, "source", mesh_source(mesh));
+    (void)json_object_set_new(document, "mirrored", json_boolean(mesh_mirrored(mesh)));
     (void)json_object_set_new(document, "links", links);
     return document;
 }

@@ -29,6 +29,9 @@ void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_
 int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
                  const struct srnf_context *context, char **text);
 
+/* Whether its source says that it is the mirror image of what was uploaded. */
+bool mesh_mirrored(const struct store_mesh *mesh);
+
 /* A mesh to be kept. */
 struct mesh_description {
     const char *name;             /* may be NULL */

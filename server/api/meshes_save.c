@@ -100,6 +100,9 @@ static int keep_row(struct store *store, struct store_mesh *row, const struct sr
     }
     if (*record) {
         (void)json_object_set(*record, "source", source);
+        (void)json_object_set(*record, "mirrored",
+                              json_is_true(json_object_get(source, "mirrored")) ? json_true()
+                                                                                : json_false());
     }
     return status;
 }

@@ -22,8 +22,8 @@ struct store_owner;   /* owner.h */
 #define SURFACE_RESOLUTION_MAX 100
 #define SURFACE_MESH_WORK_MAX 3e8
 
-/* A surface to be kept. source, fit, star, warnings, origin and rotation may be NULL; the JSON
-   values are taken over. */
+/* A surface to be kept. source, fit, star, warnings, frame, origin and rotation may be NULL; the
+   JSON values are taken over. */
 struct surface_description {
     const char *name;
     size_t degree;
@@ -39,7 +39,8 @@ struct surface_description {
     /* Where it was: x = scale R' f + origin in the frame of the input, with R the rotation (rows;
        NULL: none). NULL: it never was anywhere. */
     const double *origin, *rotation;
-    bool mirrored;                 /* the mirror image of what the mesh shows */
+    json_t *frame;                 /* of origin: surface_frame_json, taken over; or NULL */
+    bool mirrored;                 /* the mirror image of what was uploaded */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
     bool of_mesh_alone;            /* the source's mesh is all that it was made of */
 };
@@ -54,6 +55,13 @@ struct surface_description {
  */
 int surface_save(struct store *store, const struct store_owner *owner,
                  struct surface_description *description, json_t **record, bool *created);
+
+/* Whose coordinates a surface is in where it is shown in its place, {"of", "detail"}: of, an id,
+   and a sentence. New reference. */
+json_t *surface_frame_json(const char *of, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* The sentence of a stored surface in detail[size], "" where it has none. */
+void surface_record_frame(const struct store_surface *surface, char *detail, size_t size);
 
 /* A number or string member of a stored surface's record; fallback where it has none. */
 double surface_record_number(const struct store_surface *surface, const char *name,

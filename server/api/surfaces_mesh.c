@@ -227,26 +227,35 @@ static void put_in_place(const struct surface_place *place, struct srnf_mesh *me
     }
 }
 
-static const char *comment_of(const struct surface_place *place, bool original, bool mirrored)
+#define COMMENT_MAX 400
+
+/* What the file says of units and place. */
+static void write_comment(const struct store_surface *surface, const struct surface_place *place,
+                          bool original, char comment[COMMENT_MAX])
 {
-    if (!original) {
-        return "as stored: centred and scaled; the record has scale, origin and rotation";
+    const char *text =
+        !original ? "as stored: centred and scaled; the record has scale, origin and rotation"
+        : !place->known
+            ? "units of the input; the surface never had a place: its centroid stays where it is"
+        : surface_record_mirrored(surface) ? "units and place of the input, as its mirror image"
+                                           : "units, place and orientation of the input";
+    char frame[300] = "";
+
+    if (original && place->known) {
+        surface_record_frame(surface, frame, sizeof frame);
     }
-    if (!place->known) {
-        return "units of the input; the surface never had a place: its centroid stays where it is";
-    }
-    return mirrored ? "units and place of the input, as its mirror image"
-                    : "units, place and orientation of the input";
+    (void)snprintf(comment, COMMENT_MAX, "%s%s%s", text, frame[0] ? ". " : "", frame);
 }
 
 static void respond_mesh(struct api_call *call, const struct store_surface *surface,
                          const struct mesh_export *choice, size_t resolution, bool original)
 {
     const struct surface_place place = surface_record_place(surface);
+    char comment[COMMENT_MAX];
     const struct srnf_mesh_description description = {
         .name = surface->id,
         .space = original ? "original" : "normalized",
-        .comment = comment_of(&place, original, surface_record_mirrored(surface)),
+        .comment = comment,
     };
     struct srnf_mesh mesh = {0}, sphere = {0};
     struct riders riders = {.count = 0};
@@ -254,6 +263,7 @@ static void respond_mesh(struct api_call *call, const struct store_surface *surf
     int status = srnf_surface_triangulate((size_t)surface->lmax, surface->coefficients, resolution,
                                           &mesh, &normals);
 
+    write_comment(surface, &place, original, comment);
     riders.n_vertices = mesh.n_vertices;
     if (status == 0 && srnf_mesh_icosphere(resolution, &sphere) == 0) {
         add_deformation(call, surface, &sphere, &riders);

@@ -9,6 +9,7 @@
  */
 #include "api/surfaces.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,8 +59,9 @@ static void warn_of_shape(json_t *record)
 json_t *surface_record(const struct store_surface *surface)
 {
     static const char *const kept[] = {
-        "area", "volume",     "centroid", "scale",    "parameterization", "route",     "source",
-        "fit",  "starShaped", "origin",   "rotation", "mirrored",         "smoothing", "warnings"};
+        "area",     "volume", "centroid", "scale",      "parameterization",
+        "route",    "source", "fit",      "starShaped", "origin",
+        "rotation", "frame",  "mirrored", "smoothing",  "warnings"};
     json_t *stored = json_loads(surface->record ? surface->record : "{}", 0, NULL), *record = NULL;
 
     if (!json_is_object(stored)) {
@@ -79,6 +81,9 @@ json_t *surface_record(const struct store_surface *surface)
     }
     (void)json_object_update_missing(record, stored);
     warn_of_shape(record);
+    if (!json_object_get(record, "frame")) {
+        (void)json_object_set_new(record, "frame", json_null());
+    }
     if (!json_object_get(record, "mirrored")) { /* kept before there were mirror images */
         (void)json_object_set_new(record, "mirrored", json_false());
     }
@@ -144,6 +149,27 @@ bool surface_record_mirrored(const struct store_surface *surface)
     return mirrored;
 }
 
+json_t *surface_frame_json(const char *of, const char *format, ...)
+{
+    char detail[300];
+    va_list arguments;
+
+    va_start(arguments, format);
+    (void)vsnprintf(detail, sizeof detail, format, arguments);
+    va_end(arguments);
+    return json_pack("{s:s, s:s}", "of", of, "detail", detail);
+}
+
+void surface_record_frame(const struct store_surface *surface, char *detail, size_t size)
+{
+    json_t *record = json_loads(surface->record ? surface->record : "{}", 0, NULL);
+    const char *text =
+        json_string_value(json_object_get(json_object_get(record, "frame"), "detail"));
+
+    (void)snprintf(detail, size, "%s", text ? text : "");
+    json_decref(record);
+}
+
 static json_t *or_null(json_t *value)
 {
     return value ? value : json_null();
@@ -202,6 +228,9 @@ static char *record_text(struct surface_description *d)
     if (d->rotation) {
         (void)json_object_set_new(record, "rotation", json_rows(d->rotation));
     }
+    if (d->frame) {
+        (void)json_object_set_new(record, "frame", d->frame);
+    }
     (void)json_object_set_new(record, "mirrored", json_boolean(d->mirrored));
     if (d->smoothing) {
         (void)json_object_set_new(record, "smoothing", json_finite(*d->smoothing));
@@ -212,7 +241,7 @@ static char *record_text(struct surface_description *d)
     if (d->warnings) {
         (void)json_object_set_new(record, "warnings", d->warnings);
     }
-    d->source = d->fit = d->star = d->warnings = NULL;
+    d->source = d->fit = d->star = d->warnings = d->frame = NULL;
     text = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     json_decref(record);
     return text;

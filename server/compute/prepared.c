@@ -244,9 +244,8 @@ static int recall(struct store *store, const struct store_prepared_key *key,
 
 /* ---- Making ---------------------------------------------------------------------------------- */
 
-/* What was uploaded, read, and mirrored if asked for. */
-static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
-                struct jobs_result *result)
+int compute_mesh_read(struct jobs_run *run, const char *id, struct srnf_mesh *mesh,
+                      struct jobs_result *result)
 {
     struct store *store = jobs_run_store(run);
     struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
@@ -266,9 +265,6 @@ static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_m
     limits.context = jobs_run_context(run);
     status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row.format), &limits, mesh,
                             NULL, &error);
-    if (status == 0 && mirror) {
-        srnf_mesh_mirror(mesh);
-    }
     if (status < 0) {
         srnf_mesh_clear(mesh);
         status = compute_fail(result, status, &error, id);
@@ -276,6 +272,18 @@ static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_m
 out:
     free(bytes);
     store_mesh_clear(&row);
+    return status;
+}
+
+/* What was uploaded, read, and mirrored if asked for. */
+static int load(struct jobs_run *run, const char *id, bool mirror, struct srnf_mesh *mesh,
+                struct jobs_result *result)
+{
+    int status = compute_mesh_read(run, id, mesh, result);
+
+    if (status == 0 && mirror) {
+        srnf_mesh_mirror(mesh);
+    }
     return status;
 }
 

@@ -36,6 +36,10 @@ void compute_prepared_keep(struct jobs *jobs, struct store *store, const char *o
  */
 int compute_prepared_load(struct jobs_run *run, const char *mesh, const char *sphere, bool mirror,
                           struct compute_prepared *prepared, struct jobs_result *result);
+/* A stored mesh as it was uploaded, whatever its problems. Returns 0, or a negative status with the
+   problem in result, and no mesh. */
+int compute_mesh_read(struct jobs_run *run, const char *mesh, struct srnf_mesh *read,
+                      struct jobs_result *result);
 void compute_prepared_clear(struct compute_prepared *prepared);
 
 #endif

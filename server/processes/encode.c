@@ -193,6 +193,17 @@ static json_t *fit_json(const struct srnf_encoded *encoded)
     return fit;
 }
 
+static json_t *frame_of(const char *mesh, bool mirror, const struct srnf_encoded *encoded)
+{
+    return mirror
+               ? surface_frame_json(mesh,
+                                    "The coordinates of the mesh, in which the mirror image lies "
+                                    "where the surface was: it is reflected in the plane x = %.9g "
+                                    "through its own centroid.",
+                                    encoded->origin[0])
+               : surface_frame_json(mesh, "The coordinates of the mesh.");
+}
+
 /* The surface of the result, in the store, under the name of its mesh. */
 static json_t *keep_surface(struct jobs_run *run, const struct encoding *encoding,
                             const struct srnf_encoded *encoded, struct jobs_result *result)
@@ -209,7 +220,8 @@ static json_t *keep_surface(struct jobs_run *run, const struct encoding *encodin
         .fit = fit_json(encoded),
         .star = surface_star_json(&encoded->star),
         .origin = encoded->origin,
-        .mirrored = encoding->mirror,
+        .frame = frame_of(encoding->mesh, encoding->mirror, encoded),
+        .mirrored = encoding->mirror != process_mirrored(run, encoding->mesh),
         .smoothing = &encoding->smoothing,
         .warnings = process_doubts(run),
         .of_mesh_alone = !encoding->sphere[0],

@@ -250,6 +250,17 @@ static const char *route_of(struct jobs_run *run, const struct path *path, size_
     return routes_common(run, path->pair.bridged ? 1 : 2, ids, meshes);
 }
 
+static json_t *frame_of(const struct path *path, size_t i)
+{
+    const char *first = path->pair.ends[0].id;
+
+    return i == 0 ? surface_frame_json(first, "The coordinates that this surface came from.")
+                  : surface_frame_json(first,
+                                       "The coordinates that the first surface of the path came "
+                                       "from: the path stays where that was, and its last surface "
+                                       "is not where its own mesh was.");
+}
+
 /* Stores the surfaces of the path; their records, or NULL with the problem set. */
 static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
                              struct jobs_result *result)
@@ -279,6 +290,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
             .source = process_source(run, "geodesic", mesh_of(path, i), i ? reference : NULL),
             .origin = place.known ? place.origin : NULL,
             .rotation = place.known ? place.rotation : NULL,
+            .frame = place.known ? frame_of(path, i) : NULL,
         };
 
         (void)snprintf(name, sizeof name, "geodesic, t = %.4g", t);

@@ -13,6 +13,7 @@
 #include "api/auth.h"
 #include "api/meshes.h"
 #include "api/respond.h"
+#include "compute/prepared.h"
 #include "store/mesh.h"
 #include "toolkit/table.h"
 
@@ -148,25 +149,6 @@ static void check(struct process_inputs *given)
 
 /* ---- Running --------------------------------------------------------------------------------- */
 
-static int load_mesh(struct jobs_run *run, const char *id, const struct store_mesh *row,
-                     struct srnf_mesh *mesh, struct jobs_result *result)
-{
-    struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
-    struct srnf_error error = {.element = -1};
-    unsigned char *bytes = NULL;
-    size_t size = 0;
-    int status = store_mesh_content(jobs_run_store(run), id, &bytes, &size);
-
-    if (status) {
-        return compute_fail_store(result, status, id);
-    }
-    limits.context = jobs_run_context(run);
-    status = srnf_mesh_read(bytes, size, srnf_mesh_format_from_name(row->format), &limits, mesh,
-                            NULL, &error);
-    free(bytes);
-    return status < 0 ? compute_fail(result, status, &error, id) : 0;
-}
-
 static int mend(struct jobs_run *run, const struct repair *repair, const struct srnf_mesh *mesh,
                 struct srnf_mended *mended, struct srnf_mesh_distance *distance,
                 struct jobs_result *result)
@@ -226,6 +208,9 @@ static json_t *keep(struct jobs_run *run, const struct repair *repair, struct st
         return mesh_record(row);
     }
     description.source = process_source(run, "repair", repair->mesh, NULL);
+    if (mesh_mirrored(row)) {
+        (void)json_object_set_new(description.source, "mirrored", json_true());
+    }
     return process_keep_mesh(run, &description, "the repaired mesh", result);
 }
 
@@ -243,7 +228,7 @@ static json_t *run_repair(struct jobs_run *run, const void *typed, struct jobs_r
         (void)compute_fail_store(result, status, repair->mesh);
         goto out;
     }
-    if (load_mesh(run, repair->mesh, &row, &mesh, result) == 0 &&
+    if (compute_mesh_read(run, repair->mesh, &mesh, result) == 0 &&
         mend(run, repair, &mesh, &mended, &distance, result) == 0) {
         record = keep(run, repair, &row, &mended, result);
     }

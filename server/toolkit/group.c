@@ -212,6 +212,7 @@ static void find_content(struct jobs_run *run, const char *id, bool mirrored, co
 {
     struct store_surface surface = {0};
     json_t *record = NULL;
+    const char *mesh;
 
     set_content(content->surface, false, known);
     if (strncmp(id, "mesh-", 5) == 0) {
@@ -224,8 +225,10 @@ static void find_content(struct jobs_run *run, const char *id, bool mirrored, co
     if (process_read(
             store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
         record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
-        set_content(content->mesh, mirrored != json_is_true(json_object_get(record, "mirrored")),
-                    json_string_value(json_object_get(json_object_get(record, "source"), "mesh")));
+        mesh = json_string_value(json_object_get(json_object_get(record, "source"), "mesh"));
+        /* Of the mesh, which may be a mirror image itself. */
+        mirrored = mirrored != json_is_true(json_object_get(record, "mirrored"));
+        set_content(content->mesh, mirrored != (mesh && process_mirrored(run, mesh)), mesh);
     }
     json_decref(record);
     store_surface_clear(&surface);

@@ -33,6 +33,7 @@ static json_t *name_of(struct jobs_run *run, const char *id, bool *mirrored)
         if (process_read(store_mesh_get_as(store, owner, id, &mesh)) && mesh.name) {
             name = json_string(mesh.name);
         }
+        *mirrored = mesh_mirrored(&mesh);
         store_mesh_clear(&mesh);
     } else if (process_read(store_surface_get_as(store, owner, id, false, &surface))) {
         *mirrored = surface_record_mirrored(&surface);

@@ -177,7 +177,7 @@ static inline bool process_read(int status)
 double process_scale(struct jobs_run *run, const char *id, double known);
 /* Where a surface was that a process has loaded (api/surfaces.h). */
 struct surface_place process_place(struct jobs_run *run, const struct compute_surface *surface);
-/* Whether the record of a surface says that it is a mirror image; a mesh is none. */
+/* Whether the record of a surface or mesh says that it is a mirror image. */
 bool process_mirrored(struct jobs_run *run, const char *id);
 
 #endif

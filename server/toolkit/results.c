@@ -9,6 +9,7 @@
 #include "toolkit/scales.h"
 #include "api/surfaces.h"
 #include "api/warnings.h"
+#include "store/mesh.h"
 #include "store/surface.h"
 
 #include <float.h>
@@ -141,6 +142,7 @@ json_t *process_keep_surface(struct jobs_run *run, struct surface_description *d
         json_decref(description->fit);
         json_decref(description->star);
         json_decref(description->warnings);
+        json_decref(description->frame);
         return NULL;
     }
     owner.name = jobs_run_owner(run);
@@ -218,14 +220,18 @@ struct surface_place process_place(struct jobs_run *run, const struct compute_su
 
 bool process_mirrored(struct jobs_run *run, const char *id)
 {
+    struct store *store = jobs_run_store(run);
+    const char *owner = jobs_run_owner(run);
     struct store_surface surface = {0};
+    struct store_mesh mesh = {.name = NULL};
     bool mirrored = false;
 
-    if (!compute_is_mesh(id) &&
-        process_read(
-            store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+    if (compute_is_mesh(id)) {
+        mirrored = process_read(store_mesh_get_as(store, owner, id, &mesh)) && mesh_mirrored(&mesh);
+    } else if (process_read(store_surface_get_as(store, owner, id, false, &surface))) {
         mirrored = surface_record_mirrored(&surface);
     }
+    store_mesh_clear(&mesh);
     store_surface_clear(&surface);
     return mirrored;
 }

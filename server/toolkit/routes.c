@@ -244,9 +244,19 @@ static bool read_smoothing(struct store *store, const json_t *record, double *sm
     return known;
 }
 
+static bool is_mirrored_mesh(struct store *store, const char *owner, const char *id)
+{
+    struct store_mesh mesh = {.name = NULL};
+    bool mirrored =
+        process_read(store_mesh_get_as(store, owner, id, &mesh)) && mesh_mirrored(&mesh);
+
+    store_mesh_clear(&mesh);
+    return mirrored;
+}
+
 /* What encode wrote down of a surface. */
-static void read_origin(struct store *store, const char *id, const json_t *record,
-                        struct compute_origin *origin)
+static void read_origin(struct store *store, const char *owner, const char *id,
+                        const json_t *record, struct compute_origin *origin)
 {
     const json_t *source = json_object_get(record, "source");
     const char *process = json_string_value(json_object_get(source, "process"));
@@ -264,7 +274,9 @@ static void read_origin(struct store *store, const char *id, const json_t *recor
     for (size_t k = 0; star && k < 3; k++) {
         origin->center[k] = json_number_value(json_array_get(center, k));
     }
-    origin->mirrored = json_is_true(json_object_get(record, "mirrored"));
+    /* What encode was asked for: the mesh may be a mirror image itself. */
+    origin->mirrored =
+        json_is_true(json_object_get(record, "mirrored")) != is_mirrored_mesh(store, owner, mesh);
     /* The unit of the mesh is scale 1: the root of an area is that by the rarest of chances. */
     origin->unit_area = json_number_value(json_object_get(record, "scale")) != 1.0;
     (void)snprintf(origin->surface, sizeof origin->surface, "%s", id);
@@ -286,7 +298,7 @@ static void find_origin(struct store *store, const char *owner, const char *id,
     }
     if (process_read(store_surface_get_as(store, owner, id, false, &surface))) {
         record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
-        read_origin(store, id, record, origin);
+        read_origin(store, owner, id, record, origin);
     }
     json_decref(record);
     store_surface_clear(&surface);

@@ -186,9 +186,16 @@ static json_t *id_schema(const struct process_input *input)
                           : input->kind == INPUT_SURFACE ? PROCESS_SURFACE_PATTERN
                                                          : PROCESS_MODEL_PATTERN;
 
-    return input->nullable ? json_pack("{s:[s,s], s:s, s:n}", "type", "string", "null", "pattern",
-                                       pattern, "default")
-                           : json_pack("{s:s, s:s}", "type", "string", "pattern", pattern);
+    json_t *schema;
+
+    if (!input->nullable) {
+        return json_pack("{s:s, s:s}", "type", "string", "pattern", pattern);
+    }
+    schema = json_pack("{s:[s,s], s:s}", "type", "string", "null", "pattern", pattern);
+    if (!input->unless) { /* otherwise it or the other must be given */
+        (void)json_object_set_new(schema, "default", json_null());
+    }
+    return schema;
 }
 
 static json_t *number_schema(const struct process_input *input)

@@ -262,6 +262,7 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
         .parameterization = "inherited",
         .route = reference ? routes_common(run, 1, &reference, NULL) : NULL,
         .source = process_source(run, process, NULL, stored ? reference : NULL),
+        .mirrored = reference && process_mirrored(run, reference),
     };
 
     /* In the frame of the surface that it was reached from. */
@@ -272,6 +273,9 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
     if (place.known) {
         description.origin = place.origin;
         description.rotation = place.rotation;
+        description.frame = surface_frame_json(
+            reference,
+            "The coordinates that the surface came from which this one was reached from.");
     }
     return process_keep_surface(run, &description, "the surface", result);
 }

@@ -4,6 +4,7 @@
  * each other's mirror images.
  */
 #include "core/figures.h"
+#include "support/compare.h"
 #include "support/meshes.h"
 
 #define DEGREE 12
@@ -63,6 +64,64 @@ static void image_of_the_image_is_the_surface(void **state)
         assert_true(image[i] == s.f[i]);
     }
     srnf_free(image);
+    shapes_close(&s);
+}
+
+/* In another plane: H f(M e) with H = I - 2 n n', of a surface and of a mesh, back to rounding;
+   along x the same bits as without a normal. */
+static void planes_are_chosen_by_their_normals(void **state)
+{
+    const double along_x[3] = {1.0, 0.0, 0.0}, normal[3] = {2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0};
+    const double point[3] = {0.48, -0.6, 0.64}, reflected[3] = {-0.48, -0.6, 0.64};
+    double value[3], wanted[3], along, worst = 0.0;
+    struct shapes_surface s;
+    struct srnf_mesh mesh, image;
+    double *plain, *turned;
+    (void)state;
+
+    shapes_open_case(&s, shapes_find("bumpy star"));
+    plain = mirror_of(&s);
+    turned = shapes_doubles(s.count);
+    memcpy(turned, s.f, s.count * sizeof(double));
+    srnf_surface_mirror_in(s.degree, turned, along_x);
+    assert_memory_equal(turned, plain, s.count * sizeof(double));
+
+    memcpy(turned, s.f, s.count * sizeof(double));
+    srnf_surface_mirror_in(s.degree, turned, normal);
+    assert_int_equal(srnf_harmonics_at_points(s.degree, 3, turned, 1, point, value, NULL), SRNF_OK);
+    assert_int_equal(srnf_harmonics_at_points(s.degree, 3, s.f, 1, reflected, wanted, NULL),
+                     SRNF_OK);
+    along = normal[0] * wanted[0] + normal[1] * wanted[1] + normal[2] * wanted[2];
+    for (size_t k = 0; k < 3; k++) {
+        worst = compare_max(worst, fabs(value[k] - (wanted[k] - 2.0 * along * normal[k])));
+    }
+    srnf_surface_mirror_in(s.degree, turned, normal);
+    for (size_t i = 0; i < s.count; i++) {
+        worst = compare_max(worst, fabs(turned[i] - s.f[i]));
+    }
+    figure_below("the image in another plane, and its own", worst, 1e-12);
+
+    assert_int_equal(srnf_mesh_icosphere(3, &mesh), SRNF_OK);
+    assert_int_equal(srnf_mesh_icosphere(3, &image), SRNF_OK);
+    srnf_mesh_mirror_in(&image, normal);
+    assert_int_not_equal(image.faces[1], mesh.faces[1]);
+    for (size_t i = 0; i < 3 * mesh.n_vertices; i += 3) {
+        const double *a = mesh.vertices + i, *b = image.vertices + i;
+        double d =
+            normal[0] * (a[0] + b[0]) + normal[1] * (a[1] + b[1]) + normal[2] * (a[2] + b[2]);
+
+        worst = compare_max(worst, fabs(d));
+    }
+    srnf_mesh_mirror_in(&image, normal);
+    for (size_t i = 0; i < 3 * mesh.n_vertices; i++) {
+        worst = compare_max(worst, fabs(image.vertices[i] - mesh.vertices[i]));
+    }
+    assert_memory_equal(image.faces, mesh.faces, 3 * mesh.n_faces * sizeof *mesh.faces);
+    figure_below("a mesh in another plane, and back", worst, 1e-12);
+    srnf_mesh_clear(&mesh);
+    srnf_mesh_clear(&image);
+    srnf_free(plain);
+    srnf_free(turned);
     shapes_close(&s);
 }
 
@@ -225,6 +284,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(image_is_the_surface_reflected_twice),
         cmocka_unit_test(image_of_the_image_is_the_surface),
+        cmocka_unit_test(planes_are_chosen_by_their_normals),
         cmocka_unit_test(image_keeps_measures_and_reflects_the_srnf),
         cmocka_unit_test(mirrored_mesh_stays_outward),
         cmocka_unit_test(encoding_the_mirrored_mesh_gives_the_image),

@@ -28,6 +28,7 @@ static const struct {
     {"classify", "{\"cohort\":\"patients\"}"},
     {"extract", "{\"volume\":\"" VOLUME "\",\"labels\":[1]}"},
     {"repair", "{\"mesh\":\"" GOOD_MESH "\"}"},
+    {"mirror", "{\"mesh\":\"" GOOD_MESH "\"}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
