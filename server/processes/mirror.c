@@ -89,7 +89,8 @@ static bool type_plane(const json_t *value, void *member)
 }
 
 static const struct input_own plane_own = {
-    .schema = "\"oneOf\":[{\"const\":\"sagittal\"},{\"type\":\"array\",\"items\":{\"type\":"
+    .schema = "\"oneOf\":[{\"type\":\"string\",\"enum\":[\"sagittal\"]},{\"type\":\"array\","
+              "\"items\":{\"type\":"
               "\"number\"},\"minItems\":3,\"maxItems\":3}],\"default\":\"sagittal\"",
     .read = read_plane,
     .type = type_plane,
