@@ -70,14 +70,16 @@ processes=$(json '.processes[].id' | sort)
 is "$(sed -n 's/^    \([a-z-]*\)Inputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'inputs of the same processes are described'
 is "$(sed -n 's/^    \([a-z-]*\)Outputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'outputs of the same processes are described'
 # What a description has of an input or output, as the schema of all of them has it: 3.0 back to 2020-12.
-as_in_file='def restore: walk(if type == "object" and (.nullable? == true) then .type = [.type, "null"] | del(.nullable)
-    elif type == "object" and .exclusiveMinimum? == true then .exclusiveMinimum = .minimum | del(.minimum)
-    elif type == "object" and .enum? == [0] then .const = 0 | del(.enum)
+# A constant is the same as an enumeration of one.
+enumerated='walk(if type == "object" and has("const") then .enum = [.const] | del(.const) else . end)'
+as_in_file='def restore: walk(if type == "object" then
+        (if .nullable? == true then .type = [.type, "null"] | del(.nullable) else . end)
+        | (if .exclusiveMinimum? == true then .exclusiveMinimum = .minimum | del(.minimum) else . end)
     else . end); map_values(.description as $text | .schema | restore | .description = $text)'
 for process in $processes; do
     get "/v1/processes/$process"
     for side in Inputs Outputs; do
-        is "$(schema "$process$side" | jq -S .properties)" "$(jq -S ".${side,,} | $as_in_file" "$BODY")" \
+        is "$(schema "$process$side" | jq -S ".properties | $enumerated")" "$(jq -S ".${side,,} | $as_in_file" "$BODY")" \
             "$process: ${side,,} are described as the table has them"
     done
     is "$(schema "${process}Inputs" | jq -c '.required | sort')" \
