@@ -31,7 +31,8 @@
  *
  * Whether a client has gone its socket tells: it was reset, or sends no more. One that only closed
  * its half is not told apart from one that is not there any more. Here it is taken for gone after
- * GONE_SECONDS, since what it would wait for can hold others up.
+ * GONE_SECONDS in which it was an upload or had no thread to run on, since what it would wait for can
+ * hold others up.
  *
  * All functions are to be called with http->mutex held.
  */
@@ -258,9 +259,22 @@ static bool has_gone(struct exchange *exchange, double now)
     return ended && now - exchange->ended_at >= GONE_SECONDS;
 }
 
-/* Takes those out of the queue whose clients have gone, to be passed over. What may run is about to
-   be taken, and left to that: who closed its half is answered, however late the threads come to it
-   on a busy machine. */
+/* Whether what is queued is to be passed over. What may run is about to be taken, and left to that,
+   and its time begins when it may not: who closed its half is answered, however late the threads
+   come to it on a busy machine. */
+static bool is_given_up(const struct lane *lane, struct exchange *exchange, double now)
+{
+    if (atomic_load(&exchange->gone) || exchange->resumed || exchange->streams) {
+        return false;
+    }
+    if (exchange->lane != LANE_UPLOADS && may_run(lane, 0, exchange)) {
+        exchange->ended_at = 0.0;
+        return false;
+    }
+    return has_gone(exchange, now);
+}
+
+/* Takes those out of the queue whose clients have gone. */
 static void look_at_queue(struct http *http, struct lane *lane, double now)
 {
     struct exchange **place = &lane->first;
@@ -268,9 +282,7 @@ static void look_at_queue(struct http *http, struct lane *lane, double now)
     while (*place) {
         struct exchange *exchange = *place;
 
-        if (!atomic_load(&exchange->gone) && !exchange->resumed && !exchange->streams &&
-            has_gone(exchange, now) &&
-            (exchange->lane == LANE_UPLOADS || !may_run(lane, 0, exchange))) {
+        if (is_given_up(lane, exchange, now)) {
             (void)cut(lane, place);
             atomic_store(&exchange->gone, true);
             atomic_store(&exchange->stop, true);
