@@ -77,6 +77,8 @@ int problem_respond_with(struct api_call *call, const char *code, const char *de
 json_t *problem_json(const char *code, const char *detail, const char *instance,
                      const char *request_id);
 bool problem_known(const char *code);
+/* The code as a static string; "internal-error" where there is no such code. */
+const char *problem_static_code(const char *code);
 /* HTTP status of a code, 500 for one that the table does not have. */
 int problem_status(const char *code);
 /* Answers what a failure of the store means: 404 with the code given, 503, 507 or 500. */

@@ -136,6 +136,13 @@ bool problem_known(const char *code)
     return find_kind(code) != NULL;
 }
 
+const char *problem_static_code(const char *code)
+{
+    const struct problem_kind *kind = find_kind(code);
+
+    return kind ? kind->code : "internal-error";
+}
+
 int problem_status(const char *code)
 {
     const struct problem_kind *kind = find_kind(code);

@@ -6,27 +6,14 @@
  * that is not star-shaped, or from a centre that does not see it whole, and a sphere that is no map
  * of the mesh.
  */
+#include "processes/encode.h"
+
 #include <string.h>
 
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
 #include "api/surfaces.h"
-#include "compute/encode.h"
 #include "store/mesh.h"
-
-struct center {
-    bool given;
-    double at[3];
-};
-
-struct encoding {
-    char mesh[STORE_ID_MAX], sphere[STORE_ID_MAX];
-    long degree;
-    int parameterization, scale;
-    double smoothing;
-    bool mirror;
-    struct center center;
-};
 
 /* In the order of enum srnf_parameterization. */
 static const char *const parameterizations[] = {"auto", "star", "area", "given", NULL};
@@ -67,11 +54,11 @@ static void read_center(struct process_inputs *inputs, const struct process_inpu
 
 static bool type_center(const json_t *value, void *member)
 {
-    struct center *center = member;
+    struct encode_center *given = member;
 
-    center->given = json_is_array(value);
+    given->given = json_is_array(value);
     for (size_t k = 0; k < 3; k++) {
-        center->at[k] = json_number_value(json_array_get(value, k));
+        given->at[k] = json_number_value(json_array_get(value, k));
     }
     return true;
 }
@@ -89,8 +76,18 @@ static const struct input_own center = {
 
 #define AT(member) offsetof(struct encoding, member)
 static const struct process_input inputs[] = {
-    {"mesh", INPUT_MESH, AT(mesh), "The mesh to encode; its report must have no problems.",
-     .required = true},
+    {"mesh", INPUT_MESH, AT(mesh),
+     "The mesh to encode; its report must have no problems. Or a cohort instead.", .nullable = true,
+     .unless = "cohort"},
+    {"cohort", INPUT_OWN, AT(cohort),
+     "Name of a cohort of at most " PROCESS_TEXT(
+         ENCODE_MEMBERS_MAX) " members, whose meshes are "
+                             "encoded with the same options, those that it says to mirror "
+                             "mirrored. Surfaces among them "
+                             "stay as they are. A mesh that cannot be encoded does not fail the "
+                             "others, unless none is "
+                             "left. Surfaces that are made stay, also of a job that is cancelled.",
+     .own = &encode_cohort},
     {"lmax", INPUT_INTEGER, AT(degree),
      "Degree of the harmonic series; (lmax + 1)^2 coefficients a coordinate.",
      .lowest = SRNF_DEGREE_MIN, .highest = SRNF_DEGREE_MAX, .fallback = PROCESS_DEGREE_DEFAULT},
@@ -127,7 +124,16 @@ static const struct process_input inputs[] = {
 };
 
 static const struct process_output outputs[] = {
-    {"surface", OUTPUT_OBJECT, "Record of the surface."},
+    {"cohort", OUTPUT_STRING,
+     "Its name. Of a cohort the result has this, encoded, failed and rows."},
+    {"encoded", OUTPUT_INTEGER, "Of a cohort: meshes that were."},
+    {"failed", OUTPUT_INTEGER, "Of a cohort: members that have a problem."},
+    {"rows", OUTPUT_OBJECTS,
+     "Of a cohort, for each member: member (its number), id, label, subject, encoded (false of a "
+     "surface, which is taken as it is), surface (the id, or null), lmax, route, scale, area, "
+     "volume, mirrored and fit of its record, problem (code and detail, or null) and warnings. "
+     "Also as CSV from the job's results."},
+    {"surface", OUTPUT_OBJECT, "Record of the surface. This and the rest are of one mesh."},
     {"fit", OUTPUT_OBJECT,
      "Distances between mesh and surface from both sides, area-weighted: rms, p95, max in the "
      "units of the mesh, and relativeToDiagonal; volumeDifference and areaDifference: those of "
@@ -144,6 +150,23 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 
+/* What belongs to one mesh is not for a cohort. */
+static void check_cohort(struct process_inputs *given, bool by_sphere)
+{
+    const json_t *sphere = json_object_get(given->given, "sphere");
+
+    if (by_sphere) {
+        problem_add(given->list, "/inputs/parameterization",
+                    "given needs a sphere for each mesh: encode them one by one");
+    }
+    if (sphere && !json_is_null(sphere)) {
+        problem_add(given->list, "/inputs/sphere", "is for one mesh, and not for a cohort");
+    }
+    if (json_is_array(json_object_get(given->canonical, "center"))) {
+        problem_add(given->list, "/inputs/center", "is for one mesh, and not for a cohort");
+    }
+}
+
 /* A sphere is for the parameterization given, a centre for the others. */
 static void check(struct process_inputs *given)
 {
@@ -153,6 +176,16 @@ static void check(struct process_inputs *given)
     bool by_sphere = choice && strcmp(choice, parameterizations[SRNF_PARAMETERIZATION_GIVEN]) == 0;
     bool by_area = choice && strcmp(choice, parameterizations[SRNF_PARAMETERIZATION_AREA]) == 0;
 
+    const json_t *mesh = json_object_get(given->given, "mesh");
+    const json_t *cohort = json_object_get(given->given, "cohort");
+
+    if (cohort && !json_is_null(cohort)) {
+        check_cohort(given, by_sphere);
+        return;
+    }
+    if (!mesh || json_is_null(mesh)) {
+        problem_add(given->list, "/inputs/mesh", "a mesh or a cohort is required");
+    }
     if (json_is_array(json_object_get(given->canonical, "center")) && (by_area || by_sphere)) {
         problem_add(given->list, "/inputs/center", "the parameterization %s has no centre", choice);
     }
@@ -167,12 +200,12 @@ static void check(struct process_inputs *given)
 
 /* ---- Running --------------------------------------------------------------------------------- */
 
-static struct compute_encode_inputs inputs_of(const struct encoding *encoding)
+struct compute_encode_inputs encode_inputs_of(const struct encoding *encoding, const char *mesh,
+                                              bool mirror)
 {
-    struct compute_encode_inputs of = {.options = srnf_encode_options_defaults(),
-                                       .mirror = encoding->mirror};
+    struct compute_encode_inputs of = {.options = srnf_encode_options_defaults(), .mirror = mirror};
 
-    memcpy(of.mesh, encoding->mesh, sizeof of.mesh);
+    (void)snprintf(of.mesh, sizeof of.mesh, "%s", mesh);
     memcpy(of.sphere, encoding->sphere, sizeof of.sphere);
     memcpy(of.options.center, encoding->center.at, sizeof of.options.center);
     of.options.center_given = encoding->center.given;
@@ -183,8 +216,7 @@ static struct compute_encode_inputs inputs_of(const struct encoding *encoding)
     return of;
 }
 
-/* The fit, and by what part volume and area of the surface differ from those of its mesh. */
-static json_t *fit_json(const struct srnf_encoded *encoded)
+json_t *encode_fit_json(const struct srnf_encoded *encoded)
 {
     json_t *fit = surface_fit_json(&encoded->fit);
 
@@ -204,9 +236,9 @@ static json_t *frame_of(const char *mesh, bool mirror, const struct srnf_encoded
                : surface_frame_json(mesh, "The coordinates of the mesh.");
 }
 
-/* The surface of the result, in the store, under the name of its mesh. */
-static json_t *keep_surface(struct jobs_run *run, const struct encoding *encoding,
-                            const struct srnf_encoded *encoded, struct jobs_result *result)
+json_t *encode_keep_surface(struct jobs_run *run, const struct compute_encode_inputs *of,
+                            const struct srnf_encoded *encoded, json_t *warnings,
+                            struct jobs_result *result)
 {
     struct store_mesh mesh = {0};
     struct surface_description description = {
@@ -216,20 +248,20 @@ static json_t *keep_surface(struct jobs_run *run, const struct encoding *encodin
         .measures = &encoded->measures,
         .parameterization = srnf_parameterization_name(encoded->route),
         .route = srnf_parameterization_name(encoded->route),
-        .source = process_source(run, "encode", encoding->mesh, NULL),
-        .fit = fit_json(encoded),
+        .source = process_source(run, "encode", of->mesh, NULL),
+        .fit = encode_fit_json(encoded),
         .star = surface_star_json(&encoded->star),
         .origin = encoded->origin,
-        .frame = frame_of(encoding->mesh, encoding->mirror, encoded),
-        .mirrored = encoding->mirror != process_mirrored(run, encoding->mesh),
-        .smoothing = &encoding->smoothing,
-        .warnings = process_doubts(run),
-        .of_mesh_alone = !encoding->sphere[0],
+        .frame = frame_of(of->mesh, of->mirror, encoded),
+        .mirrored = of->mirror != process_mirrored(run, of->mesh),
+        .smoothing = &of->options.smoothing,
+        .warnings = warnings,
+        .of_mesh_alone = !of->sphere[0],
     };
     json_t *record;
 
     if (process_read(
-            store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), encoding->mesh, &mesh))) {
+            store_mesh_get_as(jobs_run_store(run), jobs_run_owner(run), of->mesh, &mesh))) {
         description.name = mesh.name;
     }
     record = process_keep_surface(run, &description, "the surface", result);
@@ -240,17 +272,20 @@ static json_t *keep_surface(struct jobs_run *run, const struct encoding *encodin
 static json_t *run_encode(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct encoding *encoding = typed;
-    struct compute_encode_inputs of = inputs_of(encoding);
+    struct compute_encode_inputs of = encode_inputs_of(encoding, encoding->mesh, encoding->mirror);
     struct srnf_encoded encoded = {0};
     json_t *surface = NULL, *document = NULL;
 
+    if (encoding->cohort.n > 0) {
+        return encode_run_cohort(run, encoding, result);
+    }
     if (compute_encode(run, jobs_run_context(run), &of, &encoded, result) == 0) {
-        surface = keep_surface(run, encoding, &encoded, result);
+        surface = encode_keep_surface(run, &of, &encoded, process_doubts(run), result);
     }
     if (surface) {
         document =
             json_pack("{s:o, s:o, s:s, s:s, s:o, s:o}", "surface", surface, "fit",
-                      fit_json(&encoded), "route", srnf_parameterization_name(encoded.route),
+                      encode_fit_json(&encoded), "route", srnf_parameterization_name(encoded.route),
                       "reason", encoded.reason, "starShaped", surface_star_json(&encoded.star),
                       "distortion", surface_distortion_json(&encoded.distortion));
     }
@@ -268,10 +303,11 @@ static const struct process_table table = {
 
 const struct api_process encode_process = {
     .id = "encode",
-    .title = "Encode a mesh",
+    .title = "Encode a mesh, or those of a cohort",
     .description =
         "From a triangle mesh of genus zero to a surface: harmonic coefficients over the sphere, "
         "centred and scaled, with the distance between the two.",
     .table = &table,
     .seconds = encode_seconds,
+    .respond_table = encode_respond_table,
 };

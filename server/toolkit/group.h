@@ -82,6 +82,10 @@ void group_input_clear(void *member); /* struct group_input */
     }
 #define GROUP_MEMBERS_SCHEMA "\"type\":\"string\",\"pattern\":\"" COHORT_NAME_PATTERN "\""
 
+/* The stored cohort of that name; false with a problem noted or answered, or where only the form is
+   judged. */
+bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
+                       struct store_cohort *cohort);
 /* The members of the canonical cohort as the store has them, with all that it says of them (new
    reference; NULL where it is gone by now, or answered). */
 json_t *group_stored_members(struct process_inputs *inputs);

@@ -60,9 +60,8 @@ static void read_list(struct process_inputs *inputs, const json_t *value, json_t
     }
 }
 
-/* The stored cohort; false with a problem noted or answered, or where only the form is judged. */
-static bool find_cohort(struct process_inputs *inputs, const json_t *value,
-                        struct store_cohort *cohort)
+bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
+                       struct store_cohort *cohort)
 {
     const char *name = json_string_value(value);
     char owner[STORE_OWNER_MAX];
@@ -92,7 +91,7 @@ static void read_cohort(struct process_inputs *inputs, const json_t *value, json
     struct store_cohort cohort = {.record = NULL};
     json_t *members = NULL, *labels = json_array(), *subjects = json_array();
     json_t *mirrored = json_array();
-    bool good = find_cohort(inputs, value, &cohort) &&
+    bool good = group_find_cohort(inputs, value, &cohort) &&
                 check_count(inputs, "/inputs/cohort", cohort.n_members);
 
     if (good) {

@@ -52,6 +52,24 @@ static void warn_poor(json_t *warnings, const struct jobs_doubt *doubt)
         j->area, j->energy);
 }
 
+static void warn_of(json_t *warnings, const struct jobs_doubt *doubt)
+{
+    if (doubt->coarseness >= JOBS_COARSE) {
+        warning_coarse(warnings, doubt->mesh, doubt->coarseness);
+    }
+    if (doubt->judgement.verdict != SRNF_FAITHFUL) {
+        warn_poor(warnings, doubt);
+    }
+}
+
+json_t *process_doubt(const struct jobs_doubt *doubt)
+{
+    json_t *warnings = json_array();
+
+    warn_of(warnings, doubt);
+    return warnings;
+}
+
 json_t *process_doubts(struct jobs_run *run)
 {
     const struct jobs_doubt *doubts;
@@ -59,12 +77,7 @@ json_t *process_doubts(struct jobs_run *run)
     json_t *warnings = json_array();
 
     for (size_t i = 0; i < count; i++) {
-        if (doubts[i].coarseness >= JOBS_COARSE) {
-            warning_coarse(warnings, doubts[i].mesh, doubts[i].coarseness);
-        }
-        if (doubts[i].judgement.verdict != SRNF_FAITHFUL) {
-            warn_poor(warnings, &doubts[i]);
-        }
+        warn_of(warnings, &doubts[i]);
     }
     return warnings;
 }

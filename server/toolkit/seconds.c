@@ -75,7 +75,10 @@ static double path(const struct api_work *work, const json_t *inputs, double reg
 
 double encode_seconds(const struct api_work *work, const json_t *inputs)
 {
-    return seconds_of_encodings(number(inputs, "lmax"), 1.0, (double)work->faces);
+    bool one = json_is_null(json_object_get(inputs, "cohort")); /* its sphere is none more */
+
+    return seconds_of_encodings(number(inputs, "lmax"), one ? 1.0 : (double)work->meshes,
+                                (double)work->faces);
 }
 
 double invert_seconds(const struct api_work *work, const json_t *inputs)

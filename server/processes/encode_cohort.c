@@ -1,0 +1,507 @@
+/*
+ * encode_cohort.c - encode of a cohort: all its meshes in one job.
+ *
+ * Members are encoded in portions, several at a time, and after each portion its surfaces are kept
+ * and its rows go into the checkpoint: a later attempt goes on behind them. A member that cannot be
+ * encoded has a problem in its row. What would stop the others too, such as a full disk, fails the
+ * job; so does a cohort of which nothing is left.
+ */
+#include "processes/encode.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/cohorts.h"
+#include "api/tables.h"
+#include "api/warnings.h"
+#include "store/cohort.h"
+#include "store/job.h"
+#include "store/mesh.h"
+#include "store/surface.h"
+#include "toolkit/group.h"
+
+#define PORTION ((size_t)16)   /* members between two looks at the checkpoint */
+#define CHECKPOINT_SECONDS 1.0 /* between two checkpoints at least */
+#define CHECKPOINT_COST 50.0   /* and in times what writing one took */
+
+/* ---- The input ------------------------------------------------------------------------------- */
+
+/* Meshes are work. One that is gone, or cannot be analysed, is told in its row. */
+static bool note_member(struct process_inputs *inputs, const char *id)
+{
+    struct store_mesh mesh = {.name = NULL};
+
+    if (!id || !compute_is_mesh(id)) {
+        return false;
+    }
+    inputs->call->work.meshes++;
+    if (store_mesh_get(inputs->call->api->config.store, id, &mesh) == STORE_OK) {
+        inputs->call->work.faces += mesh.faces;
+    }
+    store_mesh_clear(&mesh);
+    return true;
+}
+
+static void read_members(struct process_inputs *inputs, const struct process_input *input,
+                         const struct store_cohort *cohort)
+{
+    json_t *members = cohort_members(cohort), *ids = json_array(), *labels = json_array();
+    json_t *subjects = json_array(), *mirrored = json_array();
+    bool any = false;
+
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        const json_t *member = json_array_get(members, i);
+
+        any = note_member(inputs, json_string_value(json_object_get(member, "id"))) || any;
+        (void)json_array_append(ids, json_object_get(member, "id"));
+        (void)json_array_append(labels, json_object_get(member, "label"));
+        (void)json_array_append(subjects, json_object_get(member, "subject"));
+        (void)json_array_append(mirrored, json_object_get(member, "mirror"));
+    }
+    if (!any) {
+        problem_add(inputs->list, "/inputs/cohort", "has no mesh among its members");
+    }
+    (void)json_object_set_new(inputs->canonical, input->name,
+                              json_pack("{s:s, s:o, s:o, s:o, s:o}", "name", cohort->name,
+                                        "members", ids, "labels", labels, "subjects", subjects,
+                                        "mirrored", mirrored));
+    json_decref(members);
+}
+
+static void read_cohort(struct process_inputs *inputs, const struct process_input *input)
+{
+    const json_t *value = json_object_get(inputs->given, input->name);
+    struct store_cohort cohort = {.record = NULL};
+
+    if (!value || json_is_null(value)) {
+        (void)json_object_set_new(inputs->canonical, input->name, json_null());
+    } else if (group_find_cohort(inputs, value, &cohort)) {
+        if (cohort.n_members > ENCODE_MEMBERS_MAX) {
+            problem_add(inputs->list, "/inputs/cohort",
+                        "has %zu members; one job encodes at most %d of them", cohort.n_members,
+                        ENCODE_MEMBERS_MAX);
+        } else {
+            read_members(inputs, input, &cohort);
+        }
+    }
+    store_cohort_clear(&cohort);
+}
+
+static bool type_cohort(const json_t *value, void *member)
+{
+    struct encode_cohort *cohort = member;
+
+    if (json_is_null(value)) {
+        return true;
+    }
+    cohort->cohort = json_deep_copy(value);
+    cohort->n = json_array_size(json_object_get(cohort->cohort, "members"));
+    return cohort->n > 0;
+}
+
+static void clear_cohort(void *member)
+{
+    struct encode_cohort *cohort = member;
+
+    json_decref(cohort->cohort);
+    *cohort = (struct encode_cohort){.n = 0};
+}
+
+const struct input_own encode_cohort = {
+    .schema =
+        "\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN "\",\"default\":null",
+    .read = read_cohort,
+    .type = type_cohort,
+    .clear = clear_cohort,
+    .refers = true,
+};
+
+/* ---- Members --------------------------------------------------------------------------------- */
+
+struct slot {
+    const char *id;
+    bool encodes; /* a surface among the members is taken as it is */
+    struct compute_encode_inputs of;
+    struct compute_doubt doubt;
+    struct srnf_encoded encoded;
+    struct jobs_result result;
+    int status;
+};
+
+struct portion {
+    struct jobs_run *run;
+    struct srnf_context context; /* the run's, without its progress: that is the cohort's */
+    size_t first, n, members;
+    struct slot slots[PORTION];
+    atomic_size_t done;
+};
+
+static void encode_one(void *argument, size_t index)
+{
+    struct portion *portion = argument;
+    struct slot *slot = &portion->slots[index];
+    const struct srnf_context *context = jobs_run_context(portion->run);
+    size_t done;
+
+    if (context->canceled(context->user)) {
+        slot->status = SRNF_ECANCELED;
+        return;
+    }
+    if (slot->encodes) {
+        slot->status = compute_encode(portion->run, &portion->context, &slot->of, &slot->encoded,
+                                      &slot->result);
+    }
+    done = portion->first + atomic_fetch_add(&portion->done, 1) + 1;
+    context->progress(context->user, (double)done / (double)portion->members,
+                      "encoding the members");
+}
+
+/* Whether a problem is that of the member alone. */
+static bool is_of_member(const struct jobs_result *result)
+{
+    static const char *const all[] = {"out-of-memory", "internal-error", "storage-full",
+                                      "storage-unavailable", "storage-quota-exceeded"};
+
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        if (!result->problem_code || strcmp(result->problem_code, all[i]) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static json_t *copy_or_null(const json_t *record, const char *name)
+{
+    json_t *value = json_object_get(record, name);
+
+    return value ? json_incref(value) : json_null();
+}
+
+/* What the row says of its surface; record NULL: there is none. */
+static void describe_surface(json_t *row, const json_t *record)
+{
+    static const char *const members[] = {"lmax",   "route",    "scale", "area",
+                                          "volume", "mirrored", "fit"};
+
+    (void)json_object_set_new(row, "surface", copy_or_null(record, "id"));
+    for (size_t i = 0; i < sizeof members / sizeof members[0]; i++) {
+        (void)json_object_set_new(row, members[i], copy_or_null(record, members[i]));
+    }
+}
+
+static json_t *row_of(const struct encoding *encoding, const struct slot *slot, size_t index)
+{
+    const json_t *cohort = encoding->cohort.cohort;
+    json_t *label = json_array_get(json_object_get(cohort, "labels"), index);
+    json_t *subject = json_array_get(json_object_get(cohort, "subjects"), index);
+
+    return json_pack("{s:I, s:s, s:O?, s:O?, s:b, s:n}", "member", (json_int_t)index, "id",
+                     slot->id, "label", label, "subject", subject, "encoded", slot->encodes,
+                     "problem");
+}
+
+/* The record of a surface among the members (new reference), or NULL with the problem of the slot.
+ */
+static json_t *stored_record(struct jobs_run *run, struct slot *slot)
+{
+    struct store_surface surface = {.name = NULL};
+    json_t *record = NULL;
+    int status =
+        store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), slot->id, false, &surface);
+
+    if (status == STORE_OK) {
+        record = surface_record(&surface);
+    } else {
+        (void)compute_fail_store(&slot->result, status, slot->id);
+    }
+    store_surface_clear(&surface);
+    return record;
+}
+
+/* The row of a member that was encoded or not; NULL with the problem of the job, or cancelled. */
+static json_t *finish_member(struct jobs_run *run, const struct encoding *encoding,
+                             struct slot *slot, size_t index, struct jobs_result *result)
+{
+    json_t *warnings = json_array(), *record = NULL, *row;
+
+    if (slot->doubt.any) {
+        json_decref(warnings);
+        warnings = process_doubt(&slot->doubt.doubt);
+    }
+    if (!slot->encodes) {
+        record = stored_record(run, slot);
+    } else if (slot->status == 0) {
+        record = encode_keep_surface(run, &slot->of, &slot->encoded, json_incref(warnings),
+                                     &slot->result);
+    }
+    if (!record && !is_of_member(&slot->result)) {
+        *result = slot->result;
+        json_decref(warnings);
+        return NULL;
+    }
+    row = row_of(encoding, slot, index);
+    describe_surface(row, record);
+    if (!record) {
+        (void)json_object_set_new(row, "problem",
+                                  json_pack("{s:s, s:s}", "code", slot->result.problem_code,
+                                            "detail", slot->result.problem_detail));
+    }
+    (void)json_object_set_new(row, "warnings", warnings);
+    json_decref(record);
+    return row;
+}
+
+static void prepare_slot(const struct encoding *encoding, size_t index, struct slot *slot)
+{
+    const json_t *cohort = encoding->cohort.cohort;
+    const char *id = json_string_value(json_array_get(json_object_get(cohort, "members"), index));
+    bool mirror = json_is_true(json_array_get(json_object_get(cohort, "mirrored"), index));
+
+    *slot = (struct slot){.id = id ? id : ""};
+    slot->encodes = compute_is_mesh(slot->id);
+    slot->of =
+        encode_inputs_of(encoding, slot->encodes ? slot->id : "", encoding->mirror != mirror);
+    slot->of.aside = &slot->doubt;
+}
+
+/* Encodes the members of a portion and adds their rows. False with the problem set, or cancelled.
+ */
+static bool run_portion(struct portion *portion, const struct encoding *encoding, json_t *rows,
+                        struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(portion->run);
+    bool good = true;
+
+    for (size_t i = 0; i < portion->n; i++) {
+        prepare_slot(encoding, portion->first + i, &portion->slots[i]);
+    }
+    atomic_store(&portion->done, 0);
+    context->parallel_for(context->user, portion->n, encode_one, portion);
+    good = !context->canceled(context->user);
+    for (size_t i = 0; i < portion->n; i++) {
+        struct slot *slot = &portion->slots[i];
+        json_t *row =
+            good ? finish_member(portion->run, encoding, slot, portion->first + i, result) : NULL;
+
+        good = row && json_array_append_new(rows, row) == 0;
+        srnf_free(slot->encoded.coefficients);
+    }
+    return good;
+}
+
+/* ---- Checkpoints ----------------------------------------------------------------------------- */
+
+/* Whether what the row says is there still. */
+static bool is_row_sound(struct jobs_run *run, const json_t *row)
+{
+    const char *id = json_string_value(json_object_get(row, "surface"));
+    struct store_surface surface = {.name = NULL};
+    bool sound = json_is_object(row);
+
+    if (id) {
+        sound = store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false,
+                                     &surface) == STORE_OK;
+    }
+    store_surface_clear(&surface);
+    return sound;
+}
+
+/* The rows that an earlier attempt of the job has left (new reference). */
+static json_t *recall_rows(struct jobs_run *run, size_t members)
+{
+    unsigned char *bytes = NULL;
+    json_t *rows = NULL;
+    size_t size = 0, sound = 0;
+
+    if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
+        rows = json_memory_load((const char *)bytes, size, 0, NULL, NULL);
+    }
+    free(bytes);
+    if (!json_is_array(rows) || json_array_size(rows) > members) {
+        json_decref(rows);
+        return json_array();
+    }
+    while (sound < json_array_size(rows) && is_row_sound(run, json_array_get(rows, sound))) {
+        sound++;
+    }
+    while (json_array_size(rows) > sound) {
+        (void)json_array_remove(rows, json_array_size(rows) - 1);
+    }
+    return rows;
+}
+
+/* When the checkpoint was written, and what that took. */
+struct pace {
+    double last, took;
+};
+
+static void save_rows(struct jobs_run *run, const json_t *rows, struct pace *pace)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    double now = context->seconds(context->user);
+    char *text;
+
+    if (now - pace->last < CHECKPOINT_SECONDS || now - pace->last < CHECKPOINT_COST * pace->took) {
+        return;
+    }
+    text = json_memory_dumps(rows, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    if (text) {
+        (void)jobs_run_checkpoint_save(run, text, strlen(text));
+    }
+    free(text);
+    pace->last = context->seconds(context->user);
+    pace->took = pace->last - now;
+}
+
+/* ---- The document ---------------------------------------------------------------------------- */
+
+/* The first problem of all, where no surface came of any mesh. */
+static void fail_all(const json_t *rows, struct jobs_result *result)
+{
+    for (size_t i = 0; i < json_array_size(rows) && !result->problem_code; i++) {
+        const json_t *problem = json_object_get(json_array_get(rows, i), "problem");
+        const char *code = json_string_value(json_object_get(problem, "code"));
+        const char *detail = json_string_value(json_object_get(problem, "detail"));
+
+        if (code) {
+            result->problem_code = problem_static_code(code);
+            (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                           "Of the %zu members none could be encoded. The first: %.300s",
+                           json_array_size(rows), detail ? detail : "");
+        }
+    }
+}
+
+static json_t *document_of(const struct encoding *encoding, json_t *rows,
+                           struct jobs_result *result)
+{
+    json_t *document = json_object();
+    size_t encoded = 0, failed = 0;
+
+    for (size_t i = 0; i < json_array_size(rows); i++) {
+        const json_t *row = json_array_get(rows, i);
+        bool problem = !json_is_null(json_object_get(row, "problem"));
+
+        failed += problem;
+        encoded += !problem && json_is_true(json_object_get(row, "encoded"));
+        warnings_merge(warnings_of(document), json_object_get(row, "warnings"));
+    }
+    if (encoded == 0) {
+        fail_all(rows, result);
+        json_decref(document);
+        return NULL;
+    }
+    (void)json_object_set(document, "cohort", json_object_get(encoding->cohort.cohort, "name"));
+    (void)json_object_set_new(document, "encoded", json_integer((json_int_t)encoded));
+    (void)json_object_set_new(document, "failed", json_integer((json_int_t)failed));
+    (void)json_object_set(document, "rows", rows);
+    return document;
+}
+
+json_t *encode_run_cohort(struct jobs_run *run, const struct encoding *encoding,
+                          struct jobs_result *result)
+{
+    const struct srnf_context *context = jobs_run_context(run);
+    struct portion *portion = srnf_alloc(1, sizeof *portion);
+    json_t *rows = recall_rows(run, encoding->cohort.n), *document = NULL;
+    struct pace pace = {context->seconds(context->user), 0.0};
+    bool good = portion != NULL;
+
+    if (!portion) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "encoding the members");
+    } else {
+        *portion = (struct portion){.run = run, .context = *context, .members = encoding->cohort.n};
+        portion->context.progress = NULL;
+    }
+    while (good && json_array_size(rows) < encoding->cohort.n) {
+        portion->first = json_array_size(rows);
+        portion->n = encoding->cohort.n - portion->first;
+        portion->n = portion->n < PORTION ? portion->n : PORTION;
+        good = run_portion(portion, encoding, rows, result);
+        if (good) {
+            save_rows(run, rows, &pace);
+        }
+    }
+    if (good) {
+        document = document_of(encoding, rows, result);
+    }
+    json_decref(rows);
+    srnf_free(portion);
+    return document;
+}
+
+/* ---- CSV ------------------------------------------------------------------------------------- */
+
+static void write_number(FILE *out, const json_t *value)
+{
+    if (json_is_number(value)) {
+        csv_number(out, false, json_number_value(value));
+    } else {
+        csv_text(out, false, "");
+    }
+}
+
+static void write_text(FILE *out, const json_t *value)
+{
+    const char *text = json_string_value(value);
+
+    csv_text(out, false, text ? text : "");
+}
+
+static void write_row(FILE *out, const json_t *row)
+{
+    const json_t *fit = json_object_get(row, "fit"), *problem = json_object_get(row, "problem");
+    static const char *const texts[] = {"id", "label", "subject", "surface", "route"};
+    static const char *const numbers[] = {"lmax", "scale", "area", "volume"};
+
+    csv_number(out, true, json_number_value(json_object_get(row, "member")));
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        write_text(out, json_object_get(row, texts[i]));
+    }
+    csv_text(out, false, json_is_true(json_object_get(row, "mirrored")) ? "true" : "false");
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        write_number(out, json_object_get(row, numbers[i]));
+    }
+    write_number(out, json_object_get(fit, "rms"));
+    write_number(out, json_object_get(fit, "max"));
+    write_text(out, json_object_get(problem, "code"));
+    write_text(out, json_object_get(problem, "detail"));
+    csv_end_line(out);
+}
+
+void encode_respond_table(struct api_call *call, const struct store_job *job, int form)
+{
+    static const char *const head[] = {"member", "id",       "label",  "subject", "surface",
+                                       "route",  "mirrored", "lmax",   "scale",   "area",
+                                       "volume", "fitRms",   "fitMax", "problem", "detail"};
+    json_t *document = NULL;
+    const json_t *rows;
+    struct table_text text;
+    char *bytes = NULL, name[STORE_ID_MAX + 16];
+    size_t size = 0;
+    int status = store_job_results(call->api->config.store, job->id, &bytes, &size);
+
+    document = status == STORE_OK ? json_loadb(bytes, size, 0, NULL) : NULL;
+    rows = json_object_get(document, "rows");
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-job", job->id);
+    } else if (!json_is_array(rows) || form != TABLE_CSV) {
+        (void)problem_respond(call, "not-acceptable",
+                              "The results of encode are served as application/json, those of a "
+                              "cohort as text/csv too.");
+    } else if (table_open(call, &text)) {
+        for (size_t i = 0; i < sizeof head / sizeof head[0]; i++) {
+            csv_text(text.out, i == 0, head[i]);
+        }
+        csv_end_line(text.out);
+        for (size_t i = 0; i < json_array_size(rows); i++) {
+            write_row(text.out, json_array_get(rows, i));
+        }
+        (void)snprintf(name, sizeof name, "%s-encodings", job->id);
+        table_respond_csv(call, &text, name);
+    }
+    json_decref(document);
+    free(bytes);
+}
