@@ -196,7 +196,7 @@ static void list_model(struct export *export, const char *id)
 static void list_job(struct export *export, const char *id)
 {
     struct store_job job;
-    char digest[65], *results;
+    char digest[65], asked[65], *results;
     size_t size;
     char path[STORE_ID_MAX + 32];
 
@@ -209,12 +209,14 @@ static void list_job(struct export *export, const char *id)
     }
     store_sha256_hex(digest, results, size);
     free(results);
+    study_job_digest(asked, job.process, job.numeric_build, job.inputs);
     (void)snprintf(path, sizeof path, "jobs/%s.json", id);
     list(export, "jobs",
-         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I}", "id", id, "sha256", digest,
-                   "process", job.process, "inputs", job.inputs, "numericBuild", job.numeric_build,
-                   "file", path, "createdMs", (json_int_t)job.created_ms, "startedMs",
-                   (json_int_t)job.started_ms, "finishedMs", (json_int_t)job.finished_ms));
+         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I}", "id", id, "sha256", digest,
+                   "askedSha256", asked, "process", job.process, "inputs", job.inputs,
+                   "numericBuild", job.numeric_build, "file", path, "createdMs",
+                   (json_int_t)job.created_ms, "startedMs", (json_int_t)job.started_ms,
+                   "finishedMs", (json_int_t)job.finished_ms));
     describe_file(export, path, job.process, "application/json");
     describe_job(export, &job, path);
     store_job_clear(&job);

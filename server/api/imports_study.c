@@ -298,6 +298,16 @@ static bool is_job_id(const char *id)
            strspn(id + 4, "0123456789abcdef-") == 36;
 }
 
+/* Whether process, numeric build and inputs have the digest of the manifest. */
+static bool is_asked_unchanged(const json_t *record, const struct store_job *job)
+{
+    const json_t *wanted = json_object_get(record, "askedSha256");
+    char digest[65];
+
+    study_job_digest(digest, job->process, job->numeric_build, job->inputs);
+    return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
+}
+
 static bool take_job(struct import *import, const json_t *record, const char *id,
                      const struct import_given *given, int *status)
 {
@@ -308,6 +318,7 @@ static bool take_job(struct import *import, const json_t *record, const char *id
     json_t *results = json_loadb((const char *)given->bytes, given->size, 0, NULL);
     bool good = is_job_id(id) && job.process && job.inputs && job.numeric_build &&
                 json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
+                is_asked_unchanged(record, &job) &&
                 api_process_find(import->call->api, job.process) != NULL &&
                 whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
                 whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&

@@ -9,10 +9,12 @@
  */
 #include "api/study.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/json_memory.h"
+#include "store/digest.h"
 #include "store/holdings.h"
 #include "store/job.h"
 #include "store/mesh.h"
@@ -21,6 +23,17 @@
 #include "store/surface.h"
 
 #define DIGITS 32
+
+void study_job_digest(char digest[65], const char *process, const char *build, const char *inputs)
+{
+    char *text;
+
+    digest[0] = '\0';
+    if (asprintf(&text, "%s\n%s\n%s", process, build, inputs) >= 0) {
+        store_sha256_hex(digest, text, strlen(text));
+        free(text);
+    }
+}
 
 bool study_begin(struct study *study, struct api_call *call, const char *owner)
 {

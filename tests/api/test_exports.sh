@@ -128,6 +128,12 @@ edited '.surfaces[0].record |= sub("\"mirrored\":false"; "\"mirrored\":true") | 
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a record that was edited'
 edited '.jobs[0].sha256 |= ascii_upcase'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are results of another digest'
+edited '.jobs[0].inputs |= sub("{"; "{ ")'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor are inputs of a job that were edited'
+edited '.jobs[0].process = "encode"'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is another process'
+edited '.jobs[0].numericBuild += "0"'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor another numeric build'
 job=$(jq -r '.jobs[0].file' "$SCRATCH/open/srnfd-study.json")
 edited . "$job"
 is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $job no-such-file" 'results that are missing are named'
