@@ -51,6 +51,10 @@ extern const struct input_own encode_cohort;
 /* The document of a run on a cohort, or NULL with the problem set. */
 json_t *encode_run_cohort(struct jobs_run *run, const struct encoding *encoding,
                           struct jobs_result *result);
+/* encode_rows.c: the document of these rows, or NULL with the problem of the first where no surface
+   came of any mesh. */
+json_t *encode_rows_document(const struct encoding *encoding, json_t *rows,
+                             struct jobs_result *result);
 /* The rows of a finished job as CSV. */
 void encode_respond_table(struct api_call *call, const struct store_job *job, int form);
 
