@@ -7,11 +7,14 @@
 #include "api/cohorts.h"
 #include "api/study.h"
 #include "api/study_table.h"
+#include "compute/prepared.h"
 
 struct store_batch; /* store/batch.h */
 
 #define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
 #define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
+
+#define IMPORT_PREPARED_MAX ((size_t)16 << 20) /* 100 meshes of 6,000 faces; others at first need */
 
 #define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
 
@@ -22,6 +25,7 @@ struct import_file {
     size_t number;    /* in the order in which they came */
     char id[STORE_ID_MAX];
     json_t *answer;       /* what is told of it */
+    bool volume;          /* and no mesh */
     unsigned char *bytes; /* of its own, that the batch reads; srnf_free; NULL: none */
     size_t put;           /* of the batch; SIZE_MAX: the owner had it */
     bool refused;
@@ -47,6 +51,15 @@ struct import {
     size_t n_restored[3];
     int64_t room; /* bytes that the owner may still take; below 0: any number */
     size_t charged;
+    struct import_prepared
+        *prepared; /* of new meshes, IMPORT_PREPARED_MAX bytes: kept at the end */
+    size_t n_prepared, prepared_bytes;
+};
+
+/* A mesh as it was prepared, which can be kept only when the mesh is stored. */
+struct import_prepared {
+    char id[STORE_ID_MAX];
+    struct compute_prepared mesh;
 };
 
 /* One file as it came. */
@@ -64,8 +77,11 @@ void import_refuse(struct import *import, const char *path, const char *code, co
 /* The same of a mesh that was taken before. */
 void import_drop(struct import *import, struct import_file *file, const char *code,
                  const char *detail);
-/* Takes one file: a mesh, or the table. */
+/* Takes one file: a mesh, a volume or the table (imports_files.c). */
 void import_take(struct import *import, struct import_given *given);
+
+/* Answers that the import does not fit into memory. */
+void import_answer_memory(struct import *import);
 
 /* Reads the body, whatever form it has, and takes each of its files (imports_body.c). */
 void import_read_body(struct import *import);
@@ -76,6 +92,10 @@ bool import_take_manifest(struct import *import, const struct import_given *give
 bool import_take_study(struct import *import, struct import_given *given);
 /* The members that the manifest names; false when a problem was answered. */
 bool import_study_members(struct import *import, struct cohort_text *members);
+
+/* Answers (imports_answer.c): why nothing is kept, or what was taken; created: anything is new. */
+void import_respond_refused(struct import *import);
+void import_respond_taken(struct import *import, const struct store_cohort *cohort, bool created);
 
 /* Matches the table with the files, and refuses what stands in one of them alone; then the members
    of the cohort (imports_match.c). */

@@ -144,6 +144,13 @@ static void take_row(struct import *import, const struct index *index, size_t ro
     if (file->refused) {
         return;
     }
+    if (file->volume) {
+        import_refuse(import, name, "invalid-row",
+                      "line %u of %.200s names a volume, which is no member of a cohort: leave it "
+                      "out, and add the meshes that extract makes of its labels",
+                      line, import->table_path);
+        return;
+    }
     member = study_table_member(&import->table, row, file->id, &list);
     if (list.errors) {
         const json_t *first = json_array_get(list.errors, 0);
@@ -173,7 +180,7 @@ static void match_rows(struct import *import, const struct index *index,
         take_row(import, index, i, named, members);
     }
     for (size_t i = 0; i < import->n_files; i++) {
-        if (!named[i] && !import->files[i].refused) {
+        if (!named[i] && !import->files[i].refused && !import->files[i].volume) {
             import_drop(import, &import->files[i], "not-in-table",
                         "no row of the table is about it");
         }
@@ -188,7 +195,7 @@ static void add_all(const struct index *index, struct cohort_text *members)
         struct problem_list list = {.errors = NULL};
         json_t *given, *member;
 
-        if (index->paths[i]->refused) {
+        if (index->paths[i]->refused || index->paths[i]->volume) {
             continue;
         }
         given = json_object();

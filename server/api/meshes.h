@@ -44,12 +44,14 @@ struct mesh_description {
  * report and place in the owner's quota are those of such an upload, and source says what made it.
  * Where the owner has it already, its name and time stay; the record given has the description's
  * own source all the same.
+ *   jobs    [in]  of whose numeric build the mesh is kept as prepared, for later jobs; NULL: it is
+ *                 not kept
  *   context [in]  asked whether to go on
  *   record  [out] new reference; NULL on failure
  *   failed  [out] where the return value is none of the store: an enum srnf_status
  * Returns an enum store_status; STORE_NOMEM also where *failed is set.
  */
-int mesh_save(struct store *store, const struct store_owner *owner,
+int mesh_save(struct jobs *jobs, struct store *store, const struct store_owner *owner,
               struct mesh_description *description, const struct srnf_context *context,
               json_t **record, int *failed);
 

@@ -66,24 +66,22 @@ int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info
 
 /* The row of a mesh of these bytes, with its report. Returns an enum srnf_status. */
 static int row_of(const struct srnf_buffer *bytes, const struct srnf_context *context,
-                  struct store_mesh *row)
+                  struct store_mesh *row, struct compute_prepared *mesh)
 {
     struct srnf_mesh_limits limits = srnf_mesh_limits_defaults();
     struct srnf_mesh_read_info info = {0};
-    struct compute_prepared mesh = {.kernel_known = false};
     int status;
 
     limits.context = context;
     status =
-        srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh.mesh, &info, NULL);
+        srnf_mesh_read(bytes->data, bytes->size, SRNF_MESH_PLY, &limits, &mesh->mesh, &info, NULL);
     if (status >= 0) {
-        status = mesh_examine(&mesh, &info, context, &row->report);
+        status = mesh_examine(mesh, &info, context, &row->report);
     }
-    row->vertices = (int64_t)mesh.mesh.n_vertices;
-    row->faces = (int64_t)mesh.mesh.n_faces;
+    row->vertices = (int64_t)mesh->mesh.n_vertices;
+    row->faces = (int64_t)mesh->mesh.n_faces;
     row->bytes = (int64_t)bytes->size;
     row->created_ms = store_now_ms();
-    compute_prepared_clear(&mesh);
     return status;
 }
 
@@ -107,10 +105,11 @@ static int keep_row(struct store *store, struct store_mesh *row, const struct sr
     return status;
 }
 
-int mesh_save(struct store *store, const struct store_owner *owner,
+int mesh_save(struct jobs *jobs, struct store *store, const struct store_owner *owner,
               struct mesh_description *description, const struct srnf_context *context,
               json_t **record, int *failed)
 {
+    struct compute_prepared prepared = {.kernel_known = false};
     struct store_mesh row = {.owner = *owner};
     struct srnf_buffer bytes = {0};
     int status = STORE_NOMEM;
@@ -118,7 +117,7 @@ int mesh_save(struct store *store, const struct store_owner *owner,
     *record = NULL;
     *failed = srnf_mesh_write(description->mesh, SRNF_MESH_PLY, NULL, NULL, 0, &bytes);
     if (*failed >= 0) {
-        *failed = row_of(&bytes, context, &row);
+        *failed = row_of(&bytes, context, &row, &prepared);
     }
     if (*failed < 0) {
         goto out;
@@ -131,10 +130,14 @@ int mesh_save(struct store *store, const struct store_owner *owner,
     if (row.name && row.format && row.source) {
         status = keep_row(store, &row, &bytes, description->source, record);
     }
+    if (status == STORE_OK && jobs) {
+        compute_prepared_keep(jobs, store, owner->name, row.id, &prepared);
+    }
 out:
     json_decref(description->source);
     description->source = NULL;
     srnf_buffer_clear(&bytes);
+    compute_prepared_clear(&prepared);
     store_mesh_clear(&row);
     return status;
 }

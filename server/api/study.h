@@ -23,8 +23,8 @@ struct study {
 /* Name of the file of an array of a model within its .npz (exports.c). */
 const char *study_array_file(size_t array);
 
-/* SHA-256 of what a job was asked, in hexadecimal: process, numeric build and canonical inputs. "" is
-   no digest: there was no memory. */
+/* SHA-256 of what a job was asked, in hexadecimal: process, numeric build and canonical inputs. ""
+   is no digest: there was no memory. */
 void study_job_digest(char digest[65], const char *process, const char *build, const char *inputs);
 
 bool study_begin(struct study *study, struct api_call *call, const char *owner);

@@ -17,8 +17,10 @@
 #include <strings.h>
 
 #include "api/cohorts.h"
+#include "api/warnings.h"
 
-#define NUMBER_MAX 64 /* bytes of the longest number that is read */
+#define NUMBER_MAX 64  /* bytes of the longest number that is read */
+#define STRAYS_PART 10 /* of a column, that may be other than numbers and yet look mistaken */
 
 static bool wrong(char problem[DELIMITED_PROBLEM_MAX], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -66,11 +68,24 @@ static bool is_boolean(const char *cell)
     return strcasecmp(cell, "true") == 0 || strcasecmp(cell, "false") == 0;
 }
 
+/* A column of numbers but for few cells was most likely meant to be one of numbers. */
+static void note_strays(struct study_table *table, size_t column, size_t numbers, size_t said,
+                        size_t first)
+{
+    size_t others = said - numbers;
+    bool few = others > 0 && (others == 1 ? numbers > 1 : others <= said / STRAYS_PART);
+
+    if (few) {
+        table->strays[column] =
+            (struct study_strays){.numbers = numbers, .others = others, .row = first};
+    }
+}
+
 /* What all cells of a column can be read as; false with a problem where that is not clear. */
 static bool judge_column(struct study_table *table, size_t column,
                          char problem[DELIMITED_PROBLEM_MAX])
 {
-    size_t said = 0, points = 0, commas = 0, whole = 0, booleans = 0;
+    size_t said = 0, points = 0, commas = 0, whole = 0, booleans = 0, first = SIZE_MAX;
     const char *name = table->cells.cells[column];
 
     for (size_t i = 0; i < table->cells.rows; i++) {
@@ -84,10 +99,13 @@ static bool judge_column(struct study_table *table, size_t column,
         if (is_number(cell, '.')) {
             whole += is_number(cell, ',');
             points += !is_number(cell, ',');
-        } else {
-            commas += is_number(cell, ',');
+        } else if (is_number(cell, ',')) {
+            commas++;
+        } else if (first == SIZE_MAX) {
+            first = i;
         }
     }
+    note_strays(table, column, points + commas + whole, said, first);
     table->kinds[column] = said == 0                ? STUDY_EMPTY
                            : booleans == said       ? STUDY_BOOLEAN
                            : points + whole == said ? STUDY_NUMBER
@@ -232,6 +250,58 @@ void study_table_clear(struct study_table *table)
 const char *study_table_key(const struct study_table *table, size_t row)
 {
     return delimited_cell(&table->cells, row, table->key);
+}
+
+/* ---- Warnings -------------------------------------------------------------------------------- */
+
+static void warn_of_strays(const struct study_table *table, size_t column, json_t *warnings)
+{
+    const struct study_strays *strays = &table->strays[column];
+    const char *name = table->cells.cells[column];
+    const char *cell = delimited_cell(&table->cells, strays->row, column);
+    unsigned line = table->cells.lines[strays->row + 1];
+
+    warning_add(warnings, "column-is-text",
+                json_pack("{s:s, s:I, s:s, s:I, s:I}", "column", name, "line", (json_int_t)line,
+                          "cell", cell, "numbers", (json_int_t)strays->numbers, "others",
+                          (json_int_t)strays->others),
+                "Column %.80s is read as text, since line %u has \"%.60s\" and not a number%s; its "
+                "other %zu cells are numbers. Correct it, or leave the cell empty or NA where "
+                "nothing is known.",
+                name, line, cell, strays->others > 1 ? " (the first of several)" : "",
+                strays->numbers);
+}
+
+void study_table_warn(const struct study_table *table, json_t *warnings)
+{
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        if (table->strays[i].others > 0 && !is_text_column(table, i)) {
+            warn_of_strays(table, i, warnings);
+        }
+    }
+    if (table->label == STUDY_NO_COLUMN) {
+        warning_add(warnings, "no-label-column", NULL,
+                    "The table has no column \"label\": the members have no labels, which "
+                    "classify and compare-groups need. Name the column of groups so, or give them "
+                    "later by PATCH or PUT of the cohort.");
+    }
+}
+
+json_t *study_table_columns(const struct study_table *table)
+{
+    static const char *const kinds[] = {"empty", "text", "number", "number", "boolean"};
+    json_t *columns = json_array();
+
+    for (size_t i = 0; i < table->cells.columns; i++) {
+        const char *name = table->cells.cells[i];
+
+        if (name[0]) {
+            (void)json_array_append_new(
+                columns, json_pack("{s:s, s:s}", "name", name, "kind",
+                                   is_text_column(table, i) ? "text" : kinds[table->kinds[i]]));
+        }
+    }
+    return columns;
 }
 
 /* ---- Rows ------------------------------------------------------------------------------------ */

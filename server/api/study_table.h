@@ -13,11 +13,18 @@ enum study_kind { STUDY_EMPTY, STUDY_TEXT, STUDY_NUMBER, STUDY_COMMA_NUMBER, STU
 
 #define STUDY_NO_COLUMN SIZE_MAX
 
+/* Of a column that is text because of few cells: the others are numbers. */
+struct study_strays {
+    size_t numbers, others; /* cells; others 0: it is none of these */
+    size_t row;             /* of the first of the others */
+};
+
 struct study_table {
     struct delimited cells;
     size_t key;                                   /* the column of files or ids */
     size_t label, subject, time, side, mirror;    /* columns, or STUDY_NO_COLUMN */
     enum study_kind kinds[DELIMITED_COLUMNS_MAX]; /* of each column that is a covariate, or time */
+    struct study_strays strays[DELIMITED_COLUMNS_MAX];
 };
 
 /*
@@ -34,6 +41,11 @@ enum delimited_status study_table_read(const void *text, size_t size, const char
                                        char problem[DELIMITED_PROBLEM_MAX]);
 void study_table_clear(struct study_table *table);
 
+/* Adds warnings to the array: of covariates that are text because of few cells (column-is-text),
+   and of a table without labels (no-label-column). */
+void study_table_warn(const struct study_table *table, json_t *warnings);
+/* The columns with what their cells are read as: [{"name", "kind"}] (new reference). */
+json_t *study_table_columns(const struct study_table *table);
 /* What a row says of a member with this id, in its canonical spelling (new reference); what is
    wrong with it goes into the list, with pointers that name columns. */
 json_t *study_table_member(const struct study_table *table, size_t row, const char *id,

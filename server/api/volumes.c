@@ -21,6 +21,7 @@
 #include "api/routes.h"
 #include "compute/compute.h"
 #include "store/digest.h"
+#include "store/holdings.h"
 #include "store/store.h"
 #include "store/volume.h"
 
@@ -137,40 +138,45 @@ static void volume_id(char id[STORE_ID_MAX], const void *bytes, size_t size)
     store_content_id(id, "vol-", text, strlen(text));
 }
 
-void volumes_create(struct api_call *call)
+bool volume_read_body(struct api_call *call, const char *name, struct store_volume *row, bool *held)
 {
     const struct api_request *request = call->request;
     struct store *store = call->api->config.store;
-    struct store_volume row = {.id = ""};
-    char name[NAME_SIZE];
-    bool created = false;
-    int status;
+    struct store_owner owner = call_owner(call);
 
+    *row = (struct store_volume){.id = ""};
+    *held = false;
     if (request->body_size == 0) {
         (void)problem_respond(call, "unparsable-volume", "The body is empty.");
-        return;
+        return false;
     }
-    if (!query_name(call, name)) {
-        return;
-    }
-    volume_id(row.id, request->body, request->body_size);
-    row.owner = call_owner(call);
-    row.name = strdup(name);
-    row.bytes = (int64_t)request->body_size;
-    if (!row.name) {
+    volume_id(row->id, request->body, request->body_size);
+    *held = store_owner_has(store, owner.name, row->id) == 0;
+    row->owner = owner;
+    row->name = strdup(name);
+    row->bytes = (int64_t)request->body_size;
+    if (!row->name) {
         (void)problem_respond(call, "out-of-memory", "The record could not be allocated.");
-        goto out;
+        return false;
     }
-    if (!parse_volume(call, &row)) {
-        goto out;
+    return parse_volume(call, row);
+}
+
+void volumes_create(struct api_call *call)
+{
+    struct store_volume row = {.id = ""};
+    char name[NAME_SIZE];
+    bool held, created = false;
+    int status;
+
+    if (query_name(call, name) && volume_read_body(call, name, &row, &held)) {
+        status = store_volume_put(call->api->config.store, &row, call->request->body, &created);
+        if (status == 0) {
+            respond_volume(call, created ? 201 : 200, &row);
+        } else {
+            (void)problem_respond_store(call, status, NULL, "keeping the volume");
+        }
     }
-    status = store_volume_put(store, &row, request->body, &created);
-    if (status != 0) {
-        (void)problem_respond_store(call, status, NULL, "keeping the volume");
-        goto out;
-    }
-    respond_volume(call, created ? 201 : 200, &row);
-out:
     store_volume_clear(&row);
 }
 

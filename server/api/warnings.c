@@ -17,6 +17,7 @@
 /* One row a line; kept in alphabetical order. */
 static const char *const codes[] = {
     "closed-form-inapplicable",
+    "column-is-text",
     "coordinates-coarse",
     "covariates-collinear",
     "duplicate-content",
@@ -31,6 +32,7 @@ static const char *const codes[] = {
     "mixed-units",
     "model-uncalibrated",
     "near-duplicates",
+    "no-label-column",
     "not-reached",
     "p-floor",
     "parameters-not-registered",

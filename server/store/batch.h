@@ -17,6 +17,7 @@ struct store_job;     /* store/job.h */
 struct store_mesh;    /* store/mesh.h */
 struct store_model;   /* store/model.h */
 struct store_surface; /* store/surface.h */
+struct store_volume;  /* store/volume.h */
 
 /* NULL without memory. */
 struct store_batch *store_batch_create(struct store *store);
@@ -32,6 +33,9 @@ void store_batch_destroy(struct store_batch *batch);
  */
 int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, const void *content,
                          bool *kept);
+/* The same of a volume (volume.c). */
+int store_batch_add_volume(struct store_batch *batch, struct store_volume *volume,
+                           const void *content, bool *kept);
 /* Adds what store_cohort_put would store, with the meaning of created and missing; all three are
    borrowed until the batch is destroyed. */
 int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohort, bool *created,

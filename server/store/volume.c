@@ -165,6 +165,64 @@ int store_volume_put(struct store *store, struct store_volume *volume, const voi
     return status;
 }
 
+/* ---- As part of a batch ---------------------------------------------------------------------- */
+
+struct batched {
+    struct put put;
+    struct store_volume volume;
+    struct store_content content;
+};
+
+static void clear_batched(struct store *store, void *argument)
+{
+    struct batched *batched = argument;
+
+    store_blob_unstage(store, &batched->content);
+    store_volume_clear(&batched->volume);
+    free(batched);
+}
+
+static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    struct batched *batched = write->argument;
+    struct store_write put = {.argument = &batched->put};
+
+    return run_put(store, db, &put);
+}
+
+int store_batch_add_volume(struct store_batch *batch, struct store_volume *volume,
+                           const void *content, bool *kept)
+{
+    struct store *store = store_batch_store(batch);
+    struct batched *batched = calloc(1, sizeof *batched);
+    int status = store_owner_has(store, volume->owner.name, volume->id);
+
+    *kept = false;
+    if (!batched) {
+        store_volume_clear(volume);
+        return STORE_NOMEM;
+    }
+    batched->volume = *volume;
+    *volume = (struct store_volume){.id = ""};
+    batched->put = (struct put){
+        .volume = &batched->volume, .content = &batched->content, .now = store_now_ms()};
+    if (status == STORE_OK) {
+        status = store_volume_mend(store, content, (size_t)batched->volume.bytes);
+    } else if (status == STORE_NOT_FOUND) {
+        status = store_blob_stage(store, content, (size_t)batched->volume.bytes, &batched->content);
+        *kept = !batched->content.temporary[0];
+    }
+    if (status == STORE_OK && batched->content.hash[0]) { /* otherwise the owner has it */
+        status =
+            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+        batched = status == STORE_OK ? NULL : batched;
+    }
+    if (batched) {
+        clear_batched(store, batched);
+    }
+    return status;
+}
+
 struct list {
     bool (*visit)(void *user, const struct store_volume *volume);
     void *user;

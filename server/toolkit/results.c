@@ -173,8 +173,8 @@ json_t *process_keep_mesh(struct jobs_run *run, struct mesh_description *descrip
     const struct store_owner owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT};
     json_t *record = NULL;
     int failed = 0;
-    int status = mesh_save(jobs_run_store(run), &owner, description, jobs_run_context(run), &record,
-                           &failed);
+    int status = mesh_save(jobs_run_jobs(run), jobs_run_store(run), &owner, description,
+                           jobs_run_context(run), &record, &failed);
 
     if (failed < 0) {
         (void)compute_fail(result, failed, NULL, what);

@@ -70,6 +70,44 @@ import '' "$SCRATCH/two.zip"
 is_problem 422 invalid-input 'whose table needs a cohort as well'
 is "$(count_meshes)" "$before" 'all of which were there'
 
+# ---- Volumes, warnings and figures -------------------------------------------------------------------
+
+mkdir -p "$SCRATCH/mixed"
+cp tests/data/aal_volume/subcortex.nii.gz "$SCRATCH/mixed/labels.nii.gz"
+for i in 1 2 3; do
+    printf 'OFF\n4 4 0\n0 0 0\n3 0 0\n0 1 0\n0 0 2.%03d\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' "$i" >"$SCRATCH/mixed/v$i.off"
+done
+printf 'file,group,age,dose\nv1.off,a,41,1\nv2.off,a,unknwon,2\nv3.off,b,43,NA\n' >"$SCRATCH/mixed/t.csv"
+(cd "$SCRATCH/mixed" && zip -q ../mixed.zip ./*)
+made_before=$(curl -fsS "$URL/metrics" | sed -n 's/^srnfd_meshes_total{source="made"} //p')
+import '?cohort=mixed' "$SCRATCH/mixed.zip"
+is "$STATUS $(json '[(.meshes | length), (.volumes | length), .cohort.memberCount] | tojson')" '201 [3,1,3]' \
+    'a volume among the meshes is taken as a volume, and is no member'
+VOLUME=$(json '.volumes[0].id')
+is "$(json '.volumes[0] | [.file, .name, .new, .format] | tojson')" '["labels.nii.gz","labels",true,"nifti"]' 'told by itself'
+is "$(json '.summary | [.meshes, .volumes, .new, .notAnalysable, .members] | tojson')" '[3,1,4,0,3]' 'with figures of what was taken'
+is "$(json '[.summary.columns[] | .kind] | tojson')" '["text","text","text","number"]' 'and what its columns were read as'
+is "$(json '[.warnings[].code] | tojson')" '["column-is-text","no-label-column"]' 'and warnings'
+is "$(json '.warnings[0].figures | [.column, .line, .cell, .numbers] | tojson')" '["age",3,"unknwon",2]' 'that name the cell'
+get "/v1/volumes/$VOLUME"
+is "$STATUS $(json .labelCount)" '200 12' 'the volume is there'
+curl -fsS -o "$SCRATCH/back.nii.gz" "$URL/v1/volumes/$VOLUME/content"
+check 'with the bytes that were sent' cmp "$SCRATCH/back.nii.gz" tests/data/aal_volume/subcortex.nii.gz
+import '?cohort=mixed' "$SCRATCH/mixed.zip"
+is "$STATUS $(json '[.volumes[0].new, .summary.new] | tojson')" '200 [false,0]' 'sent again it is the same volume'
+post /v1/imports -F "file=@$SCRATCH/mixed/labels.nii.gz" -F "file=@tests/data/aal_volume/subcortex.seg.nrrd"
+is "$STATUS $(json '[(.meshes | length), (.volumes | map(.format)), .warnings] | tojson')" '201 [0,["nifti","nrrd"],[]]' \
+    'a form may bring volumes alone'
+post /v1/imports -F cohort=only -F "file=@$SCRATCH/mixed/labels.nii.gz"
+is_problem 422 unparsable-archive 'but no cohort of them'
+printf 'file,label\nv1.off,a\nv2.off,a\nv3.off,b\nlabels.nii.gz,c\n' >"$SCRATCH/mixed/t.csv"
+(cd "$SCRATCH/mixed" && zip -q ../row.zip ./*)
+import '?cohort=row' "$SCRATCH/row.zip"
+is "$STATUS $(json '.refused[0].code')" '422 invalid-row' 'a row about a volume is refused'
+execute encode "{\"cohort\":\"mixed\",\"lmax\":4}" --header 'Prefer: wait=60'
+is "$(curl -fsS "$URL/metrics" | sed -n 's/^srnfd_meshes_total{source="made"} //p')" "$made_before" \
+    'and its meshes were prepared by the import'
+
 # ---- What is refused ---------------------------------------------------------------------------------
 
 # Each archive has one good mesh that is not there yet, and what is wrong.
@@ -118,9 +156,7 @@ refused "$SCRATCH/twice.tar" 'good.off duplicate-file|good.off duplicate-file' '
 (cd "$WRONG" && zip -q ../inner.zip evil.off && cp ../inner.zip . && zip -q ../outer.zip good.off inner.zip)
 refused "$SCRATCH/outer.zip" 'inner.zip nested-archive' 'an archive within an archive'
 (cd "$WRONG" && cp good.off brain.nii.gz && zip -q ../volume.zip good.off brain.nii.gz)
-refused "$SCRATCH/volume.zip" 'brain.nii.gz volume' 'a volume, which has another place'
-import '?cohort=wrong' "$SCRATCH/volume.zip"
-like "$(json '[.refused[].detail] | join(" ")')" '/v1/volumes' 'which it names'
+refused "$SCRATCH/volume.zip" 'brain.nii.gz unparsable-volume' 'what is called a volume and is none'
 
 table() { # TEXT: the good mesh, another one, and a table of this text
     rm -f "$SCRATCH/table.zip"

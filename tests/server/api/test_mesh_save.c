@@ -54,7 +54,7 @@ static json_t *save(struct fixture *fixture, const char *owner, const char *job)
     json_t *record = NULL;
     int failed;
 
-    assert_int_equal(mesh_save(fixture->store, &who, &description, NULL, &record, &failed),
+    assert_int_equal(mesh_save(NULL, fixture->store, &who, &description, NULL, &record, &failed),
                      STORE_OK);
     assert_int_equal(failed, 0);
     assert_non_null(record);
@@ -164,19 +164,20 @@ static void what_cannot_be_kept_is_told(void **state)
     json_t *record;
     int failed;
 
-    assert_int_equal(mesh_save(fixture->store, &poor, &description, NULL, &record, &failed),
+    assert_int_equal(mesh_save(NULL, fixture->store, &poor, &description, NULL, &record, &failed),
                      STORE_QUOTA);
     assert_int_equal(failed, 0);
     assert_null(record);
     description.source = json_object();
     assert_int_not_equal(
-        mesh_save(fixture->store, &nobody, &description, &canceled, &record, &failed), STORE_OK);
+        mesh_save(NULL, fixture->store, &nobody, &description, &canceled, &record, &failed),
+        STORE_OK);
     assert_int_equal(failed, SRNF_ECANCELED);
     assert_null(record);
     description.source = json_object();
     fixture->mesh.vertices[0] = NAN;
-    assert_int_not_equal(mesh_save(fixture->store, &nobody, &description, NULL, &record, &failed),
-                         STORE_OK);
+    assert_int_not_equal(
+        mesh_save(NULL, fixture->store, &nobody, &description, NULL, &record, &failed), STORE_OK);
     assert_int_equal(failed, SRNF_EINVAL);
     assert_null(record);
     fixture->mesh.vertices[0] = x;

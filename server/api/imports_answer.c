@@ -1,0 +1,117 @@
+/*
+ * imports_answer.c - what an import is answered with: what was taken, in detail and in figures,
+ * what was not, and what in the table looks mistaken.
+ */
+#include "api/imports.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "api/respond.h"
+#include "api/warnings.h"
+#include "store/cohort.h"
+
+#define LABELS_SHOWN 100
+
+/* Nothing is kept: says why. */
+void import_respond_refused(struct import *import)
+{
+    const json_t *first = json_array_get(import->refused, 0);
+    const char *file = json_string_value(json_object_get(first, "file"));
+    const char *detail = json_string_value(json_object_get(first, "detail"));
+    bool one = import->n_refused == 1;
+    size_t length = detail ? strlen(detail) : 0;
+    char text[600];
+
+    length -= length > 0 && detail[length - 1] == '.'; /* the detail of a problem is a sentence */
+    (void)snprintf(text, sizeof text,
+                   "%zu of what came %s refused, and nothing was kept. The first, %.150s: %.*s. "
+                   "Correct %s, or send ?partial=true to keep the rest.",
+                   import->n_refused, one ? "was" : "were", file ? file : "",
+                   length < 250 ? (int)length : 250, detail ? detail : "", one ? "it" : "them");
+    (void)problem_respond_with(import->call, "import-refused", text, "refused",
+                               json_incref(import->refused));
+}
+
+/* How many members each label has, the first LABELS_SHOWN of them. */
+static void count_labels(const struct study_table *table, json_t *summary)
+{
+    json_t *labels = json_object();
+
+    for (size_t i = 0; table->label != STUDY_NO_COLUMN && i < table->cells.rows; i++) {
+        const char *label = delimited_cell(&table->cells, i, table->label);
+        json_int_t n = json_integer_value(json_object_get(labels, label));
+
+        if (label[0] && (n > 0 || json_object_size(labels) < LABELS_SHOWN)) {
+            (void)json_object_set_new(labels, label, json_integer(n + 1));
+        }
+    }
+    (void)json_object_set_new(summary, "labels", labels);
+    (void)json_object_set_new(summary, "columns", study_table_columns(table));
+}
+
+/* What was taken, in figures. */
+static json_t *summary_of(const struct import *import, const struct store_cohort *cohort)
+{
+    size_t meshes = 0, volumes = 0, fresh = 0, poor = 0;
+    json_t *summary = json_object();
+
+    for (size_t i = 0; i < import->n_files; i++) {
+        const struct import_file *file = &import->files[i];
+
+        if (!file->refused) {
+            meshes += !file->volume;
+            volumes += file->volume;
+            fresh += json_is_true(json_object_get(file->answer, "new"));
+            poor += json_is_false(json_object_get(file->answer, "analysable"));
+        }
+    }
+    (void)json_object_set_new(summary, "meshes", json_integer((json_int_t)meshes));
+    (void)json_object_set_new(summary, "volumes", json_integer((json_int_t)volumes));
+    (void)json_object_set_new(summary, "new", json_integer((json_int_t)fresh));
+    (void)json_object_set_new(summary, "notAnalysable", json_integer((json_int_t)poor));
+    (void)json_object_set_new(summary, "members",
+                              json_integer(cohort ? (json_int_t)cohort->n_members : 0));
+    if (import->table_path) {
+        count_labels(&import->table, summary);
+    }
+    return summary;
+}
+
+void import_respond_taken(struct import *import, const struct store_cohort *cohort, bool created)
+{
+    json_t *answer = json_object(), *meshes = json_array(), *volumes = json_array();
+    json_t *warnings = json_array();
+
+    for (size_t i = 0; i < import->n_files; i++) {
+        const struct import_file *file = &import->files[i];
+
+        if (!file->refused) {
+            created = created || json_is_true(json_object_get(file->answer, "new"));
+            (void)json_array_append(file->volume ? volumes : meshes, file->answer);
+        }
+    }
+    if (import->table_path) {
+        study_table_warn(&import->table, warnings);
+    }
+    (void)json_object_set_new(answer, "meshes", meshes);
+    (void)json_object_set_new(answer, "volumes", volumes);
+    (void)json_object_set_new(answer, "cohort",
+                              cohort ? cohort_summary(import->call, cohort) : json_null());
+    (void)json_object_set_new(answer, "summary", summary_of(import, cohort));
+    (void)json_object_set_new(answer, "warnings", warnings);
+    if (import->manifest) {
+        (void)json_object_set_new(answer, "restored",
+                                  json_pack("{s:I, s:I, s:I}", "surfaces",
+                                            (json_int_t)import->n_restored[0], "models",
+                                            (json_int_t)import->n_restored[1], "jobs",
+                                            (json_int_t)import->n_restored[2]));
+    }
+    (void)json_object_set(answer, "refused", import->refused);
+    (void)json_object_set_new(answer, "refusedCount", json_integer((json_int_t)import->n_refused));
+    if (cohort) {
+        (void)api_response_header(import->call->response, "Location", "/v1/cohorts/%s",
+                                  cohort->name);
+    }
+    respond_json(import->call, created ? 201 : 200, answer);
+}
