@@ -39,7 +39,9 @@ jq
 '
 
 # libsharp is the transform's oracle and yardstick, libpng draws the pictures of `make paper`, and shellcheck and
-# clang-format serve the linter. OWSLib is a client of the standard that the service follows.
+# clang-format serve the linter. OWSLib is a client of the standard that the service follows. The Python client needs numpy
+# and, for figures, matplotlib; mypy checks its types, and pip with setuptools and wheel builds it into an environment of
+# its own.
 TESTS='
 libcmocka-dev
 libsharp-dev
@@ -54,6 +56,13 @@ openssl
 perl-base
 python3-jsonschema
 python3-owslib
+python3-numpy
+python3-matplotlib
+python3-pip
+python3-setuptools
+python3-wheel
+python3-venv
+mypy
 unzip
 zip
 '
@@ -204,7 +213,8 @@ if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
     say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, nginx (its program alone).'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, nginx (its program alone),'
+    say 'Python 3 with numpy, matplotlib, pip, setuptools, wheel, venv and mypy.'
     exit 1
 fi
 

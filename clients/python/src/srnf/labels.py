@@ -1,0 +1,213 @@
+"""The table of a study: which file has which label, subject, time, side and covariates.
+
+CSV or TSV with the columns that ``POST /v1/imports`` has: ``file``, and where they are known ``label``, ``subject``,
+``time`` (a number), ``side`` (left or right), ``mirror`` (true or false). Every other column is a covariate. Cells are
+separated by commas, semicolons or tabs, whichever the first line has most of; decimal commas are read between
+semicolons and tabs. Empty cells, NA, N/A and NaN say nothing.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Optional, Sequence, Union
+
+from .errors import InputError
+
+#: Ends of names that meshes have, apart from FreeSurfer's, which have none; .gz may follow.
+MESHES = frozenset(
+    "ply obj off stl vtk vtp gii glb gltf mz3 byu msh mesh srf pial white inflated sphere asc".split()
+)
+_VOLUMES = frozenset({"nii", "nrrd"})
+_SIDES = {"left": "left", "l": "left", "lh": "left", "right": "right", "r": "right", "rh": "right"}
+_NOTHING = frozenset({"", "na", "n/a", "nan"})
+_TRUTHS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+_OWN = ("file", "label", "subject", "time", "side", "mirror")
+
+Value = Union[str, float, bool]
+
+
+@dataclass
+class Member:
+    """One mesh of a study. ``time`` is in whatever unit the study has; ``mesh`` and ``surface`` are ids once known."""
+
+    path: Path
+    label: Optional[str] = None
+    subject: Optional[str] = None
+    time: Optional[float] = None
+    side: Optional[str] = None
+    mirror: bool = False
+    covariates: dict[str, Value] = field(default_factory=dict)
+    mesh: str = ""
+    surface: str = ""
+
+    def row(self, id: str, mirrored: bool) -> dict[str, Any]:
+        """As a member of a cohort, of an id whose mirror image was taken already, or not."""
+        given = {"label": self.label, "subject": self.subject, "time": self.time, "side": self.side}
+        row: dict[str, Any] = {"id": id, **{k: v for k, v in given.items() if v is not None}}
+        if self.mirror and not mirrored:
+            row["mirror"] = True
+        if self.covariates:
+            row["covariates"] = dict(self.covariates)
+        return row
+
+
+def mesh_files(folder: Path) -> list[Path]:
+    """The files of a folder whose names are those of meshes, in the order of their names; hidden files are not."""
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder" if folder.exists() else f"There is no folder {folder}")
+    found = [p for p in folder.rglob("*") if p.is_file() and _is_mesh(p) and not _hidden(p, folder)]
+    if not found:
+        raise InputError(f"{folder} has no meshes: no file ends in .{', .'.join(sorted(MESHES)[:12])}, ..")
+    return sorted(found)
+
+
+def _hidden(path: Path, folder: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
+def stem(path: Path) -> str:
+    """The name of a file without the end that says its format; FreeSurfer's names stay whole."""
+    name = path.name[:-3] if path.name.lower().endswith(".gz") else path.name
+    first, _, last = name.rpartition(".")
+    whole = not first or first in ("lh", "rh") or last.lower() not in MESHES | _VOLUMES
+    return name if whole else first.removesuffix(".surf")
+
+
+def _is_mesh(path: Path) -> bool:
+    ends = path.name.lower().split(".")[1:]
+    if ends and ends[-1] == "gz":
+        ends.pop()
+    return bool(ends) and ends[-1] in MESHES and ends[-2:] != ["nii", "gz"]
+
+
+def read_table(file: Path) -> list[dict[str, str]]:
+    """The rows of a table, by the names of its columns."""
+    try:
+        text = file.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(f"The table {file} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"The table {file} is no UTF-8 text; save it as CSV in UTF-8") from None
+    lines = text.splitlines()
+    if not lines or not lines[0].strip():
+        raise InputError(f"The table {file} is empty")
+    mark = max(",;\t", key=lines[0].count)
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark)]
+    names = rows[0]
+    lower = [name.lower() for name in names]
+    if "file" not in lower:
+        raise InputError(
+            f"The table {file} has no column 'file'; its first line has: {', '.join(names)}"
+        )
+    for name in lower:
+        if lower.count(name) > 1:
+            raise InputError(f"The table {file} has two columns {name!r}")
+    named = [low if low in _OWN else name for low, name in zip(lower, names)]
+    found = []
+    for number, row in enumerate(rows[1:], 2):
+        if not any(row):
+            continue
+        if len(row) != len(names):
+            raise InputError(f"{file}, line {number}: {len(row)} cells, but {len(names)} columns")
+        found.append({**dict(zip(named, row)), "": f"{file}, line {number}", "mark": mark})
+    if not found:
+        raise InputError(f"The table {file} has a head, but no rows")
+    return found
+
+
+def read_members(folder: Path, labels: Optional[Path]) -> list[Member]:
+    """The members of a study: the meshes of a folder, with what a table knows of them, in its order.
+
+    Every mesh needs a row, and every row its mesh.
+    """
+    files = mesh_files(folder)
+    if labels is None:
+        return [Member(path) for path in files]
+    rows = read_table(labels)
+    kinds = {n: _kind([r[n] for r in rows], rows[0]["mark"]) for n in rows[0] if n not in (*_OWN, "", "mark")}
+    members = [_read_row(row, _find(row, files, folder), kinds) for row in rows]
+    seen: dict[Path, str] = {}
+    for member, row in zip(members, rows):
+        if member.path in seen:
+            raise InputError(f"{row['']}: {row['file']} was named before, in {seen[member.path]}")
+        seen[member.path] = row[""]
+    without = [str(path.relative_to(folder)) for path in files if path not in seen]
+    if without:
+        raise InputError(
+            f"{labels} has no row for {len(without)} of {len(files)} meshes in {folder}: {_some(without)}."
+            " Add rows for them, or move them out of the folder."
+        )
+    return members
+
+
+def _find(row: dict[str, str], files: Sequence[Path], folder: Path) -> Path:
+    name = row["file"]
+    whole = [p for p in files if str(p.relative_to(folder)) == name or p == Path(name)]
+    last = whole or [p for p in files if p.name == Path(name).name]
+    found = last or [p for p in files if stem(p) == name]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise InputError(f"{row['']}: {name} may be {_some([str(p.relative_to(folder)) for p in found])}")
+    if (folder / name).is_file():
+        raise InputError(f"{row['']}: {name} is in {folder}, but its name is not that of a mesh")
+    near = difflib.get_close_matches(name, [p.name for p in files], 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(f"{row['']}: there is no mesh {name!r} in {folder}{hint}")
+
+
+def _read_row(row: dict[str, str], path: Path, kinds: dict[str, str]) -> Member:
+    member = Member(path, label=_said(row.get("label")), subject=_said(row.get("subject")))
+    time, side, mirror = (_said(row.get(name)) for name in ("time", "side", "mirror"))
+    if time is not None:
+        member.time = _number(time, row["mark"])
+        if member.time is None:
+            raise InputError(f"{row['']}: the time {time!r} is no number")
+    if side is not None:
+        if side.lower() not in _SIDES:
+            raise InputError(f"{row['']}: the side {side!r} is neither left nor right")
+        member.side = _SIDES[side.lower()]
+    if mirror is not None:
+        if mirror.lower() not in _TRUTHS:
+            raise InputError(f"{row['']}: mirror is {mirror!r}, which is neither true nor false")
+        member.mirror = _TRUTHS[mirror.lower()]
+    for name, kind in kinds.items():
+        cell = _said(row[name])
+        if cell is not None:
+            member.covariates[name] = _value(cell, kind, row["mark"])
+    return member
+
+
+def _said(cell: Optional[str]) -> Optional[str]:
+    return None if cell is None or cell.lower() in _NOTHING else cell
+
+
+def _kind(cells: Sequence[str], mark: str) -> str:
+    said = [cell for cell in cells if _said(cell) is not None]
+    if said and all(cell.lower() in ("true", "false") for cell in said):
+        return "truth"
+    return "number" if said and all(_number(cell, mark) is not None for cell in said) else "text"
+
+
+def _value(cell: str, kind: str, mark: str) -> Value:
+    number = _number(cell, mark) if kind == "number" else None
+    if number is not None:
+        return number
+    return cell.lower() == "true" if kind == "truth" else cell
+
+
+def _number(cell: str, mark: str) -> Optional[float]:
+    text = cell.replace(",", ".") if mark != "," and cell.count(",") == 1 else cell
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")

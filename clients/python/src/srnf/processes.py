@@ -1,0 +1,114 @@
+"""The usual processes as methods. Each runs, waits and returns its ``Result``; all other options go by name.
+
+``Client.inputs("register")`` has every option with its unit, limits and default. Where a surface is wanted a mesh will
+do, which is then encoded with the default options.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Optional, Sequence, Union
+
+from .documents import Result
+from .records import Cohort, Mesh, Model, Surface, Volume
+
+Shape = Union[Surface, Mesh, str]
+Group = Union[Cohort, str, Sequence[Shape]]
+
+
+def _group(group: Group) -> dict[str, Any]:
+    if isinstance(group, (Cohort, str)):
+        return {"cohort": group}
+    return {"surfaces": list(group)}
+
+
+class Processes:
+    """What ``Client`` has besides requests and records."""
+
+    if TYPE_CHECKING:
+
+        def run(self, process: str, inputs: Optional[Mapping[str, Any]] = None, **more: Any) -> Result:
+            """``Client.run``."""
+
+    def extract(self, volume: Union[Volume, str], labels: Iterable[int], **options: Any) -> Result:
+        """The closed mesh of labels of a segmentation, in millimetres: ``mesh``, ``changed``, ``volumeChange``."""
+        return self.run("extract", volume=volume, labels=list(labels), **options)
+
+    def repair(self, mesh: Union[Mesh, str], **options: Any) -> Result:
+        """The mesh mended as asked (``orient=True``, ``holes=12.0``, ..): ``mesh``, ``changes``, ``distance``."""
+        return self.run("repair", mesh=mesh, **options)
+
+    def encode(self, mesh: Union[Mesh, str], **options: Any) -> Result:
+        """The mesh as a surface of degree ``lmax`` (4..127): ``surface``, and ``fit`` in the units of the mesh."""
+        return self.run("encode", mesh=mesh, **options)
+
+    def register(self, template: Shape, moving: Shape, **options: Any) -> Result:
+        """``moving`` laid on ``template``: ``surface``, ``distance``, ``rotation`` (3, 3), ``truncationError``."""
+        return self.run("register", template=template, moving=moving, **options)
+
+    def distances(self, group: Group, **options: Any) -> Result:
+        """Distances of all pairs: ``matrix`` of shape (n, n), and ``labels``. Unit-area surfaces are at most 2 apart."""
+        return self.run("distances", **_group(group), **options)
+
+    def geodesic(self, from_: Shape, to: Shape, **options: Any) -> Result:
+        """The path between two: ``surfaces`` (``steps`` of them), ``times`` 0..1, ``distance``, ``length``."""
+        return self.run("geodesic", {"from": from_, "to": to}, **options)
+
+    def invert(self, surface: Shape, **options: Any) -> Result:
+        """The surface that has the SRNF of a surface: ``surface``, ``relativeEnergy``, ``certificate``."""
+        return self.run("invert", srnf={"surface": getattr(surface, "id", surface)}, **options)
+
+    def mean(self, group: Group, **options: Any) -> Result:
+        """The Karcher mean: ``surface``, ``converged``, ``relativeEnergy``."""
+        return self.run("mean", **_group(group), **options)
+
+    def pca(self, group: Group, **options: Any) -> Result:
+        """Mean and principal components, kept as ``model``."""
+        return self.run("pca", **_group(group), **options)
+
+    def modes(self, model: Union[Model, str], mode: int = 1, **options: Any) -> Result:
+        """Surfaces along component ``mode`` (from 1), at ``coefficients`` in standard deviations."""
+        return self.run("modes", model=model, mode=mode, **options)
+
+    def sample(self, model: Union[Model, str], count: int, **options: Any) -> Result:
+        """Random surfaces of the model: ``surfaces``, ``scores`` (count, components)."""
+        return self.run("sample", model=model, count=count, **options)
+
+    def project(self, model: Union[Model, str], surface: Shape, **options: Any) -> Result:
+        """Scores of a surface in a model, and whether it belongs: ``scores``, ``residual``, ``typicality``."""
+        return self.run("project", model=model, surface=surface, **options)
+
+    def evaluate_model(self, model: Union[Model, str], **options: Any) -> Result:
+        """``compactness``, ``generalisation`` and ``specificity`` over the number of components."""
+        return self.run("evaluate-model", model=model, **options)
+
+    def compare_groups(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """Whether the two labels differ, and where: ``pValue``, ``leastSignificance``, ``surface`` with maps."""
+        return self.run("compare-groups", cohort=cohort, **options)
+
+    def classify(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """Labels predicted, each subject left out in turn: ``methods`` with ``accuracy`` and its interval."""
+        return self.run("classify", cohort=cohort, **options)
+
+    def shoot(self, surface: Shape, velocity: Any, **options: Any) -> Result:
+        """A geodesic followed from a surface; ``velocity`` a surface to go toward, or coefficients (3, n)."""
+        return self.run("shoot", surface=surface, velocity=_vector(velocity), **options)
+
+    def transport(self, from_: Shape, to: Shape, vector: Any, **options: Any) -> Result:
+        """A vector carried from one surface to another: ``surface`` reached from there, ``norm``, ``residual``."""
+        return self.run("transport", {"from": from_, "to": to, "vector": _vector(vector)}, **options)
+
+    def transfer(self, source: Shape, deformed: Shape, target: Shape, **options: Any) -> Result:
+        """The deformation of ``source`` into ``deformed``, applied to ``target``: ``surface``, ``sizeRatio``."""
+        return self.run("transfer", source=source, deformed=deformed, target=target, **options)
+
+
+def _vector(given: Any) -> Any:
+    if isinstance(given, (Surface, Mesh, str)):
+        return {"toward": getattr(given, "id", given)}
+    if isinstance(given, Mapping):
+        return given
+    import numpy as np
+
+    x, y, z = np.asarray(given, dtype=np.float64)
+    lmax = int(round(np.sqrt(x.size))) - 1
+    return {"coefficients": {"lmax": lmax, "x": x.tolist(), "y": y.tolist(), "z": z.tolist()}}

@@ -1,0 +1,255 @@
+"""The Python client against the real daemon: records as arrays, jobs, studies that are interrupted, a daemon that returns."""
+
+import io
+import pathlib
+import sys
+import threading
+import time
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from daemon import NUCLEI, Daemon, nuclei_table, scratch  # noqa: E402
+
+import srnf  # noqa: E402
+from srnf.labels import read_members, stem  # noqa: E402
+from srnf.progress import Progress  # noqa: E402
+
+
+def setUpModule():
+    global FOLDER, DAEMON, CLIENT
+    FOLDER = scratch()
+    DAEMON = Daemon(FOLDER.name)
+    CLIENT = srnf.Client(DAEMON.url, progress=False, notice=lambda text: None)
+
+
+def tearDownModule():
+    CLIENT.close()
+    DAEMON.stop()
+    FOLDER.cleanup()
+
+
+def made(process):
+    """How many jobs of a process were computed, rather than answered by another one's results."""
+    return sum(job.raw["cache"] == "miss" for job in CLIENT.jobs(process=process))
+
+
+class Records(unittest.TestCase):
+    def test_mesh(self):
+        """a mesh has its report, its bytes come back, and its triangles have its volume"""
+        file = NUCLEI / "L_amygdala.ply"
+        mesh = CLIENT.upload(file)
+        self.assertEqual((mesh.name, mesh.analysable, mesh.content()), ("L_amygdala", True, file.read_bytes()))
+        shape = mesh.triangles()
+        self.assertEqual(shape.faces.shape, (mesh.faces, 3))
+        a, b, c = (shape.vertices[shape.faces[:, k]] for k in range(3))
+        volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+        self.assertAlmostEqual(volume / mesh.report.volume, 1, 9)
+
+    def test_surface(self):
+        """coefficients, grid and field have their shapes, and the squared norm of the field is the area"""
+        surface = CLIENT.encode(CLIENT.upload(NUCLEI / "L_amygdala.ply"), lmax=6).surface
+        self.assertEqual(surface.coefficients().shape, (3, 49))
+        document = CLIENT.get(f"{surface.path}/srnf")
+        q, weights = surface.srnf(), np.array(document["weights"])
+        self.assertEqual((q.shape, surface.grid(9, 16).shape), ((document["nTheta"], document["nPhi"], 3), (9, 16, 3)))
+        self.assertAlmostEqual(float(np.einsum("ijk,ijk,i->", q, q, weights)), surface.area, 9)
+        original, stored = surface.triangles(12, "original").vertices, surface.triangles(12).vertices
+        sides = np.ptp(original, axis=0) / np.ptp(stored * surface.scale, axis=0)
+        self.assertLess(np.abs(sides - 1).max(), 1e-6)
+        again = CLIENT.add_surface(surface.coefficients())
+        self.assertLess(np.abs(again.coefficients() - surface.coefficients()).max(), 1e-15)
+
+    def test_names(self):
+        """inputs go by snake_case too; a wrong one is told with the one that was meant"""
+        mesh = CLIENT.upload(NUCLEI / "L_amygdala.ply")
+        other = CLIENT.upload(NUCLEI / "R_amygdala.ply")
+        path = CLIENT.run("geodesic", from_=mesh, to=other, steps=3, register=False)
+        self.assertEqual((len(path.surfaces), path.times.tolist()), (3, [0.0, 0.5, 1.0]))
+        self.assertEqual(path.relative_energies.geodesic.shape, (3,))
+        with self.assertRaisesRegex(srnf.InputError, "did you mean 'lmax'"):
+            CLIENT.encode(mesh, l_max_=3)
+        with self.assertRaisesRegex(srnf.InputError, "did you mean 'encode'"):
+            CLIENT.run("encod")
+        with self.assertRaisesRegex(srnf.InputError, "register needs moving"):
+            CLIENT.run("register", template=mesh)
+        with self.assertRaises(srnf.Problem) as caught:
+            CLIENT.encode(mesh, lmax=1000)
+        self.assertEqual((caught.exception.status, caught.exception.errors[0]["pointer"]), (422, "/inputs/lmax"))
+
+    def test_tables(self):
+        """cohorts and models come as columns of one length"""
+        shapes = [CLIENT.encode(CLIENT.upload(f), lmax=4).surface for f in sorted(NUCLEI.glob("L_*.ply"))[:4]]
+        rows = [{"id": s, "label": "AB"[k % 2], "covariates": {"age": 40 + k}} for k, s in enumerate(shapes)]
+        cohort = CLIENT.cohort("tables", rows)
+        table = cohort.table()
+        self.assertEqual((table["label"], table["covariates.age"]), (["A", "B", "A", "B"], [40, 41, 42, 43]))
+        model = CLIENT.pca(cohort, register=False).model
+        scores = model.scores()
+        columns = model.scores_table()
+        self.assertEqual({len(column) for column in columns.values()}, {4})
+        self.assertEqual(columns["component 1"], scores[:, 0].tolist())
+        self.assertEqual(model.mean, CLIENT.surface(model.mean.id))
+        matrix = CLIENT.distances(shapes, register=False).matrix
+        self.assertEqual(matrix.shape, (4, 4))
+        self.assertLess(np.abs(matrix - matrix.T).max(), 1e-15)
+        job = CLIENT.submit("distances", surfaces=shapes, register=False).wait()
+        self.assertEqual(np.abs(job.matrix() - matrix).max(), 0)
+        with self.assertRaises(srnf.Problem) as caught:
+            CLIENT.cohort("tables", rows[:2])
+        self.assertEqual(caught.exception.code, "cohort-exists")
+
+    def test_jobs(self):
+        """a job is followed by events, canceled, and says why it has no results"""
+        meshes = [CLIENT.upload(file) for file in sorted(NUCLEI.glob("*.ply"))]
+        job = CLIENT.submit("distances", surfaces=meshes)
+        self.assertIn(job.status, ("accepted", "running"))
+        threading.Timer(0.2, job.cancel).start()
+        seen = [event.status for event in job.events()]
+        self.assertEqual(seen[-1], "dismissed")
+        with self.assertRaises(srnf.JobFailed) as caught:
+            CLIENT.job(job.id).result()
+        self.assertEqual(caught.exception.job, job.id)
+        late = CLIENT.submit("distances", surfaces=meshes, metric="srm")
+        with self.assertRaises(TimeoutError):
+            late.wait(0)
+        late.cancel()
+
+    def test_pandas(self):
+        """a table is what pandas takes"""
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("no pandas")
+        mesh = CLIENT.upload(NUCLEI / "L_amygdala.ply")
+        self.assertEqual(pandas.DataFrame(srnf.columns([mesh.raw])).shape[0], 1)
+
+
+class Studies(unittest.TestCase):
+    def setUp(self):
+        self.place = scratch()
+        self.addCleanup(self.place.cleanup)
+        self.folder = pathlib.Path(self.place.name, "nuclei")
+        self.folder.mkdir()
+        for file in NUCLEI.glob("*.ply"):
+            (self.folder / file.name).symlink_to(file)
+        self.labels = pathlib.Path(self.place.name, "labels.csv")
+        self.labels.write_text(nuclei_table())
+
+    def study(self, client=None, **options):
+        options = {"lmax": 5, "register": "none", "mirror_right": True, **options}
+        return srnf.Study.from_folder(self.folder, self.labels, client=client or CLIENT, **options)
+
+    def test_return(self):
+        """a study goes on where the daemon was killed and came back, and nothing is computed twice"""
+        before = {name: made(name) for name in ("encode", "register", "pca")}
+        study = self.study(register="template", degree=3, lmax=7)
+        gone = threading.Timer(0.4, lambda: (DAEMON.kill(), time.sleep(0.7), DAEMON.start()))
+        gone.start()
+        model = study.model()
+        gone.join()
+        self.assertEqual((len(model.raw["scores"]), study.encode()[6].mirrored), (12, True))
+        again = self.study(register="template", degree=3, lmax=7)
+        self.assertEqual(again.model().id, model.id)
+        after = {name: made(name) - before[name] for name in before}
+        self.assertEqual(after, {"encode": 12, "register": 11, "pca": 1})
+
+    def test_interrupted(self):
+        """a study whose process died between its steps goes on without uploads or jobs"""
+        first = self.study()
+        ids = [surface.id for surface in first.encode()]
+        jobs = len(CLIENT.jobs())
+        second = self.study()
+        self.assertEqual(([s.id for s in second.encode()], len(CLIENT.jobs())), (ids, jobs))
+        p = second.compare_groups(permutations=99).p_value
+        third = self.study()
+        self.assertEqual((third.compare_groups(permutations=99).p_value, len(CLIENT.jobs())), (p, jobs + 1))
+
+    def test_refused(self):
+        """files that cannot be used are named all at once, or left out"""
+        (self.folder / "broken.ply").write_text("ply\nnonsense\n")
+        (self.folder / "open.off").write_text("OFF\n4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n")
+        self.labels.write_text(nuclei_table() + "broken.ply,A,x,L,1\nopen.off,A,y,L,1\n")
+        with self.assertRaises(srnf.FilesRefused) as caught:
+            self.study().encode()
+        self.assertEqual([one["code"] for one in caught.exception.refused], ["unparsable-mesh", "mesh-not-closed"])
+        study = self.study(skip_refused=True)
+        self.assertEqual((len(study.encode()), len(study.members), len(study.refused)), (12, 12, 2))
+
+    def test_run(self):
+        """all steps end well, or say why they were left out; tables, figures and the report are written"""
+        study = self.study()
+        steps = study.run(permutations=99, method="harmonic-nn", steps=("encode", "register", "pca", "modes", "groups"))
+        self.assertEqual([s.status for s in steps], ["done", "left out", "done", "done", "done"])
+        tables = {path.stem: path.read_text().splitlines() for path in study.tables()}
+        self.assertEqual((len(tables["members"]), len(tables["scores"]), len(tables["groups"])), (13, 13, 2))
+        self.assertTrue(tables["members"][1].startswith("L_amygdala.ply,A,amygdala,,left,False,61.0,mesh-"))
+        report = study.report().read_text()
+        self.assertNotIn("<script", report)
+        self.assertNotIn('src="http', report)
+        for figure in ("mean", "scores", "mode-1", "groups-significance"):
+            content = (study.out / "figures" / f"{figure}.png").read_bytes()
+            self.assertEqual(content[:8], b"\x89PNG\r\n\x1a\n")
+            self.assertIn(f'alt="{figure}"', report)
+
+    def test_one_label(self):
+        """a study of one label leaves out what needs two"""
+        self.labels.write_text(nuclei_table().replace(",B,", ",A,"))
+        steps = {s.name: s for s in self.study().run(steps=("encode", "groups", "classify"))}
+        self.assertEqual(steps["groups"].status, "left out")
+        self.assertIn("'A'", steps["classify"].detail)
+
+
+class Labels(unittest.TestCase):
+    def setUp(self):
+        self.place = scratch()
+        self.addCleanup(self.place.cleanup)
+        self.folder = pathlib.Path(self.place.name, "f")
+        self.folder.mkdir()
+        for name in ("a.ply", "b.obj.gz", "lh.pial", "notes.txt", ".hidden.ply"):
+            (self.folder / name).touch()
+        self.table = pathlib.Path(self.place.name, "t.csv")
+
+    def read(self, text):
+        self.table.write_text(text)
+        return read_members(self.folder, self.table)
+
+    def test_read(self):
+        """semicolons, decimal commas, names without their end, truths and empty cells are read"""
+        found = self.read("File;Label;time;side;age;treated\na.ply;x;0,5;L;41,5;true\nb;y;NA;rh;;false\nlh.pial;;;;40;\n")
+        self.assertEqual([m.path.name for m in found], ["a.ply", "b.obj.gz", "lh.pial"])
+        self.assertEqual((found[0].time, found[0].side, found[1].side, found[2].label), (0.5, "left", "right", None))
+        self.assertEqual(found[0].covariates, {"age": 41.5, "treated": True})
+        self.assertEqual([stem(m.path) for m in found], ["a", "b", "lh.pial"])
+
+    def test_wrong(self):
+        """what is wrong in a table is said with its line and what to do"""
+        good = "file,label\na.ply,x\nb.obj.gz,y\nlh.pial,z\n"
+        for text, message in (
+            (good + "c.ply,x\n", r"line 5: there is no mesh 'c.ply'.*did you mean a.ply"),
+            (good + "a.ply,y\n", r"line 5: a.ply was named before, in .*line 2"),
+            (good.replace("b.obj.gz,y\n", ""), "has no row for 1 of 3 meshes .*: b.obj.gz"),
+            (good.replace("file", "name"), "has no column 'file'; its first line has: name, label"),
+            (good + "notes.txt,x\n", "its name is not that of a mesh"),
+            (good.replace(",x", ",x,3"), "line 2: 3 cells, but 2 columns"),
+            ("file,side\na.ply,up\nb,L\nlh.pial,L\n", "the side 'up' is neither left nor right"),
+            ("", "is empty"),
+            ("file\n", "no rows"),
+        ):
+            with self.assertRaisesRegex(srnf.InputError, message):
+                self.read(text)
+        with self.assertRaisesRegex(srnf.InputError, "There is no folder"):
+            read_members(self.folder / "x", None)
+
+
+class Bars(unittest.TestCase):
+    def test_lines(self):
+        """without a terminal a bar is one line at its end, and nothing where it is not wanted"""
+        out = io.StringIO()
+        with Progress("encode", 3, None, out) as bar:
+            bar.update(2)
+        self.assertEqual(out.getvalue(), "encode: 3 done in 0 s\n")
+        with Progress("encode", 3, False, out) as bar:
+            bar.update(2)
+        self.assertEqual(out.getvalue().count("\n"), 1)
