@@ -117,7 +117,7 @@ misses() {
 }
 BEFORE=$(misses)
 slow=(study "$SCRATCH/brains" --labels "$SCRATCH/labels.csv" --skip-refused --out "$SCRATCH/slow" --lmax 12 --name slow
-    --register template --degree 6 --steps encode,register,pca --no-figures)
+    --register template --degree 6 --steps "encode,register,pca" --no-figures)
 env --default-signal=INT /usr/bin/python3 -B -m srnf "${slow[@]}" </dev/null >"$SCRATCH/slow.out" 2>"$SCRATCH/slow.err" &
 PID=$!
 SERVER_PIDS+=("$PID")
