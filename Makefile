@@ -25,6 +25,7 @@
 #
 #   make format     clang-format over all sources
 #   make pictures   draw the pictures of README anew
+#   make web        bundle the dashboard anew, web/dist
 #   make openapi    write the processes' schemas into api/openapi.yaml
 #   make library    libsrnf.so and libsrnf.a for others, in build/lib
 #   make clean      remove build/
@@ -81,6 +82,10 @@ FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
 PAPER_SRC  := $(sort $(filter-out tests/paper/test_%,$(wildcard tests/paper/*.c)))
 SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
+# The dashboard as it was built (make web) and its example, packed: by their names at /ui/.
+UI_FILES   := $(sort $(wildcard web/dist/*)) $(sort $(wildcard tests/data/aal_subcortex/*.ply)) web/example/labels.csv \
+              web/example/licence.txt
+ui_name     = $(patsubst tests/data/aal_subcortex/%,example/%,$(patsubst web/dist/%,%,$(1:web/example/%=example/%)))
 
 Q   := $(if $(V),,@)
 say  = @$(if $(V),:,printf '  %-5s%s\n' '$(1)' '$(2)')
@@ -195,11 +200,13 @@ $(DERIVED): $(O)/openapi.%: api/openapi.yaml api/derive.py
 	$(call say,GEN,$@)
 	$(Q)/usr/bin/python3 api/derive.py $* <$< >$@
 
-# The bytes of migrations and of the API description, as arrays in one C file.
-$(O)/embedded.c: deploy/embed.sh $(EMBEDDED) $(DERIVED)
-	@mkdir -p $(dir $@)
+# The bytes of migrations, of the API description and of the dashboard, as arrays in one C file.
+$(O)/embedded.c: deploy/embed.sh $(EMBEDDED) $(DERIVED) $(UI_FILES)
+	@mkdir -p $(O)/ui/example
 	$(call say,GEN,$@)
-	$(Q)deploy/embed.sh $(EMBEDDED) $(foreach file,$(DERIVED),api/$(notdir $(file))=$(file)) > $@
+	$(Q)$(foreach f,$(UI_FILES),gzip -9nc $(f) >$(O)/ui/$(call ui_name,$(f)).gz &&) \
+	    deploy/embed.sh $(EMBEDDED) $(foreach file,$(DERIVED),api/$(notdir $(file))=$(file)) \
+	    $(foreach f,$(UI_FILES),ui/$(call ui_name,$(f))=$(O)/ui/$(call ui_name,$(f)).gz) > $@
 
 # The parts of the API's description that the tables of the processes give; tests/api/test_openapi.sh compares.
 .PHONY: openapi
@@ -243,6 +250,12 @@ $(B)/tests/fuzz/fuzz_%: $(O)/tests/fuzz/fuzz_%.o $(O)/tests/support/scratch.o $(
 $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
+
+# The dashboard's bundle, which is committed, so that nothing else needs npm. make lint compares.
+.PHONY: web
+web:
+	@web/install.sh
+	NODE_PATH=$(abspath build/web/node_modules) node web/build.mjs
 
 # The pictures that README shows, drawn anew.
 .PHONY: pictures

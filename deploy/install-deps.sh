@@ -38,10 +38,10 @@ curl
 jq
 '
 
-# libsharp is the transform's oracle and yardstick, libpng draws the pictures of `make paper`, and shellcheck and
-# clang-format serve the linter. OWSLib is a client of the standard that the service follows. The Python client needs numpy
-# and, for figures, matplotlib; mypy checks its types, and pip with setuptools and wheel builds it into an environment of
-# its own.
+# libsharp is the transform's oracle and yardstick, libpng draws the pictures of `make paper`, shellcheck and
+# clang-format serve the linter, and chromium opens the dashboard. OWSLib is a client of the standard that the service
+# follows. The Python client needs numpy and, for figures, matplotlib; mypy checks its types, and pip with setuptools
+# and wheel builds it into an environment of its own.
 TESTS='
 libcmocka-dev
 libsharp-dev
@@ -66,6 +66,9 @@ mypy
 unzip
 zip
 '
+
+# Where a release has no package of it (on Ubuntu it is a snap), the tests that need a browser are skipped.
+BROWSER=chromium
 
 PACKAGE='
 dpkg-dev
@@ -103,6 +106,12 @@ clang_runtime() {
     fi
 }
 
+browser() {
+    if ! installed "$BROWSER" && known_to_apt "$BROWSER"; then
+        echo "$BROWSER"
+    fi
+}
+
 # npm is part of some builds of nodejs, so that programs are looked for here, not packages.
 node_programs() {
     command -v node >/dev/null 2>&1 || echo nodejs
@@ -114,6 +123,7 @@ needs() {
     if [ "$with_tests" = yes ]; then
         echo "$TESTS"
         clang_runtime
+        browser
         node_programs
     fi
     if [ "$with_package" = yes ]; then
@@ -213,8 +223,8 @@ if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
     say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, nginx (its program alone),'
-    say 'Python 3 with numpy, matplotlib, pip, setuptools, wheel, venv and mypy.'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, chromium, nginx (its'
+    say 'program alone), Python 3 with numpy, matplotlib, pip, setuptools, wheel, venv and mypy.'
     exit 1
 fi
 

@@ -1,7 +1,7 @@
 /*
  * embedded.h - files that are part of the binary: migrations/NNNN_*.sql, in the order of
- * their numbers, api/openapi.yaml and what is derived from it; put there by deploy/embed.sh at
- * build time.
+ * their numbers, api/openapi.yaml and what is derived from it, and, packed by gzip under ui/, the
+ * dashboard and its example; put there by deploy/embed.sh at build time.
  */
 #ifndef SRNFD_EMBEDDED_H
 #define SRNFD_EMBEDDED_H

@@ -53,7 +53,7 @@ base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson
     python3-yaml curl jq'
 tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
     perl-base python3-jsonschema python3-owslib python3-numpy python3-matplotlib python3-pip python3-setuptools python3-wheel
-    python3-venv mypy unzip zip libclang-rt-14-dev'
+    python3-venv mypy unzip zip libclang-rt-14-dev chromium'
 
 # A system with these packages installed, root, and all packages known.
 system() { # PACKAGES..

@@ -52,6 +52,7 @@ struct auth_account;
 struct api_caller {
     char name[STORE_OWNER_MAX]; /* the owner of what it makes */
     bool restricted;            /* sees and changes only what belongs to name */
+    const char *role;           /* of the token, static; NULL: no tokens are asked for */
     int64_t quotas[STORE_QUOTAS];
     struct auth_account *account; /* of the token, kept by the api layer; NULL: none */
 };

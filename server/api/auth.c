@@ -325,6 +325,7 @@ static enum admission look_up(struct api_auth *auth, const char *secret, struct 
     }
     memcpy(caller->name, token->name, sizeof caller->name);
     *role = token->role;
+    caller->role = store_role_name(token->role);
     caller->restricted = token->role != STORE_ROLE_ADMIN;
     for (size_t i = 0; i < STORE_QUOTAS; i++) {
         caller->quotas[i] = token->quotas[i] >= 0 ? token->quotas[i] : auth->defaults[i];

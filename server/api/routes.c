@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define JSON "application/json"
+#define HTML "text/html"
 #define NPY "application/x-npy"
 #define CSV "text/csv"
 #define ZIP "application/zip"
@@ -22,13 +23,18 @@
 #define PROBE ROUTE_PROBE
 
 const struct api_route api_routes[] = {
-    {"GET", "/", system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/", system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON, HTML}},
+    {"GET", "/ui", ui_redirect, PUBLIC, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/ui/", ui_index, SLOW | PUBLIC, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/ui/{file}", ui_file, SLOW | PUBLIC, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/ui/example/{file}", ui_example, SLOW | PUBLIC, ROUTE_NO_BODY, "", {0}},
     {"GET", "/healthz", system_healthz, PUBLIC | PROBE, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/readyz", system_readyz, SLOW | PUBLIC | PROBE, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/metrics", system_metrics, SLOW | MONITORS | PROBE, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/version", system_version, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
     {"GET", BASE, system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/conformance", system_conformance, PUBLIC, ROUTE_NO_BODY, "", {JSON}},
+    {"GET", "/v1/caller", system_caller, QUICK, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/openapi.yaml", system_openapi, PUBLIC, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/openapi.json", system_openapi_json, PUBLIC, ROUTE_NO_BODY, "", {0}},
     {"GET", "/v1/docs", system_docs, PUBLIC, ROUTE_NO_BODY, "", {0}},

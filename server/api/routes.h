@@ -85,7 +85,8 @@ api_handler models_list, models_get, models_modes, models_scores;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete, jobs_events;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
-    system_readyz, system_version, system_openapi, system_metrics;
+    system_readyz, system_version, system_openapi, system_metrics, system_caller;
+api_handler ui_redirect, ui_index, ui_file, ui_example;
 
 /* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */
 void executions_resume(struct api *api, const struct api_request *request,

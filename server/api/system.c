@@ -52,11 +52,21 @@ static void origin_of(const struct api_call *call, char origin[ORIGIN_MAX])
     }
 }
 
+/* At the root of the service a browser is shown the dashboard. */
 void system_landing(struct api_call *call)
 {
+    static const char *const types[] = {"application/json", "text/html", NULL};
     char origin[ORIGIN_MAX], href[ORIGIN_MAX + 64];
-    json_t *links = json_array();
+    json_t *links;
 
+    if (strcmp(call->request->path, "/") == 0) {
+        if (accept_best(call->request, types) == 1) {
+            ui_redirect(call);
+            return;
+        }
+        (void)api_response_header_text(call->response, "Vary", "Accept");
+    }
+    links = json_array();
     origin_of(call, origin);
     for (size_t i = 0; i < sizeof entries / sizeof entries[0]; i++) {
         (void)snprintf(href, sizeof href, "%s%s", origin, entries[i].path);
@@ -83,6 +93,20 @@ void system_conformance(struct api_call *call)
         (void)json_array_append_new(list, json_string(uri));
     }
     respond_json(call, 200, json_pack("{s:o}", "conformsTo", list));
+}
+
+/* Who calls: what a page needs to know of a token before it offers what the token may not do. */
+void system_caller(struct api_call *call)
+{
+    const struct api_caller *caller = &call->request->caller;
+    json_t *document = json_pack("{s:b,s:s}", "tokens", caller->role != NULL, "role",
+                                 caller->role ? caller->role : "admin");
+
+    if (caller->role) {
+        (void)json_object_set_new(document, "name", json_string(caller->name));
+    }
+    (void)api_response_header_text(call->response, "Cache-Control", "private, no-store");
+    respond_json(call, 200, document);
 }
 
 void system_healthz(struct api_call *call)

@@ -13,7 +13,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths shell shellcheck lockfile openapi'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths shell shellcheck lockfile openapi web'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -191,7 +191,7 @@ check_shellcheck() {
 
 # The packages' addresses would name the registry of whoever wrote the lock file.
 check_lockfile() {
-    grep -nH '"resolved"' $LINT/package-lock.json tests/fuzz/api/package-lock.json
+    grep -nH '"resolved"' $LINT/package-lock.json tests/fuzz/api/package-lock.json web/package-lock.json
     grep -qF "$(sed -n 's/.*"\(@redocly[^"]*": "[^"]*\)".*/\1/p' $LINT/package.json)" \
         $LINT/package-lock.json || echo "$LINT/package-lock.json:1: is not of $LINT/package.json"
 }
@@ -223,6 +223,51 @@ check_openapi() {
         cp $LINT/package-lock.json "$modules/installed.json"
     fi
     node $LINT/openapi.cjs "$modules" api/openapi.yaml
+}
+
+# web/dist is what web/src and the packages of the lock file give, byte for byte, within its budgets (KB of 1000 bytes,
+# packed: the first page, and the chunk that draws shapes); and the types fit.
+FIRST_LOAD_MAX=30000
+VIEWER_MAX=145000
+
+packed() { # FILES..
+    local file sum=0
+    for file in "$@"; do
+        sum=$((sum + $(gzip -9nc "$file" | wc -c)))
+    done
+    echo $sum
+}
+
+# What the first page loads: itself, its style, its program and what that imports at once.
+first_load() {
+    local dist=web/dist app
+    app=$(echo $dist/app-*.js)
+    # shellcheck disable=SC2046
+    echo $dist/index.html $dist/style-*.css "$app" $(grep -oE '(from|import) ?"\./[^"]+"' "$app" | sed "s|.*\"\./|$dist/|; s|\"||" | sort -u)
+}
+
+check_web() {
+    local made=$BUILD/web/dist size
+    # shellcheck disable=SC2046
+    size=$(packed $(first_load))
+    [ "$size" -le $FIRST_LOAD_MAX ] || echo "web/dist/index.html:1: the first page loads $size bytes, more than $FIRST_LOAD_MAX"
+    size=$(packed web/dist/three-*.js)
+    [ "$size" -le $VIEWER_MAX ] || echo "web/dist: the chunk of three has $size bytes, more than $VIEWER_MAX"
+    web/install.sh >"$SCRATCH/npm" 2>&1
+    case $? in
+    0) ;;
+    3)
+        echo 'SKIP its packages are not installed, and the registry cannot be reached'
+        return
+        ;;
+    *)
+        echo "web/package.json:1: npm ci failed: $(head -n 4 "$SCRATCH/npm")"
+        return
+        ;;
+    esac
+    NODE_PATH=$PWD/build/web/node_modules node web/build.mjs "$made" >"$SCRATCH/built" 2>&1 || sed 's/^/web: /' "$SCRATCH/built"
+    diff -rq web/dist "$made" | sed 's|^|web/dist:1: is not what make web gives: |'
+    node build/web/node_modules/typescript/bin/tsc -p web --pretty false | sed -E 's/\(([0-9]+),[0-9]+\): /:\1: /'
 }
 
 # ---- Driver --------------------------------------------------------------------------------------------

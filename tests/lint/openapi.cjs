@@ -18,6 +18,10 @@ async function main(modules, file) {
         if (problem.ignored) {
             continue;
         }
+        // The dashboard alone ends in a slash: its files are found from there by relative addresses.
+        if (problem.ruleId === 'no-path-trailing-slash' && problem.message.startsWith('`/ui/` ')) {
+            continue;
+        }
         const place = problem.location[0];
         const where = place ? `:${getLineColLocation(place).start.line}` : '';
         errors += problem.severity === 'error' ? 1 : 0;

@@ -1,0 +1,52 @@
+// Drives Debian's chromium for the tests of the dashboard. Modules are those that web/install.sh put under build/web.
+'use strict';
+const path = require('path');
+const modules = process.env.SRNFD_WEB_MODULES ?? path.join(__dirname, '../../build/web/node_modules');
+const puppeteer = require(path.join(modules, 'puppeteer-core'));
+
+// A software renderer, so that WebGL is there without a graphics processor. As root chromium has no sandbox.
+const ARGUMENTS = ['--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--no-sandbox', '--disable-dev-shm-usage',
+    '--disable-background-networking', '--disable-component-update', '--disable-extensions', '--no-first-run', '--mute-audio'];
+
+async function launch(options = {}) {
+    return puppeteer.launch({
+        executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: ARGUMENTS, timeout: 60000,
+        protocolTimeout: 120000, ...options,
+    });
+}
+
+// A page that notes what it must not do: errors, words of the policy, requests to other hosts.
+async function open(browser, url, { width = 1280, height = 900, dark = false } = {}) {
+    const page = await browser.newPage();
+    const found = [];
+    page.setDefaultTimeout(Number(process.env.SRNFD_WEB_TIMEOUT ?? 30000));
+    page.on('console', (message) => {
+        if (message.type() === 'error' && !/Failed to load resource/.test(message.text())) found.push(message.text());
+    });
+    page.on('pageerror', (error) => found.push(`${error.stack ?? error}`));
+    page.on('request', (request) => {
+        const to = request.url();
+        if (!to.startsWith(new URL(url).origin) && !/^(data|blob):/.test(to)) found.push(`a request to ${to}`);
+    });
+    await page.setViewport({ width, height });
+    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
+    await page.goto(url, { waitUntil: 'load' });
+    return { page, found };
+}
+
+const text = (page, selector = 'main') => page.$eval(selector, (node) => node.innerText);
+const waitText = (page, pattern, timeout) =>
+    page.waitForFunction((p) => new RegExp(p).test(document.body.innerText), timeout ? { timeout } : {}, pattern.source ?? pattern);
+
+async function press(page, label) {
+    const handle = await page.waitForFunction((wanted) => [...document.querySelectorAll('button, a, summary')]
+        .find((node) => (node.getAttribute('aria-label') ?? node.textContent).trim() === wanted || node.textContent.trim() === wanted), {}, label);
+    await handle.asElement().click();
+}
+
+const visit = async (page, hash) => {
+    await page.evaluate((h) => { location.hash = h; }, hash);
+    await page.waitForFunction(() => document.querySelector('main h1') && !document.querySelector('main [aria-busy=true]'));
+};
+
+module.exports = { launch, open, text, waitText, press, visit, modules };

@@ -1,0 +1,112 @@
+// node dashboard.cjs URL SCRATCH: files and a table become a cohort, analyses are started by their forms, results are
+// looked at, a job is canceled, hostile names stay text.
+'use strict';
+const fs = require('fs');
+const path = require('path');
+const { launch, open, text, waitText, press, visit, modules } = require('./browser.cjs');
+const { step, tell, failures, axe } = require('./steps.cjs');
+
+const [url, scratch] = process.argv.slice(2);
+const DATA = path.join(__dirname, '../data/aal_subcortex');
+const HOSTILE = '<img src=x onerror=window.hit=1>"\'&amp;{{1}}';
+
+async function api(method, where, body, headers = {}) {
+    const response = await fetch(url + where, { method, body, headers });
+    return response.json();
+}
+
+async function main() {
+    const browser = await launch();
+    const { page, found } = await open(browser, `${url}/ui/`);
+
+    await step('the first screen tells what to do', async () => {
+        await page.waitForSelector('.drop');
+        await waitText(page, 'Start a study');
+        await waitText(page, 'Load the example');
+    });
+    await step('axe-core finds nothing on it', () => axe(page, modules));
+
+    await step('files and a table become a cohort, with a name that is text', async () => {
+        const files = fs.readdirSync(DATA).filter((f) => f.endsWith('.ply')).map((f) => path.join(DATA, f));
+        const table = path.join(scratch, 'sides.csv');
+        fs.writeFileSync(table, fs.readFileSync(path.join(__dirname, '../../web/example/labels.csv'), 'utf8')
+            .replace('file,label,side,mirror', 'file,label,side,mirror,age').replace(/(true|false)$/gm, '$1,40')
+            + `absent.ply,"${HOSTILE.replace(/"/g, '""')}",left,false,1\n`);
+        await (await page.$('input[type=file]')).uploadFile(...files, table);
+        await waitText(page, 'Open the cohort sides');
+        if (!/13 of 13 files/.test(await text(page))) return await text(page);
+        if (!/Rows without a mesh: absent.ply/.test(await text(page))) return 'the row without a mesh is not told';
+        await press(page, 'Open the cohort sides');
+        await waitText(page, '12 members, labels left \\(6\\), right \\(6\\)');
+    });
+    await step('each member has a picture', async () => {
+        await page.waitForFunction(() => {
+            const seen = [...document.querySelectorAll('.thumb canvas')];
+            return seen.length === 12 && seen.slice(0, 6).every((c) => c.getContext('2d').getImageData(0, 0, 160, 160).data.some((v) => v));
+        });
+    });
+
+    await step('labels are edited in the list, and saved', async () => {
+        const cell = await page.waitForSelector('input[aria-label="Subject of L_amygdala"]');
+        await cell.evaluate((node) => { node.value = ''; });
+        await cell.type(HOSTILE);
+        await page.keyboard.press('Enter');
+        await press(page, 'Save 1 change');
+        await page.waitForFunction(() => ![...document.querySelectorAll('button')].some((b) => /^Save/.test(b.textContent)));
+        const { members } = await api('GET', '/v1/cohorts/sides');
+        const kept = members.find((m) => m.subject);
+        return kept?.subject === HOSTILE && members.length === 12 || JSON.stringify(kept);
+    });
+
+    await step('the form of a process starts it', async () => {
+        await visit(page, '#/analyses/pca?cohort=sides');
+        await page.waitForSelector('#in-cohort');
+        await page.waitForFunction(() => document.querySelector('#in-cohort').value === 'sides' && document.querySelector('#in-lmax').value === '15');
+        await page.$eval('#in-lmax', (node) => { node.value = '8'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await page.click('#in-register');
+        await page.type('#job-name', HOSTILE);
+        await press(page, 'Start');
+        await waitText(page, 'Mean and components', 60000);
+    });
+    await step('scores are marks that show their shapes', async () => {
+        await page.waitForFunction(() => document.querySelectorAll('.chart g[role=button]').length === 12);
+        await page.$eval('.chart g[role=button]', (node) => node.focus());
+        await page.keyboard.press('Enter');
+        await page.waitForFunction(() => [...document.querySelectorAll('figcaption')].some((f) => /\((left|right)\)/.test(f.textContent)));
+    });
+    await step('a component is seen as it moves', async () => {
+        const before = await page.$eval('figure.shape canvas', (c) => c.toDataURL());
+        await page.$eval('#mode-1', (node) => { node.value = '2'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'component 1: \\+2 sd');
+        await waitText(page, 'relative energy');
+        await page.waitForFunction((was) => document.querySelector('figure.shape canvas').toDataURL() !== was, {}, before);
+    });
+    await step('axe-core finds nothing on the results', () => axe(page, modules));
+
+    await step('a job is canceled from the tray', async () => {
+        await api('POST', '/v1/processes/distances/execution', JSON.stringify({ inputs: { cohort: 'sides' }, name: 'long one' }),
+            { 'Content-Type': 'application/json', Prefer: 'respond-async' });
+        await visit(page, '#/jobs');
+        await page.reload();
+        const button = await page.waitForSelector('.tray button[aria-label="Cancel long one"]');
+        await button.click();
+        await waitText(page, 'canceled', 30000);
+    });
+    await step('hostile names are text', async () => {
+        const shown = await text(page);
+        if (!shown.includes(HOSTILE)) return shown;
+        return (await page.evaluate(() => window.hit === undefined && document.querySelectorAll('main img').length === 0)) || 'it ran';
+    });
+    await step('a mesh that is open shows its problem and is repaired by one click', async () => {
+        const box = 'OFF\n8 10 0\n0 0 0\n3 0 0\n3 2 0\n0 2 0\n0 0 1\n3 0 1\n3 2 1\n0 2 1\n3 0 3 2\n3 0 2 1\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n';
+        const mesh = await api('POST', '/v1/meshes?name=box', box);
+        await visit(page, `#/meshes/${mesh.id}`);
+        await press(page, 'Repair box');
+        await waitText(page, 'box mended', 30000);
+        await waitText(page, 'closed, 0, 1');
+    });
+    tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
+    await browser.close();
+    process.exitCode = failures() ? 1 : 0;
+}
+main().catch((error) => { console.error(error); process.exit(1); });

@@ -1,0 +1,231 @@
+// Every process of the service, and a form for each made from its own description.
+import { useEffect, useState } from 'preact/hooks';
+import * as api from './api';
+import { go, link, useRoute } from './router';
+import { mayChange, refreshJobs } from './state';
+import { Page, ProblemBox, Shown, useLoad } from './ui';
+
+export function Analyses() {
+    const all = useLoad(() => api.processes(), []);
+    const { query } = useRoute();
+    const models = useLoad(() => api.list<any>('models', { limit: 20 }), []);
+    const given = query.toString();
+    return (
+        <Page title="Analyses">
+            {models.value && models.value.items.length > 0 && (
+                <section>
+                    <h2>Models</h2>
+                    <ul class="plain">{models.value.items.map((m: any) => (
+                        <li><a href={link('models', m.id)}>{m.name || m.madeFrom?.cohort || m.id}</a> <span class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</span></li>
+                    ))}</ul>
+                </section>
+            )}
+            <h2>Start a new one</h2>
+            <Shown of={all}>{(page) => (
+                <div class="cards">{page.items.map((p: any) => (
+                    <a class="card" href={link('analyses', p.id) + (given ? `?${given}` : '')}>
+                        <h3>{p.title}</h3><p class="quiet">{p.description}</p>
+                    </a>
+                ))}</div>
+            )}</Shown>
+        </Page>
+    );
+}
+
+// ---- What an input can be -------------------------------------------------------------------------------------------
+
+type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'shapes' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
+
+const alternatives = (s: api.Schema): api.Schema[] => (s.oneOf ? s.oneOf.flatMap(alternatives) : [s]);
+const hasType = (s: api.Schema, type: string): boolean => (Array.isArray(s.type) ? s.type.includes(type) : s.type === type);
+
+export function kindOf(name: string, schema: api.Schema): Kind {
+    const forms = alternatives(schema);
+    const pattern = forms.map((f) => f.pattern ?? '').join(' ');
+    if (name === 'cohort') return 'cohort';
+    if (/model-/.test(pattern)) return 'model';
+    if (/vol-|volume-/.test(pattern) || name === 'volume') return 'volume';
+    if (forms.length === 1 && hasType(schema, 'string') && /surf-|mesh-/.test(pattern)) return 'shape';
+    if (forms.some((f) => hasType(f, 'array') && /surf-|mesh-/.test(f.items?.pattern ?? ''))) return 'shapes';
+    if (forms.some((f) => hasType(f, 'array') && f.items?.enum)) return 'choices';
+    if (forms.length === 1 && schema.enum) return 'choice';
+    if (hasType(schema, 'boolean')) return 'switch';
+    if (forms.length === 1 && (hasType(schema, 'integer') || hasType(schema, 'number'))) return 'number';
+    if (forms.length === 1 && hasType(schema, 'array') && schema.items && (hasType(schema.items, 'number') || hasType(schema.items, 'integer'))) return 'numbers';
+    if (forms.length === 1 && hasType(schema, 'array') && schema.items && hasType(schema.items, 'string')) return 'texts';
+    if (forms.length === 1 && hasType(schema, 'string')) return 'text';
+    return 'json';
+}
+
+/** What was typed, as the service wants it; undefined: nothing. */
+export function valueOf(kind: Kind, text: string): unknown {
+    const clean = text.trim();
+    if (clean === '') return undefined;
+    const parts = () => clean.split(/[,;\s]+/).filter(Boolean);
+    if (kind === 'number') return Number(clean);
+    if (kind === 'numbers') return parts().map(Number);
+    if (kind === 'shapes') return parts();
+    if (kind === 'choices') return parts();
+    if (kind === 'texts') return clean.split(/[,;]+/).map((t) => t.trim()).filter(Boolean);
+    if (kind === 'switch') return clean === 'true';
+    if (kind === 'json') {
+        try {
+            return JSON.parse(clean);
+        } catch {
+            return clean;
+        }
+    }
+    return clean;
+}
+
+const textOf = (value: unknown): string => value === undefined || value === null ? ''
+    : Array.isArray(value) && value.every((v) => typeof v !== 'object') ? value.join(', ')
+        : typeof value === 'object' ? JSON.stringify(value) : `${value}`;
+
+interface Choices { cohorts: string[]; models: { id: string; text: string }[]; shapes: { id: string; name: string }[]; volumes: { id: string; name: string }[] }
+
+async function choicesFor(kinds: Kind[]): Promise<Choices> {
+    const some = async <T,>(wanted: boolean, name: string): Promise<T[]> => (wanted ? (await api.list<T>(name, { limit: 200 })).items : []);
+    const shapes = kinds.includes('shape') || kinds.includes('shapes');
+    const [cohorts, models, volumes, meshes, surfaces] = await Promise.all([
+        some<api.Cohort>(kinds.includes('cohort'), 'cohorts'), some<any>(kinds.includes('model'), 'models'),
+        some<any>(kinds.includes('volume'), 'volumes'), some<api.Mesh>(shapes, 'meshes'), some<api.Surface>(shapes, 'surfaces'),
+    ]);
+    return {
+        cohorts: cohorts.map((c) => c.name), volumes,
+        models: models.map((m) => ({ id: m.id, text: `${m.name || m.madeFrom?.cohort || m.id}, ${m.subjects} shapes, degree ${m.lmax}` })),
+        shapes: [...meshes.map((m) => ({ id: m.id, name: `${m.name || m.id} (mesh)` })), ...surfaces.map((s) => ({ id: s.id, name: `${s.name || s.id} (surface, degree ${s.lmax})` }))],
+    };
+}
+
+function Field({ input, kind, text, set, choices }: {
+    input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices;
+}) {
+    const id = `in-${input.name}`;
+    const { schema } = input;
+    const shared = { id, 'aria-describedby': `${id}-help`, required: input.required };
+    const range = schema.minimum !== undefined || schema.maximum !== undefined ? `${schema.minimum ?? ''} to ${schema.maximum ?? ''}` : '';
+    const options = alternatives(schema).flatMap((f) => f.enum ?? f.items?.enum ?? []).filter((v, i, all) => all.indexOf(v) === i);
+    const select = (list: [string, string][], none: string) => (
+        <select {...shared} value={text} onChange={(e) => set(e.currentTarget.value)}>
+            {(!input.required || !text) && <option value="">{none}</option>}
+            {list.map(([value, shown]) => <option value={value}>{shown}</option>)}
+        </select>
+    );
+    let field;
+    if (kind === 'cohort') field = select(choices.cohorts.map((c) => [c, c]), input.required ? 'choose a cohort' : 'none');
+    else if (kind === 'model') field = select(choices.models.map((m) => [m.id, m.text]), input.required ? 'choose a model' : 'none');
+    else if (kind === 'volume') field = select(choices.volumes.map((v) => [v.id, v.name || v.id]), 'choose a segmentation');
+    else if (kind === 'shape') field = select(choices.shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none');
+    else if (kind === 'shapes') {
+        field = (
+            <select {...shared} multiple size={6} onChange={(e) => set([...e.currentTarget.selectedOptions].map((o) => o.value).join(','))}>
+                {choices.shapes.map((s) => <option value={s.id} selected={text.includes(s.id)}>{s.name}</option>)}
+            </select>
+        );
+    } else if (kind === 'choice') field = select(options.map((o) => [`${o}`, `${o}`]), 'default');
+    else if (kind === 'choices') {
+        const chosen = new Set(text.split(/[,\s]+/).filter(Boolean));
+        return (
+            <fieldset aria-describedby={`${id}-help`}><legend>{input.title}</legend>
+                {options.map((o) => (
+                    <label class="check"><input type="checkbox" checked={chosen.has(`${o}`)} onChange={() => {
+                        if (!chosen.delete(`${o}`)) chosen.add(`${o}`);
+                        set([...chosen].join(', '));
+                    }} /> {o}</label>
+                ))}
+                <p class="help" id={`${id}-help`}>{input.description}</p>
+            </fieldset>
+        );
+    } else if (kind === 'switch') {
+        return (
+            <div class="field">
+                <label class="check"><input type="checkbox" {...shared} required={false} checked={text === 'true'} onChange={(e) => set(`${e.currentTarget.checked}`)} /> {input.title}</label>
+                <p class="help" id={`${id}-help`}>{input.description}</p>
+            </div>
+        );
+    } else if (kind === 'number') {
+        field = <input {...shared} type="number" step={hasType(schema, 'integer') ? 1 : 'any'} min={schema.minimum} max={schema.maximum} value={text} onInput={(e) => set(e.currentTarget.value)} />;
+    } else field = <input {...shared} type="text" value={text} onInput={(e) => set(e.currentTarget.value)} />;
+    return (
+        <div class="field">
+            <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> optional</span>}</label>
+            {field}
+            <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}</p>
+        </div>
+    );
+}
+
+/** Inputs that most need not look at. */
+const FINE = /^(mixedRoutes|tolerance|maxIterations|seed|handedness|method|penalty|start|exact|covariance|refit|sizeWeight|validation|symmetric|degree|initial|center|smoothing|distortion|components)$/;
+
+export function Form({ id }: { id: string }) {
+    const { query } = useRoute();
+    const loaded = useLoad(async () => {
+        const process = await api.process(id);
+        const kinds = process.inputs.map((i) => kindOf(i.name, i.schema));
+        const from = query.get('from');
+        const before = from ? (await api.job(from)).inputs ?? {} : {};
+        return { process, kinds, choices: await choicesFor(kinds), before };
+    }, [id]);
+    const [texts, setTexts] = useState<Record<string, string>>({});
+    const [name, setName] = useState('');
+    const [error, setError] = useState<unknown>();
+    const [busy, setBusy] = useState(false);
+    useEffect(() => {
+        if (!loaded.value) return;
+        const { process, before } = loaded.value;
+        const start: Record<string, string> = {};
+        for (const input of process.inputs) {
+            const old = before[input.name];
+            const was = old && typeof old === 'object' && old.surfaces && old.name ? old.name : old;
+            start[input.name] = query.get(input.name) ?? textOf(was ?? input.schema.default);
+            if (input.name === 'lmax' && !start.lmax && query.get('cohort')) start.lmax = '15';
+        }
+        setTexts(start);
+    }, [loaded.value]);
+    const submit = async (event: Event) => {
+        event.preventDefault();
+        const { process, kinds } = loaded.value!;
+        const inputs: Record<string, unknown> = {};
+        process.inputs.forEach((input, i) => {
+            const value = valueOf(kinds[i], texts[input.name] ?? '');
+            const usual = JSON.stringify(value) === JSON.stringify(input.schema.default);
+            if (value !== undefined && (!usual || input.required)) inputs[input.name] = value;
+        });
+        setBusy(true);
+        setError(undefined);
+        try {
+            const job = await api.execute(id, inputs, name.trim() || undefined);
+            refreshJobs();
+            go(link('jobs', job.id));
+        } catch (e) {
+            setError(e);
+        }
+        setBusy(false);
+    };
+    return (
+        <Shown of={loaded} label="the form">{({ process, kinds, choices }) => {
+            const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] }));
+            const show = ({ input, kind }: (typeof fields)[0]) => (
+                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''}
+                    set={(text) => setTexts({ ...texts, [input.name]: text })} />
+            );
+            const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);
+            return (
+                <Page title={process.title}>
+                    <p>{process.description}</p>
+                    <form onSubmit={submit} class="form">
+                        {fields.filter((f) => !fine.includes(f)).map(show)}
+                        {fine.length > 0 && <details><summary>Options that are good as they are</summary>{fine.map(show)}</details>}
+                        <div class="field"><label for="job-name">Name <span class="quiet">optional</span></label>
+                            <input id="job-name" type="text" maxLength={255} value={name} onInput={(e) => setName(e.currentTarget.value)} />
+                            <p class="help">For the list of jobs and the report.</p></div>
+                        {error ? <ProblemBox error={error} /> : null}
+                        <button class="main" disabled={busy || !mayChange()}>{mayChange() ? 'Start' : 'A viewer may not start analyses'}</button>
+                    </form>
+                </Page>
+            );
+        }}</Shown>
+    );
+}

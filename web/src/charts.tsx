@@ -1,0 +1,306 @@
+// Charts as SVG of our own, so that what is taken away is what is seen. Each has its figures as a table too.
+import type { ComponentChildren } from 'preact';
+import { useRef } from 'preact/hooks';
+import { colourText } from './colours';
+import { groupLook } from './shape';
+import { csv, figure, save } from './ui';
+
+type Rows = (string | number | null)[][];
+
+/** The chart alone as a file: dark on light, whatever the page is. */
+export function svgText(node: SVGElement): string {
+    const copy = node.cloneNode(true) as SVGElement;
+    const [, , width, height] = (node.getAttribute('viewBox') ?? '0 0 400 300').split(/\s+/);
+    copy.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
+    copy.setAttribute('width', width);
+    copy.setAttribute('height', height);
+    copy.setAttribute('color', '#222222');
+    copy.setAttribute('font-family', 'Helvetica, Arial, sans-serif');
+    for (const inner of copy.querySelectorAll('[tabindex]')) inner.removeAttribute('tabindex');
+    return new XMLSerializer().serializeToString(copy);
+}
+
+export async function svgPicture(node: SVGElement, scale = 4): Promise<Blob> {
+    const image = new Image();
+    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svgText(node))}`;
+    await image.decode();
+    const canvas = document.createElement('canvas');
+    canvas.width = image.width * scale;
+    canvas.height = image.height * scale;
+    const pen = canvas.getContext('2d')!;
+    pen.fillStyle = '#ffffff';
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    pen.drawImage(image, 0, 0, canvas.width, canvas.height);
+    return new Promise((yes) => canvas.toBlob((blob) => yes(blob!), 'image/png'));
+}
+
+export function Chart({ title, name, rows, children }: { title: string; name: string; rows?: Rows; children: ComponentChildren }) {
+    const box = useRef<HTMLElement>(null);
+    const svg = () => box.current!.querySelector<SVGElement>('svg')!;
+    return (
+        <figure class="chart" ref={box}>
+            <figcaption>{title}</figcaption>
+            {children}
+            <div class="actions no-report">
+                <button onClick={() => save(`${name}.svg`, svgText(svg()), 'image/svg+xml')} aria-label={`${title} as SVG`}>SVG</button>
+                <button onClick={async () => save(`${name}.png`, await svgPicture(svg()))} aria-label={`${title} as PNG`}>PNG</button>
+                {rows && <button onClick={() => save(`${name}.csv`, csv(rows), 'text/csv;charset=utf-8')} aria-label={`${title} as CSV`}>CSV</button>}
+            </div>
+            {rows && rows.length <= 400 && (
+                <details class="no-report"><summary>As a table</summary><DataTable rows={rows} /></details>
+            )}
+        </figure>
+    );
+}
+
+export function DataTable({ rows }: { rows: Rows }) {
+    const [head, ...body] = rows;
+    return (
+        <div class="scroll" tabIndex={0} role="region" aria-label="Table">
+            <table><thead><tr>{head.map((c) => <th scope="col">{c}</th>)}</tr></thead>
+                <tbody>{body.map((r) => <tr>{r.map((c) => <td>{typeof c === 'number' ? figure(c, 4) : c}</td>)}</tr>)}</tbody></table>
+        </div>
+    );
+}
+
+// ---- Axes ------------------------------------------------------------------------------------------------------------
+
+/** Round numbers that cover a range. */
+export function ticks(low: number, high: number, about = 5): number[] {
+    if (!(high > low)) return [low];
+    const rough = (high - low) / about;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough)!;
+    const list: number[] = [];
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) list.push(+(i * step).toPrecision(12));
+    return list;
+}
+
+function Axes({ x, y, box, labels }: {
+    x: [number, number]; y: [number, number]; box: [number, number, number, number]; labels: [string, string];
+}) {
+    const [left, top, right, bottom] = box;
+    const at = (v: number, [a, b]: [number, number], p: number, q: number) => p + ((v - a) / (b - a)) * (q - p);
+    return (
+        <g font-size="11" fill="currentColor" stroke="none">
+            {ticks(...x).map((v) => (
+                <g><path d={`M${at(v, x, left, right)} ${bottom}V${top}`} stroke="currentColor" stroke-opacity=".15" />
+                    <text x={at(v, x, left, right)} y={bottom + 15} text-anchor="middle">{figure(v)}</text></g>
+            ))}
+            {ticks(...y).map((v) => (
+                <g><path d={`M${left} ${at(v, y, bottom, top)}H${right}`} stroke="currentColor" stroke-opacity=".15" />
+                    <text x={left - 5} y={at(v, y, bottom, top) + 4} text-anchor="end">{figure(v)}</text></g>
+            ))}
+            <text x={(left + right) / 2} y={bottom + 31} text-anchor="middle">{labels[0]}</text>
+            <text transform={`translate(${left - 42} ${(top + bottom) / 2}) rotate(-90)`} text-anchor="middle">{labels[1]}</text>
+        </g>
+    );
+}
+
+const padded = (values: number[]): [number, number] => {
+    const low = Math.min(...values);
+    const high = Math.max(...values);
+    const margin = (high - low || 1) * 0.08;
+    return [low - margin, high + margin];
+};
+
+// ---- Scatter ---------------------------------------------------------------------------------------------------------
+
+export interface Dot { x: number; y: number; name: string; group?: string | null }
+
+export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: {
+    title: string; name: string; dots: Dot[]; labels: [string, string]; chosen?: number; onChoose?: (i: number) => void; equal?: boolean;
+}) {
+    const groups = [...new Set(dots.map((d) => d.group).filter((g): g is string => !!g))];
+    let x = padded(dots.map((d) => d.x));
+    let y = padded(dots.map((d) => d.y));
+    if (equal) {
+        const half = Math.max((x[1] - x[0]) / 350, (y[1] - y[0]) / 270) / 2;
+        x = [(x[0] + x[1]) / 2 - half * 350, (x[0] + x[1]) / 2 + half * 350];
+        y = [(y[0] + y[1]) / 2 - half * 270, (y[0] + y[1]) / 2 + half * 270];
+    }
+    const px = (v: number) => 60 + ((v - x[0]) / (x[1] - x[0])) * 350;
+    const py = (v: number) => 290 - ((v - y[0]) / (y[1] - y[0])) * 270;
+    return (
+        <Chart title={title} name={name} rows={[['name', 'group', ...labels], ...dots.map((d) => [d.name, d.group ?? '', d.x, d.y] as Rows[0])]}>
+            <svg viewBox="0 0 420 350" role="group" aria-label={`${title}: ${dots.length} shapes${onChoose ? '; Enter on one shows it' : ''}`}>
+                <Axes x={x} y={y} box={[60, 20, 410, 290]} labels={labels} />
+                {dots.map((d, i) => {
+                    const { colour, path } = groupLook(groups, d.group);
+                    return (
+                        <g key={i} transform={`translate(${px(d.x).toFixed(1)} ${py(d.y).toFixed(1)})`} class={onChoose ? 'dot' : ''}
+                            {...(onChoose ? { tabindex: 0, role: 'button', 'aria-pressed': chosen === i, 'aria-label': `${d.name}${d.group ? `, ${d.group}` : ''}: ${figure(d.x)}, ${figure(d.y)}`, onClick: () => onChoose(i), onKeyDown: (e: KeyboardEvent) => { if (e.key === 'Enter' || e.key === ' ') { onChoose(i); e.preventDefault(); } } } : {})}>
+                            <title>{d.name}{d.group ? ` (${d.group})` : ''}</title>
+                            <circle r="12" fill="transparent" />
+                            {chosen === i && <circle r="9" fill="none" stroke="currentColor" stroke-width="2" />}
+                            <path d={path} fill={colour} stroke="#ffffff" stroke-width=".7" />
+                        </g>
+                    );
+                })}
+                {groups.map((g, i) => {
+                    const { colour, path } = groupLook(groups, g);
+                    return <g transform={`translate(${70 + 90 * i} 342)`}><path d={path} fill={colour} /><text x="10" y="4" font-size="11" fill="currentColor">{g}</text></g>;
+                })}
+            </svg>
+        </Chart>
+    );
+}
+
+// ---- Bars, lines, intervals ----------------------------------------------------------------------------------------
+
+export function Variance({ explained, cumulative }: { explained: number[]; cumulative: number[] }) {
+    const n = Math.min(explained.length, 20);
+    const width = 340 / n;
+    return (
+        <Chart title="Variance of the components" name="variance" rows={[['component', 'explained', 'cumulative'], ...explained.map((e, i) => [i + 1, e, cumulative[i]])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={`Variance explained: ${explained.slice(0, 5).map((e, i) => `component ${i + 1} ${Math.round(100 * e)} %`).join(', ')}`}>
+                <Axes x={[0.5, n + 0.5]} y={[0, 1]} box={[60, 20, 410, 290]} labels={['component', 'share of the variance']} />
+                {explained.slice(0, n).map((e, i) => <rect x={65 + i * width} y={290 - 270 * e} width={width * 0.7} height={270 * e} fill="#0072b2" />)}
+                <path d={`M${cumulative.slice(0, n).map((c, i) => `${65 + (i + 0.35) * width} ${290 - 270 * c}`).join('L')}`} fill="none" stroke="#d55e00" stroke-width="2" />
+                <text x="405" y="34" font-size="11" text-anchor="end" fill="currentColor">bars: each; line: all so far</text>
+            </svg>
+        </Chart>
+    );
+}
+
+export function Curve({ title, name, points, labels }: { title: string; name: string; points: { x: number; y: number; error?: number | null }[]; labels: [string, string] }) {
+    const x = padded(points.map((p) => p.x));
+    const y = padded(points.flatMap((p) => [p.y - (p.error ?? 0), p.y + (p.error ?? 0), 0]));
+    const px = (v: number) => 60 + ((v - x[0]) / (x[1] - x[0])) * 350;
+    const py = (v: number) => 290 - ((v - y[0]) / (y[1] - y[0])) * 270;
+    return (
+        <Chart title={title} name={name} rows={[[labels[0], labels[1], 'standard error'], ...points.map((p) => [p.x, p.y, p.error ?? null])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={`${title}: from ${figure(points[0]?.y)} to ${figure(points.at(-1)?.y)}`}>
+                <Axes x={x} y={y} box={[60, 20, 410, 290]} labels={labels} />
+                <path d={`M${points.map((p) => `${px(p.x)} ${py(p.y)}`).join('L')}`} fill="none" stroke="#0072b2" stroke-width="2" />
+                {points.map((p) => <>{p.error ? <path d={`M${px(p.x)} ${py(p.y - p.error)}V${py(p.y + p.error)}`} stroke="currentColor" /> : null}<circle cx={px(p.x)} cy={py(p.y)} r="3" fill="#0072b2" /></>)}
+            </svg>
+        </Chart>
+    );
+}
+
+export function Intervals({ rows, chance }: { rows: { name: string; value: number; low: number; high: number; p?: number | null }[]; chance: number }) {
+    const height = 50 + 30 * rows.length;
+    const at = (v: number) => 130 + 260 * v;
+    return (
+        <Chart title="Accuracy, with 95 % intervals" name="accuracy" rows={[['method', 'accuracy', 'low', 'high', 'p'], ...rows.map((r) => [r.name, r.value, r.low, r.high, r.p ?? null])]}>
+            <svg viewBox={`0 0 420 ${height}`} role="img" aria-label={rows.map((r) => `${r.name}: ${figure(r.value, 2)}, ${figure(r.low, 2)} to ${figure(r.high, 2)}`).join('; ')}>
+                {[0, 0.25, 0.5, 0.75, 1].map((v) => <><path d={`M${at(v)} 10V${height - 30}`} stroke="currentColor" stroke-opacity=".15" /><text x={at(v)} y={height - 14} font-size="11" text-anchor="middle" fill="currentColor">{v}</text></>)}
+                <path d={`M${at(chance)} 10V${height - 30}`} stroke="#d55e00" stroke-dasharray="4 3" />
+                <text x={at(chance)} y={height - 2} font-size="10" text-anchor="middle" fill="currentColor">by chance</text>
+                {rows.map((r, i) => (
+                    <g transform={`translate(0 ${25 + 30 * i})`}>
+                        <text x="8" y="4" font-size="12" fill="currentColor">{r.name}</text>
+                        <path d={`M${at(r.low)} 0H${at(r.high)}M${at(r.low)} -5V5M${at(r.high)} -5V5`} stroke="currentColor" fill="none" />
+                        <circle cx={at(r.value)} cy="0" r="5" fill="#0072b2" />
+                    </g>
+                ))}
+            </svg>
+        </Chart>
+    );
+}
+
+export function Confusion({ classes, counts, title }: { classes: string[]; counts: number[][]; title: string }) {
+    const n = classes.length;
+    const side = Math.min(60, 240 / n);
+    const most = Math.max(1, ...counts.flat());
+    return (
+        <Chart title={title} name="confusion" rows={[['is', ...classes.map((c) => `taken for ${c}`)], ...counts.map((r, i) => [classes[i], ...r])]}>
+            <svg class="narrow" viewBox={`0 0 ${130 + side * n} ${60 + side * n}`} role="img" aria-label={counts.map((r, i) => `${classes[i]}: ${r.map((v, k) => `${v} taken for ${classes[k]}`).join(', ')}`).join('; ')}>
+                {counts.map((row, i) => row.map((v, k) => (
+                    <g><rect x={120 + k * side} y={40 + i * side} width={side - 1} height={side - 1} fill={i === k ? '#0072b2' : '#d55e00'} fill-opacity={0.12 + 0.88 * (v / most)} />
+                        <text x={120 + (k + 0.5) * side} y={44 + (i + 0.5) * side} text-anchor="middle" font-size="13" fill={v / most > 0.5 ? '#ffffff' : 'currentColor'}>{v}</text></g>
+                )))}
+                {classes.map((c, i) => <><text x="114" y={44 + (i + 0.5) * side} text-anchor="end" font-size="12" fill="currentColor">{c}</text>
+                    <text x={120 + (i + 0.5) * side} y="34" text-anchor="middle" font-size="12" fill="currentColor">{c}</text></>)}
+                <text x="120" y="14" font-size="11" fill="currentColor">taken for</text>
+                <text x="114" y="34" font-size="11" text-anchor="end" fill="currentColor">is</text>
+            </svg>
+        </Chart>
+    );
+}
+
+// ---- Distances -------------------------------------------------------------------------------------------------------
+
+interface Tree { at: number; height: number; leaves: number[]; left?: Tree; right?: Tree }
+
+/** Average linkage (UPGMA): the order of the leaves and the tree. */
+export function cluster(matrix: number[][]): Tree {
+    let nodes: Tree[] = matrix.map((_, i) => ({ at: i, height: 0, leaves: [i] }));
+    while (nodes.length > 1) {
+        let best: [number, number, number] = [0, 1, Infinity];
+        for (let i = 0; i < nodes.length; i++)
+            for (let j = i + 1; j < nodes.length; j++) {
+                let sum = 0;
+                for (const a of nodes[i].leaves) for (const b of nodes[j].leaves) sum += matrix[a][b];
+                const mean = sum / (nodes[i].leaves.length * nodes[j].leaves.length);
+                if (mean < best[2]) best = [i, j, mean];
+            }
+        const [i, j, height] = best;
+        const joined = { at: -1, height, left: nodes[i], right: nodes[j], leaves: [...nodes[i].leaves, ...nodes[j].leaves] };
+        nodes = nodes.filter((_, k) => k !== i && k !== j).concat(joined);
+    }
+    return nodes[0];
+}
+
+/** Classical scaling: the first two coordinates, by power iteration on the doubly centred squares. */
+export function scaling(matrix: number[][]): { points: [number, number][]; share: number } {
+    const n = matrix.length;
+    const square = matrix.map((r) => r.map((d) => d * d));
+    const mean = square.map((r) => r.reduce((a, b) => a + b, 0) / n);
+    const all = mean.reduce((a, b) => a + b, 0) / n;
+    const b = square.map((r, i) => r.map((d, j) => -0.5 * (d - mean[i] - mean[j] + all)));
+    const trace = b.reduce((sum, r, i) => sum + Math.max(0, r[i]), 0);
+    const vectors: { value: number; vector: number[] }[] = [];
+    for (let k = 0; k < 2; k++) {
+        let v = Array.from({ length: n }, (_, i) => Math.sin(1 + i * (k + 1.7)));
+        let value = 0;
+        for (let round = 0; round < 300; round++) {
+            for (const e of vectors) {
+                const dot = v.reduce((sum, x, i) => sum + x * e.vector[i], 0);
+                v = v.map((x, i) => x - dot * e.vector[i]);
+            }
+            const w = b.map((r) => r.reduce((sum, x, i) => sum + x * v[i], 0));
+            value = Math.hypot(...w);
+            if (value === 0) break;
+            v = w.map((x) => x / value);
+        }
+        vectors.push({ value, vector: v });
+    }
+    const points = Array.from({ length: n }, (_, i) => vectors.map((e) => e.vector[i] * Math.sqrt(Math.max(0, e.value))) as [number, number]);
+    return { points, share: trace > 0 ? (vectors[0].value + vectors[1].value) / trace : 0 };
+}
+
+export function HeatMap({ labels, matrix, chosen, onChoose }: { labels: string[]; matrix: number[][]; chosen?: number; onChoose: (i: number) => void }) {
+    const tree = cluster(matrix);
+    const n = labels.length;
+    const side = 300 / n;
+    const most = Math.max(...matrix.flat());
+    const place = new Map(tree.leaves.map((leaf, i) => [leaf, i]));
+    const lines: string[] = [];
+    const walk = (node: Tree): number => {
+        if (!node.left || !node.right) return 10 + (place.get(node.at)! + 0.5) * side;
+        const a = walk(node.left);
+        const b = walk(node.right);
+        const y = (h: number) => 55 - 50 * (h / (tree.height || 1));
+        lines.push(`M${a} ${y(node.left.height)}V${y(node.height)}H${b}V${y(node.right.height)}`);
+        return (a + b) / 2;
+    };
+    walk(tree);
+    return (
+        <Chart title="Distances, in the order of the tree" name="distances" rows={[['', ...labels], ...matrix.map((r, i) => [labels[i], ...r])]}>
+            <svg viewBox="0 0 480 400" role="group" aria-label={`Distances between ${n} shapes; the greatest is ${figure(most)}`}>
+                <path d={lines.join('')} fill="none" stroke="currentColor" />
+                {tree.leaves.map((i, row) => tree.leaves.map((j, column) => (
+                    <rect x={10 + column * side} y={60 + row * side} width={side} height={side} fill={colourText('cividis', matrix[i][j] / most)}><title>{`${labels[i]} and ${labels[j]}: ${figure(matrix[i][j])}`}</title></rect>
+                )))}
+                {n <= 60 && tree.leaves.map((i, row) => (
+                    <text x="316" y={60 + (row + 0.5) * side + 4} font-size={Math.min(11, side)} fill="currentColor" class="dot" font-weight={chosen === i ? 'bold' : 'normal'} tabindex={0} role="button" aria-pressed={chosen === i}
+                        onClick={() => onChoose(i)} onKeyDown={(e) => { if (e.key === 'Enter') onChoose(i); }}>{labels[i].slice(0, 26)}</text>
+                ))}
+                {Array.from({ length: 20 }, (_, i) => <rect x={10 + 15 * i} y="372" width="15" height="9" fill={colourText('cividis', i / 19)} />)}
+                <text x="10" y="394" font-size="11" fill="currentColor">0</text><text x="310" y="394" font-size="11" text-anchor="end" fill="currentColor">{figure(most)}</text>
+            </svg>
+        </Chart>
+    );
+}

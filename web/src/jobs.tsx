@@ -1,0 +1,127 @@
+// The history of jobs, and one job: how far it is, what it was given, what it found.
+import { useEffect, useState } from 'preact/hooks';
+import * as api from './api';
+import { link } from './router';
+import { isActive, jobs, mayChange, refreshJobs, useValue } from './state';
+import { cancelJob, progressText } from './tray';
+import { LongTable, Meter, Page, ProblemBox, Shown, Sure, later, span, useLoad, when } from './ui';
+import { STATUS } from './home';
+
+const Results = later<{ job: api.Job }>(() => import('./results').then((m) => m.Results));
+
+const took = (job: api.Job): string =>
+    job.started && job.finished ? span((Date.parse(job.finished) - Date.parse(job.started)) / 1000) : '–';
+
+export function Jobs() {
+    const recent = useValue(jobs);
+    const [all, setAll] = useState<api.Job[]>([]);
+    const [next, setNext] = useState<string | null | undefined>(undefined);
+    const [find, setFind] = useState('');
+    const [state, setState] = useState('');
+    useEffect(() => {
+        void api.jobs(50).then((page) => setNext(page.next), () => {});
+    }, []);
+    const more = async () => {
+        const page = await api.jobs(200, next!);
+        setAll(all.concat(page.items));
+        setNext(page.next);
+    };
+    const seen = new Set(recent.map((j) => j.id));
+    const list = recent.concat(all.filter((j) => !seen.has(j.id)))
+        .filter((j) => (!state || j.status === state) && `${j.name} ${j.process} ${j.id} ${j.tags.join(' ')}`.toLowerCase().includes(find.toLowerCase()));
+    return (
+        <Page title="Jobs">
+            <div class="row tools">
+                <label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
+                <label>State <select value={state} onChange={(e) => setState(e.currentTarget.value)}>
+                    <option value="">all</option>
+                    {Object.entries(STATUS).map(([value, text]) => <option value={value}>{text}</option>)}
+                </select></label>
+            </div>
+            {list.length === 0 ? <p class="quiet">No job {find || state ? 'fits' : 'yet: start an analysis of a cohort'}.</p> : (
+                <LongTable label="Jobs" items={list} keyOf={(j) => j.id}
+                    columns={[{ title: 'Analysis' }, { title: 'State' }, { title: 'Took', width: '7rem' }, { title: 'Started', width: '13rem' }, { title: '', width: '7rem' }]}
+                    row={(j) => [
+                        <a href={link('jobs', j.id)}>{j.name ? `${j.name} (${j.process})` : j.process}</a>,
+                        isActive(j) ? <span class="row"><Meter value={j.progress} label={`Progress of ${j.process}`} /><span class="quiet">{progressText(j)}</span></span>
+                            : <span class={`state ${j.status}`}>{STATUS[j.status]}</span>,
+                        took(j), when(j.created),
+                        isActive(j) && mayChange() ? <button onClick={() => void cancelJob(j)} aria-label={`Cancel ${j.name || j.process}`}>Cancel</button> : null,
+                    ]} />
+            )}
+            {next && <p><button onClick={more}>Show older ones</button></p>}
+        </Page>
+    );
+}
+
+/** Inputs as a query, so that the form can be opened with them. */
+export const rerunLink = (job: api.Job): string => `${link('analyses', job.process)}?from=${job.id}`;
+
+function Inputs({ job }: { job: api.Job }) {
+    if (!job.inputs) return null;
+    const text = (value: any): string =>
+        value && typeof value === 'object' && !Array.isArray(value) && value.name && value.surfaces
+            ? `${value.name} (${value.surfaces.length} members)` : JSON.stringify(value);
+    return (
+        <details>
+            <summary>What it was given</summary>
+            <dl class="pairs">{Object.entries(job.inputs).map(([name, value]) => {
+                const said = text(value);
+                return <><dt>{name}</dt><dd>{said.length > 300 ? `${said.slice(0, 300)}…` : said}</dd></>;
+            })}</dl>
+            {job.build && <p class="quiet">{job.build}</p>}
+        </details>
+    );
+}
+
+export function JobPage({ id }: { id: string }) {
+    const live = useValue(jobs).find((j) => j.id === id);
+    const loaded = useLoad(() => api.job(id), [id, live?.status]);
+    const [error, setError] = useState<unknown>();
+    const [gone, setGone] = useState(false);
+    const remove = async () => {
+        try {
+            await api.send('DELETE', `/v1/jobs/${id}`);
+            setGone(true);
+            refreshJobs();
+        } catch (e) {
+            setError(e);
+        }
+    };
+    useEffect(() => {
+        if (!live && loaded.value && isActive(loaded.value)) {
+            const timer = setTimeout(loaded.reload, 1500);
+            return () => clearTimeout(timer);
+        }
+    }, [live, loaded.value]);
+    if (gone) return <Page title="Job removed"><a href="#/jobs">All jobs</a></Page>;
+    return (
+        <Shown of={loaded} label="the job">{(first) => {
+            const job: api.Job = live ? { ...first, ...live, inputs: first.inputs } : first;
+            return (
+                <Page title={job.name || job.process} actions={mayChange() && (
+                    <>
+                        <a class="button" href={rerunLink(job)}>Run again with changes</a>
+                        {isActive(job) ? <button onClick={() => void cancelJob(job)}>Cancel</button>
+                            : <Sure question="Remove this job and its results? It can be computed again." onYes={remove}>Remove</Sure>}
+                    </>
+                )}>
+                    <p class="quiet">
+                        {job.process}, <span class={`state ${job.status}`}>{STATUS[job.status]}</span>, started {when(job.created)}
+                        {job.finished ? `, took ${took(job)}` : ''}
+                    </p>
+                    {error ? <ProblemBox error={error} /> : null}
+                    {isActive(job) && (
+                        <section class="card" aria-label="Progress">
+                            <Meter value={job.progress} label="Progress" />
+                            <p>{progressText(job)}</p>
+                        </section>
+                    )}
+                    {job.problem && <ProblemBox error={new api.Failure(job.problem)} />}
+                    {job.status === 'successful' && <Results job={job} />}
+                    <Inputs job={job} />
+                </Page>
+            );
+        }}</Shown>
+    );
+}

@@ -1,0 +1,199 @@
+// Meshes: what was uploaded, its quality, what is wrong with it and how to mend it; label volumes.
+import { useEffect, useMemo, useState } from 'preact/hooks';
+import * as api from './api';
+import { go, link } from './router';
+import { mayChange, refreshJobs, say } from './state';
+import { LongTable, Page, ProblemBox, Shown, Sure, figure, later, plural, size, useLoad } from './ui';
+import { DropZone, Uploads } from './home';
+import { batch, freeName } from './upload';
+import { useValue } from './state';
+
+const Shape = later<any>(() => import('./shape').then((m) => m.Shape));
+
+/** Inputs of repair that would mend what the report names. */
+export function mending(mesh: api.Mesh): Record<string, unknown> | null {
+    const inputs: Record<string, unknown> = { mesh: mesh.id, orient: true, islands: true, duplicates: true, degenerate: true };
+    const codes = mesh.report.problems.map((p) => p.code);
+    const diagonal = mesh.report.boundingBoxDiagonal;
+    if (codes.some((c) => /closed|boundary|hole/.test(c))) inputs.holes = 10 * diagonal;
+    if (codes.some((c) => /closed|boundary|manifold/.test(c))) inputs.merge = 1e-6 * diagonal;
+    if (codes.some((c) => /genus/.test(c))) inputs.handles = 128;
+    return codes.length ? inputs : null;
+}
+
+function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string) => void }) {
+    const [busy, setBusy] = useState(false);
+    const [said, setSaid] = useState('');
+    const inputs = mending(mesh);
+    if (!inputs || !mayChange()) return null;
+    const mend = async () => {
+        setBusy(true);
+        try {
+            const answer = await api.run('repair', inputs);
+            refreshJobs();
+            if (answer.mesh.report.analysable) {
+                say(`${mesh.name || mesh.id} was mended`);
+                await api.send('PATCH', `/v1/meshes/${answer.mesh.id}`, { name: `${mesh.name || 'mesh'} mended` });
+                done?.(answer.mesh.id);
+            } else setSaid(answer.mesh.report.problems[0]?.detail ?? 'It cannot be mended this way.');
+        } catch (error) {
+            setSaid((error as Error).message);
+        }
+        setBusy(false);
+    };
+    return (
+        <>
+            <button onClick={mend} disabled={busy} aria-label={`Repair ${mesh.name || mesh.id}`}>{busy ? 'Repairing…' : 'Repair'}</button>
+            {said && <span class="wrong" title={said}> {said}</span>}
+        </>
+    );
+}
+
+export function Meshes() {
+    const [items, setItems] = useState<api.Mesh[]>([]);
+    const [loaded, setLoaded] = useState(false);
+    const [error, setError] = useState<unknown>();
+    const [find, setFind] = useState('');
+    const [only, setOnly] = useState('');
+    const [chosen, setChosen] = useState<Set<string>>(new Set());
+    const [round, setRound] = useState(0);
+    const sending = useValue(batch)?.running;
+    useEffect(() => {
+        let gone = false;
+        api.listAll<api.Mesh>('meshes', setItems, () => gone).then(() => setLoaded(true), setError);
+        return () => { gone = true; };
+    }, [round, sending]);
+    const shown = useMemo(() => {
+        const text = find.toLowerCase();
+        return items.filter((m) => (!only || (only === 'good') === m.report.analysable)
+            && `${m.name} ${m.id} ${m.format} ${(m.tags ?? []).join(' ')}`.toLowerCase().includes(text));
+    }, [items, find, only]);
+    const good = items.filter((m) => m.report.analysable).length;
+    const toggle = (id: string) => {
+        const next = new Set(chosen);
+        if (!next.delete(id)) next.add(id);
+        setChosen(next);
+    };
+    const all = shown.length > 0 && shown.every((m) => chosen.has(m.id));
+    const remove = async () => {
+        setError(undefined);
+        try {
+            for (const id of chosen) await api.send('DELETE', `/v1/meshes/${id}`);
+            say(`${plural(chosen.size, 'mesh', 'meshes')} removed`);
+            setChosen(new Set());
+        } catch (e) {
+            setError(e);
+        }
+        setRound(round + 1);
+    };
+    const makeCohort = async () => {
+        const from = items.filter((m) => m.report.analysable && (chosen.size === 0 || chosen.has(m.id)));
+        try {
+            const name = await freeName('cohort');
+            await api.send('POST', '/v1/cohorts', { name, members: from.map((m) => ({ id: m.id })).reverse() });
+            go(link('cohorts', name));
+        } catch (e) {
+            setError(e);
+        }
+    };
+    return (
+        <Page title="Meshes" actions={mayChange() && good > 0 && (
+            <>
+                {chosen.size > 0 && <Sure onYes={remove} question={`Delete ${plural(chosen.size, 'mesh', 'meshes')}? What needs one keeps it.`}>Delete {chosen.size}</Sure>}
+                <button class="main" onClick={makeCohort}>New cohort of {chosen.size || good}</button>
+            </>
+        )}>
+            {mayChange() && <DropZone compact />}
+            <Uploads />
+            {error ? <ProblemBox error={error} /> : null}
+            <div class="row tools">
+                <label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label>
+                <label>Show <select value={only} onChange={(e) => setOnly(e.currentTarget.value)}>
+                    <option value="">all</option><option value="good">can be analysed</option><option value="bad">to be mended</option>
+                </select></label>
+                <span class="quiet" role="status">{good} of {items.length.toLocaleString('en')} can be analysed{items.length > good ? `, ${items.length - good} to be mended` : ''}</span>
+            </div>
+            {items.length === 0 ? <p class="quiet">{loaded ? 'No meshes yet. Drop some above, or load the example from the start page.' : 'Loading…'}</p> : (
+                <LongTable label="Meshes" items={shown} keyOf={(m) => m.id}
+                    columns={[
+                        { title: '', width: '2.2rem' }, { title: 'Name' }, { title: 'Faces', width: '5.5rem' }, { title: 'Size', width: '5rem' },
+                        { title: 'Route', width: '4.5rem' }, { title: 'Star margin', width: '6rem' }, { title: 'Repairs' }, { title: 'Problem' }, { title: '', width: '6rem' },
+                    ]}
+                    row={(m) => [
+                        <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={`Choose ${m.name || m.id}`} />,
+                        <a href={link('meshes', m.id)}>{m.name || m.id}</a>,
+                        m.faces.toLocaleString('en'), size(m.bytes), m.report.route ?? '–', figure(m.report.starShaped?.margin),
+                        m.report.repairs.map((r) => `${r.code} ${r.count}`).join(', ') || '–',
+                        m.report.problems[0] ? <span class="wrong" title={m.report.problems[0].detail}>{m.report.problems[0].code}: {m.report.problems[0].detail}</span> : '–',
+                        m.report.analysable ? null : <Mend mesh={m} done={() => setRound(round + 1)} />,
+                    ]} />
+            )}
+            {shown.length > 0 && (
+                <p><button onClick={() => setChosen(new Set(all ? [] : shown.map((m) => m.id)))}>{all ? 'Choose none' : `Choose all ${shown.length.toLocaleString('en')} shown`}</button></p>
+            )}
+        </Page>
+    );
+}
+
+export function MeshPage({ id }: { id: string }) {
+    const mesh = useLoad<api.Mesh>((signal) => api.get(`/v1/meshes/${id}`, signal), [id]);
+    return (
+        <Shown of={mesh} label="the mesh">{(m) => (
+            <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
+                <div class="split">
+                    <Shape src={`/v1/meshes/${id}/content?format=glb`} label={`Mesh ${m.name}`} marks={m.report.problems}
+                        name={m.name || m.id} downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
+                    <div>
+                        {m.report.problems.map((p) => (
+                            <div class="problem"><strong>{p.code}</strong><p>{p.detail}</p></div>
+                        ))}
+                        <dl class="pairs">
+                            <dt>Vertices, faces</dt><dd>{m.vertices.toLocaleString('en')}, {m.faces.toLocaleString('en')}</dd>
+                            <dt>Area</dt><dd>{figure(m.report.area, 5)} (units of the file, squared)</dd>
+                            <dt>Volume</dt><dd>{figure(m.report.volume, 5)} (cubed)</dd>
+                            <dt>Closed, genus, parts</dt><dd>{m.report.closed ? 'closed' : 'open'}, {m.report.genus ?? '–'}, {m.report.components}</dd>
+                            <dt>Route</dt><dd>{m.report.route ?? '–'}{m.report.starShaped?.value ? ', star-shaped' : ''}</dd>
+                            <dt>Repairs when read</dt><dd>{m.report.repairs.map((r) => `${r.code}: ${r.count}`).join(', ') || 'none'}</dd>
+                            <dt>Id</dt><dd><code>{m.id}</code></dd>
+                        </dl>
+                        {mayChange() && m.report.analysable && <a class="button main" href={`${link('analyses', 'encode')}?mesh=${m.id}`}>Encode as a surface</a>}
+                    </div>
+                </div>
+            </Page>
+        )}</Shown>
+    );
+}
+
+/** Labels of a segmentation, each of which becomes a mesh. */
+export function Volume({ id }: { id: string }) {
+    const volume = useLoad<any>(() => api.get(`/v1/volumes/${id}`), [id]);
+    const [chosen, setChosen] = useState<Set<number>>(new Set());
+    const [error, setError] = useState<unknown>();
+    const extract = async () => {
+        try {
+            for (const label of chosen) await api.execute('extract', { volume: id, labels: [label] }, `Label ${label}`);
+            refreshJobs();
+            go('#/meshes');
+        } catch (e) {
+            setError(e);
+        }
+    };
+    return (
+        <Shown of={volume} label="the segmentation">{(v) => (
+            <Page title={v.name || 'Segmentation'}>
+                <p>Choose the labels that become meshes, one of each.</p>
+                {error ? <ProblemBox error={error} /> : null}
+                <fieldset><legend>Labels</legend>
+                    {v.labels.map((l: any) => (
+                        <label class="check"><input type="checkbox" checked={chosen.has(l.value)} onChange={() => {
+                            const next = new Set(chosen);
+                            if (!next.delete(l.value)) next.add(l.value);
+                            setChosen(next);
+                        }} /> {l.value}{l.name ? ` ${l.name}` : ''} <span class="quiet">{l.voxels.toLocaleString('en')} voxels</span></label>
+                    ))}
+                </fieldset>
+                {mayChange() && <button class="main" disabled={!chosen.size} onClick={extract}>Make {plural(chosen.size, 'mesh', 'meshes')}</button>}
+            </Page>
+        )}</Shown>
+    );
+}

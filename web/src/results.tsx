@@ -1,0 +1,471 @@
+// What analyses found, each in the form that answers its question; and the report of it.
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import * as api from './api';
+import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Variance, scaling } from './charts';
+import type { Surface3 } from './glb';
+import { link } from './router';
+import { ColourBar, PictureButtons, View, linked, mapOf, paintedBy, shapeAt, shapePath, surfacePath, useShape } from './shape';
+import { Camera, moved } from './stage';
+import { Page, ProblemBox, Shown, csv, figure, save, useLoad } from './ui';
+import { makeReport } from './report';
+
+function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
+    if (!list?.length) return null;
+    return (
+        <section class="warning" aria-label="Warnings">
+            <strong>Reasons to doubt</strong>
+            <ul>{list.map((w) => <li><code>{w.code}</code> {w.detail}</li>)}</ul>
+        </section>
+    );
+}
+
+/** A shape in a view that turns with the others, or a word that it comes. */
+export function Linked({ id, title, resolution = 24, colour }: { id: string; title: string; resolution?: number; colour?: string }) {
+    const { shape, error } = useShape(shapePath(id, resolution));
+    const own = useMemo(() => new Camera(), []);
+    const [alone, setAlone] = useState(false);
+    if (error) return <ProblemBox error={error} />;
+    return (
+        <figure class="shape">
+            {shape ? <View parts={[{ shape, colour }]} camera={alone ? own : linked} label={title} onLink={() => setAlone(!alone)} />
+                : <div class="view" aria-busy="true" />}
+            <figcaption>{title}{alone ? ' (turns alone)' : ''}</figcaption>
+        </figure>
+    );
+}
+
+// ---- Components --------------------------------------------------------------------------------------------------------
+
+const KEYFRAMES = [-3, -2, -1, 0, 1, 2, 3];
+
+interface Frames { shapes: Surface3[]; energies: (number | null)[] }
+
+/** Cubic through four of the keyframes at equal distances. */
+export function weights(t: number): [number, number][] {
+    const x = Math.max(-3, Math.min(3, t)) + 3;
+    const first = Math.max(0, Math.min(3, Math.floor(x) - 1));
+    return [0, 1, 2, 3].map((k) => {
+        let w = 1;
+        for (let j = 0; j < 4; j++) if (j !== k) w *= (x - first - j) / (k - j);
+        return [first + k, w];
+    });
+}
+
+function normalsOf(shape: Surface3): void {
+    const { positions: p, indices, normals } = shape;
+    normals.fill(0);
+    for (let f = 0; f < indices.length; f += 3) {
+        const [a, b, c] = [3 * indices[f], 3 * indices[f + 1], 3 * indices[f + 2]];
+        const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
+        const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
+        const n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+        for (const i of [a, b, c]) for (let k = 0; k < 3; k++) normals[i + k] += n[k];
+    }
+    for (let i = 0; i < normals.length; i += 3) {
+        const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+        for (let k = 0; k < 3; k++) normals[i + k] /= length;
+    }
+}
+
+function Modes({ model }: { model: api.Model }) {
+    const mean = useShape(surfacePath(model.mean.id));
+    const frames = useRef(new Map<number, Frames>());
+    const [loading, setLoading] = useState<number | null>(null);
+    const [at, setAt] = useState<Record<number, number>>({});
+    const [shown, setShown] = useState(Math.min(3, model.components));
+    const [version, setVersion] = useState(0);
+    const [error, setError] = useState<unknown>();
+    const [playing, setPlaying] = useState(0);
+    const moving = useMemo(() => mean.shape && { ...mean.shape, positions: mean.shape.positions.slice(), normals: mean.shape.normals.slice(), fields: [] }, [mean.shape]);
+    const load = async (mode: number): Promise<boolean> => {
+        if (frames.current.has(mode)) return true;
+        setLoading(mode);
+        try {
+            const answer = await api.run('modes', { model: model.id, mode, coefficients: KEYFRAMES });
+            const shapes = await Promise.all(answer.surfaces.map((s: api.Surface) => shapeAt(surfacePath(s.id))));
+            frames.current.set(mode, { shapes, energies: answer.relativeEnergy });
+            setLoading(null);
+            return true;
+        } catch (e) {
+            setError(e);
+            setLoading(null);
+            return false;
+        }
+    };
+    useEffect(() => {
+        if (!moving || !mean.shape) return;
+        moving.positions.set(mean.shape.positions);
+        for (const [mode, value] of Object.entries(at)) {
+            const given = frames.current.get(+mode);
+            if (!given || value === 0) continue;
+            const middle = given.shapes[3].positions;
+            for (const [k, w] of weights(value)) {
+                const from = given.shapes[k].positions;
+                for (let i = 0; i < middle.length; i++) moving.positions[i] += w * (from[i] - middle[i]);
+            }
+        }
+        normalsOf(moving);
+        moved(moving);
+        setVersion((v) => v + 1);
+    }, [at, moving, loading]);
+    useEffect(() => {
+        if (!playing) return;
+        let frame = 0;
+        const start = performance.now();
+        const step = (now: number) => {
+            setAt((a) => ({ ...a, [playing]: 2 * Math.sin((now - start) / 900) }));
+            frame = requestAnimationFrame(step);
+        };
+        frame = requestAnimationFrame(step);
+        return () => cancelAnimationFrame(frame);
+    }, [playing]);
+    const slide = async (mode: number, value: number) => {
+        setAt((a) => ({ ...a, [mode]: value }));
+        await load(mode);
+    };
+    const active = Object.entries(at).filter(([, v]) => v !== 0);
+    const doubt = active.map(([mode, v]) => {
+        const energy = frames.current.get(+mode)?.energies[Math.max(0, Math.min(6, Math.round(v) + 3))];
+        return energy === null || energy === undefined ? null : { mode, energy, far: Math.sqrt(energy) > 0.25 * Math.abs(v) * Math.sqrt(model.eigenvalues[+mode - 1]) };
+    }).filter((d): d is { mode: string; energy: number; far: boolean } => d !== null);
+    return (
+        <section aria-label="Components">
+            <h2>Mean and components</h2>
+            <div class="split">
+                <figure class="shape">
+                    {moving ? <View parts={[{ shape: moving }]} camera={linked} version={version} label={active.length ? `Shape at ${active.map(([m, v]) => `component ${m}: ${figure(v)} standard deviations`).join(', ')}` : 'Mean shape'} />
+                        : <div class="view" aria-busy="true" />}
+                    <figcaption class="row">
+                        {active.length ? active.map(([m, v]) => `component ${m}: ${v > 0 ? '+' : ''}${figure(v)} sd`).join(', ') : 'mean'}
+                        {moving && <span class="no-report"><PictureButtons parts={[{ shape: moving }]} camera={linked} name="mode" /></span>}
+                    </figcaption>
+                </figure>
+                <div class="no-report">
+                    {Array.from({ length: shown }, (_, i) => i + 1).map((mode) => (
+                        <div class="field" key={mode}>
+                            <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * model.explained[mode - 1])} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
+                            <div class="row">
+                                <input id={`mode-${mode}`} class="grow" type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0} onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} />
+                                <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
+                            </div>
+                        </div>
+                    ))}
+                    <div class="actions">
+                        {shown < model.components && <button onClick={() => setShown(shown + 1)}>Add a component</button>}
+                        <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the mean</button>
+                    </div>
+                    {doubt.map((d) => <p class={d.far ? 'wrong' : 'quiet'}>Component {d.mode}: {d.far ? 'such a shape does not exist; this is the one nearest to it' : 'this shape exists'} (relative energy {figure(d.energy, 2)}).</p>)}
+                    {active.length > 1 && <p class="quiet">Several components together are shown approximately: displacements are added.</p>}
+                    {error ? <ProblemBox error={error} /> : null}
+                </div>
+            </div>
+        </section>
+    );
+}
+
+function Components({ model }: { model: api.Model }) {
+    const [x, setX] = useState(1);
+    const [y, setY] = useState(Math.min(2, model.components));
+    const [chosen, setChosen] = useState<number | undefined>();
+    const sd = model.eigenvalues.map(Math.sqrt);
+    const of = (i: number, k: number) => model.scores[i][k - 1] / (sd[k - 1] || 1);
+    const dots = model.scores.map((_, i) => ({ x: of(i, x), y: of(i, y), name: model.labels[i], group: model.groups?.[i] }));
+    const select = (value: number, set: (n: number) => void, label: string) => (
+        <label>{label} <select value={value} onChange={(e) => set(+e.currentTarget.value)}>
+            {model.eigenvalues.map((_, i) => <option value={i + 1}>{i + 1}</option>)}
+        </select></label>
+    );
+    const surfaces: string[] = model.madeFrom?.contents ?? model.madeFrom?.surfaces ?? [];
+    return (
+        <>
+            <Modes model={model} />
+            <div class="split">
+                <div>
+                    <Scatter title="Scores" name="scores" dots={dots} labels={[`component ${x} (sd)`, `component ${y} (sd)`]} chosen={chosen} onChoose={setChosen} />
+                    <div class="row no-report">{select(x, setX, 'Across')}{select(y, setY, 'Up')}</div>
+                </div>
+                {chosen !== undefined && surfaces[chosen]
+                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}`} />
+                    : <p class="quiet no-report">Choose a mark to see its shape beside the mean.</p>}
+            </div>
+            <div class="split">
+                <Variance explained={model.explained} cumulative={model.cumulative} />
+                <div class="no-report">
+                    <h3>Take away</h3>
+                    <div class="actions">
+                        <button onClick={() => save('scores.csv', csv([['name', 'group', ...model.eigenvalues.map((_, i) => `component ${i + 1}`)], ...model.scores.map((s, i) => [model.labels[i], model.groups?.[i] ?? '', ...s])]), 'text/csv;charset=utf-8')}>Scores as CSV</button>
+                        <button onClick={async () => save('model.zip', await (await api.request(`/v1/models/${model.id}/export`)).blob())}>Model as zip</button>
+                        <a class="button" href={link('shapes', model.mean.id)}>The mean</a>
+                        <a class="button" href={`${link('analyses', 'evaluate-model')}?model=${model.id}`}>Its quality</a>
+                        <a class="button" href={`${link('analyses', 'project')}?model=${model.id}`}>A new subject</a>
+                        <a class="button" href={`${link('analyses', 'sample')}?model=${model.id}`}>Random shapes</a>
+                    </div>
+                </div>
+            </div>
+        </>
+    );
+}
+
+export function ModelPage({ id }: { id: string }) {
+    const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
+    return (
+        <Shown of={model} label="the model">{(m) => (
+            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} />}>
+                <p class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</p>
+                <div class="results"><Components model={m} /></div>
+            </Page>
+        )}</Shown>
+    );
+}
+
+// ---- Groups ------------------------------------------------------------------------------------------------------------
+
+function pText(r: any): string {
+    const p = r.pValue;
+    return `${r.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(p)}`;
+}
+
+function Groups({ result }: { result: any }) {
+    const { shape, error } = useShape(surfacePath(result.surface.id, 32));
+    const camera = linked;
+    const [threshold, setThreshold] = useState(0.05);
+    const [corrected, setCorrected] = useState('significance');
+    const [read, setRead] = useState('');
+    if (error) return <ProblemBox error={error} />;
+    const least = corrected === 'fdr' ? result.leastFdr : result.leastSignificance;
+    const p = shape?.fields.find((f) => f.name.toLowerCase() === corrected);
+    const effect = shape?.fields.find((f) => /effect/i.test(f.name));
+    const keep = p && ((_: number, vertex: number) => p.values[vertex] <= threshold);
+    const any = p ? p.low <= threshold : false;
+    const sizes = result.groupSizes;
+    return (
+        <>
+            <p class="big">{pText(result)}{result.pValueInterval && result.pValueInterval[0] !== result.pValueInterval[1] ? ` (${figure(result.pValueInterval[0])} to ${figure(result.pValueInterval[1])})` : ''}
+                {' '}<span class="quiet">{result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}{result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}</span></p>
+            <p>{result.groups?.join(' against ')}{sizes ? ` (${Array.isArray(sizes) ? sizes.join(' and ') : Object.values(sizes).join(' and ')})` : ''}, distance of the means {figure(result.distance)}.</p>
+            <div class="row tools no-report">
+                <label>Grey where p exceeds <input type="number" min={0} max={1} step={0.01} value={threshold} onInput={(e) => setThreshold(+e.currentTarget.value)} /></label>
+                <label>p <select value={corrected} onChange={(e) => setCorrected(e.currentTarget.value)}>
+                    <option value="significance">corrected for all points</option><option value="fdr">false discovery rate</option>
+                </select></label>
+            </div>
+            <p class={any ? '' : 'big'} role="status">{p ? (any ? `Points with p of at most ${figure(threshold)} are in colour.` : `No point is significant: the least p is ${figure(least ?? p.low)}.`) : ''}</p>
+            <div class="split">
+                {shape && [p, effect].map((field) => field && (() => {
+                    const map = { ...mapOf(field), keep };
+                    const parts = [{ shape, colours: paintedBy(map) }];
+                    return (
+                        <figure class="shape">
+                            <View parts={parts} camera={camera} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
+                            <ColourBar map={map} threshold={field === p ? threshold : undefined} />
+                            <figcaption class="row">{field === p ? 'p at each point' : 'effect'}{field.meaning ? <span class="quiet">{field.meaning}</span> : null}
+                                <span class="no-report"><PictureButtons parts={parts} camera={camera} name={`map-${field.name}`} /></span>
+                                {field === p && <button class="no-report" onClick={() => {
+                                    let best = 0;
+                                    for (let i = 1; i < p.values.length; i++) if (p.values[i] < p.values[best]) best = i;
+                                    setRead(`Least p ${figure(p.values[best])}${effect ? `, effect there ${figure(effect.values[best])}` : ''}, at vertex ${best}`);
+                                }}>Read the least</button>}
+                            </figcaption>
+                        </figure>
+                    );
+                })())}
+            </div>
+            {read && <p role="status">{read}</p>}
+            <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Maps as files</a></div>
+        </>
+    );
+}
+
+// ---- Classification ----------------------------------------------------------------------------------------------------
+
+function Classification({ result, job }: { result: any; job: api.Job }) {
+    const names = Object.keys(result.methods);
+    const [method, setMethod] = useState(names[0]);
+    const [chosen, setChosen] = useState<string | null>(null);
+    const m = result.methods[method];
+    const cohort = result.inputs?.cohort ?? job.inputs?.cohort ?? {};
+    const missed = m.perSubject.filter((s: any) => s.predicted !== s.label);
+    const idOf = (subject: string, label: string): string | undefined => {
+        const subjects: string[] = cohort.subjects ?? [];
+        const i = subjects.findIndex((s, k) => s === subject && (!cohort.labels || cohort.labels[k] === label));
+        return cohort.surfaces?.[i];
+    };
+    return (
+        <>
+            <div class="split">
+                <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={names.map((name) => {
+                    const r = result.methods[name];
+                    return { name, value: r.accuracy, low: r.confidenceInterval[0], high: r.confidenceInterval[1], p: r.pValue };
+                })} />
+                <div>
+                    <label class="no-report">Method <select value={method} onChange={(e) => setMethod(e.currentTarget.value)}>{names.map((n) => <option>{n}</option>)}</select></label>
+                    <Confusion classes={result.classes} counts={m.confusion} title={`${method}: ${m.correct} of ${m.perSubject.length} right`} />
+                </div>
+            </div>
+            <h2>Missed: {missed.length}</h2>
+            <div class="split">
+                <div class="scroll" tabIndex={0} role="region" aria-label="Members that were missed"><table><thead><tr><th scope="col">Subject</th><th scope="col">Is</th><th scope="col">Taken for</th></tr></thead>
+                    <tbody>{missed.map((s: any) => {
+                        const id = idOf(s.subject, s.label);
+                        return <tr><td>{id ? <button class="plain-button" onClick={() => setChosen(id)}>{s.subject}</button> : s.subject}</td><td>{s.label}</td><td>{s.predicted}</td></tr>;
+                    })}</tbody></table></div>
+                {chosen && <Linked id={chosen} title="The member that was missed" />}
+            </div>
+        </>
+    );
+}
+
+// ---- Distances ---------------------------------------------------------------------------------------------------------
+
+function Distances({ result, job }: { result: any; job: api.Job }) {
+    const [chosen, setChosen] = useState<number | undefined>();
+    const { points, share } = useMemo(() => scaling(result.matrix), [result]);
+    const ids: string[] = result.inputs?.cohort?.surfaces ?? result.inputs?.surfaces ?? job.inputs?.surfaces ?? [];
+    const near = chosen === undefined ? [] : result.matrix[chosen].map((d: number, i: number) => ({ d, i })).filter((e: any) => e.i !== chosen).sort((a: any, b: any) => a.d - b.d).slice(0, 5);
+    return (
+        <>
+            <div class="split">
+                <HeatMap labels={result.labels} matrix={result.matrix} chosen={chosen} onChoose={setChosen} />
+                <Scatter equal title={`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={['first', 'second']} chosen={chosen} onChoose={setChosen}
+                    dots={points.map(([x, y], i) => ({ x, y, name: result.labels[i], group: result.groups?.[i] }))} />
+            </div>
+            {chosen !== undefined && (
+                <div class="split">
+                    {ids[chosen] && <Linked id={ids[chosen]} title={result.labels[chosen]} />}
+                    <div><h3>Nearest to {result.labels[chosen]}</h3>
+                        <ol>{near.map((e: any) => <li><button class="plain-button" onClick={() => setChosen(e.i)}>{result.labels[e.i]}</button> {figure(e.d)}</li>)}</ol></div>
+                </div>
+            )}
+        </>
+    );
+}
+
+// ---- Paths ---------------------------------------------------------------------------------------------------------------
+
+function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; texts: string[]; energies?: (number | null)[] }) {
+    const loaded = useLoad(() => Promise.all(surfaces.map((s) => shapeAt(surfacePath(s.id)))), [surfaces]);
+    const [at, setAt] = useState(0);
+    const [playing, setPlaying] = useState(false);
+    const [version, setVersion] = useState(0);
+    const moving = useMemo(() => loaded.value && { ...loaded.value[0], positions: loaded.value[0].positions.slice(), normals: loaded.value[0].normals.slice(), fields: [] as never[] }, [loaded.value]);
+    const last = surfaces.length - 1;
+    const same = loaded.value?.every((s) => s.positions.length === loaded.value![0].positions.length);
+    useEffect(() => {
+        if (!moving || !loaded.value || !same) return;
+        const i = Math.min(last, Math.floor(at));
+        const t = at - i;
+        const a = loaded.value[i].positions;
+        const b = loaded.value[Math.min(last, i + 1)].positions;
+        for (let k = 0; k < a.length; k++) moving.positions[k] = a[k] + t * (b[k] - a[k]);
+        normalsOf(moving);
+        moved(moving);
+        setVersion((v) => v + 1);
+    }, [at, moving]);
+    useEffect(() => {
+        if (!playing) return;
+        let frame = 0;
+        const start = performance.now();
+        const step = (now: number) => {
+            const phase = ((now - start) / 2500) % 2;
+            setAt(last * (phase < 1 ? phase : 2 - phase));
+            frame = requestAnimationFrame(step);
+        };
+        frame = requestAnimationFrame(step);
+        return () => cancelAnimationFrame(frame);
+    }, [playing]);
+    const here = Math.round(at);
+    return (
+        <Shown of={loaded} label="shapes">{() => (
+            <>
+                <figure class="shape tall">
+                    {moving && <View parts={[{ shape: moving }]} camera={linked} version={version} label={`Shape ${texts[here]}`} />}
+                    <figcaption class="row">
+                        <span>{texts[here]}{energies?.[here] !== undefined ? <span class="quiet"> relative energy {figure(energies[here], 2)}</span> : null}</span>
+                        {moving && <span class="no-report"><PictureButtons parts={[{ shape: moving }]} camera={linked} name="path" /></span>}
+                    </figcaption>
+                </figure>
+                <div class="row no-report">
+                    <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
+                    <input class="grow" type="range" min={0} max={last} step={0.01} value={at} aria-label="Where along the path" onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} />
+                </div>
+                <div class="gallery">{surfaces.map((s, i) => <Linked id={s.id} title={texts[i]} resolution={24} />)}</div>
+            </>
+        )}</Shown>
+    );
+}
+
+// ---- Any result ----------------------------------------------------------------------------------------------------------
+
+const isRecord = (v: any, kind: string): boolean => !!v && typeof v === 'object' && typeof v.id === 'string' && v.id.startsWith(kind);
+
+function AnyResult({ result }: { result: any }) {
+    const plain: [string, any][] = [];
+    const shapes: { name: string; id: string }[] = [];
+    const tables: [string, any[]][] = [];
+    for (const [name, value] of Object.entries<any>(result)) {
+        if (['inputs', 'warnings', 'numericBuild', 'history', 'registration'].includes(name)) continue;
+        if (isRecord(value, 'surf-') || isRecord(value, 'mesh-')) shapes.push({ name: value.name || name, id: value.id });
+        else if (Array.isArray(value) && value.length && isRecord(value[0], 'surf-')) value.forEach((v: any) => shapes.push({ name: v.name || name, id: v.id }));
+        else if (Array.isArray(value) && value.length && value[0] && typeof value[0] === 'object' && !Array.isArray(value[0])) tables.push([name, value]);
+        else if (value !== null && value !== undefined) plain.push([name, value]);
+    }
+    const text = (v: any): string => (typeof v === 'number' ? figure(v, 5) : typeof v === 'string' ? v : JSON.stringify(v).slice(0, 300));
+    return (
+        <>
+            <div class="gallery">{shapes.slice(0, 40).map((s) => s.id.startsWith('mesh-')
+                ? <a href={link('meshes', s.id)}>{s.name}</a>
+                : <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link('shapes', s.id)}>Open, download</a></div>)}</div>
+            <dl class="pairs">{plain.map(([name, value]) => <><dt>{name}</dt><dd>{text(value)}</dd></>)}</dl>
+            {tables.map(([name, rows]) => {
+                const columns = Object.keys(rows[0]);
+                return <><h3>{name}</h3><DataTable rows={[columns, ...rows.map((r) => columns.map((c) => (typeof r[c] === 'number' ? r[c] : text(r[c] ?? '–'))))]} /></>;
+            })}
+        </>
+    );
+}
+
+function Quality({ result }: { result: any }) {
+    const curve = (name: string, title: string) => {
+        const points = (result[name] ?? []).filter((p: any) => p.value !== null).map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
+        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
+    };
+    return <div class="split">{curve('generalisation', 'Generalisation: how far left-out shapes stay')}{curve('specificity', 'Specificity: how far random shapes are from real ones')}{curve('compactness', 'Compactness: variance so far')}</div>;
+}
+
+function ReportButton({ title, job }: { title: string; job?: api.Job }) {
+    const [busy, setBusy] = useState(false);
+    return <button class="no-report" disabled={busy} onClick={async () => {
+        setBusy(true);
+        await makeReport(title, document.querySelector<HTMLElement>('.results')!, job);
+        setBusy(false);
+    }}>Report as one page</button>;
+}
+
+export function Results({ job }: { job: api.Job }) {
+    const loaded = useLoad<any>(() => api.results(job.id), [job.id]);
+    return (
+        <Shown of={loaded} label="results">{(result) => {
+            const process = job.process;
+            let view;
+            if (process === 'pca') view = <Components model={result.model} />;
+            else if (process === 'compare-groups') view = <Groups result={result} />;
+            else if (process === 'classify') view = <Classification result={result} job={job} />;
+            else if (process === 'distances') view = <Distances result={result} job={job} />;
+            else if (process === 'evaluate-model') view = <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>;
+            else if (process === 'geodesic') view = <><Path surfaces={result.surfaces} texts={result.times.map((t: number) => `t = ${figure(t)}`)} energies={result.relativeEnergies} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>;
+            else if (process === 'modes') view = <Path surfaces={result.surfaces} texts={result.coefficients.map((c: number) => `${figure(c)} sd`)} energies={result.relativeEnergy} />;
+            else if (process === 'shoot') view = <Path surfaces={result.surfaces} texts={result.surfaces.map((s: api.Surface, i: number) => s.name || `${i + 1}`)} energies={result.relativeEnergies} />;
+            else view = <AnyResult result={result} />;
+            return (
+                <>
+                    <div class="results"><Warnings list={result.warnings} />{view}</div>
+                    <div class="actions">
+                        <ReportButton title={job.name || job.process} job={job} />
+                        <button onClick={() => save(`${job.process}.json`, JSON.stringify(result, null, 2), 'application/json')}>Results as JSON</button>
+                        {process === 'distances' && <button onClick={async () => save('distances.csv', await (await api.request(`/v1/jobs/${job.id}/results?format=csv`)).blob())}>Matrix as CSV</button>}
+                    </div>
+                </>
+            );
+        }}</Shown>
+    );
+}

@@ -1,0 +1,75 @@
+// The token, who one is with it, and what the service is.
+import { useState } from 'preact/hooks';
+import * as api from './api';
+import { go } from './router';
+import { caller, connection, refreshJobs, useValue, whoCalls } from './state';
+import { Page, Shown, useLoad } from './ui';
+
+function TokenForm() {
+    const [text, setText] = useState('');
+    const [keep, setKeep] = useState(true);
+    const [wrong, setWrong] = useState('');
+    const enter = async (event: Event) => {
+        event.preventDefault();
+        api.setToken(text, keep);
+        try {
+            await api.get('/v1/processes');
+            connection.set('up');
+            await whoCalls();
+            refreshJobs();
+            go('#/');
+        } catch (error) {
+            setWrong((error as Error).message);
+        }
+    };
+    return (
+        <form class="card" onSubmit={enter}>
+            <h2>Token</h2>
+            <p class="quiet">Whoever runs the service makes one with <code>srnfd token add</code>.</p>
+            <label>Token <input type="password" autocomplete="off" value={text} required
+                onInput={(e) => setText(e.currentTarget.value)} aria-describedby="token-wrong" /></label>
+            <label class="check"><input type="checkbox" checked={keep} onChange={(e) => setKeep(e.currentTarget.checked)} />
+                Keep it until this tab is closed</label>
+            <p id="token-wrong" class="wrong" role="alert">{wrong}</p>
+            <button class="main">Use this token</button>
+        </form>
+    );
+}
+
+export function Settings() {
+    const who = useValue(caller);
+    const state = useValue(connection);
+    const version = useLoad<any>(() => api.get('/v1/version'), []);
+    const forget = () => {
+        api.setToken('', false);
+        caller.set(null);
+        connection.set('token');
+    };
+    return (
+        <Page title="Settings">
+            {who && state !== 'token' ? (
+                <section class="card">
+                    <h2>You</h2>
+                    {who.tokens
+                        ? <p>{who.name}, with the role {who.role}{who.role === 'viewer' ? ': you may look at everything of yours, and change nothing' : ''}.</p>
+                        : <p>This service asks for no token: whoever reaches it may do everything.</p>}
+                    {api.hasToken() && <button onClick={forget}>Forget the token</button>}
+                </section>
+            ) : null}
+            {(state === 'token' || (who?.tokens ?? true)) && <TokenForm />}
+            <section class="card">
+                <h2>Service</h2>
+                <Shown of={version}>{(v) => (
+                    <>
+                        <p>srnfd {v.version}, {v.workers} workers. <a href="../v1/openapi.yaml">Description of the API</a></p>
+                        <details><summary>Versions of what it is made of</summary>
+                            <dl class="pairs">{Object.entries(v.versions ?? {}).map(([name, text]) => <><dt>{name}</dt><dd>{`${text}`}</dd></>)}</dl>
+                            <p class="quiet">Numbers are made by: {v.numericBuild}</p>
+                        </details>
+                        <p class="quiet"><a href="licences.txt">Licences of what this page is made of</a></p>
+                    </>
+                )}</Shown>
+            </section>
+        </Page>
+    );
+}

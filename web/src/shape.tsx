@@ -1,0 +1,293 @@
+// Shapes on the page: a view that turns by pointer and keys, with maps, a colour bar and pictures to take away; and a
+// gallery of many.
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import * as api from './api';
+import { GROUPS, MARKS, colourAt, colourText, grey } from './colours';
+import type { Scale } from './colours';
+import { readGlb } from './glb';
+import type { Field, Surface3 } from './glb';
+import { link } from './router';
+import { Camera, boundsOf, coloursOf, draw, forget } from './stage';
+import type { Look, Part } from './stage';
+import { ProblemBox, figure, save } from './ui';
+
+/** The camera of all views that are linked. */
+export const linked = new Camera();
+
+const cache = new Map<string, Promise<Surface3>>();
+const CACHE_MAX = 60;
+
+/** A shape by its address; those seen last stay. */
+export function shapeAt(path: string): Promise<Surface3> {
+    let shape = cache.get(path);
+    if (shape) cache.delete(path);
+    else {
+        shape = api.bytes(path).then(readGlb);
+        shape.catch(() => cache.delete(path));
+    }
+    cache.set(path, shape);
+    if (cache.size > CACHE_MAX) {
+        const [oldest, gone] = cache.entries().next().value!;
+        cache.delete(oldest);
+        gone.then(forget, () => {});
+    }
+    return shape;
+}
+
+export const surfacePath = (id: string, resolution = 24): string => `/v1/surfaces/${id}/mesh?format=glb&resolution=${resolution}`;
+export const shapePath = (id: string, resolution = 24): string =>
+    id.startsWith('mesh-') ? `/v1/meshes/${id}/content?format=glb` : surfacePath(id, resolution);
+
+export function useShape(path: string | null): { shape?: Surface3; error?: unknown } {
+    const [state, setState] = useState<{ path?: string; shape?: Surface3; error?: unknown }>({});
+    useEffect(() => {
+        let gone = false;
+        if (path) shapeAt(path).then((shape) => !gone && setState({ path, shape }), (error) => !gone && setState({ error }));
+        return () => { gone = true; };
+    }, [path]);
+    return state;
+}
+
+const KEYS: Record<string, (c: Camera) => void> = {
+    ArrowLeft: (c) => c.rotate(0, -0.15), ArrowRight: (c) => c.rotate(0, 0.15), ArrowUp: (c) => c.rotate(-0.15, 0), ArrowDown: (c) => c.rotate(0.15, 0),
+    '+': (c) => c.scale(1.15), '=': (c) => c.scale(1.15), '-': (c) => c.scale(1 / 1.15),
+};
+for (let n = 0; n <= 6; n++) KEYS[`${n}`] = (c) => c.side(n);
+
+/** A canvas in which parts are seen from a camera; drawn when either changes. */
+export function View({ parts, camera, label, look, version = 0, onLink, className = 'view' }: {
+    parts: Part[]; camera: Camera; label: string; look?: Partial<Look>; version?: number; onLink?: () => void; className?: string;
+}) {
+    const canvas = useRef<HTMLCanvasElement>(null);
+    const bounds = useMemo(() => boundsOf(parts.map((p) => p.shape)), [parts[0]?.shape, parts.length]);
+    const all: Look = { ...bounds, ...look };
+    const paint = useRef(() => {});
+    paint.current = () => canvas.current && draw(canvas.current, parts, camera, all);
+    useEffect(() => {
+        let asked = 0;
+        const soon = () => {
+            if (!asked) asked = requestAnimationFrame(() => { asked = 0; paint.current(); });
+        };
+        const unlisten = camera.listen(soon);
+        const watch = new ResizeObserver(() => {
+            const c = canvas.current;
+            if (!c) return;
+            const ratio = Math.min(2, devicePixelRatio || 1);
+            c.width = Math.round(c.clientWidth * ratio);
+            c.height = Math.round(c.clientHeight * ratio);
+            soon();
+        });
+        watch.observe(canvas.current!);
+        return () => {
+            unlisten();
+            watch.disconnect();
+            cancelAnimationFrame(asked);
+        };
+    }, [camera]);
+    useEffect(() => paint.current());
+    useEffect(() => paint.current(), [version]);
+    const hold = useRef<[number, number] | null>(null);
+    return (
+        <canvas ref={canvas} class={className} tabIndex={0} role="img" aria-label={`${label}. Arrows turn it, + and - change its size, 0 to 6 are views.`}
+            onPointerDown={(e) => { hold.current = [e.clientX, e.clientY]; e.currentTarget.setPointerCapture(e.pointerId); }}
+            onPointerMove={(e) => {
+                if (!hold.current) return;
+                camera.rotate((e.clientY - hold.current[1]) / 120, (e.clientX - hold.current[0]) / 120);
+                hold.current = [e.clientX, e.clientY];
+            }}
+            onPointerUp={() => { hold.current = null; }}
+            onPointerCancel={() => { hold.current = null; }}
+            onWheel={(e) => { if (document.activeElement === e.currentTarget) { e.preventDefault(); camera.scale(Math.exp(-e.deltaY / 500)); } }}
+            onKeyDown={(e) => {
+                const act = KEYS[e.key];
+                if (act) {
+                    act(camera);
+                    e.preventDefault();
+                } else if (e.key.toLowerCase() === 'l' && onLink) onLink();
+            }} />
+    );
+}
+
+// ---- Maps ------------------------------------------------------------------------------------------------------------
+
+export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
+
+/** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
+export function mapOf(field: Field): Map3 {
+    if (field.low < 0 && field.high > 0) {
+        const most = Math.max(-field.low, field.high);
+        return { field, scale: 'signed', low: -most, high: most };
+    }
+    if (/significance|fdr|pvalue/i.test(field.name)) return { field, scale: 'cividis', low: 0, high: 1 };
+    return { field, scale: 'cividis', low: field.low, high: field.high > field.low ? field.high : field.low + 1 };
+}
+
+export function paintedBy(map: Map3): Float32Array {
+    const part = (v: number) => (v - map.low) / (map.high - map.low);
+    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const at = (v: number) => colourAt(map.scale, flip ? 1 - part(v) : part(v));
+    if (!map.keep) return coloursOf(map.field.values, at);
+    const { keep } = map;
+    const colours = coloursOf(map.field.values, at);
+    const dull = coloursOf(new Float32Array(1), () => grey);
+    for (let i = 0; i < map.field.values.length; i++) if (!keep(map.field.values[i], i)) colours.set(dull, 3 * i);
+    return colours;
+}
+
+export function ColourBar({ map, threshold }: { map: Map3; threshold?: number }) {
+    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const stops = Array.from({ length: 11 }, (_, i) => i / 10);
+    const tick = threshold === undefined ? null : (threshold - map.low) / (map.high - map.low);
+    const title = map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
+    const id = `bar-${map.field.name}-${map.scale}${flip ? '-f' : ''}`;
+    return (
+        <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
+            <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourText(map.scale, flip ? 1 - s : s)} />)}</linearGradient></defs>
+            <text x="8" y="12" font-size="11" fill="currentColor">{title}</text>
+            <rect x="8" y="17" width="224" height="11" fill={`url(#${id})`} />
+            {tick !== null && tick >= 0 && tick <= 1 && <path d={`M${8 + 224 * tick} 14V31`} stroke="currentColor" stroke-width="2" />}
+            <text x="8" y="42" font-size="11" fill="currentColor">{figure(map.low)}</text>
+            <text x="232" y="42" font-size="11" fill="currentColor" text-anchor="end">{figure(map.high)}</text>
+        </svg>
+    );
+}
+
+// ---- Pictures --------------------------------------------------------------------------------------------------------
+
+export async function picture(parts: Part[], camera: Camera, look: Partial<Look>, side = 2000, background: string | null = '#ffffff'): Promise<Blob> {
+    const canvas = document.createElement('canvas');
+    canvas.width = canvas.height = side;
+    draw(canvas, parts, camera, { ...boundsOf(parts.map((p) => p.shape)), ...look, background });
+    return new Promise((yes) => canvas.toBlob((blob) => yes(blob!), 'image/png'));
+}
+
+export function PictureButtons({ parts, camera, look = {}, name }: { parts: Part[]; camera: Camera; look?: Partial<Look>; name: string }) {
+    const [side, setSide] = useState(2000);
+    const [clear, setClear] = useState(false);
+    return (
+        <details class="menu"><summary>Picture</summary>
+            <div class="card">
+                <label>Pixels <input type="number" min={100} max={8000} step={100} value={side} onChange={(e) => setSide(+e.currentTarget.value || 2000)} /></label>
+                <label class="check"><input type="checkbox" checked={clear} onChange={(e) => setClear(e.currentTarget.checked)} /> transparent</label>
+                <button onClick={async () => save(`${name}.png`, await picture(parts, camera, look, Math.min(8000, side), clear ? null : '#ffffff'))}>PNG</button>
+            </div>
+        </details>
+    );
+}
+
+async function fetchFile(path: string, name: string): Promise<void> {
+    save(name, await (await api.request(path)).blob());
+}
+
+// ---- One shape with all there is to set ------------------------------------------------------------------------------
+
+export function Shape({ src, label, name, marks, downloads, tall }: {
+    src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; tall?: boolean;
+}) {
+    const { shape, error } = useShape(src);
+    const camera = useMemo(() => new Camera(), []);
+    const [field, setField] = useState('');
+    const [cut, setCut] = useState<number | null>(null);
+    const [failed, setFailed] = useState<unknown>();
+    if (error) return <ProblemBox error={error} />;
+    if (!shape) return <p class="quiet" aria-busy="true">Loading the shape…</p>;
+    const chosen = shape.fields.find((f) => f.name === field);
+    const map = chosen && mapOf(chosen);
+    const parts: Part[] = [{ shape, colours: map && paintedBy(map) }];
+    const first = marks?.find((m) => typeof m.first === 'number')?.first;
+    const face = typeof first === 'number' && 3 * first + 2 < shape.indices.length ? shape.indices[3 * first] : undefined;
+    const mark = face !== undefined ? [...shape.positions.slice(3 * face, 3 * face + 3)] : undefined;
+    const look = { cut, mark };
+    return (
+        <figure class={tall ? 'shape tall' : 'shape'}>
+            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${map.field.name}` : label} look={look} />
+            <figcaption class="row">
+                {shape.fields.length > 0 && (
+                    <label>Map <select value={field} onChange={(e) => setField(e.currentTarget.value)}>
+                        <option value="">none</option>{shape.fields.map((f) => <option value={f.name}>{f.name}</option>)}
+                    </select></label>
+                )}
+                <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
+                {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
+                <PictureButtons parts={parts} camera={camera} look={look} name={name} />
+                {downloads && (
+                    <details class="menu"><summary>Download</summary><div class="card">
+                        {downloads.map(([format, path]) => <button onClick={() => fetchFile(path, `${name}.${format}`).catch(setFailed)}>{format.toUpperCase()}</button>)}
+                    </div></details>
+                )}
+            </figcaption>
+            {map && <ColourBar map={map} />}
+            {map?.field.meaning && <p class="quiet">{map.field.meaning}</p>}
+            {mark && <p class="quiet">The dot marks the first place of the problem.</p>}
+            {failed ? <ProblemBox error={failed} /> : null}
+        </figure>
+    );
+}
+
+// ---- Many shapes -----------------------------------------------------------------------------------------------------
+
+function Thumbnail({ id, name, colour, mark }: { id: string; name: string; colour?: string; mark?: string }) {
+    const canvas = useRef<HTMLCanvasElement>(null);
+    const [lost, setLost] = useState(false);
+    useEffect(() => {
+        let gone = false;
+        const watch = new IntersectionObserver((seen) => {
+            if (!seen.some((s) => s.isIntersecting)) return;
+            watch.disconnect();
+            shapeAt(shapePath(id, 12)).then((shape) => {
+                if (gone || !canvas.current) return;
+                draw(canvas.current, [{ shape, colour: '#c8b090' }], linked, boundsOf([shape]));
+            }, () => setLost(true));
+        }, { rootMargin: '200px' });
+        watch.observe(canvas.current!);
+        const unlisten = linked.listen(() => {
+            if (cache.has(shapePath(id, 12))) {
+                shapeAt(shapePath(id, 12)).then((shape) => canvas.current && draw(canvas.current, [{ shape, colour: '#c8b090' }], linked, boundsOf([shape])), () => {});
+            }
+        });
+        return () => {
+            gone = true;
+            watch.disconnect();
+            unlisten();
+        };
+    }, [id]);
+    return (
+        <a class="thumb" href={id.startsWith('mesh-') ? link('meshes', id) : link('shapes', id)}>
+            <canvas ref={canvas} width={160} height={160} aria-hidden="true" />
+            <span>{mark && <svg viewBox="-7 -7 14 14" width="12" height="12" aria-hidden="true"><path d={mark} fill={colour} /></svg>} {name}{lost ? ' (cannot be shown)' : ''}</span>
+        </a>
+    );
+}
+
+export const PATHS: Record<(typeof MARKS)[number], string> = {
+    circle: 'M5 0A5 5 0 1 1 -5 0A5 5 0 1 1 5 0Z', square: 'M-4.5-4.5H4.5V4.5H-4.5Z', triangle: 'M0-6L5.5 4.5H-5.5Z',
+    diamond: 'M0-6L5 0L0 6L-5 0Z', cross: 'M-2-6H2V-2H6V2H2V6H-2V2H-6V-2H-2Z', star: 'M0-6L1.8-1.8L6-1.8L2.6 1.2L4 6L0 3.2L-4 6L-2.6 1.2L-6-1.8L-1.8-1.8Z',
+};
+
+/** The mark and the colour of a group. */
+export function groupLook(groups: string[], group?: string | null): { colour: string; path: string } {
+    const i = group ? groups.indexOf(group) : -1;
+    return i < 0 ? { colour: GROUPS[7], path: PATHS.circle } : { colour: GROUPS[i % 7], path: PATHS[MARKS[i % MARKS.length]] };
+}
+
+export function Gallery({ members }: { members: { id: string; name: string; group?: string }[] }) {
+    const groups = [...new Set(members.map((m) => m.group).filter((g): g is string => !!g))];
+    const [all, setAll] = useState(false);
+    const shown = all ? members : members.slice(0, 24);
+    return (
+        <section>
+            <h2>Shapes</h2>
+            {groups.length > 0 && (
+                <p class="row legend">{groups.map((g) => {
+                    const { colour, path } = groupLook(groups, g);
+                    return <span><svg viewBox="-7 -7 14 14" width="12" height="12" aria-hidden="true"><path d={path} fill={colour} /></svg> {g}</span>;
+                })}</p>
+            )}
+            <div class="gallery">{shown.map((m, i) => {
+                const { colour, path } = groupLook(groups, m.group);
+                return <Thumbnail key={`${m.id}-${i}`} id={m.id} name={m.name} colour={colour} mark={m.group ? path : undefined} />;
+            })}</div>
+            {members.length > shown.length && <button onClick={() => setAll(true)}>Show all {members.length}</button>}
+        </section>
+    );
+}

@@ -1,0 +1,54 @@
+// Surfaces: what encodings and analyses made.
+import { useEffect, useState } from 'preact/hooks';
+import * as api from './api';
+import { link } from './router';
+import { LongTable, Page, ProblemBox, Shown, figure, useLoad, when } from './ui';
+import { Shape, surfacePath } from './shape';
+
+export function Surfaces() {
+    const [items, setItems] = useState<api.Surface[]>([]);
+    const [loaded, setLoaded] = useState(false);
+    const [error, setError] = useState<unknown>();
+    const [find, setFind] = useState('');
+    useEffect(() => {
+        let gone = false;
+        api.listAll<api.Surface>('surfaces', setItems, () => gone).then(() => setLoaded(true), setError);
+        return () => { gone = true; };
+    }, []);
+    const shown = items.filter((s) => `${s.name} ${s.id} ${s.source?.process ?? ''}`.toLowerCase().includes(find.toLowerCase()));
+    return (
+        <Page title="Shapes">
+            {error ? <ProblemBox error={error} /> : null}
+            <div class="row tools"><label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label></div>
+            {shown.length === 0 ? <p class="quiet">{loaded ? 'No surface. Analyses make them: encodings of meshes, means, modes, paths.' : 'Loading…'}</p> : (
+                <LongTable label="Surfaces" items={shown} keyOf={(s) => s.id}
+                    columns={[{ title: 'Name' }, { title: 'Made by', width: '9rem' }, { title: 'Degree', width: '5rem' }, { title: 'Route', width: '5rem' }, { title: 'Made', width: '13rem' }]}
+                    row={(s) => [<a href={link('shapes', s.id)}>{s.name || s.id}</a>, s.source?.process ?? '–', s.lmax, s.route ?? '–', when(s.created)]} />
+            )}
+        </Page>
+    );
+}
+
+export function SurfacePage({ id }: { id: string }) {
+    const surface = useLoad<api.Surface>((signal) => api.get(`/v1/surfaces/${id}`, signal), [id]);
+    return (
+        <Shown of={surface} label="the surface">{(s) => (
+            <Page title={s.name || s.id}>
+                <div class="split">
+                    <Shape src={surfacePath(id, 32)} label={`Surface ${s.name}`} name={s.name || s.id}
+                        downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
+                    <dl class="pairs">
+                        <dt>Degree</dt><dd>{s.lmax}</dd>
+                        <dt>Area, volume</dt><dd>{figure(s.area * s.scale ** 2, 5)}, {figure(s.volume * s.scale ** 3, 5)} in the units of the files</dd>
+                        <dt>Route</dt><dd>{s.route ?? s.parameterization}</dd>
+                        {s.fit && <><dt>Fit (rms of the diagonal)</dt><dd>{figure(s.fit.relativeToDiagonal?.rms)}</dd></>}
+                        <dt>Made by</dt><dd>{s.source?.job ? <a href={link('jobs', s.source.job)}>{s.source.process}</a> : s.source?.process ?? '–'}
+                            {s.source?.mesh && <> of <a href={link('meshes', s.source.mesh)}>a mesh</a></>}</dd>
+                        <dt>Made</dt><dd>{when(s.created)}</dd>
+                        <dt>Id</dt><dd><code>{s.id}</code></dd>
+                    </dl>
+                </div>
+            </Page>
+        )}</Shown>
+    );
+}

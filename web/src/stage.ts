@@ -1,0 +1,198 @@
+// One WebGL context for all views: each is drawn into it and copied to a canvas of its own.
+import type { Surface3 } from './glb';
+import type * as Three from './three';
+
+// In a chunk of its own, which changes with its version only.
+const T = await import('./three');
+
+/** From where shapes are seen; views that share one turn together. */
+export class Camera {
+    turn = new T.Quaternion();
+    zoom = 1;
+    private listeners = new Set<() => void>();
+    listen(listener: () => void): () => void {
+        this.listeners.add(listener);
+        return () => this.listeners.delete(listener);
+    }
+    changed(): void {
+        for (const listener of [...this.listeners]) listener();
+    }
+    /** By angles about the axes of the screen. */
+    rotate(x: number, y: number): void {
+        const about = (ax: number, ay: number, angle: number) => new T.Quaternion().setFromAxisAngle(new T.Vector3(ax, ay, 0), angle);
+        this.turn.premultiply(about(0, 1, y)).premultiply(about(1, 0, x)).normalize();
+        this.changed();
+    }
+    scale(factor: number): void {
+        this.zoom = Math.max(0.2, Math.min(20, this.zoom * factor));
+        this.changed();
+    }
+    /** 1 to 6: from before, behind, left, right, above, below; 0: the first view. */
+    side(n: number): void {
+        const up = Math.PI / 2;
+        const turns: [number, number][] = [[-1.2, 0.5], [-up, 0], [-up, Math.PI], [-up, up], [-up, -up], [0, 0], [Math.PI, 0]];
+        const [x, y] = turns[n];
+        this.turn.setFromAxisAngle(new T.Vector3(1, 0, 0), x);
+        this.turn.premultiply(new T.Quaternion().setFromAxisAngle(new T.Vector3(0, 1, 0), y));
+        if (n === 0) this.zoom = 1;
+        this.changed();
+    }
+    constructor() {
+        this.side(0);
+    }
+}
+
+export interface Part { shape: Surface3; colour?: string; colours?: Float32Array; opacity?: number }
+export interface Look { background?: string | null; centre: [number, number, number]; radius: number; cut?: number | null; mark?: number[] }
+
+let renderer: Three.WebGLRenderer | undefined;
+const scene = new T.Scene();
+const holder = new T.Group();
+const camera = new T.OrthographicCamera();
+const ambient = new T.AmbientLight(0xffffff, 1.2);
+const light = new T.DirectionalLight(0xffffff, 2);
+light.position.set(-0.4, 0.8, 1);
+scene.add(holder, ambient, light);
+
+function context(width: number, height: number): Three.WebGLRenderer {
+    if (!renderer) {
+        renderer = new T.WebGLRenderer({ antialias: true, alpha: true });
+        renderer.setPixelRatio(1);
+        renderer.localClippingEnabled = true;
+        renderer.setSize(width, height, false);
+    }
+    const now = renderer.domElement;
+    if (now.width < width || now.height < height) renderer.setSize(Math.max(width, now.width), Math.max(height, now.height), false);
+    return renderer;
+}
+
+/** Geometries of shapes that are shown; gone with them. */
+const geometries = new WeakMap<Surface3, Three.BufferGeometry>();
+function geometryOf(shape: Surface3): Three.BufferGeometry {
+    let geometry = geometries.get(shape);
+    if (!geometry) {
+        geometry = new T.BufferGeometry();
+        geometry.setAttribute('position', new T.BufferAttribute(shape.positions, 3));
+        geometry.setAttribute('normal', new T.BufferAttribute(shape.normals, 3));
+        geometry.setIndex(new T.BufferAttribute(shape.indices, 1));
+        geometries.set(shape, geometry);
+    }
+    return geometry;
+}
+
+/** Positions or normals of a shape were changed in place. */
+export function moved(shape: Surface3): void {
+    const geometry = geometries.get(shape);
+    if (!geometry) return;
+    geometry.getAttribute('position').needsUpdate = true;
+    geometry.getAttribute('normal').needsUpdate = true;
+}
+
+/** Gives back what the graphics processor holds of a shape. */
+export function forget(shape: Surface3): void {
+    geometries.get(shape)?.dispose();
+    geometries.delete(shape);
+}
+
+export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: Look): void {
+    const { width, height } = to;
+    if (!width || !height) return;
+    const gl = context(width, height);
+    const mapped = parts.some((p) => p.colours);
+    ambient.intensity = mapped ? 2.2 : 1.1;
+    light.intensity = mapped ? 0.9 : 2.2;
+    holder.clear();
+    const toTurn = new T.Group();
+    toTurn.quaternion.copy(from.turn);
+    const middle = new T.Group();
+    middle.position.set(-look.centre[0], -look.centre[1], -look.centre[2]);
+    toTurn.add(middle);
+    holder.add(toTurn);
+    const planes = look.cut === null || look.cut === undefined ? []
+        : [new T.Plane(new T.Vector3(0, 0, -1), look.cut * look.radius)];
+    const materials: Three.MeshLambertMaterial[] = [];
+    for (const part of parts) {
+        const geometry = geometryOf(part.shape);
+        if (part.colours) {
+            // One buffer for all maps of a shape: three gives none back before the geometry goes.
+            const held = geometry.getAttribute('color') as Three.BufferAttribute | undefined;
+            if (held) {
+                held.copyArray(part.colours);
+                held.needsUpdate = true;
+            } else geometry.setAttribute('color', new T.BufferAttribute(part.colours.slice(), 3));
+        }
+        const material = new T.MeshLambertMaterial({
+            color: part.colours ? 0xffffff : new T.Color(part.colour ?? '#c8b090'), vertexColors: !!part.colours,
+            transparent: (part.opacity ?? 1) < 1, opacity: part.opacity ?? 1, depthWrite: (part.opacity ?? 1) >= 1,
+            side: T.DoubleSide, clippingPlanes: planes,
+        });
+        materials.push(material);
+        middle.add(new T.Mesh(geometry, material));
+    }
+    let point: Three.Points | undefined;
+    if (look.mark) {
+        const geometry = new T.BufferGeometry().setAttribute('position', new T.BufferAttribute(new Float32Array(look.mark), 3));
+        point = new T.Points(geometry, new T.PointsMaterial({ color: 0xd55e00, size: 12, sizeAttenuation: false, depthTest: false }));
+        middle.add(point);
+    }
+    const half = (look.radius * 1.05) / from.zoom;
+    const aspect = width / height;
+    camera.left = -half * Math.max(1, aspect);
+    camera.right = half * Math.max(1, aspect);
+    camera.top = half * Math.max(1, 1 / aspect);
+    camera.bottom = -camera.top;
+    camera.near = -10 * look.radius;
+    camera.far = 10 * look.radius;
+    camera.updateProjectionMatrix();
+    gl.setViewport(0, 0, width, height);
+    gl.setScissor(0, 0, width, height);
+    gl.setScissorTest(true);
+    gl.setClearColor(0x000000, 0);
+    gl.clear();
+    gl.render(scene, camera);
+    const pen = to.getContext('2d')!;
+    pen.clearRect(0, 0, width, height);
+    if (look.background) {
+        pen.fillStyle = look.background;
+        pen.fillRect(0, 0, width, height);
+    }
+    pen.drawImage(gl.domElement, 0, gl.domElement.height - height, width, height, 0, 0, width, height);
+    materials.forEach((m) => m.dispose());
+    if (point) {
+        point.geometry.dispose();
+        (point.material as Three.PointsMaterial).dispose();
+    }
+}
+
+/** Vertex colours, linear as three wants them; grey where the test says so. */
+export function coloursOf(values: Float32Array, at: (value: number) => [number, number, number]): Float32Array {
+    const colours = new Float32Array(3 * values.length);
+    const table = new Map<number, [number, number, number]>();
+    const linear = (c: number) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    for (let i = 0; i < values.length; i++) {
+        let colour = table.get(values[i]);
+        if (!colour) {
+            colour = at(values[i]).map(linear) as [number, number, number];
+            if (table.size < 4096) table.set(values[i], colour);
+        }
+        colours.set(colour, 3 * i);
+    }
+    return colours;
+}
+
+export function boundsOf(shapes: Surface3[]): { centre: [number, number, number]; radius: number } {
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    for (const { positions } of shapes)
+        for (let i = 0; i < positions.length; i++) {
+            const k = i % 3;
+            if (positions[i] < low[k]) low[k] = positions[i];
+            if (positions[i] > high[k]) high[k] = positions[i];
+        }
+    const centre = low.map((l, k) => (l + high[k]) / 2) as [number, number, number];
+    let radius = 0;
+    for (const { positions } of shapes)
+        for (let i = 0; i < positions.length; i += 3)
+            radius = Math.max(radius, Math.hypot(positions[i] - centre[0], positions[i + 1] - centre[1], positions[i + 2] - centre[2]));
+    return { centre, radius: radius || 1 };
+}

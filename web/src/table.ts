@@ -1,0 +1,41 @@
+// Tables as people have them: CSV with commas or semicolons, or what a spreadsheet copies (tabs).
+
+export interface Table { columns: string[]; rows: string[][] }
+
+/** Cells of all lines; quotes as in RFC 4180. */
+function cells(text: string, separator: string): string[][] {
+    const rows: string[][] = [];
+    let row: string[] = [];
+    let cell = '';
+    let quoted = false;
+    for (let i = 0; i < text.length; i++) {
+        const c = text[i];
+        if (quoted) {
+            if (c !== '"') cell += c;
+            else if (text[i + 1] === '"') cell += text[++i];
+            else quoted = false;
+        } else if (c === '"' && cell === '') quoted = true;
+        else if (c === separator || c === '\n') {
+            row.push(cell.trim());
+            cell = '';
+            if (c === '\n') {
+                rows.push(row);
+                row = [];
+            }
+        } else cell += c;
+    }
+    if (cell || row.length) rows.push([...row, cell.trim()]);
+    return rows.filter((r) => r.some((c) => c !== ''));
+}
+
+/** Between semicolons and tabs a comma is that of a number, as spreadsheets of some countries write it. */
+export function parseTable(text: string): Table {
+    const clean = text.replace(/^\uFEFF/, '').replace(/\r\n?/g, '\n');
+    const head = clean.slice(0, clean.indexOf('\n') < 0 ? undefined : clean.indexOf('\n'));
+    const count = (c: string) => head.split(c).length;
+    const separator = ['\t', ';', ','].reduce((best, c) => (count(c) > count(best) ? c : best), '\t');
+    const [columns = [], ...rows] = cells(clean, separator);
+    const numbered = separator === ',' ? rows
+        : rows.map((r) => r.map((c) => (/^-?\d+,\d+$/.test(c) ? c.replace(',', '.') : c)));
+    return { columns, rows: numbered.map((r) => columns.map((_, i) => r[i] ?? '')) };
+}

@@ -1,0 +1,202 @@
+// What pages are made of: problems as the service tells them, states of loading, tables of any length, parts loaded
+// when they are first shown.
+import type { ComponentChildren, ComponentType } from 'preact';
+import { useCallback, useEffect, useRef, useState } from 'preact/hooks';
+import { Failure, offline } from './api';
+import type { Problem } from './api';
+
+export function problemOf(error: unknown): Problem {
+    if (error instanceof Failure) return error.problem;
+    return { ...offline().problem, code: 'page', title: 'The page failed', detail: `${error}` };
+}
+
+const WAYS: Record<string, string> = {
+    'token-required': 'Enter a token under Settings.',
+    'token-invalid': 'Enter another token under Settings.',
+    'no-answer': 'The page goes on by itself when it answers again.',
+    'in-use': 'Delete what needs it first, or delete it together with that.',
+};
+
+export function ProblemBox({ error, again }: { error: unknown; again?: () => void }) {
+    const problem = problemOf(error);
+    return (
+        <div class="problem" role="alert">
+            <strong>{problem.title}</strong>
+            <p>{problem.detail}</p>
+            {problem.errors && (
+                <ul>{problem.errors.map((e) => <li><code>{e.pointer}</code> {e.detail}</li>)}</ul>
+            )}
+            {WAYS[problem.code] && <p>{WAYS[problem.code]}</p>}
+            <p class="quiet">
+                {problem.code}{problem.requestId ? `, ${problem.requestId}` : ''}{' '}
+                {again && <button onClick={again}>Try again</button>}
+            </p>
+        </div>
+    );
+}
+
+export interface Loaded<T> { value?: T; error?: unknown; reload: () => void }
+
+/** What a function fetches; fetched anew where one of the keys changes. */
+export function useLoad<T>(load: (signal: AbortSignal) => Promise<T>, keys: unknown[]): Loaded<T> {
+    const [state, setState] = useState<{ value?: T; error?: unknown }>({});
+    const [round, setRound] = useState(0);
+    useEffect(() => {
+        const stop = new AbortController();
+        load(stop.signal).then(
+            (value) => !stop.signal.aborted && setState({ value }),
+            (error) => !stop.signal.aborted && setState((s) => ({ value: s.value, error })),
+        );
+        return () => stop.abort();
+    }, [...keys, round]);
+    const reload = useCallback(() => setRound((n) => n + 1), []);
+    return { ...state, reload };
+}
+
+export function Shown<T>({ of, children, label }: {
+    of: Loaded<T>; label?: string; children: (value: T) => ComponentChildren;
+}) {
+    if (of.value === undefined && of.error) return <ProblemBox error={of.error} again={of.reload} />;
+    if (of.value === undefined) return <p class="quiet" aria-busy="true">Loading{label ? ` ${label}` : ''}…</p>;
+    return <>{of.error ? <ProblemBox error={of.error} again={of.reload} /> : null}{children(of.value)}</>;
+}
+
+/** A part of the dashboard that comes in a chunk of its own. */
+export function later<P extends object>(load: () => Promise<ComponentType<P>>): ComponentType<P> {
+    let part: ComponentType<P> | undefined;
+    return function Later(props: P) {
+        const [, again] = useState(0);
+        const [error, setError] = useState<unknown>();
+        useEffect(() => {
+            if (!part) load().then((p) => { part = p; again((n) => n + 1); }, setError);
+        }, []);
+        const Part = part as any;
+        if (error) return <ProblemBox error={error} again={() => location.reload()} />;
+        return Part ? <Part {...props} /> : <p class="quiet" aria-busy="true">Loading…</p>;
+    };
+}
+
+export function Page({ title, actions, children }: {
+    title: string; actions?: ComponentChildren; children: ComponentChildren;
+}) {
+    useEffect(() => {
+        document.title = `${title} – srnfd`;
+    }, [title]);
+    return (
+        <>
+            <header class="page-head">
+                <h1 tabIndex={-1}>{title}</h1>
+                <div class="actions">{actions}</div>
+            </header>
+            {children}
+        </>
+    );
+}
+
+export const Meter = ({ value, label }: { value: number; label: string }) => (
+    <progress max={100} value={Math.max(0, Math.min(100, value))} aria-label={label} />
+);
+
+// ---- Figures in texts ------------------------------------------------------------------------------------------------
+
+export const plural = (n: number, one: string, many = `${one}s`): string => `${n.toLocaleString('en')} ${n === 1 ? one : many}`;
+
+export function figure(x: number | null | undefined, digits = 3): string {
+    if (x === null || x === undefined || !Number.isFinite(x)) return '–';
+    if (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e6)) return x.toExponential(digits - 1);
+    return `${+x.toPrecision(digits)}`;
+}
+
+export function size(n: number): string {
+    return n < 1000 ? `${n} B` : n < 1e6 ? `${Math.round(n / 1000)} kB` : `${(n / 1e6).toFixed(1)} MB`;
+}
+
+export function span(seconds: number): string {
+    const s = Math.max(0, Math.round(seconds));
+    return s < 60 ? `${s} s` : s < 3600 ? `${Math.floor(s / 60)} min ${s % 60} s` : `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
+}
+
+export const when = (text?: string): string => (text ? new Date(text).toLocaleString() : '–');
+
+// ---- Long tables -----------------------------------------------------------------------------------------------------
+
+const ROW = 34;
+
+/** Only the rows in sight are in the page, so ten thousand scroll as ten do. */
+export function LongTable<T>({ items, columns, label, row, keyOf }: {
+    items: T[]; columns: { title: string; width?: string }[]; label: string;
+    row: (item: T, index: number) => ComponentChildren[]; keyOf: (item: T) => string;
+}) {
+    const box = useRef<HTMLDivElement>(null);
+    const [top, setTop] = useState(0);
+    const [height, setHeight] = useState(600);
+    useEffect(() => {
+        const watch = new ResizeObserver(() => box.current && setHeight(box.current.clientHeight));
+        watch.observe(box.current!);
+        return () => watch.disconnect();
+    }, []);
+    const first = Math.max(0, Math.floor(top / ROW) - 8);
+    const last = Math.min(items.length, Math.ceil((top + height) / ROW) + 8);
+    return (
+        <div class="long" ref={box} tabIndex={0} role="region" aria-label={label}
+            onScroll={(e) => setTop(e.currentTarget.scrollTop)}>
+            <table aria-rowcount={items.length + 1}>
+                <thead>
+                    <tr>{columns.map((c) => <th scope="col" style={c.width ? { width: c.width } : undefined}>{c.title}</th>)}</tr>
+                </thead>
+                <tbody>
+                    {first > 0 && <tr aria-hidden="true"><td class="gap" colSpan={columns.length} style={{ height: `${first * ROW}px` }} /></tr>}
+                    {items.slice(first, last).map((item, i) => (
+                        <tr key={keyOf(item)} aria-rowindex={first + i + 2}>
+                            {row(item, first + i).map((cell) => <td>{cell}</td>)}
+                        </tr>
+                    ))}
+                    {last < items.length && (
+                        <tr aria-hidden="true"><td class="gap" colSpan={columns.length} style={{ height: `${(items.length - last) * ROW}px` }} /></tr>
+                    )}
+                </tbody>
+            </table>
+        </div>
+    );
+}
+
+/** Asks before what cannot be undone. */
+export function Sure({ children, title, onYes, question }: {
+    children: ComponentChildren; title?: string; question: string; onYes: () => void;
+}) {
+    const dialog = useRef<HTMLDialogElement>(null);
+    return (
+        <>
+            <button class="risky" title={title} onClick={() => dialog.current!.showModal()}>{children}</button>
+            <dialog ref={dialog} aria-label={question}>
+                <p>{question}</p>
+                <div class="actions">
+                    <button class="risky" onClick={() => { dialog.current!.close(); onYes(); }}>{children}</button>
+                    <button autofocus onClick={() => dialog.current!.close()}>Keep</button>
+                </div>
+            </dialog>
+        </>
+    );
+}
+
+// ---- Files out -------------------------------------------------------------------------------------------------------
+
+export function save(name: string, body: Blob | string, type = 'text/plain;charset=utf-8'): void {
+    const url = URL.createObjectURL(body instanceof Blob ? body : new Blob([body], { type }));
+    const anchor = document.createElement('a');
+    anchor.href = url;
+    anchor.download = name;
+    anchor.click();
+    setTimeout(() => URL.revokeObjectURL(url), 10000);
+}
+
+/** A cell that begins as a formula does is text to a spreadsheet too. */
+export function csv(rows: (string | number | null | undefined)[][]): string {
+    const cell = (c: string | number | null | undefined) => {
+        if (c === null || c === undefined) return '';
+        if (typeof c === 'number') return `${c}`;
+        const text = /^[=+\-@\t\r]/.test(c) ? `'${c}` : c;
+        return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+    };
+    return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
+}

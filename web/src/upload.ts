@@ -1,0 +1,207 @@
+// Files into the service: meshes four at a time, archives as they are, a table matched on the names of the files. What
+// has been sent, and what was refused and why, is a list that pages show.
+import * as api from './api';
+import { parseTable } from './table';
+import type { Table } from './table';
+import { Value, say } from './state';
+
+export interface Sent {
+    name: string; size: number; part: number; state: 'waits' | 'goes' | 'done' | 'refused';
+    id?: string; note?: string;
+}
+export interface Batch {
+    files: Sent[]; running: boolean; cohort?: string; volumes: string[]; unmatched: { rows: string[]; files: string[] };
+    error?: unknown; stop: () => void;
+}
+
+export const batch = new Value<Batch | null>(null);
+
+const TABLE = /\.(csv|tsv|txt)$/i;
+const ARCHIVE = /\.(zip|tar|tgz|tar\.gz)$/i;
+const VOLUME = /\.(nii|nii\.gz|nrrd)$/i;
+const AT_ONCE = 4;
+
+/** Files of what was dropped, with those in folders. */
+export async function filesOf(data: DataTransfer): Promise<File[]> {
+    const entries = [...data.items].map((item) => item.webkitGetAsEntry?.()).filter((e) => e) as FileSystemEntry[];
+    if (!entries.length) return [...data.files];
+    const files: File[] = [];
+    const walk = async (entry: FileSystemEntry): Promise<void> => {
+        if (entry.isFile) {
+            files.push(await new Promise<File>((yes, no) => (entry as FileSystemFileEntry).file(yes, no)));
+            return;
+        }
+        const reader = (entry as FileSystemDirectoryEntry).createReader();
+        for (;;) {
+            const some = await new Promise<FileSystemEntry[]>((yes, no) => reader.readEntries(yes, no));
+            if (!some.length) return;
+            for (const one of some) await walk(one);
+        }
+    };
+    for (const entry of entries) await walk(entry);
+    return files.filter((file) => !file.name.startsWith('.'));
+}
+
+/** A name that a cohort can have. */
+export const cohortName = (text: string): string =>
+    text.replace(/\.(zip|tar|tgz|tar\.gz|csv|tsv|txt)$/i, '').replace(/[^A-Za-z0-9._-]+/g, '-').slice(0, 100) || 'study';
+
+const stem = (name: string): string => name.replace(/^.*[/\\]/, '').replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').toLowerCase();
+
+/** Members of a cohort from a table, with what of either side has no partner. */
+export function match(table: Table, meshes: { name: string; id: string }[]): {
+    members: api.Member[]; rows: string[]; files: string[];
+} {
+    const byName = new Map<string, string>();
+    for (const mesh of meshes) {
+        byName.set(mesh.name.toLowerCase(), mesh.id);
+        byName.set(stem(mesh.name), mesh.id);
+    }
+    const column = table.columns.findIndex((c) => /^(file|filename|name|mesh|id)$/i.test(c));
+    const key = column < 0 ? 0 : column;
+    const used = new Set<string>();
+    const members: api.Member[] = [];
+    const rows: string[] = [];
+    for (const row of table.rows) {
+        const id = byName.get(row[key].toLowerCase()) ?? byName.get(stem(row[key]));
+        if (!id) {
+            rows.push(row[key]);
+            continue;
+        }
+        used.add(id);
+        members.push(memberOf(table.columns, row, key, id));
+    }
+    return { members, rows, files: meshes.filter((m) => !used.has(m.id)).map((m) => m.name) };
+}
+
+const SIDES: Record<string, string> = { l: 'left', lh: 'left', left: 'left', r: 'right', rh: 'right', right: 'right' };
+
+function memberOf(columns: string[], row: string[], key: number, id: string): api.Member {
+    const member: api.Member = { id, covariates: {} };
+    columns.forEach((column, i) => {
+        const text = row[i] ?? '';
+        if (i === key || text === '' || /^(na|n\/a|nan)$/i.test(text)) return;
+        const name = column.toLowerCase();
+        if (name === 'label' || name === 'group') member.label = text;
+        else if (name === 'subject') member.subject = text;
+        else if (name === 'side') member.side = SIDES[text.toLowerCase()] ?? text;
+        else if (name === 'time') member.time = Number(text);
+        else if (name === 'mirror') member.mirror = /^(true|1|yes)$/i.test(text);
+        else member.covariates![column] = /^(true|false)$/i.test(text) ? /true/i.test(text)
+            : Number.isFinite(Number(text)) ? Number(text) : text;
+    });
+    return member;
+}
+
+export async function sendFiles(files: File[]): Promise<void> {
+    if (!files.length || batch.get()?.running) return;
+    const stop = new AbortController();
+    let state: Batch = {
+        files: files.map((f) => ({ name: f.name, size: f.size, part: 0, state: 'waits' })),
+        running: true, volumes: [], unmatched: { rows: [], files: [] }, stop: () => stop.abort(),
+    };
+    const change = (part: Partial<Batch>) => batch.set((state = { ...state, ...part }));
+    const mark = (i: number, part: Partial<Sent>) =>
+        change({ files: state.files.map((f, k) => (k === i ? { ...f, ...part } : f)) });
+    change({});
+
+    const work = files.map((file, i) => ({ file, i })).filter(({ file }) => !TABLE.test(file.name));
+    const meshes: { name: string; id: string }[] = [];
+    const worker = async () => {
+        for (let next = work.shift(); next && !stop.signal.aborted; next = work.shift()) {
+            const { file, i } = next;
+            mark(i, { state: 'goes' });
+            try {
+                const told = (part: number) => {
+                    if (part - state.files[i].part > 0.05 || part === 1) mark(i, { part });
+                };
+                await sendOne(file, told, stop.signal, meshes, (part) => change(part), (note, id) => mark(i, { note, id }), state);
+                mark(i, { state: 'done', part: 1 });
+            } catch (error) {
+                mark(i, { state: 'refused', note: (error as Error).message });
+            }
+        }
+    };
+    await Promise.all(Array.from({ length: AT_ONCE }, worker));
+    const tables = files.filter((f) => TABLE.test(f.name));
+    try {
+        for (const file of tables) await useTable(file, meshes, change);
+        files.forEach((f, i) => TABLE.test(f.name) && mark(i, { state: 'done', part: 1 }));
+    } catch (error) {
+        change({ error });
+    }
+    change({ running: false });
+    say(`${state.files.filter((f) => f.state === 'done').length} of ${files.length} files are there`);
+}
+
+async function sendOne(file: File, told: (part: number) => void, signal: AbortSignal,
+    meshes: { name: string; id: string }[], change: (part: Partial<Batch>) => void,
+    mark: (note: string, id?: string) => void, state: Batch): Promise<void> {
+    if (ARCHIVE.test(file.name)) {
+        const answer = await api.upload<any>(`/v1/imports?partial=true&cohort=${encodeURIComponent(cohortName(file.name))}`,
+            file, 'application/octet-stream', told, signal);
+        const refused = answer.refused?.length ?? 0;
+        mark(`${answer.meshes?.length ?? 0} meshes${refused ? `, ${refused} refused: ${answer.refused[0].file}: ${answer.refused[0].detail}` : ''}`);
+        if (answer.cohort?.name) change({ cohort: answer.cohort.name });
+        return;
+    }
+    const name = encodeURIComponent(file.name.replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').slice(0, 255));
+    if (VOLUME.test(file.name)) {
+        const volume = await api.upload<any>(`/v1/volumes?name=${name}`, file, 'application/octet-stream', told, signal);
+        mark(`${volume.labels?.length ?? 0} labels`, volume.id);
+        change({ volumes: [...state.volumes, volume.id] });
+        return;
+    }
+    const mesh = await api.upload<api.Mesh>(`/v1/meshes?name=${name}`, file, 'application/octet-stream', told, signal);
+    meshes.push({ name: file.name, id: mesh.id });
+    mark(mesh.report.analysable ? '' : `cannot be analysed: ${mesh.report.problems[0]?.detail ?? ''}`, mesh.id);
+}
+
+async function useTable(file: File, meshes: { name: string; id: string }[],
+    change: (part: Partial<Batch>) => void): Promise<void> {
+    const table = parseTable(await file.text());
+    let known = meshes;
+    if (!known.length) {
+        await api.listAll<api.Mesh>('meshes', (items) => { known = items; }, () => false);
+    }
+    const { members, rows, files } = match(table, known);
+    change({ unmatched: { rows, files: meshes.length ? files : [] } });
+    if (!members.length) throw new Error(`No row of ${file.name} has the name of a mesh that is here.`);
+    const name = await freeName(cohortName(file.name));
+    await api.send('POST', '/v1/cohorts', { name, members });
+    change({ cohort: name });
+}
+
+/** The name, or with a number where a cohort has it. */
+export async function freeName(wanted: string): Promise<string> {
+    for (let n = 1; ; n++) {
+        const name = n === 1 ? wanted : `${wanted.slice(0, 96)}-${n}`;
+        try {
+            await api.get(`/v1/cohorts/${name}`);
+        } catch (error) {
+            if (error instanceof api.Failure && error.problem.status === 404) return name;
+            throw error;
+        }
+    }
+}
+
+/** The nuclei that come with the service: a cohort, and three analyses of it. */
+export async function loadExample(told: (part: number) => void): Promise<string> {
+    const form = new FormData();
+    const labels = await (await fetch('example/labels.csv')).text();
+    const names = parseTable(labels).rows.map((row) => row[0]);
+    form.append('file', new Blob([labels]), 'labels.csv');
+    let n = 0;
+    for (const name of names) {
+        form.append('file', await (await fetch(`example/${encodeURIComponent(name)}`)).blob(), name);
+        told(++n / names.length / 2);
+    }
+    const cohort = await freeName('example');
+    await api.upload(`/v1/imports?cohort=${cohort}`, form, '', (part) => told(0.5 + part / 2));
+    const start = (process: string, name: string, inputs: object) =>
+        api.execute(process, { cohort, lmax: 15, ...inputs }, name);
+    await start('pca', 'Mean and components of the example', {});
+    await start('compare-groups', 'Left against right', { permutations: 999 });
+    await start('classify', 'Left or right?', { method: ['srnf-nn', 'spharm-pdm'] });
+    return cohort;
+}
