@@ -75,6 +75,7 @@ async function main() {
         await page.waitForFunction(() => [...document.querySelectorAll('figcaption')].some((f) => /\((left|right)\)/.test(f.textContent)));
     });
     await step('a component is seen as it moves', async () => {
+        await page.waitForSelector('figure.shape canvas');
         const before = await page.$eval('figure.shape canvas', (c) => c.toDataURL());
         await page.$eval('#mode-1', (node) => { node.value = '2'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'component 1: \\+2 sd');
