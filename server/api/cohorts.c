@@ -241,9 +241,11 @@ struct listing {
 static bool add_cohort(void *user, const struct store_cohort *cohort)
 {
     struct listing *listing = user;
+    char id[LIST_ID_MAX];
 
+    (void)snprintf(id, sizeof id, "%s/%s", cohort->name, cohort->owner);
     return list_add(&listing->list, cohort_record(listing->call, cohort, false), cohort->created_ms,
-                    cohort->name);
+                    id);
 }
 
 /* ?owner= of a list: false when a problem was answered. */

@@ -375,8 +375,7 @@ void executions_create(struct api_call *call)
     int status;
 
     if (!process) {
-        (void)problem_respond(call, "no-such-process", "There is no process \"%.60s\".",
-                              call->parameters[0]);
+        api_process_missing(call);
         return;
     }
     wait = calloc(1, sizeof *wait);

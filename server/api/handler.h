@@ -165,6 +165,11 @@ struct api_processes {
 };
 /* processes.c: by its id, or NULL. */
 const struct api_process *api_process_find(const struct api *api, const char *id);
+/* Their ids, ended by NULL, as many as fit. */
+#define API_PROCESSES_MAX 64
+void api_process_names(const struct api *api, const char *names[API_PROCESSES_MAX]);
+/* Answers that there is none of the id in the path, and which are there. */
+void api_process_missing(struct api_call *call);
 
 /* ---- Handlers, one per route (routes.h) ------------------------------------------------------ */
 

@@ -26,9 +26,11 @@
 #include <string.h>
 #include <time.h>
 
-#define INPUTS_MAX ((size_t)64 << 10) /* bytes of inputs that a record shows */
-#define CANCEL_SECONDS 20             /* that a job which was dismissed may take to stop */
-#define LOOK_MS 20                    /* between two looks whether it has */
+/* Bytes of inputs that a record shows, and that its entry in a list does. */
+#define INPUTS_MAX ((size_t)64 << 10)
+#define INPUTS_LISTED ((size_t)2 << 10)
+#define CANCEL_SECONDS 20 /* that a job which was dismissed may take to stop */
+#define LOOK_MS 20        /* between two looks whether it has */
 
 static json_t *job_links(const struct store_job *job)
 {
@@ -179,11 +181,10 @@ static bool find_job(struct api_call *call, struct store_job *job)
 
 /* The record with the inputs as the job has them, unless they are long (arrays of numbers): then
    the results alone tell them. Takes over and returns the record. */
-static json_t *with_inputs(json_t *record, const struct store_job *job)
+static json_t *with_inputs(json_t *record, const struct store_job *job, size_t most)
 {
     size_t length = job->inputs ? strlen(job->inputs) : 0;
-    json_t *inputs =
-        length <= INPUTS_MAX ? json_memory_load(job->inputs, length, 0, NULL, NULL) : NULL;
+    json_t *inputs = length <= most ? json_memory_load(job->inputs, length, 0, NULL, NULL) : NULL;
 
     if (inputs) {
         (void)json_object_set_new(record, "inputs", inputs);
@@ -199,7 +200,7 @@ void jobs_get_one(struct api_call *call)
         if (!job_ended(&job)) {
             (void)api_response_header_text(call->response, "Retry-After", "1");
         }
-        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job));
+        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
         store_job_clear(&job);
     }
 }
@@ -329,44 +330,8 @@ void jobs_delete(struct api_call *call)
 
 static bool add_job(void *user, const struct store_job *job)
 {
-    return list_add(user, job_record(job, NULL), job->created_ms, job->id);
-}
-
-static bool known_status(const struct api_call *call, const char *name)
-{
-    (void)call;
-    for (int status = STORE_JOB_ACCEPTED; status <= STORE_JOB_DISMISSED; status++) {
-        if (strcmp(store_job_status_name((enum store_job_status)status), name) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Reads one filter into buffer: "" where it is absent. False when a problem was answered. */
-static bool read_filter(struct api_call *call, const char *name, char buffer[48],
-                        bool (*known)(const struct api_call *call, const char *value))
-{
-    struct problem_list problems = {.errors = NULL};
-    char pointer[24];
-    bool refused;
-
-    buffer[0] = '\0';
-    if (!query_get(call, name, buffer, 48, &refused)) {
-        return !refused;
-    }
-    if (known(call, buffer)) {
-        return true;
-    }
-    (void)snprintf(pointer, sizeof pointer, "/%s", name);
-    problem_add(&problems, pointer, "\"%s\" is no known %s.", buffer, name);
-    (void)problem_respond_list(call, "invalid-input", &problems);
-    return false;
-}
-
-static bool known_process(const struct api_call *call, const char *name)
-{
-    return api_process_find(call->api, name) != NULL;
+    return list_add(user, with_inputs(job_record(job, NULL), job, INPUTS_LISTED), job->created_ms,
+                    job->id);
 }
 
 /* The items of a page that wait for their place, by id; borrowed. */
@@ -415,17 +380,12 @@ static int place_jobs(struct api_call *call, json_t *items)
 
 void jobs_list(struct api_call *call)
 {
-    char process[48], status[48];
     struct list list;
     int read;
 
-    if (!read_filter(call, "process", process, known_process) ||
-        !read_filter(call, "status", status, known_status) || !list_open(call, "jobs", &list)) {
-        return;
+    if (list_open(call, "jobs", &list)) {
+        list.member = "jobs";
+        read = jobs_page(call->api->config.jobs, &list.page, add_job, &list);
+        list_respond(call, &list, "/v1/jobs", read ? read : place_jobs(call, list.items));
     }
-    list.member = "jobs";
-    list.page.process = process[0] ? process : NULL;
-    list.page.status = status[0] ? status : NULL;
-    read = jobs_page(call->api->config.jobs, &list.page, add_job, &list);
-    list_respond(call, &list, "/v1/jobs", read ? read : place_jobs(call, list.items));
 }

@@ -1,16 +1,18 @@
 /*
- * lists.c - pages of a collection, newest first, and the cursors between them.
+ * lists.c - pages of a collection, newest first where nothing else is asked for, and the cursors
+ * between them.
  *
- * A cursor is the text "kind:created:id:check" in hexadecimal: the last item that the client has
- * seen, and eight digits of a SHA-256 over the rest, so that a cursor of another list, a mistyped
- * or an invented one is told from ours instead of answering a page from nowhere. It is no secret
- * and grants nothing. A page reads one row more than was asked for, which says whether there is a
- * next one.
+ * A cursor is the text "kind:order:id:key:check" in hexadecimal: the last item that the client has
+ * seen, by its id and by what the list is sorted by, and eight digits of a SHA-256 over the rest.
+ * So a cursor of another list or order, a mistyped or an invented one is told from ours instead of
+ * answering a page from nowhere. It is no secret and grants nothing. A page reads one row more than
+ * was asked for, which says whether there is a next one.
  */
 #include "api/respond.h"
 
 #include "api/links.h"
 #include "api/lists.h"
+#include "api/routes.h"
 #include "store/digest.h"
 
 #include <inttypes.h>
@@ -20,8 +22,9 @@
 
 #define LIMIT_DEFAULT 50
 #define LIMIT_MAX 200
-#define CURSOR_MAX 400
 #define CHECK_DIGITS 8
+#define CURSOR_TEXT (NAME_SIZE + LIST_ID_MAX + 64)
+#define CURSOR_MAX (2 * CURSOR_TEXT)
 
 static void cursor_check(const char *text, size_t length, char check[CHECK_DIGITS + 1])
 {
@@ -32,12 +35,39 @@ static void cursor_check(const char *text, size_t length, char check[CHECK_DIGIT
     check[CHECK_DIGITS] = '\0';
 }
 
+/* What the list is sorted by, of the last item; buffer holds numbers. */
+static const char *last_key(const struct list *list, char buffer[24])
+{
+    static const char *const members[] = {
+        [STORE_PAGE_NAME] = "name",
+        [STORE_PAGE_PROCESS] = "process",
+        [STORE_PAGE_STATUS] = "status",
+    };
+    const json_t *item = json_array_get(list->items, json_array_size(list->items) - 1);
+    const json_t *value;
+
+    if (list->page.key == STORE_PAGE_CREATED) {
+        (void)snprintf(buffer, 24, "%" PRId64, list->last_ms);
+        return buffer;
+    }
+    value = json_object_get(item, members[list->page.key]);
+    if (list->page.key == STORE_PAGE_PROCESS && !value) { /* of jobs, models, and all others */
+        static const char *const owners[] = {"madeFrom", "source"};
+
+        value = json_object_get(item, "processID");
+        for (size_t i = 0; i < 2 && !value; i++) {
+            value = json_object_get(json_object_get(item, owners[i]), "process");
+        }
+    }
+    return json_string_value(value) ? json_string_value(value) : "";
+}
+
 static void cursor_write(const struct list *list, char cursor[CURSOR_MAX])
 {
     static const char digits[] = "0123456789abcdef";
-    char text[CURSOR_MAX / 2], check[CHECK_DIGITS + 1];
-    int length =
-        snprintf(text, sizeof text, "%s:%" PRId64 ":%s:", list->kind, list->last_ms, list->last_id);
+    char text[CURSOR_TEXT], check[CHECK_DIGITS + 1], buffer[24];
+    int length = snprintf(text, sizeof text, "%s:%s:%s:%s:", list->kind, list->filters.sort,
+                          list->last_id, last_key(list, buffer));
 
     cursor_check(text, (size_t)length, check);
     (void)snprintf(text + length, sizeof text - (size_t)length, "%s", check);
@@ -66,33 +96,51 @@ static bool cursor_text(const char *cursor, char *text, size_t size)
     return true;
 }
 
-static bool cursor_read(const char *cursor, struct list *list)
+/* The next part of the text up to its colon, which becomes its end; NULL: there is none. */
+static char *next_part(char **text)
 {
-    char text[CURSOR_MAX / 2], check[CHECK_DIGITS + 1];
-    size_t kind_length = strlen(list->kind), length, id_length;
-    char *end;
+    char *part = *text, *colon = part + strcspn(part, ":");
+
+    if (!*colon) {
+        return NULL;
+    }
+    *colon = '\0';
+    *text = colon + 1;
+    return part;
+}
+
+/* Where the page starts. *order: the one of the cursor, where it is of this list. */
+static bool cursor_read(const char *cursor, struct list *list, char order[16])
+{
+    char text[CURSOR_TEXT], check[CHECK_DIGITS + 1], *rest = text, *kind, *sort, *id, *end;
+    size_t length;
 
     if (!cursor_text(cursor, text, sizeof text)) {
         return false;
     }
     length = strlen(text);
-    if (length <= kind_length + CHECK_DIGITS || strncmp(text, list->kind, kind_length) != 0 ||
-        text[kind_length] != ':') {
+    if (length <= CHECK_DIGITS) {
         return false;
     }
     cursor_check(text, length - CHECK_DIGITS, check);
     if (strcmp(text + length - CHECK_DIGITS, check) != 0) {
         return false;
     }
-    list->page.after_ms = strtoll(text + kind_length + 1, &end, 10);
-    id_length = strcspn(end + 1, ":");
-    if (*end != ':' || id_length >= sizeof list->after_id) {
+    text[length - CHECK_DIGITS - 1] = '\0'; /* the colon before the check */
+    kind = next_part(&rest);
+    sort = kind ? next_part(&rest) : NULL;
+    id = sort ? next_part(&rest) : NULL;
+    if (!id || strcmp(kind, list->kind) != 0 || strlen(id) >= sizeof list->after_id ||
+        strlen(rest) >= sizeof list->after_text) {
         return false;
     }
-    memcpy(list->after_id, end + 1, id_length);
-    list->after_id[id_length] = '\0';
+    (void)snprintf(order, 16, "%s", sort);
+    (void)snprintf(list->after_id, sizeof list->after_id, "%s", id);
+    (void)snprintf(list->after_text, sizeof list->after_text, "%s", rest);
+    list->page.after_ms = strtoll(rest, &end, 10);
     list->page.after_id = list->after_id;
-    return true;
+    list->page.after_text = list->after_text;
+    return list->page.key != STORE_PAGE_CREATED || strcmp(order, list->filters.sort) != 0 || !*end;
 }
 
 bool list_refuse(struct api_call *call, const char *pointer, const char *detail)
@@ -121,26 +169,39 @@ bool list_limit(struct api_call *call, size_t *limit)
     return true;
 }
 
-bool list_open(struct api_call *call, const char *kind, struct list *list)
+static bool read_cursor(struct api_call *call, struct list *list)
 {
-    char text[CURSOR_MAX];
+    char text[CURSOR_MAX], order[16] = "", detail[160];
     bool refused;
 
+    if (!query_get(call, "cursor", text, sizeof text, &refused)) {
+        return !refused;
+    }
+    if (!cursor_read(text, list, order)) {
+        return list_refuse(call, "/cursor", "cursor is not one that this list gave.");
+    }
+    if (strcmp(order, list->filters.sort) != 0) {
+        (void)snprintf(detail, sizeof detail,
+                       "cursor is of the list by sort=%s, and sort is %s here: a list is paged "
+                       "through in one order.",
+                       order, list->filters.sort);
+        return list_refuse(call, "/cursor", detail);
+    }
+    return true;
+}
+
+bool list_open(struct api_call *call, const char *kind, struct list *list)
+{
     memset(list, 0, sizeof *list);
     list->kind = kind;
     list->member = "items";
-    if (!list_limit(call, &list->limit)) {
+    list->page.total = &list->total;
+    list->page.owner = call->request->caller.restricted ? call->request->caller.name : NULL;
+    if (!list_limit(call, &list->limit) || !list_filters_read(call, &list->filters, &list->page) ||
+        !read_cursor(call, list)) {
         return false;
     }
     list->page.limit = list->limit + 1;
-    list->page.owner = call->request->caller.restricted ? call->request->caller.name : NULL;
-    if (query_get(call, "cursor", text, sizeof text, &refused)) {
-        if (!cursor_read(text, list)) {
-            return list_refuse(call, "/cursor", "cursor is not one that this list gave.");
-        }
-    } else if (refused) {
-        return false;
-    }
     list->items = json_array();
     return true;
 }
@@ -171,32 +232,38 @@ void list_self(struct api_call *call, json_t *links, const char *path)
 }
 
 /* The query of the next page: the filters of this one, the limit and the cursor. Also as one of the
-   links, if there are any. */
+   links, if there are any. Where it is longer than a header may be there is none: next in the
+   document leads on as well. */
 static void link_next(struct api_call *call, const struct list *list, const char *path,
                       const char *cursor, json_t *links)
 {
-    char href[1000];
-
     const char *rest = call->request->query;
-    char filters[300] = "";
+    char *href = NULL;
+    size_t size = 0;
     struct query_pair pair;
+    FILE *out = open_memstream(&href, &size);
 
+    if (!out) {
+        return;
+    }
+    (void)fprintf(out, "%s?limit=%zu", path, list->limit);
     while (query_next(&rest, &pair)) {
-        size_t used = strlen(filters);
         bool ours = (pair.name_length == 5 && strncmp(pair.name, "limit", 5) == 0) ||
                     (pair.name_length == 6 && strncmp(pair.name, "cursor", 6) == 0);
 
-        if (!ours && used + pair.name_length + pair.value_length + 3 < sizeof filters) {
-            (void)snprintf(filters + used, sizeof filters - used, "&%.*s=%.*s",
-                           (int)pair.name_length, pair.name, (int)pair.value_length, pair.value);
+        if (!ours) {
+            (void)fprintf(out, "&%.*s=%.*s", (int)pair.name_length, pair.name,
+                          (int)pair.value_length, pair.value);
         }
     }
-    (void)snprintf(href, sizeof href, "%s?limit=%zu%s&cursor=%s", path, list->limit, filters,
-                   cursor);
-    (void)api_response_header(call->response, "Link", "<%s>; rel=\"next\"", href);
-    if (links) {
-        link_add(links, href, "next", LINK_JSON, "The next page");
+    (void)fprintf(out, "&cursor=%s", cursor);
+    if (fclose(out) == 0) {
+        (void)api_response_header(call->response, "Link", "<%s>; rel=\"next\"", href);
+        if (links) {
+            link_add(links, href, "next", LINK_JSON, "The next page");
+        }
     }
+    free(href);
 }
 
 void list_respond(struct api_call *call, struct list *list, const char *path, int status)
@@ -212,6 +279,7 @@ void list_respond(struct api_call *call, struct list *list, const char *path, in
     }
     document = json_object();
     (void)json_object_set_new(document, list->member, list->items);
+    (void)json_object_set_new(document, "total", json_integer(list->total));
     if (!ours) {
         links = json_array();
         list_self(call, links, path);

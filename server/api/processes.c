@@ -6,6 +6,7 @@
 #include "api/links.h"
 #include "api/lists.h"
 #include "api/respond.h"
+#include "api/near.h"
 #include "api/routes.h"
 
 #include <stdio.h>
@@ -19,6 +20,28 @@ const struct api_process *api_process_find(const struct api *api, const char *id
         rows++;
     }
     return *rows;
+}
+
+void api_process_names(const struct api *api, const char *names[API_PROCESSES_MAX])
+{
+    const struct api_process *const *rows = api->config.processes->rows;
+    size_t n = 0;
+
+    for (; rows[n] && n + 1 < API_PROCESSES_MAX; n++) {
+        names[n] = rows[n]->id;
+    }
+    names[n] = NULL;
+}
+
+void api_process_missing(struct api_call *call)
+{
+    const char *names[API_PROCESSES_MAX];
+    char begin[100], text[NEAR_SENTENCE_MAX];
+
+    api_process_names(call->api, names);
+    (void)snprintf(begin, sizeof begin, "There is no process \"%.60s\"", call->parameters[0]);
+    near_sentence(text, begin, call->parameters[0], names);
+    (void)problem_respond(call, "no-such-process", "%s", text);
 }
 
 static bool is_required(const json_t *schema, const char *name)
@@ -152,8 +175,7 @@ void processes_get(struct api_call *call)
     const struct api_process *process = api_process_find(call->api, call->parameters[0]);
 
     if (!process) {
-        (void)problem_respond(call, "no-such-process", "There is no process \"%.60s\".",
-                              call->parameters[0]);
+        api_process_missing(call);
         return;
     }
     respond_json(call, 200, process_record(call->api->config.processes, process, true));

@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define HEADER_VALUE_MAX 1024
+#define HEADER_VALUE_MAX 4096 /* a link to the next page has a cursor and filters */
 
 /* ---- Out ------------------------------------------------------------------------------------- */
 

@@ -16,6 +16,8 @@
 #define ZIP "application/zip"
 #define EVENTS "text/event-stream"
 #define BASE "/v1" /* clients of the standard ask for it with a slash, too */
+#define PAGES "limit,cursor,sort,name,since,until"
+#define MADE PAGES ",tag,process,cohort,mesh"
 #define QUICK 0
 #define SLOW ROUTE_SLOW
 #define PUBLIC ROUTE_PUBLIC
@@ -40,7 +42,7 @@ const struct api_route api_routes[] = {
     {"GET", "/v1/docs", system_docs, PUBLIC, ROUTE_NO_BODY, "", {0}},
 
     {"POST", "/v1/meshes", meshes_create, SLOW, ROUTE_MESH, "format,name", {JSON}},
-    {"GET", "/v1/meshes", meshes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/meshes", meshes_list, SLOW, ROUTE_NO_BODY, MADE, {JSON}},
     {"GET", "/v1/meshes/{id}", meshes_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"PATCH", "/v1/meshes/{id}", records_patch, SLOW, ROUTE_JSON, "owner", {JSON}},
     {"DELETE", "/v1/meshes/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
@@ -53,8 +55,9 @@ const struct api_route api_routes[] = {
      {0}},
 
     {"POST", "/v1/volumes", volumes_create, SLOW, ROUTE_VOLUME, "name", {JSON}},
-    {"GET", "/v1/volumes", volumes_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/volumes", volumes_list, SLOW, ROUTE_NO_BODY, PAGES ",tag", {JSON}},
     {"GET", "/v1/volumes/{id}", volumes_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
+    {"PATCH", "/v1/volumes/{id}", records_patch, SLOW, ROUTE_JSON, "owner", {JSON}},
     {"DELETE", "/v1/volumes/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
     {"GET", "/v1/volumes/{id}/content", volumes_content, SLOW, ROUTE_NO_BODY, "", {0}},
 
@@ -65,7 +68,7 @@ const struct api_route api_routes[] = {
      ROUTE_SURFACE,
      "name,lmax,kind,scale,orientation",
      {JSON}},
-    {"GET", "/v1/surfaces", surfaces_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/surfaces", surfaces_list, SLOW, ROUTE_NO_BODY, MADE, {JSON}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"PATCH", "/v1/surfaces/{id}", records_patch, SLOW, ROUTE_JSON, "owner", {JSON}},
     {"DELETE", "/v1/surfaces/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
@@ -101,7 +104,7 @@ const struct api_route api_routes[] = {
     {"POST", "/v1/imports", imports_create, SLOW, ROUTE_IMPORT, "cohort,partial", {JSON}},
 
     {"POST", "/v1/cohorts", cohorts_create, SLOW, ROUTE_INPUTS, "", {JSON}},
-    {"GET", "/v1/cohorts", cohorts_list, SLOW, ROUTE_NO_BODY, "limit,cursor,owner", {JSON}},
+    {"GET", "/v1/cohorts", cohorts_list, SLOW, ROUTE_NO_BODY, PAGES ",mesh,owner", {JSON}},
     {"GET", "/v1/cohorts/{name}", cohorts_get, SLOW, ROUTE_NO_BODY, "owner", {JSON}},
     {"PATCH", "/v1/cohorts/{name}", cohorts_patch, SLOW, ROUTE_JSON, "owner", {JSON}},
     {"GET",
@@ -129,7 +132,7 @@ const struct api_route api_routes[] = {
      {ZIP}},
 
     {"GET", "/v1/models/{id}/export", models_export, SLOW | ROUTE_LONG, ROUTE_NO_BODY, "", {ZIP}},
-    {"GET", "/v1/models", models_list, SLOW, ROUTE_NO_BODY, "limit,cursor", {JSON}},
+    {"GET", "/v1/models", models_list, SLOW, ROUTE_NO_BODY, MADE, {JSON}},
     {"GET", "/v1/models/{id}", models_get, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"PATCH", "/v1/models/{id}", records_patch, SLOW, ROUTE_JSON, "owner", {JSON}},
     {"DELETE", "/v1/models/{id}", records_delete, SLOW, ROUTE_NO_BODY, "cascade,owner", {0}},
@@ -146,7 +149,7 @@ const struct api_route api_routes[] = {
     {"GET", "/v1/processes/{id}", processes_get, QUICK, ROUTE_NO_BODY, "", {JSON}},
     {"POST", "/v1/processes/{id}/execution", executions_create, SLOW, ROUTE_INPUTS, "", {JSON}},
 
-    {"GET", "/v1/jobs", jobs_list, SLOW, ROUTE_NO_BODY, "limit,cursor,process,status", {JSON}},
+    {"GET", "/v1/jobs", jobs_list, SLOW, ROUTE_NO_BODY, MADE ",status", {JSON}},
     {"GET", "/v1/jobs/{id}", jobs_get_one, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"GET", "/v1/jobs/{id}/results", jobs_results, SLOW, ROUTE_NO_BODY, "format", {JSON, CSV, NPY}},
     {"GET", "/v1/jobs/{id}/events", jobs_events, SLOW, ROUTE_NO_BODY, "", {EVENTS}},

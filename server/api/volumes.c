@@ -15,6 +15,7 @@
 #include "api/auth.h"
 #include "api/json_memory.h"
 #include "api/json_numbers.h"
+#include "api/labels.h"
 #include "api/lists.h"
 #include "api/meshes.h"
 #include "api/respond.h"
@@ -54,6 +55,7 @@ json_t *volume_record(const struct store_volume *volume, bool with_labels)
     (void)json_object_set_new(links, "content", json_string(path));
     (void)json_object_set_new(document, "id", json_string(volume->id));
     (void)json_object_set_new(document, "name", json_string(volume->name ? volume->name : ""));
+    labels_set_tags(document, volume->tags);
     (void)json_object_set_new(document, "bytes", json_integer(volume->bytes));
     (void)json_object_set_new(document, "created", json_time(volume->created_ms));
     (void)json_object_set_new(document, "links", links);
@@ -162,6 +164,27 @@ bool volume_read_body(struct api_call *call, const char *name, struct store_volu
     return parse_volume(call, row);
 }
 
+/* A volume sent again with a name takes it. */
+static int rename_held(struct store *store, struct store_volume *row, const char *name)
+{
+    const struct store_labels labels = {.name = name};
+    char *copy;
+    int status;
+
+    if (!name[0] || strcmp(row->name ? row->name : "", name) == 0) {
+        return 0;
+    }
+    copy = strdup(name);
+    status = copy ? store_label(store, row->owner.name, row->id, &labels) : STORE_NOMEM;
+    if (status == 0) {
+        free(row->name);
+        row->name = copy;
+    } else {
+        free(copy);
+    }
+    return status;
+}
+
 void volumes_create(struct api_call *call)
 {
     struct store_volume row = {.id = ""};
@@ -171,6 +194,9 @@ void volumes_create(struct api_call *call)
 
     if (query_name(call, name) && volume_read_body(call, name, &row, &held)) {
         status = store_volume_put(call->api->config.store, &row, call->request->body, &created);
+        if (status == 0 && !created) {
+            status = rename_held(call->api->config.store, &row, name);
+        }
         if (status == 0) {
             respond_volume(call, created ? 201 : 200, &row);
         } else {
@@ -196,9 +222,11 @@ static bool find_volume(struct api_call *call, struct store_volume *volume)
 void volumes_get(struct api_call *call)
 {
     struct store_volume volume = {.id = ""};
+    char etag[LABELS_ETAG_MAX];
 
     if (find_volume(call, &volume)) {
-        if (!respond_not_modified(call, volume.id)) {
+        labels_etag(etag, volume.id, volume.name, volume.tags);
+        if (!respond_not_modified(call, etag)) {
             respond_json(call, 200, volume_record(&volume, true));
         }
         store_volume_clear(&volume);

@@ -407,15 +407,24 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+/* Two owners may have one of the same name: a page ends with both. */
+const struct store_listing store_cohort_listing = {
+    .rows = "cohort AS listed",
+    .one = "listed.owner = :owner",
+    .all = "1",
+    .id = "listed.name || '/' || listed.owner",
+    .name = "listed.name",
+    .mesh = "(listed.owner, listed.name) IN (SELECT owner, cohort FROM cohort_member "
+            "WHERE mesh = :mesh)",
+    .found = "listed.owner AS owner, listed.name AS name",
+    .columns = "cohort.name, record, digest, members, created_ms, cohort.owner",
+    .join = "JOIN cohort ON cohort.owner = page.owner AND cohort.name = page.name",
+};
+
 int store_cohort_list(struct store *store, const struct store_page *page,
                       bool (*visit)(void *user, const struct store_cohort *cohort), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(
-        store, page,
-        page->owner
-            ? STORE_PAGE_SQL(COLUMNS, "cohort", "name", "owner = ?6", STORE_PAGE_UNFILTERED)
-            : STORE_PAGE_SQL(COLUMNS, "cohort", "name", "?6 IS NULL", STORE_PAGE_UNFILTERED),
-        list_row, &list);
+    return store_page_walk(store, &store_cohort_listing, page, list_row, &list);
 }

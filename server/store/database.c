@@ -34,6 +34,7 @@ static int connect(const char *path, int flags, sqlite3 **db)
         sqlite3_db_config(*db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
         sqlite3_db_config(*db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
         status = store_map(*db, sqlite3_exec(*db, "PRAGMA cell_size_check = ON", NULL, NULL, NULL));
+        status = status == STORE_OK ? store_fold_define(*db) : status;
     }
     return status;
 }

@@ -214,32 +214,52 @@ void store_reader_return(struct store *store, struct store_reader *reader);
 
 /* ---- Lists (page.c) -------------------------------------------------------------------------- */
 
-/* The statement of a page: ?1 and ?2 are key and time of the row before it, ?3 its length, ?4 and
-   ?5 the process and the status that are asked for, ?6 the owner; each may be NULL. owner says what
-   that means, filter what the two before do. */
-#define STORE_PAGE_SQL(columns, table, key, owner, filter)                                \
-    "SELECT " columns " FROM " table " WHERE " owner " AND (?1 = '' OR (created_ms, " key \
-    ") < (?2, ?1)) AND (" filter ") ORDER BY created_ms DESC, " key " DESC LIMIT ?3"
-/* Of content, which anyone may own, for one who sees all (?6 is NULL) and for one owner. */
-#define STORE_PAGE_OF_ALL(columns, table)                                                       \
-    "SELECT " columns " FROM " table " LEFT JOIN owned ON owned.id = " table ".id AND "         \
-    "owned.owner = ?6 WHERE (?1 = '' OR (" table ".created_ms, " table                          \
-    ".id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED " ORDER BY " table ".created_ms DESC, " table \
-    ".id DESC LIMIT ?3"
-#define STORE_PAGE_OF_OWNER(columns, table)                                          \
-    "SELECT " columns " FROM owned JOIN " table " ON " table ".id = owned.id WHERE " \
-    "owned.owner = ?6 AND kind = '" table "' AND (?1 = '' OR "                       \
-    "(owned.created_ms, owned.id) < (?2, ?1)) AND " STORE_PAGE_UNFILTERED            \
-    " ORDER BY owned.created_ms DESC, owned.id DESC LIMIT ?3"
-/* Of tables that have neither: a page that asks for one of them is empty. */
-#define STORE_PAGE_UNFILTERED "?4 IS NULL AND ?5 IS NULL"
+/* What a list is of, in pieces of SQL. The row that is filtered and sorted is called listed, the
+   one that is on the page page. */
+struct store_listing {
+    const char *rows;                /* "owned AS listed" */
+    const char *one, *all;           /* which of them one owner sees, and one who sees all */
+    const char *id, *name;           /* columns */
+    const char *process, *status;    /* the same; NULL: there is none to be filtered by */
+    const char *tag, *cohort, *mesh; /* conditions; NULL as before */
+    const char *found, *join;        /* columns of the page, and how they lead to the rows */
+    const char *columns;             /* of the rows */
+};
+/* Of content, which anyone may own: of owned and the table of its kind. */
+#define STORE_LISTING_OF_CONTENT(table, row_columns)                                         \
+    .rows = "owned AS listed", .one = "listed.owner = :owner AND listed.kind = '" table "'", \
+    .all = "listed.first = 1 AND listed.kind = '" table "'", .id = "listed.id",              \
+    .name = "listed.name",                                                                   \
+    .tag = "(listed.owner, listed.id) IN (SELECT owner, id FROM tag WHERE tag = :tag)",      \
+    .found = "listed.owner AS owner, listed.id AS id", .columns = row_columns,               \
+    .join = "JOIN owned ON owned.owner = page.owner AND owned.id = page.id JOIN " table      \
+            " ON " table ".id = page.id"
+#define STORE_LISTED_BY_MESH \
+    "(listed.owner, listed.id) IN (SELECT owner, needing FROM need WHERE id = :mesh)"
+/* What is a member of a cohort of that name, which the owner has, or anyone. */
+#define STORE_LISTED_BY_COHORT(kind)                                                          \
+    "listed.id IN (SELECT " kind " FROM cohort CROSS JOIN cohort_member AS member ON "        \
+    "member.owner = cohort.owner AND member.cohort = cohort.name WHERE cohort.name = :cohort" \
+    " AND (cohort.owner = :owner OR :owner IS NULL) AND " kind " IS NOT NULL)"
+
+#define STORE_PAGE_SQL_MAX 3072
+/* The statements of a page and of its total; parameters have names. */
+void store_page_sql(const struct store_listing *listing, const struct store_page *page,
+                    char text[STORE_PAGE_SQL_MAX]);
+void store_page_count_sql(const struct store_listing *listing, const struct store_page *page,
+                          char text[STORE_PAGE_SQL_MAX]);
+extern const struct store_listing store_mesh_listing, store_surface_listing, store_model_listing,
+    store_volume_listing, store_cohort_listing, store_job_listing;
 
 /* One row of a page, in order. *more, true before, ends the page early; a status other than
    STORE_OK ends it as the status of the walk. */
 typedef int store_page_row(void *argument, sqlite3_stmt *row, bool *more);
 /* STORE_OK also for a page without rows. */
-int store_page_walk(struct store *store, const struct store_page *page, const char *sql,
-                    store_page_row *row, void *argument);
+int store_page_walk(struct store *store, const struct store_listing *listing,
+                    const struct store_page *page, store_page_row *row, void *argument);
+
+/* Defines folded(text) for statements of the connection (fold.c). */
+int store_fold_define(sqlite3 *db);
 
 /* ---- Blobs (blob.c) -------------------------------------------------------------------------- */
 
@@ -383,6 +403,13 @@ int store_maps_mend(struct store *store, const struct store_maps *maps);
 int store_maps_insert(struct store *store, sqlite3 *db, const char *surface,
                       const struct store_maps *maps, const struct store_content *content);
 
+/* ---- Names and tags (labels.c) --------------------------------------------------------------- */
+
+struct store_labels; /* store/labels.h */
+/* On the writer thread, in a transaction: what store_label does. */
+int store_label_now(struct store *store, sqlite3 *db, const char *owner, const char *id,
+                    const struct store_labels *labels);
+
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 
 /* On the writer thread: removes an ended job with its results and keys. STORE_CONFLICT: it has not
@@ -399,6 +426,12 @@ int store_checkpoint_sweep(struct store *store);
     "started_ms, finished_ms, updated_ms, attempt, cancel_requested, problem_code, "      \
     "problem_detail, "                                                                    \
     "owner, trace, expected_ms, express, title, tags"
+
+/* The cohort that inputs name, or ''. */
+#define STORE_JOB_COHORT(inputs)                                                          \
+    "iif(instr(" inputs ", '\"cohort\"') > 0 AND json_valid(" inputs "), coalesce("       \
+    "json_extract(" inputs ", '$.cohort.name'), iif(json_type(" inputs ", '$.cohort') = " \
+    "'text', json_extract(" inputs ", '$.cohort'), '')), '')"
 
 /* Fills job from a row of STORE_JOB_COLUMNS; on failure the job is clear. */
 int store_job_from_row(sqlite3_stmt *statement, struct store_job *job);

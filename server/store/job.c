@@ -188,9 +188,6 @@ int store_job_count_alone(struct store *store, size_t *count)
     return status;
 }
 
-/* The process and the status that a page asks for, where it does. */
-#define FILTER "(?4 IS NULL OR process = ?4) AND (?5 IS NULL OR status = ?5)"
-
 struct list {
     bool (*visit)(void *user, const struct store_job *job);
     void *user;
@@ -209,16 +206,28 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+const struct store_listing store_job_listing = {
+    .rows = "job AS listed",
+    .one = "listed.owner = :owner",
+    .all = "1",
+    .id = "listed.id",
+    .name = "listed.title",
+    .process = "listed.process",
+    .status = "listed.status",
+    .tag = "listed.id IN (SELECT id FROM tag WHERE tag = :tag)",
+    .cohort = "listed.cohort = :cohort",
+    .mesh = "listed.id IN (SELECT needing FROM need WHERE id = :mesh)",
+    .found = "listed.id AS found",
+    .columns = STORE_JOB_COLUMNS,
+    .join = "JOIN job ON job.id = page.found",
+};
+
 int store_job_list(struct store *store, const struct store_page *page,
                    bool (*visit)(void *user, const struct store_job *job), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(
-        store, page,
-        page->owner ? STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", "owner = ?6", FILTER)
-                    : STORE_PAGE_SQL(STORE_JOB_COLUMNS, "job", "id", "?6 IS NULL", FILTER),
-        list_row, &list);
+    return store_page_walk(store, &store_job_listing, page, list_row, &list);
 }
 
 /* ---- Adding and removing --------------------------------------------------------------------- */
@@ -291,8 +300,9 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
         status = store_execute(
             db, NULL,
             "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
-            "progress, created_ms, updated_ms, owner, trace, expected_ms, express) "
-            "VALUES (?, ?, 'accepted', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "progress, created_ms, updated_ms, owner, trace, expected_ms, express, cohort) "
+            "VALUES (?, ?, 'accepted', ?3, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, " STORE_JOB_COHORT(
+                "?3") ")",
             "ttttttdiittii", job->id, job->process, job->inputs, job->digest,
             job->numeric_build ? job->numeric_build : "", job->message ? job->message : "",
             job->progress, job->created_ms, insert->now, job->owner, job->trace, job->expected_ms,

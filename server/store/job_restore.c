@@ -49,9 +49,9 @@ static int insert_job(sqlite3 *db, const struct store_job *job, size_t *changed)
     return store_execute(
         db, changed,
         "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, progress, "
-        "created_ms, started_ms, finished_ms, updated_ms, attempt, owner) "
-        "VALUES (?, ?, 'accepted', ?, ?, ?, 'restored from an archive', 100, ?, ?, ?, ?, 1, ?) ON "
-        "CONFLICT DO NOTHING",
+        "created_ms, started_ms, finished_ms, updated_ms, attempt, owner, cohort) "
+        "VALUES (?, ?, 'accepted', ?3, ?, ?, 'restored from an archive', 100, ?, ?, ?, ?, 1, "
+        "?, " STORE_JOB_COHORT("?3") ") ON CONFLICT DO NOTHING",
         "tttttiiiit", job->id, job->process, job->inputs, job->digest, job->numeric_build,
         job->created_ms, job->started_ms, job->finished_ms, job->finished_ms, job->owner);
 }

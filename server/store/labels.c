@@ -31,9 +31,11 @@ static int change_owned(sqlite3 *db, const struct change *change, size_t *change
         "(SELECT 1 FROM owned WHERE owner = ?1 AND owned.id = ?2 AND first = 1)",
         "UPDATE surface SET name = ?3 WHERE id = ?2 AND ?3 IS NOT NULL AND EXISTS "
         "(SELECT 1 FROM owned WHERE owner = ?1 AND owned.id = ?2 AND first = 1)",
+        "UPDATE volume SET name = ?3 WHERE id = ?2 AND ?3 IS NOT NULL AND EXISTS "
+        "(SELECT 1 FROM owned WHERE owner = ?1 AND owned.id = ?2 AND first = 1)",
     };
 
-    for (size_t i = 0; i < 2 && status == STORE_OK; i++) {
+    for (size_t i = 0; i < sizeof copies / sizeof copies[0] && status == STORE_OK; i++) {
         status = store_execute(db, NULL, copies[i], "ttt", change->owner, change->id,
                                change->labels->name);
     }

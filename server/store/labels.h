@@ -16,9 +16,9 @@ struct store_labels {
 };
 
 /*
- * Changes them for a mesh, surface, model or job of its owner (NULL: ""). What others call the same
- * content stays. STORE_NOT_FOUND: it is not the owner's. STORE_QUOTA: the owner may not hold as
- * many bytes.
+ * Changes them for a mesh, surface, model, volume or job of its owner (NULL: ""). What others call
+ * the same content stays. STORE_NOT_FOUND: it is not the owner's. STORE_QUOTA: the owner may not
+ * hold as many bytes.
  */
 int store_label(struct store *store, const char *owner, const char *id,
                 const struct store_labels *labels);

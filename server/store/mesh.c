@@ -289,13 +289,17 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+const struct store_listing store_mesh_listing = {
+    STORE_LISTING_OF_CONTENT("mesh", COLUMNS_AS),
+    .process = "listed.process",
+    .cohort = STORE_LISTED_BY_COHORT("mesh"),
+    .mesh = STORE_LISTED_BY_MESH,
+};
+
 int store_mesh_list(struct store *store, const struct store_page *page,
                     bool (*visit)(void *user, const struct store_mesh *mesh), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page,
-                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "mesh")
-                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "mesh"),
-                           list_row, &list);
+    return store_page_walk(store, &store_mesh_listing, page, list_row, &list);
 }

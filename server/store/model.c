@@ -163,15 +163,19 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+const struct store_listing store_model_listing = {
+    STORE_LISTING_OF_CONTENT("model", COLUMNS_AS),
+    .process = "listed.process",
+    .cohort = "listed.cohort = :cohort",
+    .mesh = STORE_LISTED_BY_MESH,
+};
+
 int store_model_list(struct store *store, const struct store_page *page,
                      bool (*visit)(void *user, const struct store_model *model), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page,
-                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "model")
-                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "model"),
-                           list_row, &list);
+    return store_page_walk(store, &store_model_listing, page, list_row, &list);
 }
 
 /* ---- Writing --------------------------------------------------------------------------------- */

@@ -112,10 +112,13 @@ int store_owner_take(sqlite3 *db, const struct store_owner *owner,
     if (status == STORE_OK) {
         status = store_execute(
             db, &changed,
-            "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms, first) SELECT "
-            "?1, ?2, ?3, coalesce(?4, ''), iif(other, ?5, NULL), ?6, ?7, NOT other "
-            "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other) "
-            "WHERE true ON CONFLICT DO NOTHING",
+            "INSERT INTO owned (owner, id, kind, name, record, bytes, created_ms, first, process, "
+            "cohort) SELECT ?1, ?2, ?3, coalesce(?4, ''), iif(other, ?5, NULL), ?6, ?7, NOT other, "
+            "coalesce(json_extract(told, '$.source.process'), "
+            "json_extract(told, '$.madeFrom.process'), json_extract(told, '$.process'), ''), "
+            "coalesce(json_extract(told, '$.madeFrom.cohort'), '') "
+            "FROM (SELECT EXISTS (SELECT 1 FROM owned WHERE id = ?2) AS other, "
+            "iif(json_valid(?5), ?5, '{}') AS told) WHERE true ON CONFLICT DO NOTHING",
             "tttttii", name, holding->id, holding->kind, holding->name, holding->record, bytes,
             holding->now);
     }

@@ -4,18 +4,39 @@
 #ifndef SRNFD_STORE_PAGE_H
 #define SRNFD_STORE_PAGE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-/* Newest first. A cursor is (created_ms, id) of the last item seen; after_id NULL or "" starts at
-   the top. visit is called once per row with a struct of the kind that is valid only during the
-   call; it returns false to stop. */
+/* What a list is sorted by; what is equal, by id. */
+enum store_page_key {
+    STORE_PAGE_CREATED,
+    STORE_PAGE_NAME, /* small and capital letters alike */
+    STORE_PAGE_PROCESS,
+    STORE_PAGE_STATUS, /* of jobs */
+};
+
+/* A page of a list, newest first where nothing else is said. visit is called once per row with a
+   struct of the kind that is valid only during the call; it returns false to stop. Texts are
+   borrowed; a filter that is NULL lets all pass. */
 struct store_page {
     size_t limit;
+    enum store_page_key key;
+    bool rising;
+    /* The last item of the page before: its id, and its time or its text by the key. NULL or "":
+       the page is the first. */
+    const char *after_id, *after_text;
     int64_t after_ms;
-    const char *after_id;
-    const char *process, *status; /* filters, for jobs only; NULL: all */
-    const char *owner;            /* what belongs to this owner; NULL: to anyone */
+    const char
+        *owner;       /* what belongs to this owner; NULL: to anyone, as the first owner calls it */
+    const char *name; /* part of the name, small and capital letters alike */
+    const char *tag;  /* not of cohorts */
+    const char *process;        /* that made it, or of the job; not of volumes and cohorts */
+    const char *status;         /* of jobs */
+    const char *cohort;         /* members of it, jobs and models that were given it */
+    const char *mesh;           /* made of it, given it, or with it as a member */
+    int64_t since_ms, until_ms; /* created at or after, and before; 0: at any time */
+    int64_t *total;             /* gets how many pass the filters, on all pages; NULL: not asked */
 };
 
 #endif

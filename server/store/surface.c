@@ -324,13 +324,17 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+const struct store_listing store_surface_listing = {
+    STORE_LISTING_OF_CONTENT("surface", COLUMNS_AS),
+    .process = "listed.process",
+    .cohort = STORE_LISTED_BY_COHORT("surface"),
+    .mesh = STORE_LISTED_BY_MESH,
+};
+
 int store_surface_list(struct store *store, const struct store_page *page,
                        bool (*visit)(void *user, const struct store_surface *surface), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page,
-                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "surface")
-                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "surface"),
-                           list_row, &list);
+    return store_page_walk(store, &store_surface_listing, page, list_row, &list);
 }

@@ -16,12 +16,13 @@
 #define COLUMNS "id, name, record, bytes, created_ms"
 #define COLUMNS_AS                                                                \
     "volume.id, coalesce(owned.name, volume.name), volume.record, volume.bytes, " \
-    "coalesce(owned.created_ms, volume.created_ms)"
+    "coalesce(owned.created_ms, volume.created_ms), coalesce(owned.tags, '[]')"
 
 void store_volume_clear(struct store_volume *volume)
 {
     free(volume->name);
     free(volume->record);
+    free(volume->tags);
     *volume = (struct store_volume){0};
 }
 
@@ -35,6 +36,7 @@ static int from_row(sqlite3_stmt *row, struct store_volume *volume)
     volume->record = store_column_text(row, 2, &status);
     volume->bytes = sqlite3_column_int64(row, 3);
     volume->created_ms = sqlite3_column_int64(row, 4);
+    volume->tags = store_column_text(row, 5, &status);
     if (status != STORE_OK) {
         store_volume_clear(volume);
     }
@@ -118,7 +120,7 @@ static int run_put(struct store *store, sqlite3 *db, struct store_write *write)
     return status;
 }
 
-/* Takes name and time of what the store holds. */
+/* Takes name, tags and time of what the store holds. */
 static int adopt(struct store *store, struct store_volume *volume)
 {
     struct store_volume held;
@@ -126,9 +128,11 @@ static int adopt(struct store *store, struct store_volume *volume)
 
     if (status == STORE_OK) {
         free(volume->name);
+        free(volume->tags);
         volume->name = held.name;
+        volume->tags = held.tags;
         volume->created_ms = held.created_ms;
-        held.name = NULL;
+        held.name = held.tags = NULL;
         store_volume_clear(&held);
     }
     return status;
@@ -241,13 +245,14 @@ static int list_row(void *argument, sqlite3_stmt *row, bool *more)
     return status;
 }
 
+const struct store_listing store_volume_listing = {
+    STORE_LISTING_OF_CONTENT("volume", COLUMNS_AS),
+};
+
 int store_volume_list(struct store *store, const struct store_page *page,
                       bool (*visit)(void *user, const struct store_volume *volume), void *user)
 {
     struct list list = {.visit = visit, .user = user};
 
-    return store_page_walk(store, page,
-                           page->owner ? STORE_PAGE_OF_OWNER(COLUMNS_AS, "volume")
-                                       : STORE_PAGE_OF_ALL(COLUMNS_AS, "volume"),
-                           list_row, &list);
+    return store_page_walk(store, &store_volume_listing, page, list_row, &list);
 }

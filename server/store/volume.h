@@ -19,13 +19,14 @@ struct store_volume {
     char id[STORE_ID_MAX]; /* vol-..., of the bytes and the format */
     char *name;            /* may be empty */
     char *record;          /* JSON text of what was read of it, opaque here */
+    char *tags;            /* the owner's, a JSON array; not set for put */
     int64_t bytes, created_ms;
     struct store_owner owner; /* to be set for put; not set by get */
 };
 
 /* Stores the volume for its owner, unless the owner has it; *created says which. content has
-   volume->bytes bytes, volume->id is set. On return volume->created_ms and volume->name are what
-   the store holds for that owner. */
+   volume->bytes bytes, volume->id is set. On return name, tags and created_ms are what the store
+   holds for that owner. */
 int store_volume_put(struct store *store, struct store_volume *volume, const void *content,
                      bool *created);
 /* For a volume that is there: content replaces what is stored of it, where that is damaged. */

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# test_names.sh - names and tags of meshes, surfaces, models and jobs: given, changed, taken away, each owner's own.
+# test_names.sh - names and tags of meshes, volumes, surfaces, models and jobs: given, changed, taken away, each owner's own.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -30,7 +30,9 @@ JOB=$(json '.jobs[0].id')
 
 # ---- Changing ----------------------------------------------------------------------------------------
 
-for path in "meshes/$MESH" "surfaces/$SURFACE" "models/$MODEL" "jobs/$JOB"; do
+post '/v1/volumes?name=AAL' --data-binary @tests/data/aal_volume/subcortex.nii.gz
+VOLUME=$(json .id)
+for path in "meshes/$MESH" "volumes/$VOLUME" "surfaces/$SURFACE" "models/$MODEL" "jobs/$JOB"; do
     kind=${path%%/*}
     get "/v1/$path"
     before=$(labels)
@@ -49,8 +51,8 @@ done
 get "/v1/jobs/$JOB"
 is "$(json '[.inputs.surfaces, .inputs.register] | tojson')" "[[\"$SURFACE\",\"$OTHER\",\"$MESH\"],false]" \
     'the record of a job has its inputs'
-get /v1/jobs
-is "$(json '[.jobs[] | has("inputs")] | any')" false 'its entry in a list does not'
+get /v1/jobs?process=pca
+is "$(json '.jobs[0].inputs.surfaces | tojson')" "[\"$SURFACE\",\"$OTHER\",\"$MESH\"]" 'and its entry in a list too'
 
 # ---- Other ways --------------------------------------------------------------------------------------
 

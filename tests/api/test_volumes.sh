@@ -22,7 +22,9 @@ is "$(json '.background + ([.labels[].voxels] | add)')" $((86 * 74 * 60)) 'and a
 LABELS=$(json '[.labels[] | [.value, .voxels]] | tojson')
 AFFINE=$(json '.affine | tojson')
 post '/v1/volumes?name=other' --data-binary "@$VOLUMES/subcortex.nii.gz"
-is "$STATUS $(json .id) $(json .name)" "200 $ID AAL" 'sent again it is the same, under its first name'
+is "$STATUS $(json .id) $(json .name)" "200 $ID other" 'sent again with a name it takes it, as a mesh does'
+post '/v1/volumes?name=AAL' --data-binary "@$VOLUMES/subcortex.nii.gz"
+is "$STATUS $(json .id) $(json .name)" "200 $ID AAL" 'and another one'
 gzip -dc "$VOLUMES/subcortex.nii.gz" >"$SCRATCH/plain.nii"
 post /v1/volumes --data-binary "@$SCRATCH/plain.nii"
 is "$STATUS $(json '[.labels[] | [.value, .voxels]] | tojson')" "201 $LABELS" 'unpacked it has the same labels'
@@ -133,5 +135,18 @@ is "$(as "$BEN" "$URL/v1/processes/extract/execution" -H 'Content-Type: applicat
 is "$(as "$BEN" "$URL/v1/volumes") $(jq '.items | length' "$SCRATCH/as")" '200 0' 'nor in their lists'
 is "$(as "$ADA" "$URL/v1/volumes/$ID") $(jq -r .name "$SCRATCH/as")" '200 hers' 'its owner has it under the own name'
 
+
+# ---- Deletion ------------------------------------------------------------------------------------------
+
+is "$(as "$BEN" -X DELETE "$URL/v1/volumes/$ID")" 404 'nobody deletes what is not theirs'
+is "$(as "$ADA" "$URL/v1/processes/extract/execution" -H 'Content-Type: application/json' -H 'Prefer: wait=60' \
+    -d "{\"inputs\":{\"volume\":\"$ID\",\"labels\":[41]}}")" 200 'a volume is in use'
+MESH=$(jq -r .mesh.id "$SCRATCH/as")
+is "$(as "$ADA" -X DELETE "$URL/v1/volumes/$ID") $(jq -r '.code + " " + (.neededBy | map(.kind) | sort | join(" "))' "$SCRATCH/as")" \
+    '409 in-use job mesh' 'and is not deleted then'
+is "$(as "$ADA" -X DELETE "$URL/v1/volumes/$ID?cascade=true")" 204 'but with what needs it'
+is "$(as "$ADA" "$URL/v1/volumes/$ID") $(as "$ADA" "$URL/v1/meshes/$MESH")" '404 404' 'which both have gone'
+is "$(as "$ADA" -X DELETE "$URL/v1/volumes/$ID")" 404 'once'
 stop_server || not_ok 'the server ends well'
+check 'the check finds nothing wrong' "$SRNFD" check --data "$SCRATCH/data"
 done_testing
