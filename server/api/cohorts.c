@@ -168,9 +168,10 @@ void cohort_respond_refused(struct api_call *call, const struct store_cohort *co
 
     if (status == STORE_CONFLICT) {
         (void)problem_respond(call, "cohort-exists",
-                              "There is a cohort %s with other members; delete it first, or take "
-                              "another name.",
-                              cohort->name);
+                              "There is a cohort %s with other members: change it by PATCH "
+                              "/v1/cohorts/%s, replace its members by PUT /v1/cohorts/%s/members, "
+                              "delete it, or take another name.",
+                              cohort->name, cohort->name, cohort->name);
     } else if (status == STORE_NOT_FOUND) {
         (void)snprintf(pointer, sizeof pointer, "/members/%zu/id", missing);
         problem_add(&list, pointer, "there is no %s", cohort->members[missing]);

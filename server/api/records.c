@@ -121,18 +121,33 @@ static bool read_cascade(struct api_call *call, bool *cascade)
     return true;
 }
 
+/* How a cohort that needs it can do without; nothing where none of those that are told does. */
+static void tell_cohort(const struct store_erasure *erasure, size_t own, char *text, size_t size)
+{
+    for (size_t i = 0; i < own && i < STORE_ERASE_TOLD; i++) {
+        if (strcmp(erasure->told[i].kind, "cohort") == 0) {
+            (void)snprintf(text, size,
+                           " The cohort %s can stay: PATCH /v1/cohorts/%s with the member's id in "
+                           "\"remove\".",
+                           erasure->told[i].id, erasure->told[i].id);
+            return;
+        }
+    }
+}
+
 /* The problem, with what needs it as its members. */
 static void respond_in_use(struct api_call *call, const struct store_erasure *erasure)
 {
     size_t own = erasure->needing - erasure->foreign;
-    bool told = call->request->caller.restricted;
+    bool told = call->request->caller.restricted, one = erasure->needing == 1;
     json_t *needed = json_array(), *document;
-    char detail[320];
+    char detail[640], way[320] = "";
 
     for (size_t i = 0; i < own && i < STORE_ERASE_TOLD; i++) {
         (void)json_array_append_new(needed, json_pack("{s:s, s:s}", "kind", erasure->told[i].kind,
                                                       "id", erasure->told[i].id));
     }
+    tell_cohort(erasure, own, way, sizeof way);
     if (erasure->foreign > 0 && told) {
         (void)snprintf(detail, sizeof detail,
                        "%s is in use by what an administrator made of it: ask for that to be "
@@ -144,11 +159,11 @@ static void respond_in_use(struct api_call *call, const struct store_erasure *er
                        erasure->n_unended, erasure->id);
     } else {
         (void)snprintf(detail, sizeof detail,
-                       "%zu other things need %s, the first of them %s %s. Delete these first, or "
-                       "all of them with it by ?cascade=true.",
-                       erasure->needing, erasure->id,
+                       "%zu other %s %s, the first of them %s %s. Delete %s first, or all with it "
+                       "by ?cascade=true.%s",
+                       erasure->needing, one ? "thing needs" : "things need", erasure->id,
                        own ? erasure->told[0].kind : "another owner's",
-                       own ? erasure->told[0].id : "things");
+                       own ? erasure->told[0].id : "things", one ? "that" : "these", way);
     }
     document = problem_json("in-use", detail, call->request->path, call->request->id);
     (void)json_object_set_new(document, "neededBy", needed);

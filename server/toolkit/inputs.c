@@ -12,6 +12,7 @@
  */
 #include "toolkit/process.h"
 #include "api/auth.h"
+#include "api/near.h"
 #include "store/mesh.h"
 #include "store/surface.h"
 #include "toolkit/scales.h"
@@ -63,7 +64,7 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
 {
     /* jansson's iterators take an object that is not const; they do not change it. */
     json_t *object = (json_t *)(uintptr_t)given;
-    char pointer[POINTER_MAX];
+    char pointer[POINTER_MAX], sentence[NEAR_SENTENCE_MAX];
 
     *inputs = (struct process_inputs){.call = call, .given = given, .list = list};
     if (!json_is_object(given)) {
@@ -74,7 +75,9 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
         if (!is_listed(json_object_iter_key(at), names)) {
             pointer_to(pointer, json_object_iter_key(at));
-            problem_add(list, pointer, "this process has no such input");
+            near_sentence(sentence, "this process has no such input", json_object_iter_key(at),
+                          names);
+            problem_add(list, pointer, "%s", sentence);
         }
     }
     return true;

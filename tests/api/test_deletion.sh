@@ -103,6 +103,7 @@ isnt "$(left "$COEFFICIENTS" "$OF_REGISTERED")" '' 'which the search finds in th
 FULL=$(count)
 request DELETE "/v1/meshes/$MESH"
 is_problem 409 in-use 'a mesh that something needs is not deleted'
+like "$(json .detail)" 'The cohort [^ ]+ can stay: PATCH /v1/cohorts/[^ ]+ with' 'the problem says how a cohort does without it'
 is "$(json '[.neededBy[].kind] | unique | join(" ")')" 'cohort job model surface' 'the problem says what needs it'
 is "$(json '.neededByCount == (.neededBy | length)') $(json "[.neededBy[].id] | index(\"$SURFACE\") != null")" 'true true' \
     'by its ids'

@@ -200,6 +200,18 @@ get /v1/meshes -H 'Accept: text/html'
 is_problem 406 not-acceptable 'a representation that is not there'
 get '/v1/meshes?limit=0'
 is_problem 422 invalid-input 'a limit out of range'
+get /v1/processes
+for process in $(json '.processes[].id'); do
+    post_json "/v1/processes/$process/execution" '{"inputs":{"unheard-of":1}}'
+    like "$(json '.errors[] | select(.pointer == "/inputs/unheard-of") | .detail')" \
+        '^this process has no such input\. Known: [a-z]' "$process tells which inputs it has"
+done
+post_json /v1/processes/distances/execution '{"inputs":{"surfcaes":[]}}'
+like "$(json '.errors[] | select(.pointer == "/inputs/surfcaes") | .detail')" \
+    'did you mean surfaces\? Known: surfaces, cohort, mixedRoutes, register, metric' 'and which one may be meant'
+post_json /v1/processes/distance/execution '{"inputs":{}}'
+is_problem 404 no-such-process 'a process that is not there'
+like "$(json .detail)" 'did you mean distances\? Known: extract, ' 'and which one may be meant'
 get '/v1/meshes?cursor=abc'
 is_problem 422 invalid-input 'an invented cursor'
 get '/v1/jobs?status=done'
