@@ -181,16 +181,27 @@ static void list_model(struct export *export, const char *id)
     }
     (void)snprintf(path, sizeof path, "models/%s.npz", id);
     list(export, "models",
-         json_pack("{s:s, s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:o}", "id", id, "tags",
-                   model.tags ? model.tags : "[]", "mean", model.mean, "record", model.record,
-                   "lmax", (json_int_t)model.lmax, "nTheta", (json_int_t)model.n_theta, "nPhi",
-                   (json_int_t)model.n_phi, "subjects", (json_int_t)model.subjects, "components",
-                   (json_int_t)model.components, "file", path, "created",
-                   json_time(model.created_ms)));
+         json_pack("{s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:o}", "id", id, "name",
+                   model.name ? model.name : "", "tags", model.tags ? model.tags : "[]", "mean",
+                   model.mean, "record", model.record, "lmax", (json_int_t)model.lmax, "nTheta",
+                   (json_int_t)model.n_theta, "nPhi", (json_int_t)model.n_phi, "subjects",
+                   (json_int_t)model.subjects, "components", (json_int_t)model.components, "file",
+                   path, "created", json_time(model.created_ms)));
     describe_file(export, path, id, "application/x-npz");
     (void)snprintf(path, sizeof path, "models/%s-scores.csv", id);
     describe_file(export, path, id, "text/csv");
     store_model_clear(&model);
+}
+
+/* What random numbers began with, where the process draws some; NULL: it does not. */
+static json_t *seed_of(const char *text)
+{
+    size_t length = text ? strlen(text) : 0;
+    json_t *inputs = text && strstr(text, "\"seed\"") ? json_loadb(text, length, 0, NULL) : NULL;
+    json_t *seed = json_incref(json_object_get(inputs, "seed"));
+
+    json_decref(inputs);
+    return seed;
 }
 
 static void list_job(struct export *export, const char *id)
@@ -212,10 +223,11 @@ static void list_job(struct export *export, const char *id)
     study_job_digest(asked, job.process, job.numeric_build, job.inputs);
     (void)snprintf(path, sizeof path, "jobs/%s.json", id);
     list(export, "jobs",
-         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:I}", "id", id, "sha256", digest,
-                   "askedSha256", asked, "process", job.process, "inputs", job.inputs,
-                   "numericBuild", job.numeric_build, "file", path, "createdMs",
-                   (json_int_t)job.created_ms, "startedMs", (json_int_t)job.started_ms,
+         json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s, s:s, s:s, s:o*, s:I, s:I, s:I}", "id", id,
+                   "sha256", digest, "askedSha256", asked, "name", job.name ? job.name : "", "tags",
+                   job.tags ? job.tags : "[]", "process", job.process, "inputs", job.inputs,
+                   "numericBuild", job.numeric_build, "file", path, "seed", seed_of(job.inputs),
+                   "createdMs", (json_int_t)job.created_ms, "startedMs", (json_int_t)job.started_ms,
                    "finishedMs", (json_int_t)job.finished_ms));
     describe_file(export, path, job.process, "application/json");
     describe_job(export, &job, path);

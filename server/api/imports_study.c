@@ -308,6 +308,26 @@ static bool is_asked_unchanged(const json_t *record, const struct store_job *job
     return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
 }
 
+/* The tags that the manifest gives one thing, and its name where that is asked for; not given where
+   they are empty. */
+static void read_labels(const json_t *record, bool with_name, struct labels *labels,
+                        struct problem_list *list)
+{
+    const char *tags = json_string_value(json_object_get(record, "tags"));
+    json_t *name = with_name ? json_incref(json_object_get(record, "name")) : NULL;
+    json_t *body =
+        json_pack("{s:o*, s:o*}", "name", name, "tags", tags ? json_loads(tags, 0, NULL) : NULL);
+
+    labels_read(body, labels, list);
+    if (labels->tags && strcmp(labels->tags, "[]") == 0) {
+        labels->change.tags = NULL;
+    }
+    if (!labels->name[0]) {
+        labels->change.name = NULL;
+    }
+    json_decref(body);
+}
+
 static bool take_job(struct import *import, const json_t *record, const char *id,
                      const struct import_given *given, int *status)
 {
@@ -316,19 +336,32 @@ static bool take_job(struct import *import, const json_t *record, const char *id
                             .inputs = text_of(record, "inputs"),
                             .numeric_build = text_of(record, "numericBuild")};
     json_t *results = json_loadb((const char *)given->bytes, given->size, 0, NULL);
-    bool good = is_job_id(id) && job.process && job.inputs && job.numeric_build &&
-                json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
-                is_asked_unchanged(record, &job) &&
-                api_process_find(import->call->api, job.process) != NULL &&
-                whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
-                whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
-                whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
+    struct problem_list list = {.errors = NULL};
+    struct labels labels;
+    bool good, lacking;
+
+    read_labels(record, true, &labels, &list);
+    job.name = labels.change.name ? strdup(labels.change.name) : NULL;
+    job.tags = labels.change.tags ? strdup(labels.change.tags) : NULL;
+    lacking = (labels.change.name && !job.name) || (labels.change.tags && !job.tags);
+    good = !list.errors && is_job_id(id) && job.process && job.inputs && job.numeric_build &&
+           json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
+           is_asked_unchanged(record, &job) &&
+           api_process_find(import->call->api, job.process) != NULL &&
+           whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
+           whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
+           whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
 
     json_decref(results);
+    json_decref(list.errors);
+    labels_clear(&labels);
     if (good) {
         (void)snprintf(job.id, sizeof job.id, "%s", id);
         (void)snprintf(job.owner, sizeof job.owner, "%s", owner.name ? owner.name : "");
         *status = jobs_digest(job.process, job.inputs, job.numeric_build, job.owner, job.digest);
+        if (lacking) {
+            *status = STORE_NOMEM;
+        }
         if (*status == STORE_OK && !json_object_get(import->seen, job.digest)) {
             (void)json_object_set_new(import->seen, job.digest, json_true());
             *status = store_batch_add_job(import->batch, &job, (const char *)given->bytes,
@@ -409,8 +442,9 @@ static void refuse_missing(struct import *import)
     }
 }
 
-/* Gives what came the tags that the manifest gives it; false when a problem was answered. */
-static bool add_tags(struct import *import, struct problem_list *list)
+/* Gives what came the tags that the manifest gives it, and models their names; meshes and surfaces
+   came with theirs. False when a problem was answered. */
+static bool add_labels(struct import *import, struct problem_list *list)
 {
     int status = STORE_OK;
 
@@ -419,22 +453,19 @@ static bool add_tags(struct import *import, struct problem_list *list)
 
         for (size_t k = 0; k < json_array_size(all) && status == STORE_OK; k++) {
             const json_t *one = json_array_get(all, k);
-            const char *text = json_string_value(json_object_get(one, "tags"));
-            json_t *body = json_pack("{s:o?}", "tags", text ? json_loads(text, 0, NULL) : NULL);
-            struct labels labels = {.tags = NULL};
+            struct labels labels;
 
-            labels_read(body, &labels, list);
-            if (labels.tags && strcmp(labels.tags, "[]") != 0) {
-                status = store_batch_add_tags(import->batch, call_owner(import->call).name,
-                                              json_string_value(json_object_get(one, "id")),
-                                              labels.tags);
+            read_labels(one, strcmp(kinds[i], "models") == 0, &labels, list);
+            if (labels.change.name || labels.change.tags) {
+                status = store_batch_add_labels(import->batch, call_owner(import->call).name,
+                                                json_string_value(json_object_get(one, "id")),
+                                                &labels.change);
             }
             labels_clear(&labels);
-            json_decref(body);
         }
     }
     if (status != STORE_OK) {
-        (void)problem_respond_store(import->call, status, NULL, "keeping the tags");
+        (void)problem_respond_store(import->call, status, NULL, "keeping the names and tags");
         import->answered = true;
     }
     return status == STORE_OK;
@@ -477,7 +508,7 @@ bool import_study_members(struct import *import, struct cohort_text *members)
     struct problem_list list = {.errors = NULL};
 
     refuse_missing(import);
-    if (import->n_refused == 0 && !add_tags(import, &list)) {
+    if (import->n_refused == 0 && !add_labels(import, &list)) {
         json_decref(list.errors);
         return false;
     }

@@ -14,6 +14,7 @@ struct store;
 struct store_batch;
 struct store_cohort;  /* store/cohort.h */
 struct store_job;     /* store/job.h */
+struct store_labels;  /* store/labels.h */
 struct store_mesh;    /* store/mesh.h */
 struct store_model;   /* store/model.h */
 struct store_surface; /* store/surface.h */
@@ -45,15 +46,15 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
    is. id: that a model must have; STORE_CORRUPT: it has another one. */
 int store_batch_add_surface(struct store_batch *batch, struct store_surface *surface);
 int store_batch_add_model(struct store_batch *batch, struct store_model *model, const char *id);
-/* Adds a successful job, with id, process, inputs, digest, build, owner and times set, and its
-   results; bytes_max as of struct store_owner. The job is taken over. Where the id is taken it gets
-   another; where its owner has the digest, nothing is done. */
+/* Adds a successful job, with id, process, inputs, digest, build, owner and times set, name and
+   tags unless they are NULL, and its results; bytes_max as of struct store_owner. The job is taken
+   over. Where the id is taken it gets another; where its owner has the digest, nothing is done. */
 int store_batch_add_job(struct store_batch *batch, struct store_job *job, const char *results,
                         size_t size, int64_t bytes_max);
 
-/* Adds what store_label does, of something that is stored by then; id and tags are copied. */
-int store_batch_add_tags(struct store_batch *batch, const char *owner, const char *id,
-                         const char *tags);
+/* Adds what store_label does, of something that is stored by then; id and labels are copied. */
+int store_batch_add_labels(struct store_batch *batch, const char *owner, const char *id,
+                           const struct store_labels *labels);
 
 /* Puts added so far; the next one gets this number. */
 size_t store_batch_count(const struct store_batch *batch);

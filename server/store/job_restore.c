@@ -9,6 +9,7 @@
 #include "store/internal.h"
 #include "store/batch.h"
 #include "store/job.h"
+#include "store/labels.h"
 
 #include <sodium.h>
 #include <stdio.h>
@@ -54,6 +55,15 @@ static int insert_job(sqlite3 *db, const struct store_job *job, size_t *changed)
         "?, " STORE_JOB_COHORT("?3") ") ON CONFLICT DO NOTHING",
         "tttttiiiit", job->id, job->process, job->inputs, job->digest, job->numeric_build,
         job->created_ms, job->started_ms, job->finished_ms, job->finished_ms, job->owner);
+}
+
+/* Name and tags, unless there are none. */
+static int label_job(struct store *store, sqlite3 *db, const struct store_job *job)
+{
+    const struct store_labels labels = {.name = job->name, .tags = job->tags};
+
+    return job->name || job->tags ? store_label_now(store, db, job->owner, job->id, &labels)
+                                  : STORE_OK;
 }
 
 /* What the results name goes with the job, its record names the job by the id that it has here, and
@@ -114,6 +124,9 @@ static int run_batched(struct store *store, sqlite3 *db, struct store_write *wri
     }
     if (status == STORE_OK) {
         status = add_made(db, batched);
+    }
+    if (status == STORE_OK) {
+        status = label_job(store, db, job);
     }
     return status == STORE_OK ? store_owner_check(db, job->owner, 0) : status;
 }

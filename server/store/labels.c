@@ -81,6 +81,15 @@ static int run_change(struct store *store, sqlite3 *db, struct store_write *writ
     return status == STORE_OK ? store_owner_check(db, change->owner, 0) : status;
 }
 
+int store_label_now(struct store *store, sqlite3 *db, const char *owner, const char *id,
+                    const struct store_labels *labels)
+{
+    struct change change = {.owner = owner, .id = id, .labels = labels};
+    struct store_write write = {.argument = &change};
+
+    return run_change(store, db, &write);
+}
+
 int store_label(struct store *store, const char *owner, const char *id,
                 const struct store_labels *labels)
 {
@@ -92,7 +101,7 @@ int store_label(struct store *store, const char *owner, const char *id,
 struct batched {
     struct change change;
     struct store_labels labels;
-    char owner[STORE_OWNER_MAX], id[STORE_ID_MAX], tags[];
+    char owner[STORE_OWNER_MAX], id[STORE_ID_MAX], texts[];
 };
 
 static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
@@ -109,18 +118,23 @@ static void clear_batched(struct store *store, void *argument)
     free(argument);
 }
 
-int store_batch_add_tags(struct store_batch *batch, const char *owner, const char *id,
-                         const char *tags)
+int store_batch_add_labels(struct store_batch *batch, const char *owner, const char *id,
+                           const struct store_labels *labels)
 {
-    size_t size = strlen(tags) + 1;
-    struct batched *batched = calloc(1, sizeof *batched + size);
+    size_t name = labels->name ? strlen(labels->name) + 1 : 0;
+    size_t tags = labels->tags ? strlen(labels->tags) + 1 : 0;
+    struct batched *batched = calloc(1, sizeof *batched + name + tags);
     int status = STORE_NOMEM;
 
     if (batched) {
-        memcpy(batched->tags, tags, size);
+        if (name) {
+            batched->labels.name = memcpy(batched->texts, labels->name, name);
+        }
+        if (tags) {
+            batched->labels.tags = memcpy(batched->texts + name, labels->tags, tags);
+        }
         (void)snprintf(batched->owner, sizeof batched->owner, "%s", owner ? owner : "");
         (void)snprintf(batched->id, sizeof batched->id, "%s", id);
-        batched->labels.tags = batched->tags;
         batched->change = (struct change){batched->owner, batched->id, &batched->labels};
         status =
             store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});

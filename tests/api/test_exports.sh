@@ -31,11 +31,19 @@ ask() { # FILE
     execute modes "{\"model\":\"$MODEL\",\"mode\":1,\"coefficients\":[1]}" --header "$wait"
     cp "$BODY" "$1.modes"
     MAPPED=$(json '.surfaces[0].id')
+    execute sample "{\"model\":\"$MODEL\",\"count\":1,\"seed\":7}" --header "$wait"
+    cp "$BODY" "$1.sample"
 }
 ask "$SCRATCH/a.answer"
 is "$STATUS" 200 'jobs are done on it'
 request PATCH "/v1/surfaces/$MAPPED" --data '{"tags":["kept"]}' --header 'Content-Type: application/json'
 is "$STATUS" 200 'and tags are given'
+get '/v1/jobs?process=pca'
+JOB=$(json '.jobs[0].id')
+for path in "jobs/$JOB" "models/$MODEL"; do
+    request PATCH "/v1/$path" --data '{"name":"the model","tags":["final"]}' --header 'Content-Type: application/json'
+    is "$STATUS" 200 "and names, to ${path%%/*}"
+done
 get "/v1/surfaces/$MAPPED/mesh?format=ply"
 cp "$BODY" "$SCRATCH/a.ply"
 get /v1/cohorts/study
@@ -53,8 +61,10 @@ check 'unzip can read it' unzip -q "$SCRATCH/study.zip" -d "$SCRATCH/open"
 is "$(find "$SCRATCH/open/meshes" -type f | wc -l)" 4 'it has the four meshes'
 file=$(jq -r '.meshes[] | select(.name == "L_amygdala").file' "$SCRATCH/open/srnfd-study.json")
 check 'with the bytes that were uploaded' cmp "$SCRATCH/open/$file" "$AAL/L_amygdala.ply"
-is "$(jq -r '[.jobs[].process] | sort | join(" ")' "$SCRATCH/open/srnfd-study.json")" 'distances modes pca' \
+is "$(jq -r '[.jobs[].process] | sort | join(" ")' "$SCRATCH/open/srnfd-study.json")" 'distances modes pca sample' \
     'the jobs on it, and no others'
+is "$(jq -r '.jobs[] | select(has("seed")) | "\(.process) \(.seed)"' "$SCRATCH/open/srnfd-study.json")" 'sample 7' \
+    'with the seeds of their random numbers'
 is "$(jq -r '."@graph"[] | select(."@id" == "ro-crate-metadata.json") | .conformsTo."@id"' "$SCRATCH/open/ro-crate-metadata.json")" \
     'https://w3id.org/ro/crate/1.1' 'the metadata are an RO-Crate'
 is "$(jq -r '[."@graph"[] | select(."@type" == "File")."@id"][]' "$SCRATCH/open/ro-crate-metadata.json" |
@@ -73,7 +83,7 @@ start_server "$SCRATCH/b" --workers 1 || exit 1
 SECOND=$SERVER_PID
 post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 is "$STATUS $(json '"\(.cohort.name) \(.meshes | length) \(.restored.models) \(.restored.jobs) \(.refused | length)"')" \
-    '201 study 4 1 3 0' 'another server restores it'
+    '201 study 4 1 4 0' 'another server restores it'
 get /v1/cohorts/study
 is "$(json '.members | tojson')" "$(jq -r '.members | tojson' "$SCRATCH/a.cohort")" 'with the same members'
 get "/v1/surfaces/$MAPPED/mesh?format=ply"
@@ -81,13 +91,17 @@ check 'surfaces with maps are the same to the byte' cmp "$BODY" "$SCRATCH/a.ply"
 get "/v1/surfaces/$MAPPED"
 is "$(json '.tags | join(" ")')" kept 'with their tags'
 get '/v1/jobs?limit=200'
-is "$(json '[.jobs[].id] | length')" 3 'the jobs are there'
+is "$(json '[.jobs[].id] | length')" 4 'the jobs are there'
+get '/v1/jobs?tag=final&name=model'
+is "$(json '[.jobs[] | [.id, .name, .tags]] | tojson')" "[[\"$JOB\",\"the model\",[\"final\"]]]" 'with names and tags'
+get "/v1/models/$MODEL"
+is "$(json '[.name, .tags] | tojson')" '["the model",["final"]]' 'as models have them'
 ask "$SCRATCH/b.answer"
-for answer in distances pca modes; do
+for answer in distances pca modes sample; do
     check "the same request has the same answer, $answer" cmp "$SCRATCH/a.answer.$answer" "$SCRATCH/b.answer.$answer"
 done
 get '/v1/jobs?limit=200'
-is "$(json '[.jobs[].id] | length')" 3 'from the cache: no job was made'
+is "$(json '[.jobs[].id] | length')" 4 'from the cache: no job was made'
 post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
 is "$STATUS" 200 'the same again changes nothing'
 
@@ -134,6 +148,8 @@ edited '.jobs[0].process = "encode"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is another process'
 edited '.jobs[0].numericBuild += "0"'
 is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor another numeric build'
+edited '.jobs[0].tags = "[7]"'
+is "$STATUS $(json '.refused[0].code')" '422 not-as-described' 'nor is a tag that is a number'
 job=$(jq -r '.jobs[0].file' "$SCRATCH/open/srnfd-study.json")
 edited . "$job"
 is "$STATUS $(json '[.refused[] | "\(.file) \(.code)"] | join(" ")')" "422 $job no-such-file" 'results that are missing are named'
@@ -157,10 +173,12 @@ FOURTH=$SERVER_PID
 for token in "$ADA" "$BOB"; do
     auth="Authorization: Bearer $token"
     post /v1/imports --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip' --header "$auth"
-    is "$STATUS $(json .restored.jobs)" '201 3' 'an owner restores the study'
+    is "$STATUS $(json .restored.jobs)" '201 4' 'an owner restores the study'
     get '/v1/jobs?limit=200' --header "$auth"
-    is "$(json '[.jobs[] | .message] | join(", ")')" \
-        'restored from an archive, restored from an archive, restored from an archive' 'and has its jobs'
+    is "$(json '[.jobs[] | .message] | unique | join(", ")') $(json .total)" 'restored from an archive 4' 'and has its jobs'
+    get '/v1/jobs?tag=final' --header "$auth"
+    is "$(json '[.jobs[].name] | join(", ")')" 'the model' 'with their names and tags'
+    get '/v1/jobs?limit=200' --header "$auth"
     json '.jobs[].id' | sort >"$SCRATCH/ids.$token"
     execute distances '{"cohort":"study","register":false}' --header "$auth"
     is "$(header Cache-Status)" 'srnfd; hit' 'which answer from the cache'
