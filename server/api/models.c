@@ -5,7 +5,7 @@
  * A model never changes, so its id (and the representation) is the entity tag. The text that the
  * store keeps beside the numbers holds what cannot be told from them: totalVariance and madeFrom.
  *
- *   scores, CSV   label, then one column for each component
+ *   scores, CSV   label, subject and id of the member, then one column for each component
  *   modes, CSV    component, theta, phi, x, y, z: one line for each node of the grid
  */
 #include "compute/compute.h"
@@ -207,21 +207,20 @@ static void scores_csv(struct api_call *call, const struct store_model *model, c
 {
     const double *scores = model->arrays[STORE_MODEL_SCORES];
     size_t k = (size_t)model->components;
-    json_t *labels = labels_of(model);
+    json_t *made = model_made_from(model);
     struct table_text text;
     char column[32];
 
     if (table_open(call, &text)) {
-        csv_text(text.out, true, "label");
+        csv_member_heads(text.out);
         for (size_t j = 0; j < k; j++) {
             (void)snprintf(column, sizeof column, "component %zu", j + 1);
             csv_text(text.out, false, column);
         }
         csv_end_line(text.out);
         for (size_t i = 0; i < (size_t)model->subjects; i++) {
-            const char *label = json_string_value(json_array_get(labels, i));
-
-            csv_text(text.out, true, label ? label : "");
+            csv_member(text.out, json_object_get(made, "labels"), json_object_get(made, "subjects"),
+                       json_object_get(made, "surfaces"), i);
             for (size_t j = 0; j < k; j++) {
                 csv_number(text.out, false, scores[i * k + j]);
             }
@@ -229,7 +228,7 @@ static void scores_csv(struct api_call *call, const struct store_model *model, c
         }
         table_respond_csv(call, &text, name);
     }
-    json_decref(labels);
+    json_decref(made);
 }
 
 void models_scores(struct api_call *call)

@@ -88,6 +88,25 @@ void csv_end_line(FILE *out)
     (void)fputs("\r\n", out);
 }
 
+void csv_member_heads(FILE *out)
+{
+    csv_text(out, true, "label");
+    csv_text(out, false, "subject");
+    csv_text(out, false, "id");
+}
+
+void csv_member(FILE *out, const json_t *labels, const json_t *subjects, const json_t *ids,
+                size_t i)
+{
+    const json_t *const fields[] = {labels, subjects, ids};
+
+    for (size_t k = 0; k < 3; k++) {
+        const char *text = json_string_value(json_array_get(fields[k], i));
+
+        csv_text(out, k == 0, text ? text : "");
+    }
+}
+
 bool table_open(struct api_call *call, struct table_text *text)
 {
     *text = (struct table_text){NULL, NULL, 0};

@@ -21,6 +21,12 @@ const char *table_form_name(enum table_form form);
 void csv_text(FILE *out, bool first, const char *text);
 void csv_number(FILE *out, bool first, double value);
 void csv_end_line(FILE *out);
+/* What each line on a member of a group begins with: its name, which no other has, the subject, if
+   the cohort tells one, and the id of the mesh or surface. The heads of these columns, and the
+   fields of member i; subjects and ids are arrays, or NULL. */
+void csv_member_heads(FILE *out);
+void csv_member(FILE *out, const json_t *labels, const json_t *subjects, const json_t *ids,
+                size_t i);
 
 /* A text under construction: table_open, lines written to ->out, table_respond_csv, which answers
    (or answers that memory is short) and frees. */

@@ -348,4 +348,5 @@ const struct api_process classify_process = {
         "that is right, and how often by chance.",
     .table = &table,
     .seconds = seconds,
+    .respond_table = classify_respond_table,
 };

@@ -65,4 +65,7 @@ struct classify_answer {
 json_t *classify_document(struct jobs_run *run, const struct classify *classify,
                           const struct classify_answer *answer, struct jobs_result *result);
 
+/* The members of a finished job as CSV (classify_table.c). */
+void classify_respond_table(struct api_call *call, const struct store_job *job, int form);
+
 #endif

@@ -214,18 +214,20 @@ static void respond_csv(struct api_call *call, const json_t *document, const dou
                         size_t n, const char *name)
 {
     const json_t *labels = json_object_get(document, "labels");
+    const json_t *given = json_object_get(document, "inputs");
+    const json_t *subjects = json_object_get(json_object_get(given, "cohort"), "subjects");
     struct table_text text;
 
     if (!table_open(call, &text)) {
         return;
     }
-    csv_text(text.out, true, "label");
+    csv_member_heads(text.out);
     for (size_t j = 0; j < n; j++) {
         csv_text(text.out, false, json_string_value(json_array_get(labels, j)));
     }
     csv_end_line(text.out);
     for (size_t i = 0; i < n; i++) {
-        csv_text(text.out, true, json_string_value(json_array_get(labels, i)));
+        csv_member(text.out, labels, subjects, json_object_get(given, "surfaces"), i);
         for (size_t j = 0; j < n; j++) {
             csv_number(text.out, false, values[i * n + j]);
         }

@@ -46,6 +46,17 @@ is "$(json '[.methods["srnf-nn"].perSubject[].subject] | join(" ")')" 's0 s1 s2 
 is "$(json '[.methods["srnf-gauss"].refitted, .methods["srnf-gauss"].shared, .methods["spharm-pdm"].refitted | length] | tojson')" \
     '[4,2,0]' 'what is refitted and what is shared is told'
 is "$(json '[.inputs.seed, .inputs.sizeWeight, .registration.commonPose] | tojson')" '[3,1,true]' 'with every option'
+get '/v1/jobs?process=classify&limit=1'
+JOB=$(json '.jobs[0].id')
+get "/v1/jobs/$JOB/results?format=csv"
+is "$STATUS $(head -n 1 "$BODY" | tr -d '\r')" "200 method,member,subject,id,label,predicted,$(
+    for kind in logLikelihood nearestDistance; do printf '%s thalamus,%s pallidum,' $kind $kind; done | sed 's/,$//')" \
+    'the members come as CSV'
+is "$(wc -l <"$BODY") $(cut -d, -f1,2 "$BODY" | sort -u | wc -l)" '31 31' 'a line for each method and member'
+is "$(grep '^icp-nn,4,' "$BODY" | cut -d, -f2-6)" "4,s3,$(jq -r '.[0].id' <<<"$PALLIDA"),pallidum,pallidum" 'with subject and id'
+is "$(grep '^icp-nn,4,' "$BODY" | cut -d, -f7-8)" ',' 'what a method does not tell is empty'
+get "/v1/jobs/$JOB/results?format=npy"
+is_problem 406 not-acceptable 'they are no array'
 
 wrong() { # INPUTS POINTER WHAT
     execute classify "$1"

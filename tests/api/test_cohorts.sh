@@ -26,6 +26,7 @@ post_json /v1/cohorts "{\"members\":$(jq -c 'map(.label = (.label // null))' <<<
 is "$STATUS" 200 'the same content in another spelling is the same cohort'
 post_json /v1/cohorts "{\"name\":\"study.1\",\"members\":[{\"id\":\"$MESH\"}]}"
 is_problem 409 cohort-exists 'another content under its name is refused'
+like "$(json .detail)" 'PATCH /v1/cohorts/[^ ]+, replace its members by PUT' 'with the ways to change it'
 get /v1/cohorts/study.1
 is "$STATUS $(json '"\(.name) \(.memberCount) \(.links.self)"')" '200 study.1 2 /v1/cohorts/study.1' 'it is read back'
 get /v1/cohorts/study.1 --header "If-None-Match: $(header ETag)"
@@ -84,7 +85,8 @@ is "$(json '[.labels, .groups] | tojson')" '[["a,b","left"],["ctl","ctl"]]' 'by 
 get '/v1/jobs?process=distances&limit=1'
 JOB=$(json '.jobs[0].id')
 get "/v1/jobs/$JOB/results" --header 'Accept: text/csv'
-is "$STATUS $(tr -d '\r' <"$BODY" | paste -sd '|')" '200 label,"a,b",left|"a,b",0,0|left,0,0' 'the matrix comes as CSV'
+is "$STATUS $(tr -d '\r' <"$BODY" | paste -sd '|')" "200 label,subject,id,\"a,b\",left|\"a,b\",\"a,b\",$SURFACE,0,0|left,,$SURFACE,0,0" \
+    'the matrix comes as CSV, with subjects and ids'
 like "$(header Content-Type)" '^text/csv' 'which its type says'
 get "/v1/jobs/$JOB/results?format=npy"
 is "$STATUS $(wc -c <"$BODY")" '200 160' 'and as .npy'

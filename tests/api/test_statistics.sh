@@ -120,7 +120,8 @@ get "/v1/models/$MODEL"
 is "$STATUS $(jq -S .model "$SCRATCH/pca.json" | sha256sum)" "200 $(jq -S . "$BODY" | sha256sum)" 'the model is read back'
 is "$(json .madeFrom.cohort)" nuclei 'and says what it was made from'
 get "/v1/models/$MODEL/scores?format=csv"
-is "$(head -n 1 "$BODY" | tr -d '\r') $(wc -l <"$BODY")" 'label,component 1,component 2,component 3 5' 'scores come as CSV'
+is "$(head -n 1 "$BODY" | tr -d '\r') $(wc -l <"$BODY")" 'label,subject,id,component 1,component 2,component 3 5' 'scores come as CSV'
+is "$(tail -n +2 "$BODY" | cut -d, -f3 | grep -c '^\(surf\|mesh\)-')" 4 'with the ids of the members'
 get "/v1/models/$MODEL/scores" --header 'Accept: application/x-npy'
 is "$(wc -c <"$BODY")" $((128 + 4 * 3 * 8)) 'and as .npy'
 get "/v1/models/$MODEL/modes"
