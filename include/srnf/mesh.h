@@ -244,6 +244,21 @@ SRNF_CHECKED int srnf_star_kernel_within(const struct srnf_mesh *mesh,
 SRNF_CHECKED int srnf_star_at(const struct srnf_mesh *mesh, const double center[3],
                               struct srnf_star *star);
 
+/* Faces of a mesh that go through each other. */
+struct srnf_mesh_crossings {
+    size_t pairs;       /* of faces */
+    size_t faces[2];    /* the first pair, where there is any */
+    double position[3]; /* between the two */
+};
+/*
+ * Finds the pairs of faces of which one goes through the inside of the other, for certain: what
+ * touches within rounding, or lies in one plane, does not count (core/mesh/intersect.c).
+ * Errors: SRNF_EINVAL (an index out of range, too many faces), SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_mesh_find_crossings(const struct srnf_mesh *mesh,
+                                          const struct srnf_context *context,
+                                          struct srnf_mesh_crossings *crossings);
+
 /* Spatial index over the triangles of a mesh (bounding-volume hierarchy). Immutable; keeps a
    pointer to the mesh, which must outlive it. */
 struct srnf_index;

@@ -42,6 +42,7 @@ struct api_work {
     size_t bridges;          /* surfaces whose meshes are encoded again if they are registered */
     int64_t bridged_faces;   /* of these meshes together */
     int64_t voxels;          /* of volumes */
+    int64_t labelled;        /* of them, in the labels that are asked for */
 };
 
 /* One parsed request; parameters are those of the path, in the order of the route's braces. */

@@ -42,6 +42,7 @@ static const char *const codes[] = {
     "registration-distorted",
     "registration-not-converged",
     "registration-truncated",
+    "self-crossing",
     "surface-flat",
     "surface-inside-out",
     "topology-changed",

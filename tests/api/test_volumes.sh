@@ -50,6 +50,8 @@ is "$(json '[.mesh.name, .mesh.source.process, .mesh.source.volume, .mesh.source
     "[\"AAL: 41\",\"extract\",\"$ID\",[41]]" 'that says where it came from'
 is "$(json '(.volumeChange | fabs) < 0.001 and (.volume - .voxels - .changed.added + .changed.removed | fabs) < 0.01 * .voxels')" \
     true 'with the volume of its voxels'
+is "$(json '[.crossings, ([.warnings[] | select(.code == "self-crossing")] | length)] | tojson')" '[0,0]' \
+    'and does not go through itself'
 MESH=$(json .mesh.id)
 get "/v1/meshes/$MESH"
 is "$(json .source.process)" extract 'the mesh is one as any other'

@@ -147,6 +147,13 @@ static int run_distance(struct srnf_mesh *mesh)
     return srnf_mesh_distance(mesh, &open_mesh, NULL, &distance);
 }
 
+static int run_crossings(struct srnf_mesh *mesh)
+{
+    struct srnf_mesh_crossings crossings;
+
+    return srnf_mesh_find_crossings(mesh, NULL, &crossings);
+}
+
 static struct srnf_mesh torus;
 
 static int run_handles(struct srnf_mesh *mesh)
@@ -178,6 +185,7 @@ static void each_refusal_is_survived(void **state)
         {"fit", run_fit},
         {"mend", run_mend},
         {"distance", run_distance},
+        {"distance", run_crossings},
         {"handles", run_handles},
     };
     bool drop[180] = {[7] = true, [8] = true};
