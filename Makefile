@@ -329,6 +329,7 @@ bench: $(BENCHES) $(B)/srnfd
 
 crash: build-tests
 	CYCLES=$${CYCLES:-50} $(B)/tests/crash/test_crash
+	SRNFD_KILL_ROUNDS=$${ROUNDS:-3} tests/run.sh $(B) '^crash/test_kill'
 
 faults: build-tests
 	STRIDE=$${STRIDE:-1} $(B)/tests/crash/test_storage
