@@ -124,10 +124,10 @@ members() { # THE-THREE-OF-PAT..
     echo "[${out#,}]"
 }
 post_json /v1/cohorts "{\"name\":\"units\",\"members\":$(members "${METRES[@]}" "${UNIT[3]}")}"
-run classify '{"cohort":"units","method":"harmonic-nn","scale":"shape-and-size"}'
+run classify '{"cohort":"units","method":"harmonic-nn","lmax":4,"scale":"shape-and-size"}'
 is "$STATUS $(count mixed-units)" '200 1' 'members in metres among others in millimetres are warned of'
 compare "$(warned mixed-units | jq '.[0].figures | .greatest / .least')" '>' 900 'with the figures'
-run classify '{"cohort":"units","method":"harmonic-nn"}'
+run classify '{"cohort":"units","method":"harmonic-nn","lmax":4}'
 is "$STATUS $(count mixed-units)" '200 0' 'unless sizes do not count'
 run transfer "{\"source\":\"${UNIT[0]}\",\"deformed\":\"${METRES[1]}\",\"target\":\"${UNIT[2]}\",\"register\":false}"
 is "$STATUS $(count mixed-units)" '200 1' 'so in the ratio of sizes of a transfer'
