@@ -130,7 +130,7 @@ struct exchange {
     int lane;                    /* [m] LANE_REQUESTS or LANE_UPLOADS */
     bool small;                  /* [m] an upload that little memory may do for */
     atomic_bool gone;            /* its client is not there any more: nobody waits for the answer */
-    double ended_at;  /* [m] since when its client sends nothing more (lane.c); 0: it does */
+    double ended_at;  /* [m] since when its client sends nothing more (lane.c); 0: not yet */
     atomic_bool stop; /* whoever handles it is to give up */
     int status;       /* as sent; 0: nothing was */
     size_t sent;
