@@ -7,9 +7,9 @@
 # tests/**/test_*.sh; with FILTER (an extended regular expression) only those whose source's path matches.
 # A source without its program counts as a failure: a test that is not built must not look like none.
 #
-# Each runs in a process group of its own, one for each processor at a time, with stdin closed, a fresh TMPDIR, a time limit,
-# and SRNFD (the daemon), SRNFD_BUILD (the folder) and SRNFD_SANITIZED (asan, tsan or empty) set. Its
-# standard output is read as TAP, its standard error is shown when it fails.
+# Each runs in a process group of its own, one more than there are processors at a time, with stdin closed, a fresh
+# TMPDIR, a time limit, and SRNFD (the daemon), SRNFD_BUILD (the folder) and SRNFD_SANITIZED (asan, tsan or empty) set.
+# Its standard output is read as TAP, its standard error is shown when it fails.
 #
 # What counts: each "ok" is a pass or a skip, each "not ok" a failure. One failure more is a program that
 # ends with an error though every line was ok, is killed, runs out of time, reports another number of tests
@@ -23,7 +23,7 @@
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
 # Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_QUICK (leave out those marked
-# slow or alone), SRNFD_TEST_JOBS (one for each processor, at least 2), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this
+# slow or alone), SRNFD_TEST_JOBS (one more than processors, at least 3), SRNFD_TEST_TIMEOUT (300), SRNFD_TESTS (this
 # folder).
 # Each report tells how long the test took and, in brackets, its processor time, which says more on a busy machine;
 # the ten that needed most of it are listed at the end.
@@ -40,7 +40,7 @@ FILTER=${2-}
 TESTS=${SRNFD_TESTS:-$(dirname "$0")}
 TESTS=$(cd "$TESTS" && pwd)
 PROCESSORS=$(nproc 2>/dev/null || echo 2)
-JOBS=${SRNFD_TEST_JOBS:-$((PROCESSORS > 2 ? PROCESSORS : 2))}
+JOBS=${SRNFD_TEST_JOBS:-$((PROCESSORS > 2 ? PROCESSORS + 1 : 3))} # tests wait a part of their time
 LIMIT=${SRNFD_TEST_TIMEOUT:-300}
 SHOWN_LINES=150 # of the output of a test that failed, from its end
 
