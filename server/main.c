@@ -154,42 +154,52 @@ static void watch_faults(struct service *service, const struct config *config)
     fault_watch();
 }
 
+static struct api_config api_settings(const struct config *config)
+{
+    return (struct api_config){.processes = &processes,
+                               .max_body = (size_t)config->max_body,
+                               .sync_wait_seconds = config->sync_wait_seconds,
+                               .least_free_bytes = config->least_free,
+                               .upload_memory = (size_t)config->upload_memory,
+                               .tokens = config->data,
+                               .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
+                                          [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
+                                          [STORE_QUOTA_BYTES] = (int64_t)config->quota_bytes,
+                                          [STORE_QUOTA_REQUESTS] = (int64_t)config->quota_requests,
+                                          [STORE_QUOTA_STREAMS] = (int64_t)config->quota_streams}};
+}
+
+static struct http_config http_settings(const struct config *config)
+{
+    return (struct http_config){.listen = config->listen,
+                                .threads = (size_t)config->http_threads,
+                                .request_threads = (size_t)config->request_threads,
+                                .upload_threads = (size_t)config->upload_threads,
+                                .max_connections = (size_t)config->max_connections,
+                                .kept_connections = (size_t)config->kept_connections,
+                                .max_owner_requests = (size_t)config->max_owner_requests,
+                                .max_waiting = (size_t)config->max_waiting,
+                                .max_streams = (size_t)config->max_streams,
+                                .header_seconds = config->header_seconds,
+                                .transfer_seconds = config->transfer_seconds,
+                                .idle_seconds = config->idle_seconds,
+                                .log_refusals_only = strcmp(config->access_log, "refusals") == 0,
+                                .log_probes = strcmp(config->access_log, "all") == 0,
+                                .max_buffered = (size_t)config->max_buffered,
+                                .max_owner_buffered = (size_t)config->max_owner_buffered,
+                                .max_peer_buffered = (size_t)config->max_peer_buffered,
+                                .least_rate = config->least_rate,
+                                .local_only = http_is_loopback(config->listen),
+                                .open = config->insecure,
+                                .allowed_hosts = config->allowed_hosts,
+                                .cors_origins = config->cors_origins};
+}
+
 static int start(struct service *service, const struct config *config, char *message, size_t size)
 {
     char reason[300] = "";
-    struct api_config api = {.processes = &processes,
-                             .max_body = (size_t)config->max_body,
-                             .sync_wait_seconds = config->sync_wait_seconds,
-                             .least_free_bytes = config->least_free,
-                             .upload_memory = (size_t)config->upload_memory,
-                             .tokens = config->data,
-                             .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
-                                        [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
-                                        [STORE_QUOTA_BYTES] = (int64_t)config->quota_bytes,
-                                        [STORE_QUOTA_REQUESTS] = (int64_t)config->quota_requests,
-                                        [STORE_QUOTA_STREAMS] = (int64_t)config->quota_streams}};
-    struct http_config http = {.listen = config->listen,
-                               .threads = (size_t)config->http_threads,
-                               .request_threads = (size_t)config->request_threads,
-                               .upload_threads = (size_t)config->upload_threads,
-                               .max_connections = (size_t)config->max_connections,
-                               .kept_connections = (size_t)config->kept_connections,
-                               .max_owner_requests = (size_t)config->max_owner_requests,
-                               .max_waiting = (size_t)config->max_waiting,
-                               .max_streams = (size_t)config->max_streams,
-                               .header_seconds = config->header_seconds,
-                               .transfer_seconds = config->transfer_seconds,
-                               .idle_seconds = config->idle_seconds,
-                               .log_refusals_only = strcmp(config->access_log, "refusals") == 0,
-                               .log_probes = strcmp(config->access_log, "all") == 0,
-                               .max_buffered = (size_t)config->max_buffered,
-                               .max_owner_buffered = (size_t)config->max_owner_buffered,
-                               .max_peer_buffered = (size_t)config->max_peer_buffered,
-                               .least_rate = config->least_rate,
-                               .local_only = http_is_loopback(config->listen),
-                               .open = config->insecure,
-                               .allowed_hosts = config->allowed_hosts,
-                               .cors_origins = config->cors_origins};
+    struct api_config api = api_settings(config);
+    struct http_config http = http_settings(config);
 
     priority_answer();
     service->metrics = metrics_create();
