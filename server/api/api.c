@@ -250,6 +250,7 @@ static bool is_at_hand(struct api *api, const struct api_request *request,
                        const struct route_match *match)
 {
     return match->route->handler == jobs_results && !request->caller.restricted &&
+           request->query[0] == '\0' &&
            store_job_results_recent(api->config.store, match->parameters[0], NULL, NULL) ==
                STORE_OK;
 }

@@ -19,7 +19,9 @@
 #include "api/routes.h"
 
 #include "api/auth.h"
+#include "api/framing.h"
 #include "api/inflight.h"
+#include "api/references.h"
 #include "jobs/submit.h"
 #include "log.h"
 #include "store/digest.h"
@@ -37,6 +39,7 @@ struct execution_wait {
     struct auth_account *account; /* whose streams this is one of; NULL: of none */
     struct prefer prefer;
     enum jobs_submission how;
+    struct framing framing;
     /* In flight until the answer, after the caller's name and a newline; "" where there is none. */
     char key[STORE_OWNER_MAX + KEY_MAX + 1];
 };
@@ -96,7 +99,7 @@ static void answer_with_job(struct api_call *call, const struct execution_wait *
 static void answer_with_results(struct api_call *call, const struct execution_wait *wait,
                                 const struct store_job *job)
 {
-    job_respond_results(call, job);
+    job_respond_results(call, job, &wait->framing);
     set_execution_headers(call, wait, job->id);
 }
 
@@ -171,17 +174,24 @@ void executions_resume(struct api *api, const struct api_request *request,
 
 static bool is_member(const char *name)
 {
-    return strcmp(name, "inputs") == 0 || strcmp(name, "name") == 0 || strcmp(name, "tags") == 0;
+    static const char *const names[] = {"inputs",   "name",    "tags",
+                                        "response", "outputs", "subscriber"};
+    size_t i = 0;
+
+    while (i < sizeof names / sizeof names[0] && strcmp(names[i], name) != 0) {
+        i++;
+    }
+    return i < sizeof names / sizeof names[0];
 }
 
-/* The inputs member of the body (borrowed from it), and what the job is to be called; NULL when a
-   problem was answered. */
-static const json_t *body_inputs(struct api_call *call, json_t *body, struct labels *labels)
+/* The inputs member of the body (borrowed from it), with references resolved, what the job is to be
+   called, and how its results are wanted; NULL when a problem was answered. */
+static const json_t *body_inputs(struct api_call *call, const struct api_process *process,
+                                 json_t *body, struct labels *labels, struct framing *framing)
 {
     struct problem_list problems = {.errors = NULL};
-    const json_t *inputs = json_object_get(body, "inputs");
+    json_t *inputs = json_object_get(body, "inputs"), *value;
     const char *name;
-    json_t *value;
     char pointer[120];
 
     json_object_foreach(body, name, value)
@@ -189,13 +199,19 @@ static const json_t *body_inputs(struct api_call *call, json_t *body, struct lab
         if (!is_member(name)) {
             (void)snprintf(pointer, sizeof pointer, "/%.100s", name);
             problem_add(&problems, pointer,
-                        "the body has the members inputs, name and tags; this one is not known.");
+                        "the body has the members inputs, outputs, response, name and tags; this "
+                        "one is not known.");
         }
     }
     if (!json_is_object(inputs)) {
         problem_add(&problems, "/inputs", "an object with the inputs of the process is required.");
     }
     labels_read(body, labels, &problems);
+    framing_read(call, process, body, framing, &problems);
+    if (json_is_object(inputs) && !references_resolve(call, inputs, &problems)) {
+        json_decref(problems.errors);
+        return NULL;
+    }
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
         return NULL;
@@ -206,11 +222,11 @@ static const json_t *body_inputs(struct api_call *call, json_t *body, struct lab
 /* The canonical text of the inputs (malloc), and how long a job of them is expected to take; NULL
    when a problem was answered. */
 static char *canonical_text(struct api_call *call, const struct api_process *process,
-                            struct labels *labels, double *seconds)
+                            struct labels *labels, struct framing *framing, double *seconds)
 {
     struct problem_list problems = {.errors = NULL};
     json_t *body = body_json(call), *canonical = NULL;
-    const json_t *inputs = body ? body_inputs(call, body, labels) : NULL;
+    const json_t *inputs = body ? body_inputs(call, process, body, labels, framing) : NULL;
     char *text = NULL;
 
     if (!inputs) {
@@ -364,6 +380,21 @@ static int label_job(struct api_call *call, const struct labels *labels, struct 
     return status;
 }
 
+/* Notes how the results of the job are wanted, for whoever asks for them later: the last execution
+   that it answers says so. Most want them plain, and then nothing is written. */
+static int frame_job(struct api_call *call, const struct framing *framing,
+                     const struct store_job *job, enum jobs_submission how)
+{
+    struct store *store = call->api->config.store;
+    char before[STORE_FRAMING_MAX] = "", text[STORE_FRAMING_MAX];
+    int status = how == JOBS_NEW ? STORE_OK : store_framing_get(store, job->id, before);
+
+    framing_write(framing, text);
+    return status == STORE_OK && strcmp(before, text) != 0
+               ? store_framing_set(store, job->owner, job->id, text)
+               : status;
+}
+
 void executions_create(struct api_call *call)
 {
     const struct api_process *process = api_process_find(call->api, call->parameters[0]);
@@ -388,7 +419,7 @@ void executions_create(struct api_call *call)
     if (!enter_key(call, wait) || !enter_stream(call, wait)) {
         goto out;
     }
-    inputs = canonical_text(call, process, &labels, &seconds);
+    inputs = canonical_text(call, process, &labels, &wait->framing, &seconds);
     body_digest(call->request, digest);
     if (!inputs) {
         goto out;
@@ -400,6 +431,9 @@ void executions_create(struct api_call *call)
     }
     log_submission(call->request, &job, wait->how);
     status = label_job(call, &labels, &job);
+    if (status == 0) {
+        status = frame_job(call, &wait->framing, &job, wait->how);
+    }
     if (status != 0) {
         refuse_submission(call, status);
         goto out;

@@ -10,8 +10,12 @@ struct store_job; /* store/job.h */
 
 bool job_ended(const struct store_job *job);
 
+struct framing; /* framing.h */
+
 /* 200 with the results of a successful job; the problem of a failed one with its status; 410 for a
-   dismissed one; 409 with Retry-After before the end. */
-void job_respond_results(struct api_call *call, const struct store_job *job);
+   dismissed one; 409 with Retry-After before the end, or 404, which the standard has, where the
+   results are not wanted plain. */
+void job_respond_results(struct api_call *call, const struct store_job *job,
+                         const struct framing *framing);
 
 #endif

@@ -15,10 +15,12 @@
 #include "api/lists.h"
 #include "api/routes.h"
 
+#include "api/framing.h"
 #include "api/job_answers.h"
 #include "api/tables.h"
 #include "api/json_memory.h"
 #include "api/labels.h"
+#include "store/digest.h"
 #include "store/job.h"
 
 #include <stdio.h>
@@ -128,7 +130,8 @@ bool job_ended(const struct store_job *job)
     return job->status != STORE_JOB_ACCEPTED && job->status != STORE_JOB_RUNNING;
 }
 
-static void respond_successful(struct api_call *call, const struct store_job *job)
+static void respond_successful(struct api_call *call, const struct store_job *job,
+                               const struct framing *framing)
 {
     char *results = NULL;
     size_t size = 0;
@@ -138,16 +141,30 @@ static void respond_successful(struct api_call *call, const struct store_job *jo
         (void)problem_respond_store(call, status, "no-such-job", job->id);
         return;
     }
-    respond_bytes(call, 200, "application/json", (unsigned char *)results, size);
+    framing_respond(call, job->id, framing, results, size);
 }
 
-void job_respond_results(struct api_call *call, const struct store_job *job)
+static void respond_not_ready(struct api_call *call, const struct store_job *job,
+                              const struct framing *framing)
+{
+    char detail[160];
+
+    (void)snprintf(detail, sizeof detail, "%s is %s; its results come when it ends.", job->id,
+                   store_job_status_name(job->status));
+    /* 404 is what the standard has. */
+    api_problem(call->request, call->response, framing_is_plain(framing) ? 409 : 404,
+                "result-not-ready", detail);
+    (void)api_response_header_text(call->response, "Retry-After", "1");
+}
+
+void job_respond_results(struct api_call *call, const struct store_job *job,
+                         const struct framing *framing)
 {
     json_t *problem;
 
     switch (job->status) {
     case STORE_JOB_SUCCESSFUL:
-        respond_successful(call, job);
+        respond_successful(call, job, framing);
         break;
     case STORE_JOB_FAILED:
         problem = job_problem(job, call->request->id);
@@ -161,9 +178,7 @@ void job_respond_results(struct api_call *call, const struct store_job *job)
         break;
     case STORE_JOB_ACCEPTED:
     case STORE_JOB_RUNNING:
-        (void)problem_respond(call, "result-not-ready", "%s is %s; its results come when it ends.",
-                              job->id, store_job_status_name(job->status));
-        (void)api_response_header_text(call->response, "Retry-After", "1");
+        respond_not_ready(call, job, framing);
         break;
     }
 }
@@ -206,17 +221,22 @@ void jobs_get_one(struct api_call *call)
 }
 
 /* The results of a successful job in the form asked for. */
-static void respond_form(struct api_call *call, const struct store_job *job, enum table_form form)
+static void respond_form(struct api_call *call, const struct store_job *job, enum table_form form,
+                         const struct framing *framing)
 {
-    char tag[STORE_ID_MAX + 8];
+    char tag[STORE_ID_MAX + 24], text[STORE_FRAMING_MAX], digest[65] = "";
 
+    framing_write(framing, text);
+    if (text[0]) {
+        store_sha256_hex(digest, text, strlen(text));
+    }
     (void)api_response_header_text(call->response, "Vary", "Accept");
-    (void)snprintf(tag, sizeof tag, "%s.%s", job->id, table_form_name(form));
+    (void)snprintf(tag, sizeof tag, "%s.%s%.12s", job->id, table_form_name(form), digest);
     if (respond_not_modified(call, tag)) {
         return;
     }
     if (form == TABLE_JSON) {
-        respond_successful(call, job);
+        respond_successful(call, job, framing);
     } else {
         api_process_find(call->api, job->process)->respond_table(call, job, (int)form);
     }
@@ -250,23 +270,83 @@ static bool has_table(const struct api *api, const struct store_job *job)
     return process && process->respond_table;
 }
 
+/* How the job's results are framed: as the query says, or as its last execution asked. False when a
+   problem was answered. */
+static bool find_framing(struct api_call *call, const struct store_job *job,
+                         struct framing *framing)
+{
+    char text[STORE_FRAMING_MAX];
+    int status = store_framing_get(call->api->config.store, job->id, text);
+    bool given;
+
+    framing_parse(text, framing);
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", job->id);
+        return false;
+    }
+    return framing_query(call, framing, &given);
+}
+
 void jobs_results(struct api_call *call)
 {
+    bool bare = call->request->query[0] == '\0';
     struct store_job job = {0};
+    struct framing framing;
     enum table_form form;
 
-    if (!table_choose(call, &form) || (form == TABLE_JSON && respond_recent(call)) ||
+    if (!table_choose(call, &form) || (form == TABLE_JSON && bare && respond_recent(call)) ||
         !find_job(call, &job)) {
         return;
     }
+    if (!find_framing(call, &job, &framing)) {
+        store_job_clear(&job);
+        return;
+    }
     if (job.status != STORE_JOB_SUCCESSFUL) {
-        job_respond_results(call, &job);
+        job_respond_results(call, &job, &framing);
     } else if (form != TABLE_JSON && !has_table(call->api, &job)) {
         (void)problem_respond(call, "not-acceptable",
                               "The results of %s are served as application/json.", job.process);
     } else {
-        respond_form(call, &job, form);
+        respond_form(call, &job, form, &framing);
     }
+    store_job_clear(&job);
+}
+
+void jobs_output(struct api_call *call)
+{
+    struct framing framing = {.response = FRAMING_RAW, .n = 1};
+    struct framing_member member;
+    struct store_job job = {0};
+    char *results = NULL, tag[STORE_ID_MAX + FRAMING_NAME_MAX];
+    size_t size = 0;
+    int status;
+
+    if (!find_job(call, &job)) {
+        return;
+    }
+    if (job.status != STORE_JOB_SUCCESSFUL) {
+        job_respond_results(call, &job, &framing);
+        goto out;
+    }
+    (void)snprintf(tag, sizeof tag, "%s.%.40s", job.id, call->parameters[1]);
+    if (respond_not_modified(call, tag)) {
+        goto out;
+    }
+    status = store_job_results(call->api->config.store, job.id, &results, &size);
+    if (status != 0) {
+        (void)problem_respond_store(call, status, "no-such-job", job.id);
+    } else if (strlen(call->parameters[1]) >= FRAMING_NAME_MAX ||
+               !framing_find(results, size, call->parameters[1], &member)) {
+        (void)problem_respond(call, "no-such-output", "%s has no output \"%.60s\".", job.id,
+                              call->parameters[1]);
+    } else {
+        memcpy(framing.outputs[0].name, call->parameters[1], strlen(call->parameters[1]) + 1);
+        framing_respond(call, job.id, &framing, results, size);
+        results = NULL;
+    }
+out:
+    free(results);
     store_job_clear(&job);
 }
 

@@ -40,6 +40,7 @@ static const struct problem_kind kinds[] = {
     {"no-such-cohort", 404, "There is no such cohort"},
     {"no-such-model", 404, "There is no such model"},
     {"no-such-job", 404, "There is no such job"},
+    {"no-such-output", 404, "The job has no such output"},
     {"no-such-process", 404, "There is no such process"},
     {"method-not-allowed", 405, "The resource does not have this method"},
     {"not-acceptable", 406, "No representation fits the Accept header"},

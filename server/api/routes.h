@@ -82,7 +82,8 @@ api_handler volumes_create, volumes_list, volumes_get, volumes_content;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete, records_patch;
 api_handler models_list, models_get, models_modes, models_scores;
-api_handler jobs_list, jobs_get_one, jobs_results, jobs_cancel_one, jobs_delete, jobs_events;
+api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one, jobs_delete,
+    jobs_events;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
     system_readyz, system_version, system_openapi, system_metrics, system_caller;

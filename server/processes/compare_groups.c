@@ -41,11 +41,11 @@ static const struct process_output outputs[] = {
     {"pValueIsFloor", OUTPUT_BOOLEAN,
      "Whether pValue is the smallest that the test can give; that of the map may be smaller, with "
      "covariates."},
-    {"pValueInterval", OUTPUT_ARRAY,
+    {"pValueInterval", OUTPUT_NUMBERS_OR_NULLS,
      "Wilson's 95 % interval of the p that all relabellings would give; the point itself where "
      "exact."},
     {"leastSignificanceIsFloor", OUTPUT_BOOLEAN, "As of pValue."},
-    {"leastSignificanceInterval", OUTPUT_ARRAY, "As of pValue."},
+    {"leastSignificanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of pValue."},
     {"distance", OUTPUT_NUMBER,
      "That distance, in the L2 norm of SRNFs, without the covariates' part."},
     {"leastSignificance", OUTPUT_NUMBER,
@@ -56,7 +56,7 @@ static const struct process_output outputs[] = {
     {"largestEffect", OUTPUT_NUMBER,
      "Largest value of effect on the map: how far the groups' mean surfaces are apart at a node, "
      "in the coordinates of the mean surface as stored."},
-    {"groups", OUTPUT_ARRAY, "The two labels; effects go from the first to the second."},
+    {"groups", OUTPUT_STRINGS, "The two labels; effects go from the first to the second."},
     {"permutations", OUTPUT_INTEGER,
      "Relabellings that the observed labels were compared with; 0: none."},
     {"relabellings", OUTPUT_NUMBER_OR_NULL,
@@ -70,7 +70,7 @@ static const struct process_output outputs[] = {
      "a with a probability of at most a. asymptotic: covariates are regressed out (Freedman and "
      "Lane 1983), with which that holds in the limit of many subjects only, even if all "
      "relabellings were taken."},
-    {"regressedOut", OUTPUT_ARRAY, "Names of the covariates."},
+    {"regressedOut", OUTPUT_STRINGS, "Names of the covariates."},
     {"map", OUTPUT_OBJECT,
      "On the nTheta x nPhi Gauss-Legendre grid, row by row. significance: permutation p of the "
      "local difference (Hotelling's T2 of the displacements), corrected for all points by the "

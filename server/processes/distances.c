@@ -55,7 +55,7 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     GROUP_LABELS_OUTPUTS,
-    {"matrix", OUTPUT_ARRAY,
+    {"matrix", OUTPUT_MATRIX,
      "Symmetric; also as CSV and .npy from the job's results. Of metric srnf, entries are the "
      "distance that geodesic tells of the pair, with the same register, where lmax is the larger "
      "degree of the two."},

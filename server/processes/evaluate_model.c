@@ -57,18 +57,18 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"members", OUTPUT_INTEGER, "Of the group or the model."},
     {"subjects", OUTPUT_INTEGER, "Members without a subject are subjects of their own."},
-    {"compactness", OUTPUT_ARRAY,
+    {"compactness", OUTPUT_OBJECTS,
      "[{components, value, standardError}]: share of the variance in the first components."},
-    {"generalisation", OUTPUT_ARRAY,
+    {"generalisation", OUTPUT_OBJECTS,
      "[{components, value, standardError, elastic, elasticStandardError}]: distance of a member, "
      "whose subject is left out, from its reconstruction, averaged; standard errors allow for "
      "dependence within subjects. value is the surface distance: root of the mean square distance "
      "of corresponding points, by area, for surfaces of area 1; elastic is the L2 distance of "
      "SRNFs."},
-    {"specificity", OUTPUT_ARRAY,
+    {"specificity", OUTPUT_OBJECTS,
      "The same members: distance of a sample from the nearest subject, averaged."},
-    {"refitted", OUTPUT_ARRAY, "What is fitted again without the subject that is left out."},
-    {"shared", OUTPUT_ARRAY, "What is not: the registration is that of all."},
+    {"refitted", OUTPUT_STRINGS, "What is fitted again without the subject that is left out."},
+    {"shared", OUTPUT_STRINGS, "What is not: the registration is that of all."},
     MEAN_MEMBERS_OUTPUTS,
     {NULL, NULL, NULL},
 };

@@ -156,7 +156,7 @@ static const struct process_output outputs[] = {
      "tolerance: solved; stationary: a minimum of positive energy; maxIterations: it was still "
      "falling; closedForm: what the method closed-form gives, above the tolerance."},
     {"method", OUTPUT_STRING, "The method that produced the result."},
-    {"history", OUTPUT_ARRAY, "[{iteration, energy, seconds, transforms}]."},
+    {"history", OUTPUT_OBJECTS, "[{iteration, energy, seconds, transforms}]."},
     {"certificate", OUTPUT_OBJECT_OR_NULL,
      "residual, secondEigenvalue, threshold, unique; null where it was not computed."},
     {"smallestSingularValue", OUTPUT_NUMBER_OR_NULL,

@@ -34,7 +34,7 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"model", OUTPUT_OBJECT,
      "Record of the model: mean, eigenvalues, explained, cumulative, scores."},
-    {"compactness", OUTPUT_ARRAY,
+    {"compactness", OUTPUT_OBJECTS,
      "[{components, value}]: variance of the first components together."},
     MEAN_RESULT_OUTPUTS,
     {NULL, NULL, NULL},

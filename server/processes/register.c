@@ -158,7 +158,7 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     {"surface", OUTPUT_OBJECT, "Record of the moving surface, registered."},
-    {"rotation", OUTPUT_ARRAY, "3x3, row by row: of the moving surface in space."},
+    {"rotation", OUTPUT_MATRIX, "3x3, row by row: of the moving surface in space."},
     {"distance", OUTPUT_NUMBER_OR_NULL,
      "L2 distance of the template's SRNF from the registered SRNF of the moving surface, before "
      "its degree cuts anything off. 0 to 2 at unit area. It depends on degree and penalty "

@@ -30,7 +30,7 @@ static const struct process_input inputs[] = {
 
 static const struct process_output outputs[] = {
     MODEL_SURFACES,
-    {"scores", OUTPUT_ARRAY, "[count][components of the model]; 0 in those that are not varied."},
+    {"scores", OUTPUT_MATRIX, "[count][components of the model]; 0 in those that are not varied."},
     {"relativeEnergy", OUTPUT_NUMBERS_OR_NULLS, "Of each, as in modes."},
     {NULL, NULL, NULL},
 };

@@ -37,8 +37,8 @@ static const struct process_input inputs[] = {
 static const struct process_output outputs[] = {
     {"surfaces", OUTPUT_OBJECTS, "Records of the surfaces at the times."},
     {"times", OUTPUT_NUMBERS, "Those of the surfaces."},
-    {"energies", OUTPUT_ARRAY, "Squared distance of each surface's SRNF from the line."},
-    {"relativeEnergies", OUTPUT_ARRAY,
+    {"energies", OUTPUT_NUMBERS_OR_NULLS, "Squared distance of each surface's SRNF from the line."},
+    {"relativeEnergies", OUTPUT_NUMBERS_OR_NULLS,
      "The same divided by the squared norm of the point on the line."},
     {"transforms", OUTPUT_NUMBER, "Cost in gradient transforms."},
     {"registration", OUTPUT_OBJECT_OR_NULL, "As" REGISTRATION_FIGURES_TEXT},

@@ -126,7 +126,7 @@ int store_job_find(struct store *store, const char *digest, struct store_job *jo
 
 int store_job_results(struct store *store, const char *id, char **results, size_t *size)
 {
-    char hash[65] = "";
+    char hash[65] = "", framed[65] = "";
     unsigned char *bytes = NULL;
     struct store_reader *reader = NULL;
     uint64_t age = store_recent_age(store->recent);
@@ -141,8 +141,16 @@ int store_job_results(struct store *store, const char *id, char **results, size_
     if (status == STORE_OK) {
         status = hash[0] ? store_blob_read(store, reader->db, hash, &bytes, size) : STORE_CONFLICT;
     }
-    store_reader_return(store, reader);
+    /* Those of memory are given as they are stored. */
     if (status == STORE_OK) {
+        status = store_text(reader->db, framed, sizeof framed,
+                            "SELECT EXISTS (SELECT 1 FROM framing WHERE job = ?)", id);
+    }
+    store_reader_return(store, reader);
+    if (status != STORE_OK) {
+        free(bytes);
+        bytes = NULL;
+    } else if (framed[0] == '0') {
         store_recent_keep(store->recent, age, id, (const char *)bytes, *size);
     }
     *results = (char *)bytes;

@@ -103,14 +103,14 @@ void group_mean_clear(struct group_mean *mean);
 #define MEAN_MEMBERS_OUTPUTS                                                           \
     {"iterations", OUTPUT_INTEGER, "Of the mean."},                                    \
         {"converged", OUTPUT_BOOLEAN, "False where maxIterations was reached first."}, \
-        {"history", OUTPUT_ARRAY, "As in mean."}, MEAN_LOSS_OUTPUT,                    \
+        {"history", OUTPUT_OBJECTS, "As in mean."}, MEAN_LOSS_OUTPUT,                  \
         {"seconds", OUTPUT_NUMBER_OR_NULL, "Of the mean."}, BRIDGED_GROUP_OUTPUTS,     \
         REGISTRATION_OUTPUT
 /* And of one whose result it is. */
 #define MEAN_RESULT_OUTPUTS                                                                      \
     {"iterations", OUTPUT_INTEGER, "Of the mean."},                                              \
         {"converged", OUTPUT_BOOLEAN, "False where maxIterations was reached first."},           \
-        {"history", OUTPUT_ARRAY,                                                                \
+        {"history", OUTPUT_OBJECTS,                                                              \
          "[{iteration, change (relative, of the mean SRNF), variance (mean squared distance to " \
          "it), objective (variance relative to the mean squared norm, and mean penalty: never "  \
          "rises), seconds}]."},                                                                  \

@@ -82,6 +82,8 @@ struct process_output {
 #define OUTPUT_ARRAY "\"type\":\"array\""
 #define OUTPUT_NUMBERS "\"type\":\"array\",\"items\":{" OUTPUT_NUMBER "}"
 #define OUTPUT_NUMBERS_OR_NULLS "\"type\":\"array\",\"items\":{" OUTPUT_NUMBER_OR_NULL "}"
+#define OUTPUT_STRINGS "\"type\":\"array\",\"items\":{" OUTPUT_STRING "}"
+#define OUTPUT_MATRIX "\"type\":\"array\",\"items\":{" OUTPUT_NUMBERS_OR_NULLS "}"
 #define OUTPUT_OBJECTS "\"type\":\"array\",\"items\":{" OUTPUT_OBJECT "}"
 
 struct process_table {

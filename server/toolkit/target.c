@@ -91,7 +91,9 @@ const struct input_own target_input = {
               "\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}}},{\"type\":\"object\","
               "\"required\":[\"lmax\",\"nTheta\",\"nPhi\",\"q\"],\"additionalProperties\":false,"
               "\"properties\":{\"lmax\":" DEGREES ",\"nTheta\":" ROWS ",\"nPhi\":" COLUMNS
-              ",\"q\":{\"type\":\"array\"}}}]",
+              ",\"q\":{\"type\":\"array\",\"description\":\"[nTheta][nPhi][3], nested or flat.\","
+              "\"items\":{\"oneOf\":[{\"type\":\"number\"},{\"type\":\"array\",\"items\":"
+              "{\"type\":\"array\",\"items\":{\"type\":\"number\"}}}]}}}}]",
     .read = read_target,
     .type = type_target,
     .clear = clear_target,

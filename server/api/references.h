@@ -1,0 +1,14 @@
+/*
+ * references.h - inputs of an execution as OGC API - Processes 1.0 writes them.
+ */
+#ifndef SRNFD_API_REFERENCES_H
+#define SRNFD_API_REFERENCES_H
+
+#include "api/handler.h"
+
+/* Puts what each input means in its place: X for {"value": X}, the id of a resource of this service
+   for {"href": its address}; also within arrays. What is wrong goes into the list. False when a
+   problem was answered. */
+bool references_resolve(struct api_call *call, json_t *inputs, struct problem_list *list);
+
+#endif
