@@ -4,7 +4,7 @@
 #   make check      the same set-up, then lint, every test, and every test again under ASan and UBSan
 #   make run        serve on 127.0.0.1:8080
 #   make            build the daemon, build/srnfd
-#   make install    daemon, library, headers and manual, PREFIX=/usr/local DESTDIR=
+#   make install    daemon, library, headers and manual, PREFIX=/usr/local DESTDIR=; make install-python: the client
 #   make deb        the Debian packages, in build/deb; make test-deb installs them in a clean system
 #   make help       this list
 #
@@ -27,6 +27,7 @@
 #   make pictures   draw the pictures of README anew
 #   make web        bundle the dashboard anew, web/dist
 #   make openapi    write the processes' schemas into api/openapi.yaml
+#   make wheel      the Python client for pip, in build/python
 #   make library    libsrnf.so and libsrnf.a for others, in build/lib
 #   make clean      remove build/
 #
@@ -396,6 +397,30 @@ install-library: library
 	sed -e 's,@PREFIX@,$(PREFIX),' -e 's,@LIBDIR@,$(LIBDIR),' -e 's,@VERSION@,$(VERSION),' \
 	    -e 's,@LIBS@,$(CORE_LIBS),' deploy/srnf.pc.in >$(DESTDIR)$(LIBDIR)/pkgconfig/srnf.pc
 	$(INSTALL) docs/man/srnf.3 $(DESTDIR)$(PREFIX)/share/man/man3/srnf.3
+
+# The Python client and its command: its metadata by hand, as pip would leave it, so that no pip is needed.
+PYTHON    := /usr/bin/python3
+PYTHONDIR ?= $(PREFIX)/lib/python$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')/dist-packages
+.PHONY: install-python wheel
+install-python:
+	$(INSTALL) -t $(DESTDIR)$(PYTHONDIR)/srnf clients/python/src/srnf/*.py clients/python/src/srnf/py.typed
+	@mkdir -p $(DESTDIR)$(PYTHONDIR)/srnf-$(VERSION).dist-info $(DESTDIR)$(PREFIX)/bin
+	printf 'Metadata-Version: 2.1\nName: srnf\nVersion: %s\nRequires-Dist: numpy\n' $(VERSION) \
+	    >$(DESTDIR)$(PYTHONDIR)/srnf-$(VERSION).dist-info/METADATA
+	printf '#!/usr/bin/python3\nimport sys\n\nfrom srnf.cli import main\n\nsys.exit(main())\n' \
+	    >$(DESTDIR)$(PREFIX)/bin/srnf
+	chmod 755 $(DESTDIR)$(PREFIX)/bin/srnf
+	$(INSTALL) docs/man/srnf.1 $(DESTDIR)$(PREFIX)/share/man/man1/srnf.1
+
+# The wheel of the Python client, built without a network from a copy, so that nothing is left in the tree.
+wheel:
+	@rm -rf $(B)/python
+	@mkdir -p $(B)/python/clients
+	@cp -r clients/python $(B)/python/clients/python
+	@$(INSTALL) include/srnf/base.h $(B)/python/include/srnf/base.h
+	@$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
+	    --wheel-dir $(B)/python $(B)/python/clients/python
+	@ls $(B)/python/*.whl
 
 # The Debian packages of the release build, in build/deb; test-deb installs them in a clean system.
 deb: all library

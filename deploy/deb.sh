@@ -6,6 +6,7 @@
 #     srnfd         the daemon, its unit, settings and manual
 #     libsrnfX.Y    the shared library
 #     libsrnf-dev   what programs are built with: headers, archive, pkg-config file, manual, examples
+#     python3-srnf  the Python client and the command srnf, for every architecture
 #
 # Each tree is staged under FOLDER and packed by dpkg-deb; the libraries that a package depends on are those of its
 # binary, by dpkg-shlibdeps. DEBFULLNAME and DEBEMAIL name the maintainer. Needs dpkg-dev; no root.
@@ -41,8 +42,9 @@ needs() { # BINARY
 }
 
 # Packs a staged tree. The description comes from standard input, its first line the short one.
-pack() { # PACKAGE SECTION MULTI-ARCH DEPENDS
+pack() { # PACKAGE SECTION MULTI-ARCH DEPENDS [ARCHITECTURE [RECOMMENDS]]
     tree=$out/stage/$1
+    built=${5:-$architecture}
     mkdir -p "$tree/DEBIAN"
     find "$tree/usr/share/man" -type f ! -name '*.gz' -exec gzip -9n {} + 2>/dev/null || true
     (cd "$tree" && find . -path ./DEBIAN -prune -o -type f ! -path './etc/*' -printf '%P\0' | sort -z |
@@ -51,18 +53,18 @@ pack() { # PACKAGE SECTION MULTI-ARCH DEPENDS
 Package: $1
 Source: srnfd
 Version: $version
-Architecture: $architecture
+Architecture: $built
 Multi-Arch: $3
 Maintainer: $maintainer
 Section: $2
 Priority: optional
 Installed-Size: $(du -sk --exclude=DEBIAN "$tree" | cut -f 1)
 Depends: $4
-$(sed -e '1s/^/Description: /' -e '2,$s/^/ /')
+$([ $# -lt 6 ] || echo "Recommends: $6"; sed -e '1s/^/Description: /' -e '2,$s/^/ /')
 CONTROL
     chmod -R u+w,go-w "$tree"
-    dpkg-deb --root-owner-group --build "$tree" "$out/$1_${version}_$architecture.deb" >/dev/null
-    echo "$out/$1_${version}_$architecture.deb"
+    dpkg-deb --root-owner-group --build "$tree" "$out/$1_${version}_$built.deb" >/dev/null
+    echo "$out/$1_${version}_$built.deb"
 }
 
 # ---- srnfd ----------------------------------------------------------------------------------------------
@@ -167,5 +169,31 @@ compares them by square-root normal fields: registration, distances,
 geodesics, means, principal components, comparison of groups.
 .
 This package has the headers, the static library and two example programs.
+TEXT
+
+# ---- The Python client ----------------------------------------------------------------------------------
+
+stage=$out/stage/python3-srnf
+packages=$stage/usr/lib/python3/dist-packages
+make --no-print-directory -s install-python DESTDIR="$stage" PREFIX=/usr PYTHONDIR=/usr/lib/python3/dist-packages
+install -D -m 644 -t "$stage/usr/share/doc/python3-srnf" clients/python/README.md docs/python.md
+install -D -m 644 -t "$stage/usr/share/doc/python3-srnf/examples" clients/python/examples/*.py
+mkdir -p "$stage/usr/share/bash-completion/completions" "$stage/usr/share/fish/vendor_completions.d" "$stage/DEBIAN"
+for shell in bash fish; do
+    PYTHONPATH=$packages /usr/bin/python3 -B -m srnf completion $shell >"$out/completion.$shell"
+done
+mv "$out/completion.bash" "$stage/usr/share/bash-completion/completions/srnf"
+mv "$out/completion.fish" "$stage/usr/share/fish/vendor_completions.d/srnf.fish"
+documents python3-srnf
+# Compiled where it is installed, by that system's Python, and cleaned up before it goes.
+printf '#!/bin/sh\nset -e\n[ "$1" != configure ] || py3compile -p python3-srnf\n' >"$stage/DEBIAN/postinst"
+printf '#!/bin/sh\nset -e\npy3clean -p python3-srnf\n' >"$stage/DEBIAN/prerm"
+chmod 755 "$stage/DEBIAN/postinst" "$stage/DEBIAN/prerm"
+pack python3-srnf python foreign 'python3 (>= 3.9), python3-numpy' all python3-matplotlib <<'TEXT'
+elastic shape analysis of closed surfaces (Python client)
+The client of srnfd: uploads, jobs, results as arrays, whole studies from a
+folder of meshes, and figures. The command srnf does a study from the shell:
+upload, encode, register, mean, components, comparison of groups,
+classification, figures, tables and a report.
 TEXT
 rm -rf "$out/stage"

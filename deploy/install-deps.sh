@@ -72,6 +72,7 @@ BROWSER=chromium
 
 PACKAGE='
 dpkg-dev
+python3-numpy
 '
 
 say() {

@@ -126,13 +126,10 @@ class Envelopes(unittest.TestCase):
         self.assertIsNone(envelope.link({"links": []}, "self"))
 
     def test_inputs(self):
-        """inputs are read from a map of descriptions and from one schema"""
+        """inputs are read from the map of a description"""
         schema = {"type": "integer", "minimum": 4, "maximum": 127, "default": 31}
-        for inputs in (
-            {"lmax": {"description": "Degree.", "schema": schema, "minOccurs": 0}, "mesh": {"schema": {"type": "string"}}},
-            {"properties": {"lmax": {**schema, "description": "Degree."}, "mesh": {"type": "string"}}, "required": ["mesh"]},
-        ):
-            found = envelope.inputs({"inputs": inputs})
-            self.assertEqual([(n, one.required) for n, one in found.items()], [("lmax", False), ("mesh", True)])
-            self.assertEqual((found["lmax"].takes(), found["lmax"].default), ("integer, 4..127", 31))
-            self.assertEqual(found["lmax"].description, "Degree.")
+        lmax = {"title": "Lmax", "description": "Degree.", "schema": schema, "minOccurs": 0, "maxOccurs": 1}
+        found = envelope.inputs({"inputs": {"lmax": lmax, "mesh": {"title": "Mesh", "schema": {"type": "string"}}}})
+        self.assertEqual([(n, one.required) for n, one in found.items()], [("lmax", False), ("mesh", True)])
+        self.assertEqual((found["lmax"].takes(), found["lmax"].default), ("integer, 4..127", 31))
+        self.assertEqual((found["lmax"].description, found["mesh"].description), ("Degree.", "Mesh"))

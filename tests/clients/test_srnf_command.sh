@@ -82,7 +82,7 @@ srnf status
 like "$OUT" 'srnfd [0-9.]+, ready' 'status says that the server is ready'
 srnf status "$SCRATCH/out" --json
 is "$RESULT $(out '.pca.status')" '0 successful' 'and how the jobs of a study are'
-JOB=$(out '.distances | .jobID // .id')
+JOB=$(out .distances.jobID)
 srnf fetch "$JOB" "$SCRATCH/distances.csv"
 is "$RESULT $(wc -l <"$SCRATCH/distances.csv")" '0 7' 'the matrix of a job is fetched as CSV, with a head'
 srnf fetch "$(jq -r .model.mean.id "$SCRATCH/out/results/pca.json")" "$SCRATCH/mean.glb"
@@ -113,7 +113,7 @@ is "$(eval "$OUT"; COMP_WORDS=(srnf study --register t) COMP_CWORD=3; _srnf; ech
 
 misses() {
     get "/v1/jobs?limit=200"
-    json '[(.items // .jobs)[] | select(.cache == "miss" and .status == "successful") | .processID] | group_by(.) | map("\(.[0]) \(length)") | join(" ")'
+    json '[.jobs[] | select(.cache == "miss" and .status == "successful") | .processID] | group_by(.) | map("\(.[0]) \(length)") | join(" ")'
 }
 BEFORE=$(misses)
 slow=(study "$SCRATCH/brains" --labels "$SCRATCH/labels.csv" --skip-refused --out "$SCRATCH/slow" --lmax 12 --name slow
@@ -123,7 +123,7 @@ PID=$!
 SERVER_PIDS+=("$PID")
 for _ in $(seq 400); do
     get "/v1/jobs?process=register"
-    [ "$(json '(.items // .jobs) | length')" -gt 0 ] && break
+    [ "$(json '.jobs | length')" -gt 0 ] && break
     sleep 0.05
 done
 kill -INT "$PID"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the Debian packages in a clean system (debootstrap, in a folder), starts the daemon by its unit's command
-# line, asks it, removes it again, and builds an example with the library: "make test-deb". Needs root, debootstrap and a package mirror
-# (SRNFD_MIRROR, or the one that apt uses); takes some minutes, so it is no part of "make check".
+# line, asks it, removes it again, builds an example with the library, and runs the Python client: "make test-deb".
+# Needs root, debootstrap and a package mirror (SRNFD_MIRROR, or the one that apt uses); takes some minutes, so it is no
+# part of "make check".
 . "$(dirname "$0")/../support/lib.sh"
 
 command -v debootstrap >/dev/null || skip_all 'no debootstrap'
@@ -77,4 +78,12 @@ check 'an example compiles against it' inside sh -c \
 check 'and runs' inside sh -c 'cd /tmp && ./geodesic L_thalamus.ply L_thalamus.ply'
 check 'it links statically, too' inside sh -c \
     'cd /usr/share/doc/libsrnf-dev/examples && cc geodesic.c -o /tmp/static $(pkg-config --cflags --libs --static srnf)'
+
+# The Python client, by people of the lab.
+cp build/deb/python3-srnf_*.deb "$SYSTEM/tmp"
+check 'the Python client installs' inside sh -c 'apt-get -q install -y --no-install-recommends /tmp/python3-srnf_*.deb'
+is "$(inside srnf --version)" "srnf $(make --no-print-directory version)" 'its command runs'
+is "$(inside python3 -c 'import srnf; print(srnf.__version__)')" "$(make --no-print-directory version)" 'its module is there'
+check 'it is purged' inside apt-get -q purge -y python3-srnf
+is "$(inside sh -c 'find /usr -xdev -path "*srnf*" -name "*.py*"')" '' 'with all that was compiled'
 done_testing

@@ -170,9 +170,9 @@ class Client(Processes):
         """Adds a surface by its coefficients, shape (3, (lmax + 1)^2)."""
         x, y, z = np.asarray(coefficients, dtype=np.float64)
         lmax = int(round(np.sqrt(x.size))) - 1
-        document = {"coefficients": {"lmax": lmax, "x": x, "y": y, "z": z}}
-        query = "&".join(f"{k}={v}" for k, v in {"name": name, **options}.items() if v is not None)
-        return Surface(self.send("POST", "/v1/surfaces" + (f"?{query}" if query else ""), document), self)
+        document = {"coefficients": {"lmax": lmax, "x": x, "y": y, "z": z}, "name": name, **options}
+        given = {k: v for k, v in document.items() if v is not None}
+        return Surface(self.send("POST", "/v1/surfaces", given), self)
 
     def import_study(
         self, archive: PathLike, cohort: Optional[str] = None, partial: bool = False

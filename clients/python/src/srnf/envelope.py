@@ -87,17 +87,9 @@ class Input:
 
 
 def inputs(description: Json) -> dict[str, Input]:
-    """The inputs of a process: from a map of descriptions, or from one schema with properties."""
-    given = description.get("inputs")
-    if not isinstance(given, Mapping):
-        return {}
-    if isinstance(given.get("properties"), Mapping) and "schema" not in given["properties"]:
-        required = set(given.get("required") or [])
-        return {n: Input(n, dict(s), n in required) for n, s in given["properties"].items()}
+    """The inputs of a process, from the map of its description."""
     found = {}
-    for name, one in given.items():
-        if not isinstance(one, Mapping):
-            continue
+    for name, one in (description.get("inputs") or {}).items():
         schema = dict(one.get("schema") or {})
         schema.setdefault("description", one.get("description") or one.get("title") or "")
         found[name] = Input(name, schema, int(one.get("minOccurs", 1)) > 0)

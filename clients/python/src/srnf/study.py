@@ -113,6 +113,16 @@ class Study:
         called = name or re.sub(r"[^A-Za-z0-9._-]+", "-", path.resolve().name)[:80] or "study"
         return cls(members, out or f"{path.resolve()}-study", called, client, Options(**options))
 
+    def subset(self, name: str, chosen: Callable[[Member], bool]) -> "Study":
+        """The study of some of the members, with its own results in a folder of ``out``; the surfaces are shared."""
+        members = [replace(m, covariates=dict(m.covariates)) for m in self.members if chosen(m)]
+        if not members:
+            raise InputError(f"the subset {name!r} has no members")
+        part = Study(members, self.out / name, f"{self.name}-{name}", self.client, self.options)
+        for kind in ("meshes", "surfaces"):
+            part.state.put(kind, self.state.data[kind])
+        return part
+
     # ---- meshes and surfaces -------------------------------------------------------------------
 
     def upload(self) -> list[str]:
@@ -454,4 +464,4 @@ def _slug(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", text)[:40] or "x"
 
 
-__all__ = ["Options", "STEPS", "Step", "Study", "replace"]
+__all__ = ["Options", "STEPS", "Step", "Study"]
