@@ -26,6 +26,7 @@
 #   make format     clang-format over all sources
 #   make pictures   draw the pictures of README anew
 #   make web        bundle the dashboard anew, web/dist
+#   make screenshots the pictures of docs/dashboard.md
 #   make openapi    write the processes' schemas into api/openapi.yaml
 #   make wheel      the Python client for pip, in build/python
 #   make library    libsrnf.so and libsrnf.a for others, in build/lib
@@ -262,6 +263,11 @@ $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 web:
 	@web/install.sh
 	NODE_PATH=$(abspath build/web/node_modules) node web/build.mjs
+
+# The pictures of docs/dashboard.md.
+.PHONY: screenshots
+screenshots: $(B)/srnfd
+	docs/screenshots.sh
 
 # The pictures that README shows, drawn anew.
 .PHONY: pictures

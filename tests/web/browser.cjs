@@ -11,7 +11,7 @@ const ARGUMENTS = ['--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--
 async function launch(options = {}) {
     return puppeteer.launch({
         executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: ARGUMENTS, timeout: 60000,
-        protocolTimeout: 120000, ...options,
+        protocolTimeout: 900000, ...options,
     });
 }
 
@@ -19,11 +19,13 @@ async function launch(options = {}) {
 async function open(browser, url, { width = 1280, height = 900, dark = false } = {}) {
     const page = await browser.newPage();
     const found = [];
+    const failed = []; // requests that were not answered, for whoever looks for the reason of something else
     page.setDefaultTimeout(Number(process.env.SRNFD_WEB_TIMEOUT ?? 30000));
     page.on('console', (message) => {
         if (message.type() === 'error' && !/Failed to load resource/.test(message.text())) found.push(message.text());
     });
     page.on('pageerror', (error) => found.push(`${error.stack ?? error}`));
+    page.on('requestfailed', (request) => failed.push(`${request.method()} ${request.url()} ${request.failure()?.errorText}`));
     page.on('request', (request) => {
         const to = request.url();
         if (!to.startsWith(new URL(url).origin) && !/^(data|blob):/.test(to)) found.push(`a request to ${to}`);
@@ -31,7 +33,7 @@ async function open(browser, url, { width = 1280, height = 900, dark = false } =
     await page.setViewport({ width, height });
     await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     await page.goto(url, { waitUntil: 'load' });
-    return { page, found };
+    return { page, found, failed };
 }
 
 const text = (page, selector = 'main') => page.$eval(selector, (node) => node.innerText);
@@ -49,4 +51,14 @@ const visit = async (page, hash) => {
     await page.waitForFunction(() => document.querySelector('main h1') && !document.querySelector('main [aria-busy=true]'));
 };
 
-module.exports = { launch, open, text, waitText, press, visit, modules };
+// Seconds of processor time that scripts, styles and layout of a page took so far.
+async function meter(page) {
+    const session = await page.createCDPSession();
+    await session.send('Performance.enable', { timeDomain: 'threadTicks' });
+    return async () => {
+        const { metrics } = await session.send('Performance.getMetrics');
+        return metrics.filter((m) => /^(Script|Layout|RecalcStyle)Duration$/.test(m.name)).reduce((sum, m) => sum + m.value, 0);
+    };
+}
+
+module.exports = { meter, launch, open, text, waitText, press, visit, modules };

@@ -29,4 +29,5 @@ async function axe(page, modules) {
     });
     return found.length ? found.join(' | ') : true;
 }
-module.exports = { step, tell, failures, axe };
+const note = (text) => process.stdout.write(`note\t${text}\t\n`);
+module.exports = { step, tell, failures, axe, note };

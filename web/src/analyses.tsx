@@ -34,10 +34,19 @@ export function Analyses() {
 
 // ---- What an input can be -------------------------------------------------------------------------------------------
 
-type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'shapes' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
+type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'within' | 'shapes' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
 
 const alternatives = (s: api.Schema): api.Schema[] => (s.oneOf ? s.oneOf.flatMap(alternatives) : [s]);
 const hasType = (s: api.Schema, type: string): boolean => (Array.isArray(s.type) ? s.type.includes(type) : s.type === type);
+
+const isShape = (pattern?: string): boolean => /surf|mesh/.test(pattern ?? '');
+
+/** Of an input that is an object around one shape, such as {toward: ..}: the name of that member. */
+export const within = (schema: api.Schema): string | undefined => alternatives(schema)
+    .filter((f) => f.required?.length === 1 && isShape(f.properties?.[f.required[0]]?.pattern)).map((f) => f.required![0])[0];
+
+const patternOf = (schema: api.Schema): string =>
+    alternatives(schema).map((f) => f.pattern ?? f.items?.pattern ?? f.properties?.[f.required?.[0] ?? '']?.pattern ?? '').find(isShape) ?? '';
 
 export function kindOf(name: string, schema: api.Schema): Kind {
     const forms = alternatives(schema);
@@ -45,8 +54,9 @@ export function kindOf(name: string, schema: api.Schema): Kind {
     if (name === 'cohort') return 'cohort';
     if (/model-/.test(pattern)) return 'model';
     if (/vol-|volume-/.test(pattern) || name === 'volume') return 'volume';
-    if (forms.length === 1 && hasType(schema, 'string') && /surf-|mesh-/.test(pattern)) return 'shape';
-    if (forms.some((f) => hasType(f, 'array') && /surf-|mesh-/.test(f.items?.pattern ?? ''))) return 'shapes';
+    if (forms.length === 1 && hasType(schema, 'string') && isShape(pattern)) return 'shape';
+    if (within(schema)) return 'within';
+    if (forms.some((f) => hasType(f, 'array') && isShape(f.items?.pattern))) return 'shapes';
     if (forms.some((f) => hasType(f, 'array') && f.items?.enum)) return 'choices';
     if (forms.length === 1 && schema.enum) return 'choice';
     if (hasType(schema, 'boolean')) return 'switch';
@@ -58,17 +68,18 @@ export function kindOf(name: string, schema: api.Schema): Kind {
 }
 
 /** What was typed, as the service wants it; undefined: nothing. */
-export function valueOf(kind: Kind, text: string): unknown {
+export function valueOf(kind: Kind, text: string, schema: api.Schema): unknown {
     const clean = text.trim();
     if (clean === '') return undefined;
     const parts = () => clean.split(/[,;\s]+/).filter(Boolean);
     if (kind === 'number') return Number(clean);
+    if (kind === 'within' && isShape(clean)) return { [within(schema)!]: clean };
     if (kind === 'numbers') return parts().map(Number);
     if (kind === 'shapes') return parts();
     if (kind === 'choices') return parts();
     if (kind === 'texts') return clean.split(/[,;]+/).map((t) => t.trim()).filter(Boolean);
     if (kind === 'switch') return clean === 'true';
-    if (kind === 'json') {
+    if (kind === 'json' || kind === 'within') {
         try {
             return JSON.parse(clean);
         } catch {
@@ -86,7 +97,7 @@ interface Choices { cohorts: string[]; models: { id: string; text: string }[]; s
 
 async function choicesFor(kinds: Kind[]): Promise<Choices> {
     const some = async <T,>(wanted: boolean, name: string): Promise<T[]> => (wanted ? (await api.list<T>(name, { limit: 200 })).items : []);
-    const shapes = kinds.includes('shape') || kinds.includes('shapes');
+    const shapes = kinds.some((k) => k === 'shape' || k === 'shapes' || k === 'within');
     const [cohorts, models, volumes, meshes, surfaces] = await Promise.all([
         some<api.Cohort>(kinds.includes('cohort'), 'cohorts'), some<any>(kinds.includes('model'), 'models'),
         some<any>(kinds.includes('volume'), 'volumes'), some<api.Mesh>(shapes, 'meshes'), some<api.Surface>(shapes, 'surfaces'),
@@ -105,6 +116,8 @@ function Field({ input, kind, text, set, choices }: {
     const { schema } = input;
     const shared = { id, 'aria-describedby': `${id}-help`, required: input.required };
     const range = schema.minimum !== undefined || schema.maximum !== undefined ? `${schema.minimum ?? ''} to ${schema.maximum ?? ''}` : '';
+    const wanted = new RegExp(patternOf(schema));
+    const shapes = choices.shapes.filter((s) => wanted.test(s.id));
     const options = alternatives(schema).flatMap((f) => f.enum ?? f.items?.enum ?? []).filter((v, i, all) => all.indexOf(v) === i);
     const select = (list: [string, string][], none: string) => (
         <select {...shared} value={text} onChange={(e) => set(e.currentTarget.value)}>
@@ -116,11 +129,11 @@ function Field({ input, kind, text, set, choices }: {
     if (kind === 'cohort') field = select(choices.cohorts.map((c) => [c, c]), input.required ? 'choose a cohort' : 'none');
     else if (kind === 'model') field = select(choices.models.map((m) => [m.id, m.text]), input.required ? 'choose a model' : 'none');
     else if (kind === 'volume') field = select(choices.volumes.map((v) => [v.id, v.name || v.id]), 'choose a segmentation');
-    else if (kind === 'shape') field = select(choices.shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none');
+    else if (kind === 'shape' || kind === 'within') field = select(shapes.map((s) => [s.id, s.name]), input.required ? 'choose a shape' : 'none');
     else if (kind === 'shapes') {
         field = (
             <select {...shared} multiple size={6} onChange={(e) => set([...e.currentTarget.selectedOptions].map((o) => o.value).join(','))}>
-                {choices.shapes.map((s) => <option value={s.id} selected={text.includes(s.id)}>{s.name}</option>)}
+                {shapes.map((s) => <option value={s.id} selected={text.includes(s.id)}>{s.name}</option>)}
             </select>
         );
     } else if (kind === 'choice') field = select(options.map((o) => [`${o}`, `${o}`]), 'default');
@@ -179,7 +192,7 @@ export function Form({ id }: { id: string }) {
         for (const input of process.inputs) {
             const old = before[input.name];
             const was = old && typeof old === 'object' && old.surfaces && old.name ? old.name : old;
-            start[input.name] = query.get(input.name) ?? textOf(was ?? input.schema.default);
+            start[input.name] = query.get(input.name) ?? textOf(within(input.schema) && was && typeof was === 'object' ? was[within(input.schema)!] ?? was : was ?? input.schema.default);
             if (input.name === 'lmax' && !start.lmax && query.get('cohort')) start.lmax = '15';
         }
         setTexts(start);
@@ -189,7 +202,7 @@ export function Form({ id }: { id: string }) {
         const { process, kinds } = loaded.value!;
         const inputs: Record<string, unknown> = {};
         process.inputs.forEach((input, i) => {
-            const value = valueOf(kinds[i], texts[input.name] ?? '');
+            const value = valueOf(kinds[i], texts[input.name] ?? '', input.schema);
             const usual = JSON.stringify(value) === JSON.stringify(input.schema.default);
             if (value !== undefined && (!usual || input.required)) inputs[input.name] = value;
         });
@@ -205,7 +218,7 @@ export function Form({ id }: { id: string }) {
         setBusy(false);
     };
     return (
-        <Shown of={loaded} label="the form">{({ process, kinds, choices }) => {
+        <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
             const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] }));
             const show = ({ input, kind }: (typeof fields)[0]) => (
                 <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''}

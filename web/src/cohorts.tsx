@@ -173,7 +173,7 @@ export function CohortPage({ name }: { name: string }) {
     };
     const download = async () => save(`${name}.zip`, await (await api.request(`/v1/cohorts/${name}/export`)).blob());
     return (
-        <Shown of={loaded} label="the cohort">{({ cohort, names }) => {
+        <Shown of={loaded} page label="the cohort">{({ cohort, names }) => {
             const members = cohort.members ?? [];
             const labels = [...new Set(members.map((m) => m.label).filter((l) => l))];
             return (

@@ -40,7 +40,7 @@ export function Jobs() {
             </div>
             {list.length === 0 ? <p class="quiet">No job {find || state ? 'fits' : 'yet: start an analysis of a cohort'}.</p> : (
                 <LongTable label="Jobs" items={list} keyOf={(j) => j.id}
-                    columns={[{ title: 'Analysis' }, { title: 'State' }, { title: 'Took', width: '7rem' }, { title: 'Started', width: '13rem' }, { title: '', width: '7rem' }]}
+                    columns={[{ title: 'Analysis' }, { title: 'State' }, { title: 'Took', width: '7rem' }, { title: 'Started', width: '14rem' }, { title: 'Cancel', hidden: true, width: '6rem' }]}
                     row={(j) => [
                         <a href={link('jobs', j.id)}>{j.name ? `${j.name} (${j.process})` : j.process}</a>,
                         isActive(j) ? <span class="row"><Meter value={j.progress} label={`Progress of ${j.process}`} /><span class="quiet">{progressText(j)}</span></span>
@@ -96,7 +96,7 @@ export function JobPage({ id }: { id: string }) {
     }, [live, loaded.value]);
     if (gone) return <Page title="Job removed"><a href="#/jobs">All jobs</a></Page>;
     return (
-        <Shown of={loaded} label="the job">{(first) => {
+        <Shown of={loaded} page label="the job">{(first) => {
             const job: api.Job = live ? { ...first, ...live, inputs: first.inputs } : first;
             return (
                 <Page title={job.name || job.process} actions={mayChange() && (

@@ -116,8 +116,8 @@ export function Meshes() {
             {items.length === 0 ? <p class="quiet">{loaded ? 'No meshes yet. Drop some above, or load the example from the start page.' : 'Loading…'}</p> : (
                 <LongTable label="Meshes" items={shown} keyOf={(m) => m.id}
                     columns={[
-                        { title: '', width: '2.2rem' }, { title: 'Name' }, { title: 'Faces', width: '5.5rem' }, { title: 'Size', width: '5rem' },
-                        { title: 'Route', width: '4.5rem' }, { title: 'Star margin', width: '6rem' }, { title: 'Repairs' }, { title: 'Problem' }, { title: '', width: '6rem' },
+                        { title: 'Chosen', hidden: true, width: '2.2rem' }, { title: 'Name' }, { title: 'Faces', width: '5.5rem' }, { title: 'Size', width: '5rem' },
+                        { title: 'Route', width: '5rem' }, { title: 'Star margin', width: '7rem' }, { title: 'Repairs' }, { title: 'Problem' }, { title: 'Repair', hidden: true, width: '6rem' },
                     ]}
                     row={(m) => [
                         <input type="checkbox" checked={chosen.has(m.id)} onChange={() => toggle(m.id)} aria-label={`Choose ${m.name || m.id}`} />,
@@ -138,7 +138,7 @@ export function Meshes() {
 export function MeshPage({ id }: { id: string }) {
     const mesh = useLoad<api.Mesh>((signal) => api.get(`/v1/meshes/${id}`, signal), [id]);
     return (
-        <Shown of={mesh} label="the mesh">{(m) => (
+        <Shown of={mesh} page label="the mesh">{(m) => (
             <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
                 <div class="split">
                     <Shape src={`/v1/meshes/${id}/content?format=glb`} label={`Mesh ${m.name}`} marks={m.report.problems}
@@ -179,7 +179,7 @@ export function Volume({ id }: { id: string }) {
         }
     };
     return (
-        <Shown of={volume} label="the segmentation">{(v) => (
+        <Shown of={volume} page label="the segmentation">{(v) => (
             <Page title={v.name || 'Segmentation'}>
                 <p>Choose the labels that become meshes, one of each.</p>
                 {error ? <ProblemBox error={error} /> : null}

@@ -209,7 +209,7 @@ function Components({ model }: { model: api.Model }) {
 export function ModelPage({ id }: { id: string }) {
     const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
     return (
-        <Shown of={model} label="the model">{(m) => (
+        <Shown of={model} page label="the model">{(m) => (
             <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} />}>
                 <p class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</p>
                 <div class="results"><Components model={m} /></div>
@@ -237,12 +237,12 @@ function Groups({ result }: { result: any }) {
     const effect = shape?.fields.find((f) => /effect/i.test(f.name));
     const keep = p && ((_: number, vertex: number) => p.values[vertex] <= threshold);
     const any = p ? p.low <= threshold : false;
-    const sizes = result.groupSizes;
+    const sizes: number[] = result.groupSizes?.subjects ?? [];
     return (
         <>
             <p class="big">{pText(result)}{result.pValueInterval && result.pValueInterval[0] !== result.pValueInterval[1] ? ` (${figure(result.pValueInterval[0])} to ${figure(result.pValueInterval[1])})` : ''}
                 {' '}<span class="quiet">{result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}{result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}</span></p>
-            <p>{result.groups?.join(' against ')}{sizes ? ` (${Array.isArray(sizes) ? sizes.join(' and ') : Object.values(sizes).join(' and ')})` : ''}, distance of the means {figure(result.distance)}.</p>
+            <p>{result.groups?.join(' against ')}{sizes.length ? ` (${sizes.join(' and ')} subjects)` : ''}, distance of the means {figure(result.distance)}.</p>
             <div class="row tools no-report">
                 <label>Grey where p exceeds <input type="number" min={0} max={1} step={0.01} value={threshold} onInput={(e) => setThreshold(+e.currentTarget.value)} /></label>
                 <label>p <select value={corrected} onChange={(e) => setCorrected(e.currentTarget.value)}>
@@ -432,6 +432,34 @@ function Quality({ result }: { result: any }) {
     return <div class="split">{curve('generalisation', 'Generalisation: how far left-out shapes stay')}{curve('specificity', 'Specificity: how far random shapes are from real ones')}{curve('compactness', 'Compactness: variance so far')}</div>;
 }
 
+/** A new subject among those of the model. */
+function Projection({ result, job }: { result: any; job: api.Job }) {
+    const id = result.inputs?.model?.id ?? result.inputs?.model ?? job.inputs?.model;
+    const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
+    const surface = result.inputs?.surface?.id ?? result.inputs?.surface ?? job.inputs?.surface;
+    return (
+        <Shown of={model} label="the model">{(m) => {
+            const sd = (k: number) => Math.sqrt(m.eigenvalues[k]) || 1;
+            const second = Math.min(1, m.components - 1);
+            const dots = m.scores.map((s, i) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: m.labels[i], group: m.groups?.[i] }));
+            dots.push({ x: result.scores[0] / sd(0), y: result.scores[second] / sd(second), name: 'the new subject', group: 'new' });
+            return (
+                <div class="split">
+                    <Scatter title="The new subject among the others" name="projection" dots={dots} chosen={dots.length - 1} onChoose={() => {}} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} />
+                    <div>
+                        {typeof surface === 'string' && <Linked id={surface} title="The new subject" />}
+                        <dl class="pairs">
+                            <dt>Residual</dt><dd>{figure(result.residual)}</dd><dt>Distance from the mean</dt><dd>{figure(result.distance)}</dd>
+                            <dt>Mahalanobis</dt><dd>{figure(result.mahalanobis)}</dd>
+                            {Object.entries<any>(result.typicality ?? {}).map(([name, t]) => t && typeof t === 'object' && <><dt>{api.words(name)}</dt><dd>{figure(t.value)} (percentile {figure(t.percentile)}, doubtful above {figure(t.limit)})</dd></>)}
+                        </dl>
+                    </div>
+                </div>
+            );
+        }}</Shown>
+    );
+}
+
 function ReportButton({ title, job }: { title: string; job?: api.Job }) {
     const [busy, setBusy] = useState(false);
     return <button class="no-report" disabled={busy} onClick={async () => {
@@ -451,6 +479,7 @@ export function Results({ job }: { job: api.Job }) {
             else if (process === 'compare-groups') view = <Groups result={result} />;
             else if (process === 'classify') view = <Classification result={result} job={job} />;
             else if (process === 'distances') view = <Distances result={result} job={job} />;
+            else if (process === 'project') view = <Projection result={result} job={job} />;
             else if (process === 'evaluate-model') view = <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>;
             else if (process === 'geodesic') view = <><Path surfaces={result.surfaces} texts={result.times.map((t: number) => `t = ${figure(t)}`)} energies={result.relativeEnergies} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>;
             else if (process === 'modes') view = <Path surfaces={result.surfaces} texts={result.coefficients.map((c: number) => `${figure(c)} sd`)} energies={result.relativeEnergy} />;

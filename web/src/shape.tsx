@@ -54,6 +54,9 @@ const KEYS: Record<string, (c: Camera) => void> = {
 };
 for (let n = 0; n <= 6; n++) KEYS[`${n}`] = (c) => c.side(n);
 
+/** What each canvas shows, for reports. */
+export const shown = new WeakMap<HTMLCanvasElement, { parts: Part[]; camera: Camera; look: Look }>();
+
 /** A canvas in which parts are seen from a camera; drawn when either changes. */
 export function View({ parts, camera, label, look, version = 0, onLink, className = 'view' }: {
     parts: Part[]; camera: Camera; label: string; look?: Partial<Look>; version?: number; onLink?: () => void; className?: string;
@@ -62,7 +65,11 @@ export function View({ parts, camera, label, look, version = 0, onLink, classNam
     const bounds = useMemo(() => boundsOf(parts.map((p) => p.shape)), [parts[0]?.shape, parts.length]);
     const all: Look = { ...bounds, ...look };
     const paint = useRef(() => {});
-    paint.current = () => canvas.current && draw(canvas.current, parts, camera, all);
+    paint.current = () => {
+        if (!canvas.current) return;
+        shown.set(canvas.current, { parts, camera, look: all });
+        draw(canvas.current, parts, camera, all);
+    };
     useEffect(() => {
         let asked = 0;
         const soon = () => {

@@ -32,7 +32,7 @@ export function Surfaces() {
 export function SurfacePage({ id }: { id: string }) {
     const surface = useLoad<api.Surface>((signal) => api.get(`/v1/surfaces/${id}`, signal), [id]);
     return (
-        <Shown of={surface} label="the surface">{(s) => (
+        <Shown of={surface} page label="the surface">{(s) => (
             <Page title={s.name || s.id}>
                 <div class="split">
                     <Shape src={surfacePath(id, 32)} label={`Surface ${s.name}`} name={s.name || s.id}

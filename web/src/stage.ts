@@ -37,6 +37,10 @@ export class Camera {
         if (n === 0) this.zoom = 1;
         this.changed();
     }
+    /** The turn as a matrix, column by column. */
+    matrix(): number[] {
+        return new T.Matrix3().setFromMatrix4(new T.Matrix4().makeRotationFromQuaternion(this.turn)).toArray();
+    }
     constructor() {
         this.side(0);
     }
@@ -94,6 +98,23 @@ export function forget(shape: Surface3): void {
     geometries.delete(shape);
 }
 
+/** Materials are kept: with the last of a kind its program would go, and be compiled again for the next picture. */
+const materials = new Map<string, Three.MeshLambertMaterial>();
+function materialOf(part: Part, cut: boolean): Three.MeshLambertMaterial {
+    const opacity = part.opacity ?? 1;
+    const colour = part.colours ? '#ffffff' : part.colour ?? '#c8b090';
+    const key = `${!!part.colours} ${colour} ${opacity} ${cut}`;
+    let material = materials.get(key);
+    if (!material) {
+        material = new T.MeshLambertMaterial({
+            color: new T.Color(colour), vertexColors: !!part.colours, transparent: opacity < 1, opacity, depthWrite: opacity >= 1,
+            side: T.DoubleSide,
+        });
+        materials.set(key, material);
+    }
+    return material;
+}
+
 export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: Look): void {
     const { width, height } = to;
     if (!width || !height) return;
@@ -110,7 +131,6 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
     holder.add(toTurn);
     const planes = look.cut === null || look.cut === undefined ? []
         : [new T.Plane(new T.Vector3(0, 0, -1), look.cut * look.radius)];
-    const materials: Three.MeshLambertMaterial[] = [];
     for (const part of parts) {
         const geometry = geometryOf(part.shape);
         if (part.colours) {
@@ -121,12 +141,8 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
                 held.needsUpdate = true;
             } else geometry.setAttribute('color', new T.BufferAttribute(part.colours.slice(), 3));
         }
-        const material = new T.MeshLambertMaterial({
-            color: part.colours ? 0xffffff : new T.Color(part.colour ?? '#c8b090'), vertexColors: !!part.colours,
-            transparent: (part.opacity ?? 1) < 1, opacity: part.opacity ?? 1, depthWrite: (part.opacity ?? 1) >= 1,
-            side: T.DoubleSide, clippingPlanes: planes,
-        });
-        materials.push(material);
+        const material = materialOf(part, planes.length > 0);
+        material.clippingPlanes = planes;
         middle.add(new T.Mesh(geometry, material));
     }
     let point: Three.Points | undefined;
@@ -157,7 +173,6 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
         pen.fillRect(0, 0, width, height);
     }
     pen.drawImage(gl.domElement, 0, gl.domElement.height - height, width, height, 0, 0, width, height);
-    materials.forEach((m) => m.dispose());
     if (point) {
         point.geometry.dispose();
         (point.material as Three.PointsMaterial).dispose();

@@ -46,7 +46,8 @@ api.watchAnswers((status) => {
         if (connection.get() !== 'token') connection.set('down');
         again(2000);
     } else if (status === 401) connection.set('token');
-    else if (connection.get() !== 'up') {
+    else if (connection.get() === 'down') {
+        // Not where a token is asked for: what is open to everyone is answered there too.
         connection.set('up');
         void whoCalls();
     }

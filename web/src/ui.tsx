@@ -53,11 +53,18 @@ export function useLoad<T>(load: (signal: AbortSignal) => Promise<T>, keys: unkn
     return { ...state, reload };
 }
 
-export function Shown<T>({ of, children, label }: {
-    of: Loaded<T>; label?: string; children: (value: T) => ComponentChildren;
+/** What was loaded, or how far that is. With page, all of a page, which has a heading meanwhile too. */
+export function Shown<T>({ of, children, label, page }: {
+    of: Loaded<T>; label?: string; page?: boolean; children: (value: T) => ComponentChildren;
 }) {
-    if (of.value === undefined && of.error) return <ProblemBox error={of.error} again={of.reload} />;
-    if (of.value === undefined) return <p class="quiet" aria-busy="true">Loading{label ? ` ${label}` : ''}…</p>;
+    if (of.value === undefined && of.error) {
+        const box = <ProblemBox error={of.error} again={of.reload} />;
+        return page ? <Page title={problemOf(of.error).title || 'A problem'}>{box}</Page> : box;
+    }
+    if (of.value === undefined) {
+        const text = `Loading${label ? ` ${label}` : ''}…`;
+        return page ? <header class="page-head"><h1 tabIndex={-1} aria-busy="true">{text}</h1></header> : <p class="quiet" aria-busy="true">{text}</p>;
+    }
     return <>{of.error ? <ProblemBox error={of.error} again={of.reload} /> : null}{children(of.value)}</>;
 }
 
@@ -124,7 +131,7 @@ const ROW = 34;
 
 /** Only the rows in sight are in the page, so ten thousand scroll as ten do. */
 export function LongTable<T>({ items, columns, label, row, keyOf }: {
-    items: T[]; columns: { title: string; width?: string }[]; label: string;
+    items: T[]; columns: { title: string; width?: string; hidden?: boolean }[]; label: string;
     row: (item: T, index: number) => ComponentChildren[]; keyOf: (item: T) => string;
 }) {
     const box = useRef<HTMLDivElement>(null);
@@ -135,14 +142,15 @@ export function LongTable<T>({ items, columns, label, row, keyOf }: {
         watch.observe(box.current!);
         return () => watch.disconnect();
     }, []);
-    const first = Math.max(0, Math.floor(top / ROW) - 8);
-    const last = Math.min(items.length, Math.ceil((top + height) / ROW) + 8);
+    const inSight = Math.ceil(height / ROW) + 16;
+    const first = Math.max(0, Math.min(Math.floor(top / ROW) - 8, items.length - inSight)); // a list may have become shorter
+    const last = Math.min(items.length, first + inSight);
     return (
         <div class="long" ref={box} tabIndex={0} role="region" aria-label={label}
             onScroll={(e) => setTop(e.currentTarget.scrollTop)}>
             <table aria-rowcount={items.length + 1}>
                 <thead>
-                    <tr>{columns.map((c) => <th scope="col" style={c.width ? { width: c.width } : undefined}>{c.title}</th>)}</tr>
+                    <tr>{columns.map((c) => <th scope="col" style={c.width ? { width: c.width } : undefined}>{c.hidden ? <span class="sr">{c.title}</span> : c.title}</th>)}</tr>
                 </thead>
                 <tbody>
                     {first > 0 && <tr aria-hidden="true"><td class="gap" colSpan={columns.length} style={{ height: `${first * ROW}px` }} /></tr>}

@@ -1,0 +1,41 @@
+// node screenshots.cjs URL FOLDER: loads the example, waits for its answers and takes dashboard-*.png of them.
+'use strict';
+const path = require('path');
+const { launch, open, waitText, press, visit } = require('../tests/web/browser.cjs');
+
+const [url, folder] = process.argv.slice(2);
+const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+async function main() {
+    const browser = await launch();
+    const { page } = await open(browser, `${url}/ui/`, { width: 1200, height: 800 });
+    const take = async (name) => {
+        await pause(1500);
+        await page.screenshot({ path: path.join(folder, `dashboard-${name}.png`), optimizeForSpeed: false });
+    };
+    await waitText(page, 'Start a study');
+    await take('first');
+    await press(page, 'Load the example');
+    await waitText(page, '12 members', 60000);
+    await page.waitForFunction(() => [...document.querySelectorAll('.state')].filter((s) => s.textContent === 'done').length >= 3, { timeout: 600000 });
+    await page.reload();
+    await waitText(page, '12 members', 60000);
+    await take('cohort');
+    const open_ = async (label, ready) => {
+        await visit(page, '#/cohorts/example');
+        await press(page, label);
+        await waitText(page, ready, 60000);
+    };
+    await open_('Mean and components of the example', 'Component 1');
+    await page.waitForSelector('#mode-1');
+    await page.$eval('#mode-1', (node) => { node.value = '1.5'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+    await waitText(page, 'relative energy', 60000);
+    await take('components');
+    await open_('Left against right', 'distance of the means');
+    await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+    await take('groups');
+    await open_('Left or right?', 'Accuracy');
+    await take('classification');
+    await browser.close();
+}
+main().catch((error) => { console.error(error); process.exit(1); });

@@ -1,0 +1,157 @@
+// node whole.cjs URL SCRATCH: from the example to a report that opens offline; every page under axe-core in both schemes;
+// hostile names; how long the first page, a slider and thumbnails take.
+'use strict';
+const fs = require('fs');
+const path = require('path');
+const { launch, meter, open, text, waitText, press, visit, modules } = require('./browser.cjs');
+const { step, tell, failures, axe, note } = require('./steps.cjs');
+
+const [url, scratch] = process.argv.slice(2);
+const json = { 'Content-Type': 'application/json' };
+const call = async (method, where, body, headers = json) => {
+    const response = await fetch(url + where, { method, body: body && typeof body !== 'string' ? JSON.stringify(body) : body, headers });
+    return response.json();
+};
+
+const TAGS = ['<script>hit=1</script>', '<img src=x onerror=hit=1>', '<svg onload=hit=1>', '"><b onmouseover=hit=1>', "'onfocus='hit=1' autofocus='",
+    'javascript:hit=1', '<iframe srcdoc="<script>parent.hit=1</script>">', '{{constructor.constructor("hit=1")()}}', '<a href="javascript:hit=1">x</a>', '</title><script>hit=1</script>'];
+const PAYLOADS = Array.from({ length: 50 }, (_, i) => `${i} ${TAGS[i % TAGS.length]}${i >= 10 ? `<!--${i}-->` : ''}`);
+
+async function downloaded(name) {
+    for (let i = 0; i < 200; i++) {
+        const file = fs.readdirSync(scratch).find((f) => name.test(f) && !f.endsWith('.crdownload'));
+        if (file) return path.join(scratch, file);
+        await new Promise((resolve) => setTimeout(resolve, 100));
+    }
+    throw new Error(`no file ${name}`);
+}
+
+async function main() {
+    const browser = await launch();
+    const { page, found } = await open(browser, `${url}/ui/`);
+    const session = await page.createCDPSession();
+    await session.send('Browser.setDownloadBehavior', { behavior: 'allow', downloadPath: scratch });
+
+    await step('the first paint comes within half a second', async () => {
+        const times = [];
+        for (let i = 0; i < 3; i++) {
+            await page.reload();
+            await page.waitForSelector('main h1');
+            times.push(await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? 9999));
+        }
+        note(`first contentful paint: ${times.map((t) => Math.round(t)).join(', ')} ms`);
+        return Math.min(...times) <= 500 || times.join();
+    });
+
+    let clicks = 0;
+    const click = async (label) => {
+        clicks++;
+        await press(page, label);
+    };
+    let compare;
+    await step('from the example to a report in few clicks', async () => {
+        await click('Load the example');
+        await waitText(page, 'Left against right', 60000);
+        await click('Left against right');
+        await waitText(page, 'permutations|relabellings', 400000);
+        await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
+        await click('Report as one page');
+        note(`${clicks} clicks`);
+        const file = await downloaded(/^Left-against-right.*\.html$/);
+        const report = fs.readFileSync(file, 'utf8');
+        note(`the report has ${Math.round(report.length / 1000)} kB`);
+        if (report.length > 5e6) return `${report.length} bytes`;
+        const { jobs, items } = await call('GET', '/v1/jobs?process=compare-groups');
+        compare = (jobs ?? items)[0];
+        const results = await call('GET', `/v1/jobs/${compare.id ?? compare.jobID}/results`);
+        const p = `${+results.pValue.toPrecision(3)}`;
+        if (!report.includes(p)) return `the report has no ${p}`;
+        const other = await browser.newPage();
+        const wrong = [];
+        other.on('console', (m) => m.type() === 'error' && wrong.push(m.text()));
+        other.on('request', (r) => !/^(file|data):/.test(r.url()) && wrong.push(r.url()));
+        await other.goto(`file://${file}`);
+        const pictures = await other.$$eval('img', (all) => all.map((i) => i.naturalWidth));
+        await other.close();
+        return (clicks < 12 && pictures.length === 2 && pictures.every((w) => w > 100) && wrong.length === 0) || `${clicks} ${pictures} ${wrong}`;
+    });
+    await step('what is not significant is said in words, and what is has colours', async () => {
+        await page.$eval('main input[type=number]', (node) => { node.value = '0'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'No point is significant: the least p is');
+        await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'are in colour');
+    });
+    await step('the other answers of the example come', async () => {
+        await visit(page, '#/cohorts/example');
+        await page.waitForFunction(() => [...document.querySelectorAll('.state')].filter((s) => s.textContent === 'done').length >= 3, { timeout: 400000 });
+    });
+
+    await step('fifty hostile names, labels and cells are text', async () => {
+        const members = [];
+        for (const [i, payload] of PAYLOADS.entries()) {
+            const off = `OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 ${1 + i / 100}\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n# ${payload}\n`;
+            const mesh = await call('POST', `/v1/meshes?name=${encodeURIComponent(payload)}`, off, {});
+            members.push({ id: mesh.id, label: payload, subject: payload, covariates: { [`c ${payload.slice(0, 40)}`]: payload } });
+        }
+        const made = await call('POST', '/v1/cohorts', { name: 'hostile', members });
+        if (!made.name) return JSON.stringify(made);
+        await call('POST', '/v1/processes/distances/execution', { inputs: { cohort: 'hostile', register: false }, name: PAYLOADS[0] }, { ...json, Prefer: 'respond-async' });
+        for (const hash of ['#/meshes', '#/cohorts/hostile', '#/analyses/pca?cohort=%3Cimg%20src%3Dx%20onerror%3Dhit%3D1%3E', '#/jobs', '#/%3Cscript%3Ehit=1%3C/script%3E', '#/meshes/%22%3E%3Cimg%20src=x%20onerror=hit=1%3E']) {
+            await visit(page, hash);
+            await new Promise((resolve) => setTimeout(resolve, 700));
+            const bad = await page.evaluate(() => window.hit !== undefined || document.querySelectorAll('main img, main iframe, main script, main a[href^=javascript]').length > 0);
+            if (bad) return `on ${hash}`;
+        }
+        await visit(page, '#/meshes');
+        return (await text(page)).includes(PAYLOADS[49]) || 'not shown';
+    });
+
+    const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
+    const all = (jobs ?? items).map((j) => ({ ...j, id: j.id ?? j.jobID }));
+    const of = (process) => all.find((j) => j.processID === process && j.status === 'successful')?.id;
+    const mesh = (await call('GET', '/v1/meshes?limit=1')).items[0].id;
+    const surface = (await call('GET', '/v1/surfaces?limit=1')).items[0].id;
+    const model = (await call('GET', '/v1/models?limit=1')).items[0].id;
+    const pages = ['#/', '#/meshes', `#/meshes/${mesh}`, '#/cohorts', '#/cohorts/example', '#/analyses', '#/analyses/classify?cohort=example', '#/analyses/geodesic',
+        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/models/${model}`, '#/settings', '#/nowhere'];
+    if (of('distances')) pages.push(`#/jobs/${of('distances')}`);
+    for (const scheme of ['light', 'dark']) {
+        await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
+        for (const hash of pages) {
+            await step(`axe-core finds nothing on ${hash.replace(/-[0-9a-f-]{20,}/, '')}, ${scheme}`, async () => {
+                await visit(page, hash);
+                await new Promise((resolve) => setTimeout(resolve, 600));
+                return axe(page, modules);
+            });
+        }
+    }
+    await step('at 320 pixels nothing is wider than the page', async () => {
+        await page.setViewport({ width: 320, height: 700 });
+        for (const hash of pages) {
+            await visit(page, hash);
+            const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+            if (wide > 322) return `${hash}: ${wide}`;
+        }
+        await page.setViewport({ width: 1280, height: 900 });
+    });
+    await step('a slider takes less than a thirtieth of a second a step', async () => {
+        await visit(page, `#/jobs/${of('pca')}`);
+        await page.waitForSelector('#mode-1');
+        const move = (value) => page.$eval('#mode-1', (node, v) => { node.value = v; node.dispatchEvent(new Event('input', { bubbles: true })); }, value);
+        await move('1');
+        await waitText(page, 'relative energy', 60000);
+        const spent = await meter(page);
+        const before = await spent();
+        for (let i = 0; i < 30; i++) {
+            await move(`${Math.sin(i / 5) * 2}`);
+            await page.evaluate(() => new Promise(requestAnimationFrame));
+        }
+        const each = (1000 * ((await spent()) - before)) / 30;
+        note(`${each.toFixed(1)} ms of the processor for scripts a step`);
+        return each < 33 || `${each} ms`;
+    });
+    tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
+    await browser.close();
+    process.exitCode = failures() ? 1 : 0;
+}
+main().catch((error) => { console.error(error); process.exit(1); });

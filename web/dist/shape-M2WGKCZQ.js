@@ -1,1 +1,0 @@
-import{d as a,e as b,f as c,g as d,h as e,i as f,j as g,k as h,l as i,m as j,n as k,o as l,p as m,q as n,r as o}from"./chunk-6UKGI4XS.js";import"./chunk-HD6MYEPT.js";export{i as ColourBar,o as Gallery,m as PATHS,k as PictureButtons,l as Shape,f as View,n as groupLook,a as linked,g as mapOf,h as paintedBy,j as picture,b as shapeAt,d as shapePath,c as surfacePath,e as useShape};
