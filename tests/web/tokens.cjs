@@ -2,6 +2,7 @@
 'use strict';
 const fs = require('fs');
 const http = require('http');
+const path = require('path');
 const { launch, open, text, waitText, press, visit } = require('./browser.cjs');
 const { step, tell, failures } = require('./steps.cjs');
 
@@ -58,7 +59,7 @@ async function main() {
     await step('it is in no address, and not kept beyond the tab', () =>
         page.evaluate((secret) => !location.href.includes(secret) && !Object.values(localStorage).join().includes(secret) && document.cookie === '', user));
     await step('files are uploaded behind the prefix', async () => {
-        await (await page.$('input[type=file]')).uploadFile(`${__dirname}/../data/aal_subcortex/L_thalamus.ply`, `${__dirname}/../data/aal_subcortex/R_thalamus.ply`);
+        await (await page.$('input[type=file]')).uploadFile(...['L', 'R'].map((side) => path.join(__dirname, `../data/aal_subcortex/${side}_thalamus.ply`)));
         await waitText(page, '2 of 2 files').catch(async (error) => { throw new Error(`${error.message}: ${failed.join(' | ')} ${await text(page)}`); });
         await visit(page, '#/meshes');
         await press(page, 'New cohort of 2');

@@ -18,7 +18,7 @@ const TAGS = ['<script>hit=1</script>', '<img src=x onerror=hit=1>', '<svg onloa
 const PAYLOADS = Array.from({ length: 50 }, (_, i) => `${i} ${TAGS[i % TAGS.length]}${i >= 10 ? `<!--${i}-->` : ''}`);
 
 async function downloaded(name) {
-    for (let i = 0; i < 200; i++) {
+    for (let i = 0; i < 600; i++) {
         const file = fs.readdirSync(scratch).find((f) => name.test(f) && !f.endsWith('.crdownload'));
         if (file) return path.join(scratch, file);
         await new Promise((resolve) => setTimeout(resolve, 100));
@@ -36,8 +36,8 @@ async function main() {
         const times = [];
         for (let i = 0; i < 3; i++) {
             await page.reload();
-            await page.waitForSelector('main h1');
-            times.push(await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? 9999));
+            await page.waitForFunction(() => performance.getEntriesByName('first-contentful-paint').length > 0);
+            times.push(await page.evaluate(() => performance.getEntriesByName('first-contentful-paint')[0].startTime));
         }
         note(`first contentful paint: ${times.map((t) => Math.round(t)).join(', ')} ms`);
         return Math.min(...times) <= 500 || times.join();
@@ -71,9 +71,13 @@ async function main() {
         other.on('console', (m) => m.type() === 'error' && wrong.push(m.text()));
         other.on('request', (r) => !/^(file|data):/.test(r.url()) && wrong.push(r.url()));
         await other.goto(`file://${file}`);
-        const pictures = await other.$$eval('img', (all) => all.map((i) => i.naturalWidth));
+        const views = await other.$$eval('canvas', (all) => all.map((c) => c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data[3]));
+        await other.focus('canvas');
+        const before = await other.$eval('canvas', (c) => c.toDataURL());
+        await other.keyboard.press('ArrowLeft');
+        await other.waitForFunction((was) => document.querySelector('canvas').toDataURL() !== was, {}, before);
         await other.close();
-        return (clicks < 12 && pictures.length === 2 && pictures.every((w) => w > 100) && wrong.length === 0) || `${clicks} ${pictures} ${wrong}`;
+        return (clicks < 12 && views.length === 2 && views.every((alpha) => alpha === 255) && wrong.length === 0) || `${clicks} ${views} ${wrong}`;
     });
     await step('what is not significant is said in words, and what is has colours', async () => {
         await page.$eval('main input[type=number]', (node) => { node.value = '0'; node.dispatchEvent(new Event('input', { bubbles: true })); });

@@ -7,7 +7,7 @@ import { shown } from './shape';
 import { save } from './ui';
 
 const STYLE = `body{font:15px/1.5 Georgia,serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
-h1,h2,h3{font-family:Helvetica,Arial,sans-serif}figure{display:inline-block;margin:.5rem;vertical-align:top;max-width:30rem}
+h1,h2,h3{font-family:Helvetica,Arial,sans-serif}figure{display:inline-block;margin:.5rem;vertical-align:top;max-width:28rem}figcaption span{margin-left:.4em}
 img,svg,canvas{max-width:100%}svg{width:26rem}svg.bar{width:15rem}table{border-collapse:collapse;font-size:13px}td,th{border:1px solid #ccc;padding:.15rem .5rem;text-align:left}
 dt{font-weight:bold}dd{margin:0 0 .3rem 1rem;overflow-wrap:anywhere}code,pre{font-size:12px;overflow-wrap:anywhere;white-space:pre-wrap}.big{font-size:1.3em}.quiet{color:#555}`;
 
