@@ -3,9 +3,9 @@
 # srnfd-test: slow
 # srnfd-test: timeout 600
 #
-# test_checkpoints.sh - jobs that are killed with kill -9 half way and go on from there: distances from the pairs and
-# classify from the members that were registered, evaluate-model from the samples that were measured, compare-groups
-# from the iterations of its mean (test_statistics.sh has that of mean itself). Their numbers are those of jobs that were left in peace, to the last bit.
+# test_checkpoints.sh - jobs that are killed with kill -9 half way and go on from there: classify from the members that
+# were registered, evaluate-model from the samples that were measured, compare-groups from the iterations of its mean.
+# test_statistics.sh has mean itself, test_bridged.sh has distances. Their numbers are those of jobs that were left in peace, to the last bit.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -31,17 +31,12 @@ prepare() {
     post_json /v1/cohorts "$(jq -nc --argjson a "$a" --argjson b "$b" \
         '{name: "nuclei", members: [(0, 2, 5, 7) as $i | {id: $a[$i], label: "a"}, {id: $b[$i], label: "b"}]}')"
     is "$STATUS" 201 'a cohort of surfaces'
-    post_json /v1/cohorts "$(jq -nc --argjson a "$a" --argjson b "$b" \
-        '{name: "four", members: [(0, 7) as $i | {id: $a[$i]}, {id: $b[$i]}]}')"
-    is "$STATUS" 201 'and a smaller one'
 }
-DISTANCES='{"cohort":"four"}'
 CLASSIFY='{"cohort":"nuclei","method":["srnf-nn","srm-nn"],"refit":"shared"}'
 COMPARE='{"cohort":"nuclei","permutations":99,"commonPose":true,"tolerance":1e-8,"maxIterations":6}'
 EVALUATE='{"cohort":"nuclei","register":false,"components":4,"samples":2000}'
 numbers() { # PROCESS: its numbers in the last body
     case $1 in
-    distances) jq -S '[.matrix]' "$BODY" ;;
     classify) jq -S '[.methods]' "$BODY" ;;
     compare-groups) jq -S '[.pValue, .distance, .map, .leastSignificance]' "$BODY" ;;
     evaluate-model) jq -S '[.compactness, .generalisation, .specificity]' "$BODY" ;;
@@ -54,9 +49,9 @@ logged() { # EVENT JOB: the details, one a line
 
 start_server "$SCRATCH/whole" --workers 2 || exit 1
 prepare
-for PROCESS in distances classify compare-groups evaluate-model; do
+for PROCESS in classify compare-groups evaluate-model; do
     case $PROCESS in
-    distances) INPUTS=$DISTANCES ;; classify) INPUTS=$CLASSIFY ;; compare-groups) INPUTS=$COMPARE ;; *) INPUTS=$EVALUATE ;;
+    classify) INPUTS=$CLASSIFY ;; compare-groups) INPUTS=$COMPARE ;; *) INPUTS=$EVALUATE ;;
     esac
     execute "$PROCESS" "$INPUTS" --header 'Prefer: wait=300'
     is "$STATUS" 200 "$PROCESS that is left in peace"
@@ -96,7 +91,6 @@ cut() { # PROCESS INPUTS BYTES PROGRESS
 start_server "$SCRATCH/cut" --workers 2 || exit 1
 prepare
 PART=$((24 + 8 * 3 * 8 * 16)) # a registered member: a field on the grid of degree 4
-cut distances "$DISTANCES" $((40 + 2 * (24 + 8))) 45
 cut classify "$CLASSIFY" $((40 + 3 * PART)) 10
 cut compare-groups "$COMPARE" 100 15
 compare "$((BEFORE + $(logged job-checkpoint "$JOB" | wc -l)))" '<=' "$ITERATIONS" 'no iteration of the mean is done again'
