@@ -3,9 +3,9 @@
  *
  * Results are stored as the text of one object whose members are the outputs. They can be large,
  * so they are not parsed: the text is walked from member to member, and what is answered is put
- * together from pieces of it. In a document of the standard an object is {"value": object}, since an object
- * by itself would be read as a link or a qualified value; everything else is as it is, and what has
- * no value is absent.
+ * together from pieces of it. In a document of the standard an object is {"value": object}, since
+ * an object by itself would be read as a link or a qualified value; everything else is as it is,
+ * and what has no value is absent.
  *
  * An output by reference is a link to /v1/jobs/{id}/results/{output}. Several raw outputs are the
  * parts of a multipart/related; if all are by reference they are Link headers of a 204.

@@ -71,7 +71,7 @@ struct import_given {
         *own; /* bytes, where the import may keep them (then it is set to NULL); or NULL */
 };
 
-/* Notes that a file is not taken. */
+/* Notes that a file is not taken (imports_refuse.c). */
 void import_refuse(struct import *import, const char *path, const char *code, const char *format,
                    ...) __attribute__((format(printf, 4, 5)));
 /* The same of a mesh that was taken before. */

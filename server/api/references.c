@@ -2,9 +2,9 @@
  * references.c - inputs by {"value": ..} and by {"href": ..} (references.h).
  *
  * A link names a resource of this service: a mesh, surface, model, volume or cohort, or an output
- * of a job, which stands for what it holds: the id of a record, the ids of a list of records, or the
- * value itself. Nothing is fetched from elsewhere, so that a request cannot make the service call
- * into the network that it stands in.
+ * of a job, which stands for what it holds: the id of a record, the ids of a list of records, or
+ * the value itself. Nothing is fetched from elsewhere, so that a request cannot make the service
+ * call into the network that it stands in.
  *
  * An object is a qualified value or a link only if all its members are those of one: inputs of our
  * own are objects, too.

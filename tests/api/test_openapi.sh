@@ -68,7 +68,7 @@ is "$?$(cat "$SCRATCH/errors")" '1api/generate.sh: the part schemas has no end' 
 get /v1/processes
 processes=$(json '.processes[].id' | sort)
 is "$(sed -n 's/^    \([a-z-]*\)Inputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'inputs of the same processes are described'
-is "$(sed -n 's/^    \([a-z-]*\)Outputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'outputs of the same processes are described'
+is "$(sed -n 's/^    \([a-z-][a-z-]*\)Outputs:$/\1/p' "$OPENAPI" | sort)" "$processes" 'outputs of the same processes are described'
 # What a description has of an input or output, as the schema of all of them has it: 3.0 back to 2020-12.
 # A constant is the same as an enumeration of one.
 enumerated='walk(if type == "object" and has("const") then .enum = [.const] | del(.const) else . end)'

@@ -135,10 +135,19 @@ static void without_a_file_everyone_is_let_in(void **state)
 
 static void every_route_but_the_public_ones_asks_for_a_token(void **state)
 {
-    static const char *const open_routes[] = {
-        "/",       "/healthz",        "/readyz",          "/v1/version",
-        "/v1",     "/v1/conformance", "/v1/openapi.yaml", "/v1/openapi.json",
-        "/v1/docs"};
+    static const char *const open_routes[] = {"/",
+                                              "/ui",
+                                              "/ui/",
+                                              "/ui/{file}",
+                                              "/ui/example/{file}",
+                                              "/healthz",
+                                              "/readyz",
+                                              "/v1/version",
+                                              "/v1",
+                                              "/v1/conformance",
+                                              "/v1/openapi.yaml",
+                                              "/v1/openapi.json",
+                                              "/v1/docs"};
     struct door *door = *state;
     char secret[STORE_SECRET_MAX];
     size_t n_open = 0;
