@@ -49,7 +49,7 @@ static const char *const codes[] = {
     "transform-not-applied",
 };
 
-bool warning_known(const char *code)
+static bool is_known(const char *code)
 {
     for (size_t i = 0; i < sizeof codes / sizeof codes[0]; i++) {
         if (strcmp(codes[i], code) == 0) {
@@ -87,7 +87,7 @@ void warning_add(json_t *warnings, const char *code, json_t *figures, const char
     json_t *entry = json_object();
     va_list arguments;
 
-    assert(warning_known(code));
+    assert(is_known(code));
     va_start(arguments, format);
     (void)vsnprintf(detail, sizeof detail, format, arguments);
     va_end(arguments);

@@ -27,7 +27,6 @@ void warnings_merge(json_t *warnings, const json_t *from);
 void warnings_put(json_t *document, json_t *from);
 /* coordinates-coarse, of a mesh by its id, or of the mesh that is spoken of where that is NULL. */
 void warning_coarse(json_t *warnings, const char *mesh, double coarseness);
-bool warning_known(const char *code);
 
 /*
  * What a surface encloses, by its isoperimetric quotient 36 pi V^2 / A^3: 1 for the sphere, below 1

@@ -41,7 +41,8 @@ struct bridge {
     struct jobs_result *result;
 };
 
-bool compute_bridgeable(const struct compute_origin *a, const struct compute_origin *b)
+/* Whether compute_register_pair bridges them. */
+static bool are_bridgeable(const struct compute_origin *a, const struct compute_origin *b)
 {
     return a->mesh[0] && b->mesh[0] && a->route != b->route && !a->mirrored && !b->mirrored;
 }
@@ -269,7 +270,7 @@ int compute_register_pair(struct jobs_run *run, const struct srnf_sht *sht, cons
 
     *bridged = false;
     *registration = (struct srnf_registration){.iterations = 0};
-    if (origins && options->reparameterization && compute_bridgeable(&origins[0], &origins[1])) {
+    if (origins && options->reparameterization && are_bridgeable(&origins[0], &origins[1])) {
         status = cross(&bridge, origins, registration);
         *bridged = status == SRNF_OK;
         if (status == SRNF_OK || status == SRNF_ECANCELED) {

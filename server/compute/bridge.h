@@ -31,8 +31,6 @@ int compute_register_pair(struct jobs_run *run, const struct srnf_sht *sht, cons
                           const struct srnf_register_options *options,
                           struct srnf_registration *registration, bool *bridged,
                           struct jobs_result *result);
-/* Whether compute_register_pair would bridge them. */
-bool compute_bridgeable(const struct compute_origin *a, const struct compute_origin *b);
 
 /*
  * Loads a member of a group that came by star, in the stead of which stands the encoding by area of

@@ -340,8 +340,6 @@ int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_
 /* ---- Owners (owner.c) ------------------------------------------------------------------------ */
 
 const char *store_owner_name(const struct store_owner *owner);
-/* On the writer thread: the owner has a row. */
-int store_owner_add(sqlite3 *db, const char *name);
 /* On the writer thread: the owner has a row, and may hold so many bytes (0: any number; below 0: as
    many as before). */
 int store_owner_limit(sqlite3 *db, const char *name, int64_t bytes_max);

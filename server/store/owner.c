@@ -22,7 +22,8 @@ const char *store_owner_name(const struct store_owner *owner)
     return owner->name ? owner->name : "";
 }
 
-int store_owner_add(sqlite3 *db, const char *name)
+/* On the writer thread: the owner has a row. */
+static int add_row(sqlite3 *db, const char *name)
 {
     return store_execute(db, NULL, "INSERT INTO owner (name) VALUES (?) ON CONFLICT DO NOTHING",
                          "t", name);
@@ -49,7 +50,7 @@ static int read_bytes(sqlite3 *db, const char *name, int64_t *bytes, int64_t *mo
 
 int store_owner_limit(sqlite3 *db, const char *name, int64_t bytes_max)
 {
-    int status = store_owner_add(db, name);
+    int status = add_row(db, name);
 
     return status != STORE_OK || bytes_max < 0
                ? status

@@ -66,7 +66,6 @@ extern const struct input_own group_surfaces, group_cohort, group_members;
 void group_read_surfaces(struct process_inputs *inputs, const struct process_input *input);
 void group_read_members(struct process_inputs *inputs, const struct process_input *input);
 bool group_type_surfaces(const json_t *value, void *member);
-bool group_type_cohort(const json_t *value, void *member);
 bool group_type_members(const json_t *value, void *member);
 void group_input_clear(void *member); /* struct group_input */
 /* type: "\"array\"", or a list of types. */
