@@ -31,8 +31,8 @@
  *
  * Whether a client has gone its socket tells: it was reset, or sends no more. One that only closed
  * its half is not told apart from one that is not there any more. Here it is taken for gone after
- * GONE_SECONDS in which it was an upload or had no thread to run on, since what it would wait for can
- * hold others up.
+ * GONE_SECONDS in which it was an upload or had no thread to run on, since what it would wait for
+ * can hold others up.
  *
  * All functions are to be called with http->mutex held.
  */
