@@ -16,6 +16,7 @@
 #include "api/inflight.h"
 #include "api/json_memory.h"
 #include "api/respond.h"
+#include "api/transmit.h"
 #include "store/job.h"
 
 #include <assert.h>
@@ -186,6 +187,10 @@ static bool refuse_query(struct api_call *call, const struct api_route *route)
     char name[32];
 
     while (query_next(&cursor, &pair)) {
+        /* Some clients add one of a name like this, so that no cache answers. */
+        if (pair.name[0] == '_') {
+            continue;
+        }
         bool known = percent_decode(pair.name, pair.name_length, false, name, sizeof name) &&
                      strlen(name) == pair.name_length && list_has_exactly(route->query, name);
 
@@ -391,6 +396,7 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
     } else {
         run_handler(&call, route);
     }
+    transmit(&call);
     if (request->body_size > TRIM_FROM && route->body != ROUTE_NO_BODY) {
         (void)malloc_trim(
             0); /* of hundreds of thousands of small blocks nothing goes back by itself */
@@ -402,7 +408,10 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
 
 void api_resume(struct api *api, const struct api_request *request, struct api_response *response)
 {
+    struct api_call call = {.api = api, .request = request, .response = response};
+
     json_memory_begin();
     executions_resume(api, request, response);
     refuse_incomplete(response);
+    transmit(&call);
 }

@@ -16,14 +16,18 @@
  * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
  * store that would add to them.
  *
- * Lock: auth->mutex (rank: innermost; nothing is called while it is held but the reading of a file
- * that was replaced) protects the tokens and the accounts. Accounts are never freed before the end:
- * there is one for each token that was ever used.
+ * A browser's EventSource cannot send a token. For routes that say so a ticket stands in for one,
+ * once (tickets.h); it is as good as the token at that moment.
+ *
+ * Lock: auth->mutex (rank: innermost but for that of the tickets; nothing else is called while it
+ * is held but the reading of a file that was replaced) protects the tokens and the accounts.
+ * Accounts are never freed before the end: there is one for each token that was ever used.
  */
 #include "api/respond.h"
 #include "api/routes.h"
 
 #include "api/auth.h"
+#include "api/tickets.h"
 #include "clock.h"
 #include "log.h"
 #include "owner.h"
@@ -59,6 +63,7 @@ struct api_auth {
     bool required; /* a file was there: from then on tokens are asked for */
     bool readable;
     struct auth_account *accounts;
+    struct tickets *tickets;
 };
 
 /* What the first parameter of a path names. */
@@ -124,7 +129,8 @@ struct api_auth *auth_create(const struct api_config *config)
     (void)pthread_mutex_init(&auth->mutex, NULL);
     memcpy(auth->defaults, config->quotas, sizeof auth->defaults);
     auth->directory = config->tokens ? strdup(config->tokens) : NULL;
-    if (config->tokens && !auth->directory) {
+    auth->tickets = tickets_create();
+    if ((config->tokens && !auth->directory) || !auth->tickets) {
         auth_destroy(auth, NULL);
         return NULL;
     }
@@ -149,6 +155,7 @@ void auth_destroy(struct api_auth *auth, struct store *store)
         free(account);
     }
     store_tokens_clear(&auth->tokens);
+    tickets_destroy(auth->tickets);
     (void)pthread_mutex_destroy(&auth->mutex);
     free(auth->directory);
     free(auth);
@@ -283,19 +290,26 @@ bool api_knows(struct api *api, const char *authorization, size_t length)
     return known;
 }
 
+static const struct store_token *token_by_id(const struct api_auth *auth, const char *id)
+{
+    for (size_t i = 0; i < auth->tokens.n; i++) {
+        if (strcmp(auth->tokens.list[i].id, id) == 0) {
+            return &auth->tokens.list[i];
+        }
+    }
+    return NULL;
+}
+
 bool auth_holds(struct api_auth *auth, const struct auth_account *account)
 {
-    bool held = false;
+    bool held;
 
     if (!account) {
         return true;
     }
     (void)pthread_mutex_lock(&auth->mutex);
     refresh(auth);
-    for (size_t i = 0; i < auth->tokens.n && !held; i++) {
-        held = strcmp(auth->tokens.list[i].id, account->token) == 0 &&
-               holds(auth, &auth->tokens.list[i]);
-    }
+    held = holds(auth, token_by_id(auth, account->token));
     (void)pthread_mutex_unlock(&auth->mutex);
     return held;
 }
@@ -303,13 +317,29 @@ bool auth_holds(struct api_auth *auth, const struct auth_account *account)
 /* What became of the look at a token. */
 enum admission { ADMITTED, UNREADABLE, UNKNOWN, EXPIRED, TOO_MANY, NO_MEMORY };
 
-/* Looks the token up, and draws from its bucket. The mutex is held. */
-static enum admission look_up(struct api_auth *auth, const char *secret, struct api_caller *caller,
-                              enum store_role *role, double *wait)
+/* The token of a ticket in the query, which is used up, or NULL. The mutex is held. */
+static const struct store_token *token_of_ticket(struct api_auth *auth, const char *query)
 {
-    const struct store_token *token =
-        strlen(secret) < SECRET_MAX ? store_tokens_find(&auth->tokens, secret) : NULL;
+    char ticket[TICKET_SIZE], id[STORE_TOKEN_ID_MAX];
+    struct query_pair pair;
 
+    while (query_next(&query, &pair)) {
+        if (pair.name_length != 6 || strncmp(pair.name, "ticket", 6) != 0 ||
+            pair.value_length != TICKET_SIZE - 1) {
+            continue;
+        }
+        memcpy(ticket, pair.value, TICKET_SIZE - 1);
+        ticket[TICKET_SIZE - 1] = '\0';
+        return tickets_redeem(auth->tickets, ticket, id) ? token_by_id(auth, id) : NULL;
+    }
+    return NULL;
+}
+
+/* Looks the token up, by what the request says of it, and draws from its bucket. The mutex is
+   held. */
+static enum admission look_up(struct api_auth *auth, const struct store_token *token,
+                              struct api_caller *caller, enum store_role *role, double *wait)
+{
     if (!auth->readable) {
         return UNREADABLE;
     }
@@ -376,7 +406,8 @@ static void refuse(struct api_call *call, enum admission admission, double wait)
 static bool role_allows(struct api_call *call, enum store_role role, const struct api_route *route)
 {
     const char *method = call->request->method;
-    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
+    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0 ||
+                 (route->flags & ROUTE_READS) != 0;
     bool metrics = route->flags & ROUTE_MONITORS;
 
     if (role == STORE_ROLE_ADMIN || (role == STORE_ROLE_METRICS && metrics) ||
@@ -401,6 +432,7 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
     const char *secret = bearer(api_request_header(request, "Authorization"));
     enum store_role role = STORE_ROLE_VIEWER;
     enum admission admission = ADMITTED;
+    const struct store_token *token = NULL;
     bool required;
     double wait = 0;
 
@@ -414,13 +446,18 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
     refresh(auth);
     required = auth->required;
     if (required && secret) {
-        admission = look_up(auth, secret, &request->caller, &role, &wait);
+        token = strlen(secret) < SECRET_MAX ? store_tokens_find(&auth->tokens, secret) : NULL;
+    } else if (required && (route->flags & ROUTE_TICKETS)) {
+        token = token_of_ticket(auth, request->query);
+    }
+    if (required && (secret || token)) {
+        admission = look_up(auth, token, &request->caller, &role, &wait);
     }
     (void)pthread_mutex_unlock(&auth->mutex);
     if (!required) {
         return true;
     }
-    if (!secret) {
+    if (!secret && !token) {
         (void)problem_respond(
             call, "token-required",
             "Send a token: Authorization: Bearer, and what srnfd token add gave.");
@@ -445,6 +482,18 @@ bool auth_readable(struct api *api)
     readable = !auth->required || auth->readable;
     (void)pthread_mutex_unlock(&auth->mutex);
     return readable;
+}
+
+void tickets_create_one(struct api_call *call)
+{
+    const struct auth_account *account = call->request->caller.account;
+    char ticket[TICKET_SIZE];
+
+    tickets_issue(call->api->auth->tickets, account ? account->token : "", ticket);
+    (void)api_response_header_text(call->response, "Cache-Control", "no-store");
+    respond_json(
+        call, 201,
+        json_pack("{s:s, s:i}", "ticket", ticket, "expiresInSeconds", (int)TICKET_SECONDS));
 }
 
 /* ---- Ownership ------------------------------------------------------------------------------- */

@@ -461,7 +461,7 @@ void meshes_content(struct api_call *call)
         return;
     }
     (void)snprintf(tag, sizeof tag, "%s.content%s%s", mesh.id, converted ? "." : "", choice.format);
-    if (respond_not_modified(call, tag)) {
+    if (converted ? respond_not_modified(call, tag) : respond_not_modified_ever(call, tag)) {
         goto out;
     }
     status = store_mesh_content(call->api->config.store, mesh.id, &content, &size);

@@ -30,16 +30,22 @@ static bool is_short(const struct api_response *response, const char *value)
     return at >= start && at < start + API_VALUES_SIZE;
 }
 
+void api_response_drop_last(struct api_response *response)
+{
+    union {
+        const char *constant;
+        char *owned;
+    } value = {response->headers[--response->n_headers].value};
+
+    if (!is_short(response, value.constant)) {
+        free(value.owned);
+    }
+}
+
 void api_response_clear(struct api_response *response)
 {
-    for (size_t i = 0; i < response->n_headers; i++) {
-        union {
-            const char *constant;
-            char *owned;
-        } value = {response->headers[i].value};
-        if (!is_short(response, value.constant)) {
-            free(value.owned);
-        }
+    while (response->n_headers > 0) {
+        api_response_drop_last(response);
     }
     free(response->body);
     if (response->body_file) {
@@ -165,7 +171,7 @@ json_t *json_time(int64_t ms)
     return json_string(text);
 }
 
-bool respond_not_modified(struct api_call *call, const char *tag)
+static bool not_modified(struct api_call *call, const char *tag, const char *caching)
 {
     const char *known = api_request_header(call->request, "If-None-Match");
     char quoted[160], weak[164];
@@ -173,7 +179,7 @@ bool respond_not_modified(struct api_call *call, const char *tag)
     (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
     (void)snprintf(weak, sizeof weak, "W/%s", quoted);
     (void)api_response_header_text(call->response, "ETag", quoted);
-    (void)api_response_header_text(call->response, "Cache-Control", "private, no-cache");
+    (void)api_response_header_text(call->response, "Cache-Control", caching);
     if (!known || !(list_has(known, quoted) || list_has(known, weak) || list_has(known, "*"))) {
         return false;
     }
@@ -181,13 +187,26 @@ bool respond_not_modified(struct api_call *call, const char *tag)
     return true;
 }
 
+bool respond_not_modified(struct api_call *call, const char *tag)
+{
+    return not_modified(call, tag, "private, no-cache");
+}
+
+bool respond_not_modified_ever(struct api_call *call, const char *tag)
+{
+    return not_modified(call, tag, "private, max-age=31536000, immutable");
+}
+
 bool respond_precondition_failed(struct api_call *call, const char *tag)
 {
     const char *wanted = api_request_header(call->request, "If-Match");
-    char quoted[160];
+    char quoted[160], weak[164];
 
+    /* A weak one is of the same version, which was sent packed (transmit.c). */
     (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
-    if (!wanted || list_has_exactly(wanted, quoted) || list_has_exactly(wanted, "*")) {
+    (void)snprintf(weak, sizeof weak, "W/%s", quoted);
+    if (!wanted || list_has_exactly(wanted, quoted) || list_has_exactly(wanted, weak) ||
+        list_has_exactly(wanted, "*")) {
         return false;
     }
     (void)problem_respond(call, "precondition-failed",

@@ -16,6 +16,13 @@ void response_json(struct api_response *response, int status, const char *conten
    False where an escape is broken or stands for a zero byte, or where the buffer is too small. */
 bool percent_decode(const char *text, size_t length, bool plus_is_space, char *buffer, size_t size);
 
+/* Takes the header back that was added last. */
+void api_response_drop_last(struct api_response *response);
+
+/* As respond_not_modified, for what will never be another under its address: it may be kept for
+   good by whoever may see it. */
+bool respond_not_modified_ever(struct api_call *call, const char *tag);
+
 /* Steps through name=value pairs of a query: sets the pair at *cursor and moves on; false at the
    end. */
 struct query_pair {

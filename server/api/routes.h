@@ -24,12 +24,14 @@ enum route_body {
 /* What holds of a route, as bits. Without PUBLIC or MONITORS a token is needed, where there are
    any. */
 enum route_flag {
-    ROUTE_SLOW = 1,     /* needs a request thread: computes, or reads much */
-    ROUTE_PUBLIC = 2,   /* for anyone */
-    ROUTE_MONITORS = 4, /* for admins, and tokens for metrics alone */
-    ROUTE_LONG = 32,    /* without a body takes as long as an upload, and is handled as one */
-    ROUTE_PROBE = 8,    /* asked by monitors every few seconds */
-    ROUTE_PARSES = 16,  /* with ?format=, parses a stored mesh, as an upload does */
+    ROUTE_SLOW = 1,      /* needs a request thread: computes, or reads much */
+    ROUTE_PUBLIC = 2,    /* for anyone */
+    ROUTE_MONITORS = 4,  /* for admins, and tokens for metrics alone */
+    ROUTE_LONG = 32,     /* without a body takes as long as an upload, and is handled as one */
+    ROUTE_PROBE = 8,     /* asked by monitors every few seconds */
+    ROUTE_READS = 64,    /* changes nothing that anyone has, whatever its method */
+    ROUTE_TICKETS = 128, /* takes a ticket in the place of a token (tickets.h) */
+    ROUTE_PARSES = 16,   /* with ?format=, parses a stored mesh, as an upload does */
 };
 
 #define ROUTE_JSON_MAX ((size_t)8 << 20)
@@ -84,6 +86,7 @@ api_handler records_delete, records_patch;
 api_handler models_list, models_get, models_modes, models_scores;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one, jobs_delete,
     jobs_events;
+api_handler tickets_create_one;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
     system_readyz, system_version, system_openapi, system_metrics, system_caller;

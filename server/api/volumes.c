@@ -245,7 +245,7 @@ void volumes_content(struct api_call *call)
         return;
     }
     (void)snprintf(tag, sizeof tag, "%s.content", volume.id);
-    if (!respond_not_modified(call, tag)) {
+    if (!respond_not_modified_ever(call, tag)) {
         status = store_volume_content(call->api->config.store, volume.id, &content, &size);
         if (status != 0) {
             (void)problem_respond_store(call, status, "no-such-volume", volume.id);

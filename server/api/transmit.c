@@ -1,0 +1,253 @@
+/*
+ * transmit.c - ranges and gzip (transmit.h).
+ *
+ * Ranges are for answers that have a strong entity tag and a megabyte can be missing of: those of
+ * RANGES_FROM bytes or more, and one range at a time; more than one are answered by the whole, as
+ * HTTP allows. If-Range names the entity tag.
+ *
+ * Packing takes the fixed memory of zlib (256 KiB) and a second body of at most the size of the
+ * first, on a thread that handles one request. What is longer than PACKED_MAX goes as it is, so
+ * that nobody waits for the thread long. A packed answer is another representation of the same
+ * content: its tag becomes a weak one.
+ */
+#include "api/transmit.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <zlib.h>
+
+#include "api/respond.h"
+
+#define PACKED_MIN ((size_t)1024)
+#define PACKED_MAX ((size_t)4 << 20)
+#define FAST_FROM ((size_t)128 << 10) /* from here on speed counts more */
+#define RANGES_FROM ((size_t)64 << 10)
+#define DIGITS_MAX 18
+
+static struct api_header *find_header(struct api_response *response, const char *name)
+{
+    for (size_t i = 0; i < response->n_headers; i++) {
+        if (strcmp(response->headers[i].name, name) == 0) {
+            return &response->headers[i];
+        }
+    }
+    return NULL;
+}
+
+/* Its value, of which the response keeps the text. */
+static const char *header_value(struct api_response *response, const char *name)
+{
+    const struct api_header *header = find_header(response, name);
+
+    return header ? header->value : "";
+}
+
+/* ---- Ranges ---------------------------------------------------------------------------------- */
+
+static bool read_number(const char **text, size_t *number)
+{
+    size_t digits = strspn(*text, "0123456789");
+
+    if (digits == 0 || digits > DIGITS_MAX) {
+        return false;
+    }
+    *number = (size_t)strtoull(*text, NULL, 10);
+    *text += digits;
+    return true;
+}
+
+/* "bytes=3-7", "bytes=3-", "bytes=-5" of a body of this size: 1 with the bytes from first to last,
+   0 where there are none, -1 where the field is another, or names more than one range. */
+static int read_range(const char *text, size_t size, size_t *first, size_t *last)
+{
+    size_t suffix;
+
+    if (strncmp(text, "bytes=", 6) != 0) {
+        return -1;
+    }
+    text += 6;
+    *last = size - 1;
+    if (*text == '-') {
+        text++;
+        if (!read_number(&text, &suffix) || *text) {
+            return -1;
+        }
+        *first = suffix < size ? size - suffix : 0;
+        return suffix > 0;
+    }
+    if (!read_number(&text, first) || *text++ != '-' || (*text && !read_number(&text, last)) ||
+        *text || (*last < *first && *first < size)) {
+        return -1;
+    }
+    *last = *last < size ? *last : size - 1;
+    return *first < size;
+}
+
+/* Whether the answer was made a range, or says that there is none. */
+static bool take_range(struct api_call *call)
+{
+    struct api_response *response = call->response;
+    const char *range = api_request_header(call->request, "Range");
+    const char *condition = api_request_header(call->request, "If-Range");
+    const char *tag = header_value(response, "ETag");
+    size_t size = response->body_size, first, last;
+    int found;
+
+    if (!response->body || size < RANGES_FROM || !tag[0]) {
+        return false;
+    }
+    (void)api_response_header_text(response, "Accept-Ranges", "bytes");
+    if (!range || strcmp(call->request->method, "GET") != 0 ||
+        (condition && strcmp(condition, tag) != 0)) {
+        return false;
+    }
+    found = read_range(range, size, &first, &last);
+    if (found < 0) {
+        return false;
+    }
+    if (found == 0) {
+        (void)problem_respond(call, "range-not-satisfiable", "The content has %zu bytes.", size);
+        (void)api_response_header(response, "Content-Range", "bytes */%zu", size);
+        return true;
+    }
+    memmove(response->body, response->body + first, last - first + 1);
+    response->body_size = last - first + 1;
+    response->status = 206;
+    (void)api_response_header(response, "Content-Range", "bytes %zu-%zu/%zu", first, last, size);
+    return true;
+}
+
+/* ---- gzip ------------------------------------------------------------------------------------ */
+
+/* Types that gzip makes smaller by a third at least; what is packed already is not among them. */
+static bool packs(const char *type)
+{
+    static const char *const types[] = {"application/json",
+                                        "application/problem+json",
+                                        "application/yaml",
+                                        "application/vnd.oai.openapi+json",
+                                        "text/csv",
+                                        "text/html",
+                                        "model/ply",
+                                        "model/obj",
+                                        "model/stl",
+                                        "model/gltf-binary",
+                                        "application/x-vtk",
+                                        "application/x-vtp",
+                                        "application/x-gifti+xml"};
+    size_t length = strcspn(type, ";");
+
+    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++) {
+        if (strlen(types[i]) == length && strncmp(types[i], type, length) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether Accept-Encoding takes gzip: named, and not with the quality 0. */
+static bool takes_gzip(const struct api_request *request)
+{
+    const char *list = api_request_header(request, "Accept-Encoding");
+
+    while (list && *list) {
+        size_t span = strcspn(list, ","), skip = strspn(list, " \t");
+        const char *one = list + skip, *end = list + span;
+        size_t name = strcspn(one, ",; \t");
+
+        if (name == 4 && strncasecmp(one, "gzip", 4) == 0) {
+            const char *quality = strstr(one, "q=");
+
+            return !quality || quality > end || strtod(quality + 2, NULL) > 0;
+        }
+        list += span + (*end == ',');
+    }
+    return false;
+}
+
+/* The bytes packed (malloc), fewer than there were, or NULL. */
+static unsigned char *pack(const unsigned char *bytes, size_t size, size_t *packed_size)
+{
+    int level = size < FAST_FROM ? Z_DEFAULT_COMPRESSION : Z_BEST_SPEED;
+    unsigned char *packed = malloc(size), *shrunk;
+    union {
+        const unsigned char *constant;
+        unsigned char *plain;
+    } input = {bytes};
+    z_stream stream = {.next_in = input.plain, .avail_in = (uInt)size, .avail_out = (uInt)size};
+    bool done = false;
+
+    stream.next_out = packed;
+    if (packed && deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS + 16, MAX_MEM_LEVEL,
+                               Z_DEFAULT_STRATEGY) == Z_OK) {
+        done = deflate(&stream, Z_FINISH) == Z_STREAM_END;
+        *packed_size = (size_t)stream.total_out;
+        (void)deflateEnd(&stream);
+    }
+    shrunk = done ? realloc(packed, *packed_size) : NULL;
+    if (!shrunk) {
+        free(packed);
+    }
+    return shrunk;
+}
+
+static void set_weak(struct api_response *response)
+{
+    struct api_header *tag = find_header(response, "ETag");
+    char weak[200];
+
+    if (tag && strlen(tag->value) + 3 < sizeof weak) {
+        (void)snprintf(weak, sizeof weak, "W/%s", tag->value);
+        if (api_response_header_text(response, "ETag", weak) == 0) {
+            /* The new one takes the place of the old, which is the response's own text. */
+            const struct api_header *last = &response->headers[response->n_headers - 1];
+            const char *value = tag->value;
+
+            tag->value = last->value;
+            response->headers[response->n_headers - 1].value = value;
+            api_response_drop_last(response);
+        }
+    }
+}
+
+static void take_gzip(struct api_call *call)
+{
+    struct api_response *response = call->response;
+    const unsigned char *bytes = response->static_body ? response->static_body : response->body;
+    unsigned char *packed;
+    size_t size = 0;
+
+    if (!bytes || response->body_size < PACKED_MIN || response->body_size > PACKED_MAX ||
+        !packs(header_value(response, "Content-Type"))) {
+        return;
+    }
+    (void)api_response_header_text(response, "Vary", "Accept-Encoding");
+    packed = takes_gzip(call->request) ? pack(bytes, response->body_size, &size) : NULL;
+    if (!packed) {
+        return;
+    }
+    if (api_response_header_text(response, "Content-Encoding", "gzip") != 0) {
+        free(packed);
+        return;
+    }
+    set_weak(response);
+    free(response->body);
+    response->body = packed;
+    response->static_body = NULL;
+    response->body_size = size;
+}
+
+void transmit(struct api_call *call)
+{
+    struct api_response *response = call->response;
+
+    if (response->wait.job_id[0] || response->stream.job_id[0] || response->body_file ||
+        response->undone != API_DONE) {
+        return;
+    }
+    if (response->status == 200 && !take_range(call)) {
+        take_gzip(call);
+    }
+}
