@@ -1,14 +1,17 @@
 #!/usr/bin/python3
 """What the daemon serves beside api/openapi.yaml, made from it:
 
-  derive.py json <openapi.yaml   the same in OpenAPI 3.0, as JSON (/v1/openapi.json)
+  derive.py json <openapi.yaml   the same in OpenAPI 3.0, as JSON (/v1/openapi.json), with a path for each process
   derive.py html <openapi.yaml   the same as a page (/v1/docs), which fetches nothing
 
 OGC API - Processes 1.0 asks for OpenAPI 3.0. The description is in 3.1, whose schemas are those of JSON Schema
-2020-12; this writes the keywords that it uses as 3.0 has them, and stops at one that it does not know.
+2020-12. Generators of typed clients need 3.0, too, and take types from paths: so the execution of each process has a
+path of its own there. This writes the keywords that it uses as 3.0 has them, and stops at one that it does not know.
 """
+import copy
 import html
 import json
+import re
 import sys
 
 import yaml
@@ -73,6 +76,8 @@ def schema30(schema):
     if new.pop('contentMediaType', None):
         new['type'] = 'string'
         new['format'] = 'binary'
+    if not new.get('required', True):
+        del new['required']  # 3.0 has no empty list here
     if 'examples' in new:
         new['example'] = new.pop('examples')[0]
     return new
@@ -87,10 +92,84 @@ def walk(node):
     return {name: schema30(value) if name == 'schema' else walk(value) for name, value in node.items()}
 
 
+# ---- For typed clients ------------------------------------------------------------------------------------------------
+
+EXECUTION = '/v1/processes/{id}/execution'
+
+
+def told_default(schema):
+    """A default as a sentence: generators take a property that has one for one that is always there."""
+    if isinstance(schema, list):
+        return [told_default(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    new = {name: {key: told_default(one) for key, one in value.items()} if name == 'properties' else
+           value if name in ('enum', 'default', 'required') else told_default(value)
+           for name, value in schema.items()}
+    if 'default' in new:
+        value = json.dumps(new.pop('default'))
+        new['description'] = f'{new.get("description", "")} Default: {value}.'.strip()
+    return new
+
+
+RECORDS = {'surface': 'Surface', 'mesh': 'Mesh', 'model': 'Model'}
+
+
+def typed_records(outputs):
+    """Outputs that are records of a resource, and lists of them, with its schema."""
+    for name, schema in outputs['properties'].items():
+        one = {'$ref': f'#/components/schemas/{RECORDS.get(name.removesuffix("s"), "")}'}
+        if one['$ref'].endswith('/'):
+            continue
+        if schema.get('type') == 'object':
+            outputs['properties'][name] = {'allOf': [one], 'description': schema['description']}
+        elif schema.get('type') == 'array':
+            schema['items'] = one
+
+
+def typed_executions(document):
+    """One path for each process in the place of that of all, so that the id selects the types."""
+    schemas = document['components']['schemas']
+    general = document['paths'][EXECUTION]['post']
+    ids = [name.removesuffix('Inputs') for name in schemas if name.endswith('Inputs')]
+    for name in ids:
+        schemas[name + 'Inputs'] = told_default(schemas[name + 'Inputs'])
+        typed_records(schemas[name + 'Outputs'])
+    for name in ('Execution', 'OutputWanted'):
+        schemas[name] = told_default(schemas[name])
+    paths = {}
+    for path, item in document['paths'].items():
+        if path != EXECUTION:
+            paths[path] = item
+            continue
+        for name in ids:
+            pascal = ''.join(part.capitalize() for part in name.split('-'))
+            execution = copy.deepcopy(schemas['Execution'])
+            inputs = execution['properties']['inputs']
+            execution['properties']['inputs'] = {'allOf': [{'$ref': f'#/components/schemas/{name}Inputs'}],
+                                                 'description': inputs['description']}
+            schemas[name + 'Execution'] = execution
+            post = copy.deepcopy(general)
+            post['operationId'] = 'execute' + pascal
+            post['summary'] = f'Run {name}'
+            post['parameters'] = [one for one in post['parameters'] if not one['$ref'].endswith('/ProcessId')]
+            post['requestBody']['content']['application/json']['schema'] = {
+                '$ref': f'#/components/schemas/{name}Execution'}
+            post['responses']['200']['content']['application/json']['schema'] = {
+                '$ref': f'#/components/schemas/{name}Outputs'}
+            paths[f'/v1/processes/{name}/execution'] = {'post': post}
+    document['paths'] = paths
+    del schemas['Execution']
+
+
 def openapi30(document):
+    typed_executions(document)
     components = document['components']
     schemas = {name: schema30(one) for name, one in components.pop('schemas').items()}
     new = walk(document)
+    for item in new['paths'].values():
+        for operation_ in item.values():
+            operation_.setdefault('description', operation_['summary'] + '.')
     new['openapi'] = '3.0.3'
     new['info'].get('license', {}).pop('identifier', None)
     new['components']['schemas'] = schemas
@@ -172,8 +251,16 @@ def page(document):
     yield '</body></html>'
 
 
+class Loader(getattr(yaml, 'CSafeLoader', yaml.SafeLoader)):
+    """Reads 1e-13 as a number, as YAML 1.2 does."""
+
+
+Loader.add_implicit_resolver('tag:yaml.org,2002:float', re.compile(r'^-?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$'),
+                             list('-0123456789'))
+
+
 def main():
-    document = yaml.load(sys.stdin, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
+    document = yaml.load(sys.stdin, Loader=Loader)
     if sys.argv[1:] == ['json']:
         print(json.dumps(openapi30(document), ensure_ascii=False, separators=(',', ':')))
     elif sys.argv[1:] == ['html']:
