@@ -32,18 +32,20 @@ def without_null(schema):
     if isinstance(types, list):
         rest = [one for one in types if one != 'null']
         schema.pop('type')
+        nullable = {'nullable': True} if 'null' in types else {}
         if len(rest) == 1:
-            schema['type'] = rest[0]
+            schema.update({'type': rest[0], **nullable})
         else:
-            schema['anyOf'] = [{'type': one} for one in rest]
-        if 'null' in types:
-            schema['nullable'] = True
+            schema['anyOf'] = [{'type': one, **nullable} for one in rest]
     for choice in ('oneOf', 'anyOf'):
         options = schema.get(choice, [])
         rest = [one for one in options if one.get('type') != 'null']
         if len(rest) < len(options):
             schema[choice] = rest
-            schema['nullable'] = True
+            for one in rest:
+                # 3.0 has nullable beside a type alone.
+                if 'type' in one:
+                    one['nullable'] = True
 
 
 def schema30(schema):
@@ -171,7 +173,7 @@ def openapi30(document):
         for operation_ in item.values():
             operation_.setdefault('description', operation_['summary'] + '.')
     new['openapi'] = '3.0.3'
-    new['info'].get('license', {}).pop('identifier', None)
+    new['info']['license'] = {'name': new['info']['license']['name'], 'url': 'https://www.gnu.org/licenses/gpl-3.0.html'}
     new['components']['schemas'] = schemas
     return new
 
