@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The Python lines of docs/python.md, run word for word against a live server, whose routes must all have been asked.
 # srnfd-test: release-only
-# srnfd-test: slow
+# srnfd-test: nightly
+# srnfd-test: timeout 600
 . "$(dirname "$0")/../support/lib.sh"
 
 export PYTHONPATH=$ROOT/clients/python/src MPLBACKEND=Agg
@@ -26,6 +27,8 @@ for file in thalamus.ply uploaded.glb volume.nii.gz thalamus.gii geodesic.json d
 done
 check 'the content that comes back is the file' cmp thalamus.ply tests/data/aal_subcortex/L_thalamus.ply
 cd "$ROOT" || exit 1
+get /v1/processes -H "Authorization: Bearer $("$SRNFD" token add --name eve --data "$SCRATCH/data" 2>/dev/null)"
+json '.processes[].id' >"$SCRATCH/processes"
 stop_server || not_ok 'the server ends well'
 
 jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) \(.path)"' "$SERVER_LOG" | sort -u >"$SCRATCH/asked"
@@ -33,4 +36,8 @@ while read -r method pattern _; do
     expression=$(sed 's/[.]/[.]/g; s/{[a-z]*}/[^\/]+/g' <<<"$pattern")
     check "the document shows $method $pattern" grep -qE "^$method $expression\$" "$SCRATCH/asked"
 done < <("$SRNFD" routes | grep -E ' /v1/(meshes|volumes|surfaces|imports|cohorts|models|processes|jobs)')
+while read -r process; do
+    check "the document runs $process" grep -q "/v1/processes/$process/execution" "$SERVER_LOG"
+done <"$SCRATCH/processes"
+compare "$(wc -l <"$SCRATCH/processes")" '>=' 18 'which are all that there are'
 done_testing

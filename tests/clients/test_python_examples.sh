@@ -2,6 +2,7 @@
 # The programs of clients/python/examples: twenty lines at most, and they run.
 # srnfd-test: nightly
 # srnfd-test: release-only
+# srnfd-test: timeout 900
 . "$(dirname "$0")/../support/lib.sh"
 
 export PYTHONPATH=$ROOT/clients/python/src MPLBACKEND=Agg

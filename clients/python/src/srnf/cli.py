@@ -2,8 +2,8 @@
 
 Results go to standard output, as text or, with --json, as one JSON document; progress and messages go to standard
 error. Exit status: 0 all done; 1 the server refused, or a job failed; 2 the command line is wrong; 3 files or labels
-are; 4 no server; 5 not admitted; 6 a quota is used up or the disk full; 7 a study of which a step failed; 130
-interrupted.
+are; 4 no server, or one that stays busy; 5 not admitted; 6 a quota is used up or the disk full; 7 a study of which a
+step failed; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ Parsers = "argparse._SubParsersAction[argparse.ArgumentParser]"
 _EXITS = """\
 exit status:
   0 done   1 refused by the server, or a job failed   2 wrong command line   3 wrong files or labels
-  4 no server   5 not admitted   6 quota used up, or disk full   7 a step of the study failed   130 interrupted
+  4 no server, or it stays busy   5 not admitted   6 quota used up, or disk full   7 a step of the study failed
+  130 interrupted
 """
 _ENVIRONMENT = """\
 environment:
@@ -157,6 +158,8 @@ def _processes(sub: Any, common: argparse.ArgumentParser) -> None:
 
 def exit_status(error: BaseException) -> int:
     """The exit status that an error stands for."""
+    if isinstance(error, Problem) and error.status in (502, 503, 504):
+        return 4
     kinds = ((KeyboardInterrupt, 130), (Unreachable, 4), (NotAllowed, 5), (QuotaExceeded, 6), (InputError, 3))
     return next((status for kind, status in kinds if isinstance(error, kind)), 1)
 
@@ -166,7 +169,7 @@ def explain(error: SrnfError) -> str:
     text = str(error)
     if isinstance(error, NotAllowed) and error.status == 401:
         text += "\nGive a token with --token-file FILE, SRNF_TOKEN_FILE or SRNF_TOKEN; `srnfd token add` makes one."
-    elif isinstance(error, Problem) and error.request_id and error.status >= 500:
+    elif isinstance(error, Problem) and error.request_id and error.status == 500:
         text += f"\nThe server's log has more, at request {error.request_id}."
     return text
 
@@ -179,6 +182,8 @@ def _fail(error: BaseException, as_json: bool, after: str) -> int:
     else:
         assert isinstance(error, SrnfError)
         text = explain(error)
+        if status in (4, 6) and after:
+            text += f"\n{after}"
         document = error.document if isinstance(error, Problem) else {"code": _code(error), "detail": text}
         refused = getattr(error, "refused", None)
         if refused:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import json
 import os
-import sys
 import uuid
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -19,7 +18,7 @@ from .errors import InputError, NotFound, Problem
 from .jobs import Job, wait_all
 from .labels import stem
 from .processes import Processes
-from .progress import Progress
+from .progress import Progress, announce
 from .records import Cohort, Mesh, Model, PathLike, Record, Surface, Volume, record
 from .transport import Transport
 
@@ -29,7 +28,7 @@ AHEAD, UPLOADS = 64, 4
 
 
 def _notice(text: str) -> None:
-    print(f"srnf: {text}", file=sys.stderr, flush=True)
+    announce(f"srnf: {text}")
 
 
 def read_token(file: PathLike) -> str:

@@ -37,9 +37,16 @@ class Processes:
         """The mesh mended as asked (``orient=True``, ``holes=12.0``, ..): ``mesh``, ``changes``, ``distance``."""
         return self.run("repair", mesh=mesh, **options)
 
-    def encode(self, mesh: Union[Mesh, str], **options: Any) -> Result:
-        """The mesh as a surface of degree ``lmax`` (4..127): ``surface``, and ``fit`` in the units of the mesh."""
-        return self.run("encode", mesh=mesh, **options)
+    def encode(self, mesh: Union[Mesh, Cohort, str], **options: Any) -> Result:
+        """The mesh as a surface of degree ``lmax`` (4..127): ``surface``, and ``fit`` in the units of the mesh.
+
+        Of a ``Cohort`` of meshes: ``cohort``, that of their surfaces, and ``rows``, one for each member.
+        """
+        return self.run("encode", {"cohort" if isinstance(mesh, Cohort) else "mesh": mesh}, **options)
+
+    def mirror(self, shape: Union[Mesh, Surface], **options: Any) -> Result:
+        """The mirror image of a mesh or surface, in the plane x = 0 or another (``plane``): ``mesh``, ``surface``."""
+        return self.run("mirror", {"surface" if isinstance(shape, Surface) else "mesh": shape}, **options)
 
     def register(self, template: Shape, moving: Shape, **options: Any) -> Result:
         """``moving`` laid on ``template``: ``surface``, ``distance``, ``rotation`` (3, 3), ``truncationError``."""

@@ -12,6 +12,8 @@ from typing import Optional, TextIO, Type
 #: Seconds between two lines where there is no terminal.
 LINE_SECONDS = 15.0
 _BAR = 24
+#: The bars on terminals, the innermost last.
+_bars: "list[Progress]" = []
 
 
 class Progress:
@@ -29,7 +31,7 @@ class Progress:
         self.title, self.total, self.done = title, max(total, 1e-9), 0.0
         self._out = out or sys.stderr
         self._shown = on is not False
-        self._terminal = bool(getattr(self._out, "isatty", lambda: False)())
+        self._terminal = self._shown and bool(getattr(self._out, "isatty", lambda: False)())
         self._began = time.monotonic()
         self._last = self._began if not self._terminal else 0.0
         self._note = ""
@@ -38,6 +40,7 @@ class Progress:
 
     def __enter__(self) -> "Progress":
         if self._terminal:
+            _bars.append(self)
             self._draw()
         return self
 
@@ -48,6 +51,8 @@ class Progress:
         trace: Optional[TracebackType],
     ) -> None:
         with self._lock:
+            if self in _bars:
+                _bars.remove(self)
             if not self._shown:
                 return
             if kind is None and self._terminal:
@@ -75,6 +80,8 @@ class Progress:
                 if self._terminal:
                     self._clear()
                 self._write(text + "\n")
+                if self._terminal:
+                    self._draw()
 
     def _left(self) -> str:
         spent = time.monotonic() - self._began
@@ -104,6 +111,14 @@ class Progress:
             self._out.flush()
         except (OSError, ValueError):
             self._shown = False  # nobody reads it any more
+
+
+def announce(text: str) -> None:
+    """A line on standard error, above the bar if there is one."""
+    for bar in _bars[-1:]:
+        bar.say(text)
+        return
+    print(text, file=sys.stderr, flush=True)
 
 
 def _count(value: float) -> str:
