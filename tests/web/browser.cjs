@@ -43,6 +43,7 @@ const waitText = (page, pattern, timeout) =>
 async function press(page, label) {
     const handle = await page.waitForFunction((wanted) => [...document.querySelectorAll('button, a, summary')]
         .find((node) => (node.getAttribute('aria-label') ?? node.textContent).trim() === wanted || node.textContent.trim() === wanted), {}, label);
+    await handle.evaluate((node) => node.scrollIntoView({ block: 'center' })); // not under the tray
     await handle.asElement().click();
 }
 

@@ -286,6 +286,8 @@ function Classification({ result, job }: { result: any; job: api.Job }) {
     const cohort = result.inputs?.cohort ?? job.inputs?.cohort ?? {};
     const missed = m.perSubject.filter((s: any) => s.predicted !== s.label);
     const idOf = (subject: string, label: string): string | undefined => {
+        // Without subjects in the cohort each member is its own, in their order.
+        if (cohort.surfaces?.length === m.perSubject.length) return cohort.surfaces[m.perSubject.findIndex((s: any) => s.subject === subject && s.label === label)];
         const subjects: string[] = cohort.subjects ?? [];
         const i = subjects.findIndex((s, k) => s === subject && (!cohort.labels || cohort.labels[k] === label));
         return cohort.surfaces?.[i];
@@ -449,8 +451,8 @@ function Projection({ result, job }: { result: any; job: api.Job }) {
                     <div>
                         {typeof surface === 'string' && <Linked id={surface} title="The new subject" />}
                         <dl class="pairs">
-                            <dt>Residual</dt><dd>{figure(result.residual)}</dd><dt>Distance from the mean</dt><dd>{figure(result.distance)}</dd>
-                            <dt>Mahalanobis</dt><dd>{figure(result.mahalanobis)}</dd>
+                            {!result.typicality && <><dt>Residual</dt><dd>{figure(result.residual)}</dd><dt>Distance from the mean</dt><dd>{figure(result.distance)}</dd>
+                                <dt>Mahalanobis</dt><dd>{figure(result.mahalanobis)}</dd></>}
                             {Object.entries<any>(result.typicality ?? {}).map(([name, t]) => t && typeof t === 'object' && <><dt>{api.words(name)}</dt><dd>{figure(t.value)} (percentile {figure(t.percentile)}, doubtful above {figure(t.limit)})</dd></>)}
                         </dl>
                     </div>

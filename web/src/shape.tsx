@@ -38,7 +38,7 @@ export const surfacePath = (id: string, resolution = 24): string => `/v1/surface
 export const shapePath = (id: string, resolution = 24): string =>
     id.startsWith('mesh-') ? `/v1/meshes/${id}/content?format=glb` : surfacePath(id, resolution);
 
-export function useShape(path: string | null): { shape?: Surface3; error?: unknown } {
+export function useShape(path: string | null): { path?: string; shape?: Surface3; error?: unknown } {
     const [state, setState] = useState<{ path?: string; shape?: Surface3; error?: unknown }>({});
     useEffect(() => {
         let gone = false;
@@ -188,10 +188,11 @@ async function fetchFile(path: string, name: string): Promise<void> {
 
 // ---- One shape with all there is to set ------------------------------------------------------------------------------
 
-export function Shape({ src, label, name, marks, downloads, tall }: {
-    src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; tall?: boolean;
+export function Shape({ src, label, name, marks, downloads, over }: {
+    src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; over?: string;
 }) {
     const { shape, error } = useShape(src);
+    const other = useShape(over ?? null);
     const camera = useMemo(() => new Camera(), []);
     const [field, setField] = useState('');
     const [cut, setCut] = useState<number | null>(null);
@@ -201,12 +202,13 @@ export function Shape({ src, label, name, marks, downloads, tall }: {
     const chosen = shape.fields.find((f) => f.name === field);
     const map = chosen && mapOf(chosen);
     const parts: Part[] = [{ shape, colours: map && paintedBy(map) }];
+    if (over && other.shape && other.path === over) parts.push({ shape: other.shape, colour: '#0072b2', opacity: 0.45 });
     const first = marks?.find((m) => typeof m.first === 'number')?.first;
     const face = typeof first === 'number' && 3 * first + 2 < shape.indices.length ? shape.indices[3 * first] : undefined;
     const mark = face !== undefined ? [...shape.positions.slice(3 * face, 3 * face + 3)] : undefined;
     const look = { cut, mark };
     return (
-        <figure class={tall ? 'shape tall' : 'shape'}>
+        <figure class="shape">
             <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${map.field.name}` : label} look={look} />
             <figcaption class="row">
                 {shape.fields.length > 0 && (

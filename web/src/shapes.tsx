@@ -22,7 +22,7 @@ export function Surfaces() {
             <div class="row tools"><label>Search <input type="search" value={find} onInput={(e) => setFind(e.currentTarget.value)} /></label></div>
             {shown.length === 0 ? <p class="quiet">{loaded ? 'No surface. Analyses make them: encodings of meshes, means, modes, paths.' : 'Loading…'}</p> : (
                 <LongTable label="Surfaces" items={shown} keyOf={(s) => s.id}
-                    columns={[{ title: 'Name' }, { title: 'Made by', width: '9rem' }, { title: 'Degree', width: '5rem' }, { title: 'Route', width: '5rem' }, { title: 'Made', width: '13rem' }]}
+                    columns={[{ title: 'Name' }, { title: 'Made by', width: '11rem' }, { title: 'Degree', width: '6rem' }, { title: 'Route', width: '6rem' }, { title: 'Made', width: '14rem' }]}
                     row={(s) => [<a href={link('shapes', s.id)}>{s.name || s.id}</a>, s.source?.process ?? '–', s.lmax, s.route ?? '–', when(s.created)]} />
             )}
         </Page>
@@ -30,14 +30,21 @@ export function Surfaces() {
 }
 
 export function SurfacePage({ id }: { id: string }) {
+    const others = useLoad(() => api.list<api.Surface>('surfaces', { limit: 200 }), []);
+    const [over, setOver] = useState('');
     const surface = useLoad<api.Surface>((signal) => api.get(`/v1/surfaces/${id}`, signal), [id]);
     return (
         <Shown of={surface} page label="the surface">{(s) => (
             <Page title={s.name || s.id}>
                 <div class="split">
-                    <Shape src={surfacePath(id, 32)} label={`Surface ${s.name}`} name={s.name || s.id}
+                    <Shape src={surfacePath(id, 32)} label={`Surface ${s.name}`} name={s.name || s.id} over={over ? surfacePath(over, 32) : undefined}
                         downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/surfaces/${id}/mesh?format=${f}&resolution=48`])} />
                     <dl class="pairs">
+                        <dt><label for="over">With</label></dt>
+                        <dd><select id="over" value={over} onChange={(e) => setOver(e.currentTarget.value)}>
+                            <option value="">no other surface</option>
+                            {(others.value?.items ?? []).filter((o) => o.id !== id).map((o) => <option value={o.id}>{o.name || o.id}</option>)}
+                        </select></dd>
                         <dt>Degree</dt><dd>{s.lmax}</dd>
                         <dt>Area, volume</dt><dd>{figure(s.area * s.scale ** 2, 5)}, {figure(s.volume * s.scale ** 3, 5)} in the units of the files</dd>
                         <dt>Route</dt><dd>{s.route ?? s.parameterization}</dd>

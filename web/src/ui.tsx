@@ -123,7 +123,7 @@ export function span(seconds: number): string {
     return s < 60 ? `${s} s` : s < 3600 ? `${Math.floor(s / 60)} min ${s % 60} s` : `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
 }
 
-export const when = (text?: string): string => (text ? new Date(text).toLocaleString() : '–');
+export const when = (text?: string): string => (text ? new Date(text).toLocaleString(undefined, { dateStyle: 'medium', timeStyle: 'short' }) : '–');
 
 // ---- Long tables -----------------------------------------------------------------------------------------------------
 
