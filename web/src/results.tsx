@@ -124,10 +124,13 @@ function Modes({ model }: { model: api.Model }) {
         await load(mode);
     };
     const active = Object.entries(at).filter(([, v]) => v !== 0);
+    // How far the nearest shape is from the point asked for, against how far that point is from the mean.
     const doubt = active.map(([mode, v]) => {
-        const energy = frames.current.get(+mode)?.energies[Math.max(0, Math.min(6, Math.round(v) + 3))];
-        return energy === null || energy === undefined ? null : { mode, energy, far: Math.sqrt(energy) > 0.25 * Math.abs(v) * Math.sqrt(model.eigenvalues[+mode - 1]) };
-    }).filter((d): d is { mode: string; energy: number; far: boolean } => d !== null);
+        const k = Math.round(v) || Math.sign(v);
+        const energy = frames.current.get(+mode)?.energies[k + 3];
+        if (energy === null || energy === undefined) return null;
+        return { mode, k, energy, off: Math.sqrt((energy * model.mean.area) / model.eigenvalues[+mode - 1]) / Math.abs(k) };
+    }).filter((d): d is { mode: string; k: number; energy: number; off: number } => d !== null);
     return (
         <section aria-label="Components">
             <h2>Mean and components</h2>
@@ -154,7 +157,11 @@ function Modes({ model }: { model: api.Model }) {
                         {shown < model.components && <button onClick={() => setShown(shown + 1)}>Add a component</button>}
                         <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the mean</button>
                     </div>
-                    {doubt.map((d) => <p class={d.far ? 'wrong' : 'quiet'}>Component {d.mode}: {d.far ? 'such a shape does not exist; this is the one nearest to it' : 'this shape exists'} (relative energy {figure(d.energy, 2)}).</p>)}
+                    {doubt.map((d) => (
+                        <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>Component {d.mode} at {d.k} sd: {d.off < 0.1 ? 'this shape exists'
+                            : d.off <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * d.off)} % of the way off`
+                                : 'such a shape does not exist; this is the nearest one'} (relative energy {figure(d.energy, 2)}).</p>
+                    ))}
                     {active.length > 1 && <p class="quiet">Several components together are shown approximately: displacements are added.</p>}
                     {error ? <ProblemBox error={error} /> : null}
                 </div>
