@@ -8,7 +8,7 @@
  * The square-root map is q = |n|^(1/2) f, d_j q = |n|^(1/2) (f_j + <n, d_j n> f / (2 |n|^2)). Both
  * are acted on in the same way, so that all that follows does not ask which one it is.
  */
-#include "registration.h"
+#include "tabulated.h"
 
 #include <math.h>
 
@@ -172,6 +172,10 @@ static void evaluate_block(const struct moving *moving, const double *points, si
 
 void moving_evaluate(const struct moving *moving, const double *points, struct samples *out)
 {
+    if (moving->table) {
+        tabulated_sample(moving->table, points, out);
+        return;
+    }
     for (size_t first = 0; first < out->n && !srnf_is_canceled(moving_context(moving));
          first += BLOCK) {
         evaluate_block(moving, points, first, out->n - first < BLOCK ? out->n - first : BLOCK, out);

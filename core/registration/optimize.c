@@ -51,31 +51,23 @@ int level_create(struct level *level, const struct problem *problem, size_t degr
     return SRNF_OK;
 }
 
-int level_restrict(struct level *level, const struct level *from, size_t degree)
+void registration_restrict(size_t from_degree, const double *from, size_t degree, double *matrix)
 {
     size_t k = registration_unknowns(degree);
     size_t each = srnf_coefficient_count(degree) - 1;
-    size_t of = registration_unknowns(from->fields.degree);
-    size_t of_each = from->fields.count - 1;
-    int status = fields_create(&level->fields, degree, from->fields.plan.points.context);
+    size_t of = registration_unknowns(from_degree);
+    size_t skip = srnf_coefficient_count(from_degree) - 1 - each;
 
-    level->matrix = status ? NULL : srnf_alloc(k * k, sizeof(double));
-    if (!level->matrix) {
-        level_clear(level);
-        return SRNF_ENOMEM;
-    }
     /* Gradients, curls and rotations each keep their order. */
     for (size_t j = 0; j < k; j++) {
-        size_t column = j + (j >= each ? of_each - each : 0) + (j >= 2 * each ? of_each - each : 0);
+        size_t column = j + (j >= each ? skip : 0) + (j >= 2 * each ? skip : 0);
 
         for (size_t i = j; i < k; i++) {
-            size_t row =
-                i + (i >= each ? of_each - each : 0) + (i >= 2 * each ? of_each - each : 0);
+            size_t row = i + (i >= each ? skip : 0) + (i >= 2 * each ? skip : 0);
 
-            level->matrix[j * k + i] = from->matrix[column * of + row];
+            matrix[j * k + i] = from[column * of + row];
         }
     }
-    return SRNF_OK;
 }
 
 void level_clear(struct level *level)

@@ -23,7 +23,6 @@
 #define SWAPS 2
 #define SHARE_WAY 0.45 /* of the progress: one of the two searches */
 #define DEGREE_MAX 32
-#define FINER(n) (3 * ((n) > 48 ? (n) : 48) / 2) /* rows on which J is watched */
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -155,13 +154,14 @@ static int one_way(const struct call *c, const double *q_template, const double 
 {
     struct search search;
     int status =
-        search_create(&search, c->sht, q_template, surface, moving, c->options, c->context);
+        search_create(&search, c->sht, q_template, surface, moving, c->options, NULL, c->context);
 
     if (status) {
         return status;
     }
     *result = (struct search_result){0};
     status = chain ? search_continue(&search, chain, result) : search_run(&search, result);
+    status = status ? status : search_extremes(&search, result);
     search_clear(&search);
     return status;
 }
@@ -310,13 +310,14 @@ static int symmetric_search(const struct call *c, const double *template_surface
         }
     }
     if (status == SRNF_OK) {
-        status =
-            search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
+        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
+                               c->context);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
         *gap = pair.gap;
         status = search_evaluate(&search, &pair.best, result);
+        status = status ? status : search_extremes(&search, result);
         if (same) {
             pair.objective = result->warp.objective;
             pair.distance = result->distance;
@@ -436,37 +437,6 @@ static int report_surface(const struct call *c, const double *moving, struct srn
     return status;
 }
 
-static int report_jacobian(const struct call *c, struct srnf_registration *r)
-{
-    struct srnf_sht *fine = NULL;
-    size_t n;
-    double *points = NULL;
-    int status =
-        srnf_sht_create(&fine, 1, SRNF_GRID_GAUSS_LEGENDRE, FINER(srnf_sht_grid(c->sht)->n_theta),
-                        2 * FINER(srnf_sht_grid(c->sht)->n_theta));
-
-    if (status) {
-        return status;
-    }
-    n = srnf_sht_grid(fine)->n_theta * srnf_sht_grid(fine)->n_phi;
-    points = srnf_alloc(4 * n, sizeof(double));
-    if (!points) {
-        srnf_sht_destroy(fine);
-        return SRNF_ENOMEM;
-    }
-    registration_nodes(srnf_sht_grid(fine), points, points + 3 * n);
-    status = warp_apply(&r->warp, c->context, n, points, points, points + 3 * n);
-    r->min_jacobian = INFINITY;
-    r->max_jacobian = 0.0;
-    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
-        r->min_jacobian = fmin(r->min_jacobian, points[3 * n + i]);
-        r->max_jacobian = fmax(r->max_jacobian, points[3 * n + i]);
-    }
-    srnf_free(points);
-    srnf_sht_destroy(fine);
-    return status;
-}
-
 static int report(const struct call *c, const double *moving, struct search_result *found,
                   struct srnf_registration *r)
 {
@@ -492,7 +462,9 @@ static int report(const struct call *c, const double *moving, struct search_resu
     r->iterations = found->iterations;
     r->stopped = found->warp.stopped;
     r->converged = r->stopped != SRNF_REGISTER_MAX_ITERATIONS;
-    return report_jacobian(c, r);
+    r->min_jacobian = found->min_jacobian;
+    r->max_jacobian = found->max_jacobian;
+    return SRNF_OK;
 }
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
@@ -593,11 +565,12 @@ static int measure_known(const struct call *c, const double *template_surface, c
                          const struct srnf_warp *warp, struct search_result *found)
 {
     struct search search;
-    int status =
-        search_create(&search, c->sht, c->q1, template_surface, moving, c->options, c->context);
+    int status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
+                               c->context);
 
     if (status == SRNF_OK) {
         status = search_evaluate(&search, warp, found);
+        status = status ? status : search_extremes(&search, found);
         search_clear(&search);
     }
     if (status == SRNF_OK && !isfinite(found->distance)) {

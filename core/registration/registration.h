@@ -25,8 +25,12 @@
 /* ---- The moving surface (moving.c) ------------------------------------------------
    */
 
+struct tabulated_moving;
+struct subject;
+
 struct moving {
     enum srnf_representation representation; /* of moving_create: the SRNF */
+    const struct tabulated_moving *table;    /* read instead of the harmonics, or NULL */
     size_t degree;
     double *coefficients; /* [3][(L+1)^2] */
     struct sphere_jets plan;
@@ -178,9 +182,9 @@ struct level {
     double *matrix; /* relative to ||q1||^2, penalties included */
 };
 SRNF_CHECKED int level_create(struct level *level, const struct problem *problem, size_t degree);
-/* The part of another level, of a degree at least as high, that belongs to fields of a degree. */
-SRNF_CHECKED int level_restrict(struct level *level, const struct level *from, size_t degree);
 void level_clear(struct level *level);
+/* The part of a matrix of another degree, at least as high, that belongs to fields of a degree. */
+void registration_restrict(size_t from_degree, const double *from, size_t degree, double *matrix);
 
 struct schedule {
     size_t max_steps;
@@ -210,17 +214,18 @@ void registration_damping(const struct level *level, size_t unknowns, double *da
 /* The potentials of a step in the unknowns: [2][(D+1)^2]. */
 void registration_potentials(const struct fields *fields, const double *step, double *potentials);
 
-/* ---- Global start (start.c) ----------------------------------------------------- */
+/* ---- Global start (screen.c, start.c) ------------------------------------------- */
 
 struct start_rotation {
     double rotation[9]; /* of the domain, row-major */
     double energy;      /* relative; rough after the screening, exact after refinement */
     enum srnf_register_stop stopped; /* of the refinement */
 };
-/* Best rotations of the domain by the degree-6 part of q, at least 20 degrees apart, best first.
-   Returns their number. */
-size_t registration_screen(const struct target *target, const struct moving *moving,
-                           size_t capacity, struct start_rotation *starts, int *status);
+/* Best rotations of the domain, at least 20 degrees apart, best first, by the coefficients of q1
+   and q2 up to this degree: double[3][(6 + 1)^2] each. Returns their number. (screen.c) */
+#define REGISTRATION_SCREEN_DEGREE 6
+size_t registration_screen(const double *first, const double *second, size_t capacity,
+                           struct start_rotation *starts, int *status);
 /* Levenberg-Marquardt over both rotations; curvature: smallest eigenvalue over rotations of the
    domain, or NULL. */
 SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_rotation *start,
@@ -233,23 +238,26 @@ struct search {
     const struct srnf_register_options *options;
     const struct srnf_context *context;
     const struct srnf_sht *sht;
-    struct problem full, coarse;
-    struct moving moving_full, moving_coarse;
+    struct problem full;
+    struct moving moving_full;
     struct moving moving_template; /* in exact mode, where the template's surface is known */
     bool has_template;
-    const struct level *top; /* of the full problem at the highest degree, if at hand, or NULL */
-    double *memory, *full_memory; /* of the coarse target and of the full one */
+    const struct subject *subject; /* tables of the moving surface */
+    struct subject *own;           /* the same, where they were made for this search */
+    double *template_series;       /* double[3][(L+1)^2]: harmonics of q1 */
+    double *full_memory;           /* of the target */
 };
 /* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
-   NULL. */
+   NULL. subject: of the moving surface, or NULL. */
 SRNF_CHECKED int search_create(struct search *search, const struct srnf_sht *sht, const double *q1,
                                const double *template_surface, const double *moving,
                                const struct srnf_register_options *options,
-                               const struct srnf_context *context);
+                               const struct subject *subject, const struct srnf_context *context);
 void search_clear(struct search *search);
 
 struct search_result {
     struct warp warp; /* on the nodes of the full target, which may be finer than the template's */
+    double min_jacobian, max_jacobian; /* by search_extremes */
     double distance;
     bool rotations_searched; /* the three that follow are known */
     double ambiguity_objective, ambiguity_angle, rotational_curvature;
@@ -264,6 +272,20 @@ SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_
 SRNF_CHECKED int search_evaluate(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);
 void search_result_clear(struct search_result *result);
+/* The least and the largest J of a result whose warp is on the nodes (extremes.c). */
+SRNF_CHECKED int search_extremes(const struct search *search, struct search_result *result);
+/* For tournament.c and climb.c. Target from a field [3][n] of a grid; memory: 7 n doubles. */
+void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
+                  double *memory);
+/* The degrees that are screened, of [3][(degree+1)^2]; out: zero where there are none. */
+void search_cut_series(size_t degree, const double *series, double *out);
+/* q1 by its harmonics up to a degree, on a coarser grid. memory: to be freed. */
+SRNF_CHECKED int search_coarsen(const struct search *search, size_t rows, size_t degree,
+                                double **memory, struct target *target);
+size_t search_screen(const struct search *search, size_t capacity, struct start_rotation *starts,
+                     int *status);
+/* Energy and objective of a warp on the full target, by the moving field itself. */
+SRNF_CHECKED int search_measure(const struct search *search, struct warp *warp);
 /* The reason that leaves more to be doubted, of two searches that are told of together. */
 enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
                                                 enum srnf_register_stop b);

@@ -1,30 +1,27 @@
 /*
- * search.c - registration in one direction: global start, elastic tournament, rising
- * degrees.
+ * search.c - registration in one direction: preparation, global start, rising degrees.
  *
- * On different shapes the best rigid start often lies in the wrong basin of the elastic problem. So
- * the best 48 rotations of the screening are not refined but compete: on a coarse grid with a
- * moving surface cut to degree 15, five steps of fields of degree 2 for all, six of degree 4 for
- * the better third, and for the best four the full problem to degree 8; the one with the lowest
- * objective goes on. Refining a basin is a matter of the degrees 4, 8, 12, ... up to the one asked
- * for.
+ * The start is the basin that a tournament finds (tournament.c), the best rotation, refined, or the
+ * identity. Refining a basin is a matter of fields of the degrees 4, 8, 12, ... up to the one asked
+ * for: by tables (climb.c), or directly, in exact mode and where two surfaces turn out to be the
+ * same up to a warp, so that what the tables leave is more than what there is to gain.
  */
 #include "exact.h"
+#include "tournament.h"
 
 #include <math.h>
 #include <string.h>
 
-#define COARSE_ROWS ((size_t)24)
-#define COARSE_DEGREE ((size_t)15)
-#define TOURNAMENT_FIRST ((size_t)48)
-#define TOURNAMENT_SECOND ((size_t)16)
-#define TOURNAMENT_THIRD ((size_t)4)
 #define RIGID_REFINED ((size_t)10)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define STEPS_MAX ((size_t)40)       /* of a degree, where the options do not say */
 #define NODES_PER_DEGREE ((size_t)4) /* rows of the full grid to a degree of the fields */
 #define FINE_ROWS_MIN ((size_t)36)
 #define FINE_ROWS_MAX ((size_t)96)
+#define DIRECT_ENERGY 1e-4 /* below it two surfaces may be the same, and errors of tables count */
+#define BASIN_DEGREE ((size_t)8) /* of the fields that the tournament ends with */
+#define ROUGH_DEGREE ((size_t)2) /* of the first steps from a rotation that is not refined */
+#define ROUGH_STEPS ((size_t)5)
 #define EXACT_ENERGY 1e-3 /* below it two surfaces may well be the same up to a warp */
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
@@ -49,9 +46,8 @@ void registration_nodes(const struct srnf_grid *grid, double *points, double *we
     }
 }
 
-/* memory: 7 n doubles. field: [3][n], or NULL to be filled later. */
-static void target_place(struct target *target, const struct srnf_grid *grid, const double *field,
-                         double *memory)
+void search_place(struct target *target, const struct srnf_grid *grid, const double *field,
+                  double *memory)
 {
     size_t n = grid->n_theta * grid->n_phi;
     double *q = memory + 4 * n;
@@ -68,26 +64,29 @@ static void target_place(struct target *target, const struct srnf_grid *grid, co
         (struct target){.n = n, .points = memory, .weight = memory + 3 * n, .q = q, .norm2 = norm2};
 }
 
-/* q1 on the coarse grid, through its harmonics up to the coarse degree. */
-static int coarse_field(const struct srnf_sht *sht, const double *q1, size_t degree,
-                        struct srnf_sht *coarse, double *out)
+void search_cut_series(size_t degree, const double *series, double *out)
 {
-    size_t full = srnf_coefficient_count(srnf_sht_degree(sht));
     size_t count = srnf_coefficient_count(degree);
-    double *c = srnf_alloc(3 * full + 3 * count, sizeof(double));
-    size_t bytes = srnf_sht_workspace_size(sht, 3) + srnf_sht_workspace_size(coarse, 3);
-    void *workspace = srnf_alloc(1, bytes);
+    size_t kept = count < SCREEN_COUNT ? count : SCREEN_COUNT;
 
-    if (c && workspace) {
-        srnf_sht_analysis(sht, 3, q1, c, workspace);
-        for (size_t k = 0; k < 3; k++) {
-            memcpy(c + 3 * full + k * count, c + k * full, count * sizeof(double));
-        }
-        srnf_sht_synthesis(coarse, 3, c + 3 * full, out, workspace);
+    memset(out, 0, 3 * SCREEN_COUNT * sizeof *out);
+    for (size_t c = 0; c < 3; c++) {
+        memcpy(out + c * SCREEN_COUNT, series + c * count, kept * sizeof *out);
+    }
+}
+
+/* The harmonics of q1 that its degree has. */
+static int template_series(struct search *s, const double *q1)
+{
+    size_t count = srnf_coefficient_count(srnf_sht_degree(s->sht));
+    void *workspace = srnf_alloc(1, srnf_sht_workspace_size(s->sht, 3));
+
+    s->template_series = srnf_alloc(3 * count, sizeof(double));
+    if (workspace && s->template_series) {
+        srnf_sht_analysis(s->sht, 3, q1, s->template_series, workspace);
     }
     srnf_free(workspace);
-    srnf_free(c);
-    return c && workspace ? SRNF_OK : SRNF_ENOMEM;
+    return workspace && s->template_series ? SRNF_OK : SRNF_ENOMEM;
 }
 
 /* q1 on a finer grid of the same kind: from the surface itself, or by the harmonics of q1 that its
@@ -148,7 +147,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
         if (!s->full_memory) {
             return SRNF_ENOMEM;
         }
-        target_place(&s->full.target, grid, q1, s->full_memory);
+        search_place(&s->full.target, grid, q1, s->full_memory);
         return SRNF_OK;
     }
     field = srnf_alloc(6 * rows * rows, sizeof(double));
@@ -157,40 +156,36 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
                                                   template_surface, rows, &fine, field)
                                      : SRNF_ENOMEM;
     if (status == SRNF_OK) {
-        target_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
+        search_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
     }
     srnf_free(field);
     srnf_sht_destroy(fine);
     return status;
 }
 
-static int coarse_target(struct search *s, const struct srnf_sht *sht, const double *q1)
+/* Tables of the moving surface, where none are at hand and the search reads any. */
+static int own_subject(struct search *s, const double *moving)
 {
-    size_t degree = srnf_sht_degree(sht) < COARSE_DEGREE ? srnf_sht_degree(sht) : COARSE_DEGREE;
-    size_t m = 2 * COARSE_ROWS * COARSE_ROWS;
-    struct srnf_sht *coarse = NULL;
-    double *field = srnf_alloc(3 * m, sizeof(double));
-    int status =
-        srnf_sht_create(&coarse, degree, SRNF_GRID_GAUSS_LEGENDRE, COARSE_ROWS, 2 * COARSE_ROWS);
+    const struct srnf_register_options *o = s->options;
+    bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
+    int status;
 
-    s->memory = srnf_alloc(7 * m, sizeof(double));
-    if (status || !field || !s->memory) {
-        status = SRNF_ENOMEM;
-        goto out;
+    if (s->subject || (still && (o->exact || !o->reparameterization))) {
+        return SRNF_OK;
     }
-    status = coarse_field(sht, q1, degree, coarse, field);
-    if (status == SRNF_OK) {
-        target_place(&s->coarse.target, srnf_sht_grid(coarse), field, s->memory);
+    s->own = srnf_alloc(1, sizeof *s->own);
+    if (!s->own) {
+        return SRNF_ENOMEM;
     }
-out:
-    srnf_free(field);
-    srnf_sht_destroy(coarse);
+    status = subject_create(s->own, s->sht, moving, o, s->context);
+    s->subject = s->own;
     return status;
 }
 
 int search_create(struct search *s, const struct srnf_sht *sht, const double *q1,
                   const double *template_surface, const double *moving,
-                  const struct srnf_register_options *options, const struct srnf_context *context)
+                  const struct srnf_register_options *options, const struct subject *subject,
+                  const struct srnf_context *context)
 {
     size_t degree = srnf_sht_degree(sht);
     int status;
@@ -198,51 +193,91 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
     *s = (struct search){.options = options,
                          .context = context,
                          .sht = sht,
+                         .subject = subject,
                          .has_template = options->exact && template_surface};
     status = full_target(s, sht, q1, template_surface);
     if (status == SRNF_OK) {
-        status = coarse_target(s, sht, q1);
+        status = template_series(s, q1);
     }
     if (status == SRNF_OK) {
         status = moving_create(&s->moving_full, degree, moving, degree, context);
     }
-    if (status == SRNF_OK) {
-        status = moving_create(&s->moving_coarse, degree, moving, COARSE_DEGREE, context);
-    }
     if (status == SRNF_OK && s->has_template) {
         status = moving_create(&s->moving_template, degree, template_surface, degree, context);
+    }
+    if (status == SRNF_OK) {
+        status = own_subject(s, moving);
     }
     if (status) {
         search_clear(s);
         return status;
     }
     s->moving_full.representation = options->representation;
-    s->moving_coarse.representation = options->representation;
     s->moving_template.representation = options->representation;
     s->full.moving = &s->moving_full;
-    s->coarse.moving = &s->moving_coarse;
-    s->full.free_rotation = s->coarse.free_rotation = options->rotation && !options->common_pose;
+    s->full.free_rotation = options->rotation && !options->common_pose;
     if (!options->exact) {
-        s->full.penalty.jacobian = s->coarse.penalty.jacobian = options->penalty_jacobian;
-        s->full.penalty.displacement = s->coarse.penalty.displacement =
-            options->penalty_displacement;
+        s->full.penalty.jacobian = options->penalty_jacobian;
+        s->full.penalty.displacement = options->penalty_displacement;
     }
     return SRNF_OK;
 }
 
 void search_clear(struct search *s)
 {
-    srnf_free(s->memory);
+    if (s->own) {
+        subject_clear(s->own);
+        srnf_free(s->own);
+        s->own = NULL;
+    }
+    srnf_free(s->template_series);
     srnf_free(s->full_memory);
     moving_clear(&s->moving_full);
-    moving_clear(&s->moving_coarse);
     moving_clear(&s->moving_template);
-    s->memory = s->full_memory = NULL;
+    s->template_series = s->full_memory = NULL;
 }
 
 void search_result_clear(struct search_result *result)
 {
     warp_clear(&result->warp);
+}
+
+size_t search_screen(const struct search *s, size_t capacity, struct start_rotation *starts,
+                     int *status)
+{
+    double first[3 * SCREEN_COUNT];
+
+    search_cut_series(srnf_sht_degree(s->sht), s->template_series, first);
+    return registration_screen(first, s->subject->screen, capacity, starts, status);
+}
+
+int search_coarsen(const struct search *s, size_t rows, size_t degree, double **memory,
+                   struct target *target)
+{
+    size_t full = srnf_coefficient_count(srnf_sht_degree(s->sht));
+    size_t count = srnf_coefficient_count(degree);
+    size_t n = 2 * rows * rows;
+    struct srnf_sht *sht = NULL;
+    double *field = srnf_alloc(3 * n + 3 * count, sizeof(double));
+    void *workspace = NULL;
+    int status = srnf_sht_create(&sht, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
+
+    *memory = srnf_alloc(7 * n, sizeof(double));
+    workspace = status ? NULL : srnf_alloc(1, srnf_sht_workspace_size(sht, 3));
+    if (*memory && field && workspace) {
+        for (size_t c = 0; c < 3; c++) {
+            memcpy(field + 3 * n + c * count, s->template_series + c * full,
+                   count * sizeof(double));
+        }
+        srnf_sht_synthesis(sht, 3, field + 3 * n, field, workspace);
+        search_place(target, srnf_sht_grid(sht), field, *memory);
+    } else {
+        status = status ? status : SRNF_ENOMEM;
+    }
+    srnf_free(field);
+    srnf_free(workspace);
+    srnf_sht_destroy(sht);
+    return status;
 }
 
 /* ---- Rising degrees -------------------------------------------------------------------------- */
@@ -252,17 +287,10 @@ static size_t steps_max(const struct search *s)
     return s->options->max_steps ? s->options->max_steps : STEPS_MAX;
 }
 
-static int open_level(const struct search *s, const struct problem *problem, size_t degree,
-                      struct level *level)
-{
-    return problem == &s->full && s->top && s->top->fields.degree >= degree
-               ? level_restrict(level, s->top, degree)
-               : level_create(level, problem, degree);
-}
-
-/* All rungs above `from` and up to the degree of the options; a last one for a degree between two.
-   */
-static int climb(const struct search *s, size_t from, struct warp *warp, size_t *iterations)
+/* All rungs above `from` and up to the degree of the options, directly; a last one for a degree
+   between two. */
+static int climb_directly(const struct search *s, size_t from, struct warp *warp,
+                          size_t *iterations)
 {
     struct samples samples = {0};
     int status = samples_create(&samples, s->full.target.n);
@@ -275,7 +303,7 @@ static int climb(const struct search *s, size_t from, struct warp *warp, size_t 
         struct level level;
 
         if (degree > from) {
-            status = open_level(s, &s->full, degree, &level);
+            status = level_create(&level, &s->full, degree);
             if (status == SRNF_OK) {
                 status = registration_optimize(&s->full, &level, &schedule, s->context, warp,
                                                &samples, iterations);
@@ -299,8 +327,9 @@ static double distance(const struct search *s, const struct warp *warp)
     return sqrt(warp->energy * s->full.target.norm2);
 }
 
-static int evaluate(const struct problem *problem, struct warp *warp)
+int search_measure(const struct search *s, struct warp *warp)
 {
+    const struct problem *problem = &s->full;
     struct samples samples;
     double ignored[9];
     int status = samples_create(&samples, problem->target.n);
@@ -313,186 +342,37 @@ static int evaluate(const struct problem *problem, struct warp *warp)
     return status;
 }
 
-/* ---- Tournament ------------------------------------------------------------------------------ */
-
-struct entrants {
-    struct warp *warps;
-    size_t count;
-};
-
-static void sort_entrants(struct entrants *e)
-{
-    for (size_t i = 1; i < e->count; i++) {
-        struct warp w = e->warps[i];
-        size_t j = i;
-
-        while (j > 0 && e->warps[j - 1].objective > w.objective) {
-            e->warps[j] = e->warps[j - 1];
-            j--;
-        }
-        e->warps[j] = w;
-    }
-}
-
-static void keep_best(struct entrants *e, size_t count)
-{
-    sort_entrants(e);
-    while (e->count > count) {
-        warp_clear(&e->warps[--e->count]);
-    }
-}
-
-/* Steps of fields of a degree, or of the highest that was asked for, with every entrant. */
-static int play_round(const struct search *s, const struct problem *problem, size_t degree,
-                      size_t steps, struct entrants *e, size_t *iterations)
-{
-    struct schedule schedule = {steps, 1e-3};
-    struct samples samples = {0};
-    struct level level;
-    size_t top = s->options->degree;
-    int status = open_level(s, problem, degree < top ? degree : top, &level);
-
-    if (status) {
-        return status;
-    }
-    status = samples_create(&samples, problem->target.n);
-    for (size_t i = 0; i < e->count && status == SRNF_OK; i++) {
-        status = registration_optimize(problem, &level, &schedule, s->context, &e->warps[i],
-                                       &samples, iterations);
-    }
-    samples_clear(&samples);
-    level_clear(&level);
-    return status;
-}
-
-/* Mean angle between two maps, rms over the sphere. */
-static double map_angle(const struct target *t, const struct warp *a, const struct warp *b)
-{
-    double sum = 0.0;
-
-    for (size_t i = 0; i < t->n; i++) {
-        const double *p = a->points + 3 * i;
-        const double *q = b->points + 3 * i;
-        double c = p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-        double angle = acos(fmax(-1.0, fmin(1.0, c)));
-
-        sum += t->weight[i] * angle * angle;
-    }
-    return sqrt(sum / (4.0 * SRNF_PI));
-}
-
-/* The best of another basin beside the winner, among sorted entrants. */
-static void find_ambiguity(const struct search *s, const struct entrants *e,
-                           struct search_result *result)
-{
-    for (size_t i = 1; i < e->count; i++) {
-        double angle = map_angle(&s->full.target, &e->warps[0], &e->warps[i]);
-
-        if (angle > AMBIGUITY_ANGLE && e->warps[0].objective > 0.0) {
-            result->ambiguity_objective = e->warps[i].objective / e->warps[0].objective;
-            result->ambiguity_angle = angle;
-            return;
-        }
-    }
-}
-
-static int enter(const struct search *s, const struct start_rotation *starts, size_t count,
-                 struct entrants *e)
-{
-    int status = SRNF_OK;
-
-    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        status = warp_create(&e->warps[i], &s->coarse.target);
-        if (status == SRNF_OK) {
-            e->count++;
-            status = warp_rotate(&e->warps[i], &s->coarse.target, starts[i].rotation);
-        }
-    }
-    return status;
-}
-
-/* Carries the entrants over to the full grid. */
-static int move_to_full(const struct search *s, struct entrants *e)
-{
-    int status = SRNF_OK;
-
-    for (size_t i = 0; i < e->count && status == SRNF_OK; i++) {
-        struct warp full;
-
-        status = warp_create(&full, &s->full.target);
-        if (status == SRNF_OK) {
-            status = warp_replay(&full, &s->full.target, &e->warps[i].chain, s->context);
-            warp_clear(&e->warps[i]);
-            e->warps[i] = full;
-        }
-    }
-    return status;
-}
-
-static int tournament(const struct search *s, struct search_result *result)
-{
-    struct start_rotation starts[TOURNAMENT_FIRST];
-    struct entrants e = {srnf_alloc(TOURNAMENT_FIRST, sizeof *e.warps), 0};
-    int status = SRNF_ENOMEM;
-    size_t count;
-
-    if (!e.warps) {
-        return SRNF_ENOMEM;
-    }
-    count = registration_screen(&s->coarse.target, &s->moving_coarse, TOURNAMENT_FIRST, starts,
-                                &status);
-    if (status == SRNF_OK) {
-        status = registration_rigid(&s->coarse, &starts[0], &result->rotational_curvature);
-        result->rotations_searched = true;
-    }
-    if (status == SRNF_OK) {
-        status = enter(s, starts, count, &e);
-    }
-    if (status == SRNF_OK) {
-        status = play_round(s, &s->coarse, 2, 5, &e, &result->iterations);
-    }
-    if (status == SRNF_OK) {
-        keep_best(&e, TOURNAMENT_SECOND);
-        srnf_report_progress(s->context, 0.3, "tournament");
-        status = play_round(s, &s->coarse, 4, 6, &e, &result->iterations);
-    }
-    if (status == SRNF_OK) {
-        keep_best(&e, TOURNAMENT_THIRD);
-        srnf_report_progress(s->context, 0.4, "tournament");
-        status = move_to_full(s, &e);
-    }
-    if (status == SRNF_OK) {
-        status = play_round(s, &s->full, 4, steps_max(s), &e, &result->iterations);
-    }
-    if (status == SRNF_OK && s->options->degree >= 8) {
-        srnf_report_progress(s->context, 0.5, "tournament");
-        status = play_round(s, &s->full, 8, steps_max(s), &e, &result->iterations);
-    }
-    if (status == SRNF_OK && e.count > 0) {
-        sort_entrants(&e);
-        find_ambiguity(s, &e, result);
-        result->warp = e.warps[0];
-        e.warps[0] = (struct warp){0};
-    }
-    for (size_t i = 0; i < e.count; i++) {
-        warp_clear(&e.warps[i]);
-    }
-    srnf_free(e.warps);
-    return status;
-}
-
 /* ---- Rigid start ----------------------------------------------------------------------------- */
+
+/* Refined on the grid of the last round of the tournament, by its table. */
+static int refine_starts(const struct search *s, size_t count, struct start_rotation *starts)
+{
+    const struct tabulated_moving *table = &s->subject->rounds[TOURNAMENT_ROUNDS - 1];
+    struct moving moving = {.representation = s->options->representation, .table = table};
+    struct problem problem = {.moving = &moving, .free_rotation = s->full.free_rotation};
+    double *memory = NULL;
+    int status = search_coarsen(s, tournament_rounds[TOURNAMENT_ROUNDS - 1].rows, table->degree,
+                                &memory, &problem.target);
+
+    moving.plan.points.context = s->context;
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
+        status = registration_rigid(&problem, &starts[i], NULL);
+    }
+    srnf_free(memory);
+    return status;
+}
 
 static int rigid(const struct search *s, struct search_result *result)
 {
     struct start_rotation starts[RIGID_REFINED];
     size_t best = 0;
     int status;
-    size_t count =
-        registration_screen(&s->coarse.target, &s->moving_coarse, RIGID_REFINED, starts, &status);
+    size_t count = search_screen(s, RIGID_REFINED, starts, &status);
 
+    if (status == SRNF_OK) {
+        status = refine_starts(s, count, starts);
+    }
     for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        status = registration_rigid(&s->coarse, &starts[i], NULL);
         best = starts[i].energy < starts[best].energy ? i : best;
     }
     for (size_t i = 0; i < count && status == SRNF_OK; i++) {
@@ -526,28 +406,102 @@ static int rigid(const struct search *s, struct search_result *result)
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
+/* All degrees directly, from the rotation that the chain begins with: refined, as two surfaces that
+   are nearly the same lie best, or, in exact mode, first warped roughly. */
+static int climb_from_rotation(const struct search *s, const struct srnf_warp *chain,
+                               struct warp *warp, size_t *iterations)
+{
+    const size_t degree = s->options->degree < ROUGH_DEGREE ? s->options->degree : ROUGH_DEGREE;
+    const struct schedule rough = {ROUGH_STEPS, 1e-3};
+    struct samples samples = {0};
+    struct level level;
+    struct start_rotation start = {.energy = 0.0};
+    int status = warp_create(warp, &s->full.target);
+
+    memcpy(start.rotation, chain->links[0].values, sizeof start.rotation);
+    if (status == SRNF_OK && !s->options->exact) {
+        status = registration_rigid(&s->full, &start, NULL);
+    }
+    status = status ? status : warp_rotate(warp, &s->full.target, start.rotation);
+    if (!s->options->exact) {
+        status = status ? status : search_measure(s, warp);
+        return status ? status : climb_directly(s, 0, warp, iterations);
+    }
+    status = status ? status : samples_create(&samples, s->full.target.n);
+    status = status ? status : level_create(&level, &s->full, degree);
+    if (status == SRNF_OK) {
+        status =
+            registration_optimize(&s->full, &level, &rough, s->context, warp, &samples, iterations);
+        level_clear(&level);
+    }
+    samples_clear(&samples);
+    return status ? status : climb_directly(s, 0, warp, iterations);
+}
+
+/* Up from the start that result holds: measured on the full grid where `placed`, else a chain
+   alone, which begins with a rotation. Directly in exact mode; and where little is left, if that is
+   better. */
+static int climb(const struct search *s, size_t from, bool placed, struct search_result *result)
+{
+    bool exact = s->options->exact;
+    struct warp direct = {0};
+    int status = SRNF_OK;
+
+    if (placed && (exact || result->warp.energy < DIRECT_ENERGY)) {
+        return climb_directly(s, from, &result->warp, &result->iterations);
+    }
+    if (!exact) {
+        status = climb_run(s, from, placed, result);
+        if (status || result->warp.energy >= DIRECT_ENERGY ||
+            result->warp.chain.links[0].kind != SRNF_WARP_ROTATION) {
+            return status;
+        }
+    }
+    status = climb_from_rotation(s, &result->warp.chain, &direct, &result->iterations);
+    if (status == SRNF_OK && (exact || direct.objective < result->warp.objective)) {
+        struct warp replaced = result->warp;
+
+        result->warp = direct;
+        direct = replaced;
+    }
+    warp_clear(&direct);
+    return status;
+}
+
+static int from_basin(const struct search *s, struct search_result *result)
+{
+    size_t degree = s->options->degree;
+    int status = tournament_run(s, result);
+
+    if (status == SRNF_OK) {
+        struct srnf_warp chain = result->warp.chain;
+
+        result->warp.chain = (struct srnf_warp){0};
+        status = warp_create(&result->warp, &s->full.target);
+        srnf_warp_clear(&result->warp.chain);
+        result->warp.chain = chain;
+    }
+    srnf_report_progress(s->context, 0.6, "warping");
+    return status ? status
+                  : climb(s, degree > BASIN_DEGREE ? BASIN_DEGREE : degree - 1, false, result);
+}
+
 int search_run(const struct search *s, struct search_result *result)
 {
     const struct srnf_register_options *o = s->options;
     bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
-    size_t from = 0;
     int status;
 
     *result = (struct search_result){0};
-    if (still) {
-        status = warp_create(&result->warp, &s->full.target);
-    } else if (o->start == SRNF_START_RIGID || !o->reparameterization) {
-        status = rigid(s, result);
+    if (!still && o->start != SRNF_START_RIGID && o->reparameterization) {
+        status = from_basin(s, result);
     } else {
-        status = tournament(s, result);
-        from = o->degree >= 8 ? 8 : 4;
-    }
-    if (status == SRNF_OK) {
-        status = evaluate(&s->full, &result->warp);
-    }
-    if (status == SRNF_OK && o->reparameterization) {
-        srnf_report_progress(s->context, 0.6, "warping");
-        status = climb(s, from, &result->warp, &result->iterations);
+        status = still ? warp_create(&result->warp, &s->full.target) : rigid(s, result);
+        status = status ? status : search_measure(s, &result->warp);
+        if (status == SRNF_OK && o->reparameterization) {
+            srnf_report_progress(s->context, 0.6, "warping");
+            status = climb(s, 0, true, result);
+        }
     }
     if (status) {
         search_result_clear(result);
@@ -565,7 +519,7 @@ int search_evaluate(const struct search *s, const struct srnf_warp *chain,
         status = warp_replay(&result->warp, &s->full.target, chain, s->context);
     }
     if (status == SRNF_OK) {
-        status = evaluate(&s->full, &result->warp);
+        status = search_measure(s, &result->warp);
     }
     result->distance = distance(s, &result->warp);
     return status;
@@ -574,11 +528,11 @@ int search_evaluate(const struct search *s, const struct srnf_warp *chain,
 int search_continue(const struct search *s, const struct srnf_warp *chain,
                     struct search_result *result)
 {
-    size_t from = s->options->degree > 8 ? 8 : 0;
+    size_t from = s->options->degree > BASIN_DEGREE ? BASIN_DEGREE : 0;
     int status = search_evaluate(s, chain, result);
 
     if (status == SRNF_OK && s->options->reparameterization) {
-        status = climb(s, from, &result->warp, &result->iterations);
+        status = climb(s, from, true, result);
     }
     if (status) {
         search_result_clear(result);

@@ -58,11 +58,10 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     struct search_result found = {.iterations = 0};
     struct search search;
     int status = search_create(&search, run->work, run->mean_q, NULL, run->surfaces[i],
-                               &run->registration, context);
+                               &run->registration, NULL, context);
 
     if (status == SRNF_OK) {
         search.full.target.norm2 = run->norm2;
-        search.top = subject->level.matrix ? &subject->level : NULL;
         status = search_run(&search, &found);
         search_clear(&search);
     }

@@ -104,7 +104,7 @@ struct srnf_registration {
     double distance;                   /* ||q1 - O sqrt(J) q2 o gamma||, on the search's grid */
     double distance_before;            /* ||q1 - q2|| */
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
-    double min_jacobian, max_jacobian; /* on half as many rows again, 72 at least */
+    double min_jacobian, max_jacobian; /* between the nodes of the search's grid too */
     double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
     bool rotations_searched;    /* the next three are known: no identity start, no warm start */
     double

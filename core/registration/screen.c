@@ -1,0 +1,228 @@
+/*
+ * screen.c - which rotations of the domain are worth a try.
+ *
+ * Super-Fibonacci rotations (M. Alexa, "Super-Fibonacci spirals: fast, low-discrepancy sampling of
+ * SO(3)", CVPR 2022) turn the degree-6 part of q2; the overlap with q1, over rotations of the
+ * values, is in closed form. The best are thinned to be 20 degrees apart.
+ *
+ * A rotation is R = Rz(a) Ry(b) Rz(c), and Ry(b) = Q' Rz(b) Q with a fixed Q that takes y to z. In
+ * real harmonics a rotation about z mixes cos m phi and sin m phi; Q is a block of (2 l + 1)^2
+ * numbers for each degree, computed once. The three components of q2 go together in a vector.
+ */
+#include "tabulated.h"
+
+#include <math.h>
+#include <string.h>
+
+#define DEGREE ((size_t)REGISTRATION_SCREEN_DEGREE)
+#define COUNT ((DEGREE + 1) * (DEGREE + 1))
+#define BLOCKS ((size_t)455) /* sum of (2 l + 1)^2 */
+#define ROTATIONS ((size_t)600)
+#define THIN_DEGREES 20.0
+
+struct screen {
+    double quarter[BLOCKS]; /* of f -> f o Q: [l][to][from] */
+    double first[3 * COUNT];
+    double second[COUNT * SRNF_LANES]; /* [lm][component] */
+};
+
+static void super_fibonacci(size_t i, size_t n, double rotation[9])
+{
+    double s = (double)i + 0.5;
+    double r = sqrt(s / (double)n);
+    double big = sqrt(1.0 - s / (double)n);
+    double alpha = 2.0 * SRNF_PI * s / sqrt(2.0);
+    double beta = 2.0 * SRNF_PI * s / 1.533751168755204288118041;
+    double q[4] = {r * sin(alpha), r * cos(alpha), big * sin(beta), big * cos(beta)};
+    double w = q[3];
+
+    for (size_t a = 0; a < 3; a++) {
+        for (size_t b = 0; b < 3; b++) {
+            size_t c = 3 - a - b;
+            double sign = (a + 1) % 3 == b ? -1.0 : 1.0;
+
+            rotation[3 * a + b] = a == b ? 1.0 - 2.0 * (q[(a + 1) % 3] * q[(a + 1) % 3] +
+                                                        q[(a + 2) % 3] * q[(a + 2) % 3])
+                                         : 2.0 * (q[a] * q[b] + sign * w * q[c]);
+        }
+    }
+}
+
+/* The blocks of Q, by exact quadrature of Y_a(e) Y_b(Q e). */
+static int fill_quarter(struct screen *s)
+{
+    struct srnf_sht *sht = NULL;
+    double *memory = NULL;
+    int status = srnf_sht_create(&sht, DEGREE, SRNF_GRID_GAUSS_LEGENDRE, 0, 0);
+    size_t n;
+
+    if (status) {
+        return status;
+    }
+    n = srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
+    memory = srnf_alloc(7 * n + 2 * COUNT * n + COUNT * COUNT, sizeof(double));
+    if (memory) {
+        double *points = memory;
+        double *weight = memory + 3 * n;
+        double *turned = memory + 4 * n;
+        double *here = memory + 7 * n;
+        double *there = here + COUNT * n;
+        double *each = there + COUNT * n;
+        double *out = s->quarter;
+
+        registration_nodes(srnf_sht_grid(sht), points, weight);
+        for (size_t i = 0; i < n; i++) {
+            turned[3 * i] = points[3 * i];
+            turned[3 * i + 1] = -points[3 * i + 2];
+            turned[3 * i + 2] = points[3 * i + 1];
+        }
+        for (size_t i = 0; i < COUNT; i++) {
+            each[i * COUNT + i] = 1.0;
+        }
+        status = srnf_harmonics_at_points(DEGREE, COUNT, each, n, points, here, NULL);
+        if (status == SRNF_OK) {
+            status = srnf_harmonics_at_points(DEGREE, COUNT, each, n, turned, there, NULL);
+        }
+        for (size_t l = 0; l <= DEGREE; l++) {
+            for (size_t a = l * l; a < (l + 1) * (l + 1); a++) {
+                for (size_t b = l * l; b < (l + 1) * (l + 1); b++, out++) {
+                    for (size_t i = 0; i < n; i++) {
+                        *out += weight[i] * here[a * n + i] * there[b * n + i];
+                    }
+                }
+            }
+        }
+    } else {
+        status = SRNF_ENOMEM;
+    }
+    srnf_free(memory);
+    srnf_sht_destroy(sht);
+    return status;
+}
+
+/* f <- f o Rz, in place; cosine and sine of the angle. */
+SIMD_INLINE void turn(double cosine, double sine, simd f[COUNT])
+{
+    double c = 1.0, s = 0.0;
+
+    for (size_t m = 1; m <= DEGREE; m++) {
+        double next = c * cosine - s * sine;
+
+        s = s * cosine + c * sine;
+        c = next;
+        for (size_t l = m; l <= DEGREE; l++) {
+            simd even = f[l * l + l + m];
+            simd odd = f[l * l + l - m];
+
+            f[l * l + l + m] = SIMD_SET(c) * even + SIMD_SET(s) * odd;
+            f[l * l + l - m] = SIMD_SET(c) * odd - SIMD_SET(s) * even;
+        }
+    }
+}
+
+/* out = f o Q, or f o Q' */
+SIMD_INLINE void tip(const double *quarter, bool back, const simd f[COUNT], simd out[COUNT])
+{
+    for (size_t l = 0; l <= DEGREE; l++) {
+        size_t width = 2 * l + 1;
+
+        for (size_t a = 0; a < width; a++) {
+            simd sum = SIMD_SET(0.0);
+
+            for (size_t b = 0; b < width; b++) {
+                sum += SIMD_SET(quarter[back ? b * width + a : a * width + b]) * f[l * l + b];
+            }
+            out[l * l + a] = sum;
+        }
+        quarter += width * width;
+    }
+}
+
+/* Overlap of q1 with the turned q2, over rotations of the values. */
+SRNF_HOT static void overlap(const struct screen *s, const double r[9], double b[9])
+{
+    double sine = sqrt(r[2] * r[2] + r[5] * r[5]);
+    bool upright = !(sine > 1e-12); /* then a = 0 will do */
+    double inverse = upright ? 0.0 : 1.0 / sine;
+    simd f[COUNT], g[COUNT];
+
+    for (size_t i = 0; i < COUNT; i++) {
+        SIMD_LOAD(f[i], s->second + SRNF_LANES * i);
+    }
+    turn(upright ? 1.0 : r[2] * inverse, upright ? 0.0 : r[5] * inverse, f);
+    tip(s->quarter, true, f, g);
+    turn(r[8], sine, g);
+    tip(s->quarter, false, g, f);
+    turn(upright ? r[4] : -r[6] * inverse, upright ? r[3] : r[7] * inverse, f);
+    for (size_t row = 0; row < 3; row++) {
+        simd sum = SIMD_SET(0.0);
+
+        for (size_t i = 0; i < COUNT; i++) {
+            sum += SIMD_SET(s->first[row * COUNT + i]) * f[i];
+        }
+        for (size_t c = 0; c < 3; c++) {
+            b[3 * row + c] = sum[c];
+        }
+    }
+}
+
+/* The best of those left, again and again; what is near to it is out. */
+static size_t thin(struct start_rotation *all, size_t capacity, struct start_rotation *starts)
+{
+    double near = 1.0 + 2.0 * cos(THIN_DEGREES * SRNF_PI / 180.0); /* trace of the difference */
+    size_t count = 0;
+
+    while (count < capacity) {
+        size_t best = ROTATIONS;
+
+        for (size_t i = 0; i < ROTATIONS; i++) {
+            if (isfinite(all[i].energy) &&
+                (best == ROTATIONS || all[i].energy < all[best].energy)) {
+                best = i;
+            }
+        }
+        if (best == ROTATIONS) {
+            break;
+        }
+        starts[count] = all[best];
+        for (size_t i = 0; i < ROTATIONS; i++) {
+            double trace = 0.0;
+
+            for (size_t k = 0; k < 9; k++) {
+                trace += all[i].rotation[k] * starts[count].rotation[k];
+            }
+            if (trace > near) {
+                all[i].energy = INFINITY;
+            }
+        }
+        count++;
+    }
+    return count;
+}
+
+size_t registration_screen(const double *first, const double *second, size_t capacity,
+                           struct start_rotation *starts, int *status)
+{
+    struct screen *s = srnf_alloc(1, sizeof *s);
+    struct start_rotation *all = srnf_alloc(ROTATIONS, sizeof *all);
+    size_t count = 0;
+
+    *status = s && all ? fill_quarter(s) : SRNF_ENOMEM;
+    if (*status == SRNF_OK) {
+        memcpy(s->first, first, sizeof s->first);
+        for (size_t i = 0; i < 3 * COUNT; i++) {
+            s->second[SRNF_LANES * (i % COUNT) + i / COUNT] = second[i];
+        }
+        for (size_t i = 0; i < ROTATIONS; i++) {
+            double b[9];
+
+            super_fibonacci(i, ROTATIONS, all[i].rotation);
+            overlap(s, all[i].rotation, b);
+            all[i].energy = -tabulated_closest_rotation(b, NULL);
+        }
+        count = thin(all, capacity, starts);
+    }
+    srnf_free(s);
+    srnf_free(all);
+    return count;
+}

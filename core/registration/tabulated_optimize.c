@@ -1,0 +1,106 @@
+/*
+ * tabulated_optimize.c - Levenberg-Marquardt over left steps, from tables.
+ *
+ * The rules are those of optimize.c: a step is accepted if the objective falls and its Jacobian is
+ * at least one half at the nodes; damping shrinks by the gain ratio and grows on refusal. Nothing
+ * is allocated but the links of the chain.
+ */
+#include "tabulated.h"
+
+#include <math.h>
+#include <string.h>
+
+#define LAMBDA_START 1e-2
+#define LAMBDA_MIN 1e-9
+#define LAMBDA_MAX 1e6
+#define GAIN_GOOD 0.7
+#define GAIN_FAIR 0.3
+#define STEP_JACOBIAN_MIN 0.5
+#define ENERGY_ZERO 1e-13 /* of ||q1||^2: registered to rounding */
+
+struct vectors {
+    double *rhs, *step, *potentials;
+};
+
+/* One accepted step, or none: *gain is what it lowered the objective by. */
+static int advance(const struct tabulated_optimizer *o, const struct vectors *v,
+                   struct cloud *cloud, struct srnf_warp *chain, double *lambda, double *gain)
+{
+    double before = cloud->objective;
+    double torque[3];
+    double curvature = cloud_load(o->problem, cloud, &o->fields->table, torque);
+
+    *gain = 0.0;
+    tabulated_fields_transpose(o->fields, torque, v->rhs);
+    for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0) {
+        double expected;
+        struct cloud accepted;
+
+        if (!tabulated_level_solve(o->level, *lambda, curvature, v->rhs, v->step, &expected)) {
+            continue;
+        }
+        tabulated_fields_potentials(o->fields, v->step, v->potentials);
+        tabulated_fields_fill(o->fields, v->potentials);
+        if (!(cloud_move(&o->fields->table, cloud, o->spare) >= STEP_JACOBIAN_MIN)) {
+            continue;
+        }
+        cloud_evaluate(o->problem->moving, o->spare);
+        memcpy(o->spare->rotation, cloud->rotation, sizeof cloud->rotation);
+        memcpy(o->spare->displacement, cloud->displacement, sizeof cloud->displacement);
+        cloud_measure(o->problem, o->spare);
+        if (!(o->spare->objective < before)) {
+            continue;
+        }
+        accepted = *o->spare;
+        *o->spare = *cloud;
+        *cloud = accepted;
+        *gain = before - cloud->objective;
+        *lambda /= *gain > GAIN_GOOD * expected ? 8.0 : *gain > GAIN_FAIR * expected ? 3.0 : 1.0;
+        *lambda = fmax(*lambda, LAMBDA_MIN);
+        return warp_append(chain, SRNF_WARP_EXP, o->fields->degree, v->potentials);
+    }
+    return SRNF_OK;
+}
+
+int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedule *schedule,
+                       struct cloud *cloud, struct srnf_warp *chain,
+                       enum srnf_register_stop *stopped, size_t *iterations)
+{
+    size_t k = registration_unknowns(o->fields->degree);
+    double *memory = srnf_alloc(3 * k, sizeof(double));
+    struct vectors v = {memory, memory + k, memory + 2 * k};
+    double lambda = LAMBDA_START;
+    size_t small = 0;
+    int status = SRNF_OK;
+
+    if (!memory) {
+        return SRNF_ENOMEM;
+    }
+    *stopped = SRNF_REGISTER_MAX_ITERATIONS;
+    for (size_t step = 0; step < schedule->max_steps && small < 2 && status == SRNF_OK; step++) {
+        double before = cloud->objective;
+        double gain;
+
+        if (cloud->energy < ENERGY_ZERO) {
+            break;
+        }
+        if (srnf_is_canceled(o->context)) {
+            status = SRNF_ECANCELED;
+            break;
+        }
+        status = advance(o, &v, cloud, chain, &lambda, &gain);
+        (*iterations)++;
+        if (!(gain > 0.0)) {
+            *stopped = SRNF_REGISTER_REFUSED;
+            break;
+        }
+        small = gain < schedule->decrease * before ? small + 1 : 0;
+    }
+    if (cloud->energy < ENERGY_ZERO) {
+        *stopped = SRNF_REGISTER_TOLERANCE;
+    } else if (small >= 2) {
+        *stopped = SRNF_REGISTER_STATIONARY;
+    }
+    srnf_free(memory);
+    return status;
+}

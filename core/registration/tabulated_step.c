@@ -1,0 +1,269 @@
+/*
+ * tabulated_step.c - moving points by exp(w), q at the points, and the objective.
+ *
+ * The formulae are those of step.c, moving.c and objective.c; the frame of the derivatives is
+ * e_theta, e_phi at each point. The energy is ||q1||^2 + sum w J |q|^2 - 2 tr(O' B): below some
+ * 1e-15 of ||q1||^2 it is rounding.
+ */
+#include "harmonics/spline_lanes.h"
+#include "tabulated.h"
+
+#include <math.h>
+
+#define LONG_STEP2 (SRNF_PI * SRNF_PI) /* squared: half a great circle */
+
+/* Three components and their derivatives, four points. */
+SIMD_INLINE void gather(const struct sphere_spline *s, size_t order,
+                        const struct spline_place *place, simd value[3], simd along[3],
+                        simd across[3])
+{
+    simd v[SRNF_LANES], v_1[SRNF_LANES], v_2[SRNF_LANES];
+
+    for (size_t k = 0; k < SRNF_LANES; k++) {
+        spline_gather(s, order, place, k, &v[k], &v_1[k], &v_2[k]);
+    }
+    spline_turn(v, value);
+    spline_turn(v_1, along);
+    spline_turn(v_2, across);
+}
+
+/* ---- Steps ----------------------------------------------------------------------------------- */
+
+SIMD_INLINE void move_four(const struct sphere_spline *field, size_t order, simd p[3],
+                           simd *jacobian)
+{
+    struct spline_place place;
+    simd w[3], w_1[3], w_2[3], a[3], b[2];
+    simd along, across, square, cosine, sinc, length, c, s, norm;
+    simd a11, a12, a21, a22, d00, d01, d10, d11;
+
+    spline_place(field, order, p, true, &place);
+    gather(field, order, &place, w, w_1, w_2);
+    spline_frame(&place, a, b);
+    along = a[0] * w[0] + a[1] * w[1] + a[2] * w[2];
+    across = b[0] * w[0] + b[1] * w[1];
+    a11 = a[0] * w_1[0] + a[1] * w_1[1] + a[2] * w_1[2];
+    a21 = b[0] * w_1[0] + b[1] * w_1[1];
+    a12 = a[0] * w_2[0] + a[1] * w_2[1] + a[2] * w_2[2];
+    a22 = b[0] * w_2[0] + b[1] * w_2[1];
+    square = along * along + across * across;
+    simd_cos_sinc(&square, &cosine, &sinc);
+    norm = SIMD_MAX(square, SIMD_SET(1e-280));
+    simd_sqrt(&norm, &length);
+    c = along / length;
+    s = across / length;
+    d00 = SIMD_SET(1.0) + c * c * a11 + c * s * (a12 + a21) + s * s * a22;
+    d01 = c * c * a12 + c * s * (a22 - a11) - s * s * a21;
+    d10 = sinc * (c * c * a21 + c * s * (a22 - a11) - s * s * a12);
+    d11 = cosine + sinc * (c * c * a22 - c * s * (a12 + a21) + s * s * a11);
+    *jacobian = d00 * d11 - d01 * d10;
+    *jacobian = SIMD_SELECT(square < SIMD_SET(LONG_STEP2), *jacobian, SIMD_SET(-1.0));
+    p[0] = cosine * p[0] + sinc * (along * a[0] + across * b[0]);
+    p[1] = cosine * p[1] + sinc * (along * a[1] + across * b[1]);
+    p[2] = cosine * p[2] + sinc * along * a[2];
+    norm = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    simd_sqrt(&norm, &length);
+    for (size_t k = 0; k < 3; k++) {
+        p[k] /= length;
+    }
+}
+
+SIMD_INLINE double move_all(const struct sphere_spline *field, size_t order,
+                            const struct cloud *from, struct cloud *to)
+{
+    simd least = SIMD_SET(INFINITY);
+
+    for (size_t i = 0; i < from->n; i += SRNF_LANES) {
+        simd p[3], jacobian, before;
+
+        for (size_t c = 0; c < 3; c++) {
+            SIMD_LOAD(p[c], from->point[c] + i);
+        }
+        SIMD_LOAD(before, from->jacobian + i);
+        move_four(field, order, p, &jacobian);
+        least = SIMD_MIN(jacobian, least);
+        jacobian *= before;
+        for (size_t c = 0; c < 3; c++) {
+            SIMD_STORE(to->point[c] + i, p[c]);
+        }
+        SIMD_STORE(to->jacobian + i, jacobian);
+    }
+    return fmin(fmin(least[0], least[1]), fmin(least[2], least[3]));
+}
+
+SRNF_HOT double cloud_move(const struct sphere_spline *field, const struct cloud *from,
+                           struct cloud *to)
+{
+    return field->order == 4   ? move_all(field, 4, from, to)
+           : field->order == 6 ? move_all(field, 6, from, to)
+                               : move_all(field, 8, from, to);
+}
+
+/* ---- The moving field at the points ---------------------------------------------------------- */
+
+SIMD_INLINE void store(double *const out[3], size_t i, const simd v[3], const simd *scale)
+{
+    for (size_t c = 0; c < 3; c++) {
+        simd x = v[c] * *scale;
+
+        SIMD_STORE(out[c] + i, x);
+    }
+}
+
+/* |n| and <n, d n> / (2 |n|^2) along both directions. */
+SIMD_INLINE void lengths(const simd n[3], const simd n_1[3], const simd n_2[3], simd *length,
+                         simd *along, simd *across)
+{
+    simd square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+
+    square = SIMD_MAX(square, SIMD_SET(1e-280));
+    simd_sqrt(&square, length);
+    *along = SIMD_SET(0.5) * (n[0] * n_1[0] + n[1] * n_1[1] + n[2] * n_1[2]) / square;
+    *across = SIMD_SET(0.5) * (n[0] * n_2[0] + n[1] * n_2[1] + n[2] * n_2[2]) / square;
+}
+
+/* q, q_1, q_2 of four points: of SRNFs from n and its derivatives. */
+SIMD_INLINE void represent_srnf(const struct tabulated_moving *m, size_t order,
+                                const struct spline_place *place, struct cloud *cloud, size_t i)
+{
+    simd n[3], n_1[3], n_2[3];
+    simd length, root, along, across;
+
+    gather(&m->normal, order, place, n, n_1, n_2);
+    lengths(n, n_1, n_2, &length, &along, &across);
+    simd_sqrt(&length, &root);
+    root = SIMD_SET(1.0) / root;
+    for (size_t c = 0; c < 3; c++) {
+        n_1[c] -= along * n[c];
+        n_2[c] -= across * n[c];
+    }
+    store(cloud->q, i, n, &root);
+    store(cloud->q_1, i, n_1, &root);
+    store(cloud->q_2, i, n_2, &root);
+}
+
+/* Of square-root maps from f and its derivatives, too. */
+SIMD_INLINE void represent_srm(const struct tabulated_moving *m, size_t order,
+                               const struct spline_place *place, struct cloud *cloud, size_t i)
+{
+    simd n[3], n_1[3], n_2[3], f[3], f_1[3], f_2[3];
+    simd length, root, along, across;
+
+    gather(&m->normal, order, place, n, n_1, n_2);
+    lengths(n, n_1, n_2, &length, &along, &across);
+    simd_sqrt(&length, &root);
+    gather(&m->position, order, place, f, f_1, f_2);
+    for (size_t c = 0; c < 3; c++) {
+        f_1[c] += along * f[c];
+        f_2[c] += across * f[c];
+    }
+    store(cloud->q, i, f, &root);
+    store(cloud->q_1, i, f_1, &root);
+    store(cloud->q_2, i, f_2, &root);
+}
+
+SIMD_INLINE void evaluate_all(const struct tabulated_moving *m, size_t order, struct cloud *cloud)
+{
+    for (size_t i = 0; i < cloud->n; i += SRNF_LANES) {
+        struct spline_place place;
+        simd p[3];
+
+        for (size_t c = 0; c < 3; c++) {
+            SIMD_LOAD(p[c], cloud->point[c] + i);
+        }
+        spline_place(&m->normal, order, p, true, &place);
+        if (m->representation == SRNF_REPRESENTATION_SRM) {
+            represent_srm(m, order, &place, cloud, i);
+        } else {
+            represent_srnf(m, order, &place, cloud, i);
+        }
+    }
+}
+
+SRNF_HOT void cloud_evaluate(const struct tabulated_moving *m, struct cloud *cloud)
+{
+    if (m->normal.order == 4) {
+        evaluate_all(m, 4, cloud);
+    } else if (m->normal.order == 6) {
+        evaluate_all(m, 6, cloud);
+    } else {
+        evaluate_all(m, 8, cloud);
+    }
+}
+
+/* ---- The objective --------------------------------------------------------------------------- */
+
+struct sums {
+    double fields[9], points[9];  /* sum w sqrt(J) q1 q', sum w sqrt(J) e gamma' */
+    double square, area, penalty; /* sum w J |q|^2, sum w J, sum w (1 + J) (log J)^4 */
+};
+
+SRNF_HOT static void sum_points(const struct tabulated_target *t, const struct cloud *cloud,
+                                bool penalty, struct sums *sums)
+{
+    simd fields[9], points[9];
+    simd square = SIMD_SET(0.0), area = SIMD_SET(0.0), rho = SIMD_SET(0.0);
+
+    for (size_t k = 0; k < 9; k++) {
+        fields[k] = points[k] = SIMD_SET(0.0);
+    }
+    for (size_t i = 0; i < t->n; i += SRNF_LANES) {
+        simd weight, jacobian, root, scaled, q[3], p[3], l, length = SIMD_SET(0.0);
+
+        SIMD_LOAD(weight, t->weight + i);
+        SIMD_LOAD(jacobian, cloud->jacobian + i);
+        simd_sqrt(&jacobian, &root);
+        scaled = weight * root;
+        for (size_t c = 0; c < 3; c++) {
+            SIMD_LOAD(q[c], cloud->q[c] + i);
+            SIMD_LOAD(p[c], cloud->point[c] + i);
+            length += q[c] * q[c];
+        }
+        for (size_t r = 0; r < 3; r++) {
+            simd a, e;
+
+            SIMD_LOAD(a, t->q[r] + i);
+            SIMD_LOAD(e, t->node[r] + i);
+            a *= scaled;
+            e *= scaled;
+            for (size_t c = 0; c < 3; c++) {
+                fields[3 * r + c] += a * q[c];
+                points[3 * r + c] += e * p[c];
+            }
+        }
+        square += weight * jacobian * length;
+        area += weight * jacobian;
+        if (penalty) {
+            simd_log(&jacobian, &l);
+            l *= l;
+            rho += weight * (SIMD_SET(1.0) + jacobian) * l * l;
+        }
+    }
+    for (size_t k = 0; k < 9; k++) {
+        sums->fields[k] = SIMD_SUM(fields[k]);
+        sums->points[k] = SIMD_SUM(points[k]);
+    }
+    sums->square = SIMD_SUM(square);
+    sums->area = SIMD_SUM(area);
+    sums->penalty = SIMD_SUM(rho);
+}
+
+void cloud_measure(const struct tabulated_problem *problem, struct cloud *cloud)
+{
+    const struct tabulated_target *t = problem->target;
+    struct sums sums;
+    double fields, points;
+
+    sum_points(t, cloud, problem->penalty.jacobian > 0.0, &sums);
+    if (problem->free_rotation) {
+        fields = tabulated_closest_rotation(sums.fields, cloud->rotation);
+        points = tabulated_closest_rotation(sums.points, cloud->displacement);
+    } else {
+        fields = sums.fields[0] + sums.fields[4] + sums.fields[8];
+        points = sums.points[0] + sums.points[4] + sums.points[8];
+    }
+    cloud->energy = fmax(0.0, t->norm2 + sums.square - 2.0 * fields) / t->norm2;
+    cloud->objective =
+        cloud->energy + problem->penalty.jacobian * sums.penalty +
+        problem->penalty.displacement * fmax(0.0, 4.0 * SRNF_PI + sums.area - 2.0 * points);
+}

@@ -1,0 +1,46 @@
+/*
+ * tournament.h - what searches by tables share: subject.c prepares the moving surface, tournament.c
+ * finds the basin, climb.c its bottom.
+ */
+#ifndef SRNF_REGISTRATION_TOURNAMENT_H
+#define SRNF_REGISTRATION_TOURNAMENT_H
+
+#include "tabulated.h"
+
+#define MATRIX_DEGREE ((size_t)12) /* up to it one matrix serves all degrees of fields */
+
+/* Rows of the grid, degrees of the surfaces and of the fields, rows of the fields' tables, steps,
+   how many entrants are kept. */
+struct tournament_round {
+    size_t rows, surface, fields, table, steps, keep;
+};
+#define TOURNAMENT_ROUNDS ((size_t)4)
+extern const struct tournament_round tournament_rounds[TOURNAMENT_ROUNDS];
+
+#define SCREEN_COUNT ((size_t)(REGISTRATION_SCREEN_DEGREE + 1) * (REGISTRATION_SCREEN_DEGREE + 1))
+
+/* A moving surface, ready to be registered to any template. Immutable: searches of several threads
+   may share it. */
+struct subject {
+    struct tabulated_moving full, rounds[TOURNAMENT_ROUNDS];
+    size_t top;     /* degree of the matrix */
+    double *matrix; /* of the data term, absolute */
+    double screen[3 * SCREEN_COUNT];
+};
+SRNF_CHECKED int subject_create(struct subject *subject, const struct srnf_sht *sht,
+                                const double *coefficients,
+                                const struct srnf_register_options *options,
+                                const struct srnf_context *context);
+void subject_clear(struct subject *subject);
+
+/* The best start after elastic steps on growing grids: result->warp has its chain alone (no
+   points), and the ambiguity is known. */
+SRNF_CHECKED int tournament_run(const struct search *search, struct search_result *result);
+
+/* Fields of rising degree on the full grid, all rungs above `from`. The points of result->warp are
+   those of its chain, or, where replayed is false, are made from it. The objective is measured
+   directly in the end. */
+SRNF_CHECKED int climb_run(const struct search *search, size_t from, bool replayed,
+                           struct search_result *result);
+
+#endif
