@@ -14,6 +14,15 @@ CODENAME=$(. /etc/os-release && echo "$VERSION_CODENAME")
 MIRROR=${SRNFD_MIRROR:-$(apt-cache policy 2>/dev/null | sed -n "s#.* \(http[^ ]*\) $CODENAME/main .*#\1#p" | head -n 1)}
 SYSTEM=$SCRATCH/system
 
+# debootstrap may leave /proc mounted in the system, which must not be removed with it.
+leave() {
+    local status=$?
+    sed -n "s#^[^ ]* \($SYSTEM/[^ ]*\) .*#\1#p" /proc/mounts | xargs -r umount
+    (exit "$status")
+    clean_up
+}
+trap leave EXIT
+
 inside() {
     env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive LC_ALL=C chroot "$SYSTEM" "$@"
 }

@@ -238,7 +238,7 @@ clean_up() {
             wait "$pid" 2>/dev/null
         fi
     done
-    rm -rf "$SCRATCH"
+    rm -rf --one-file-system "$SCRATCH"
     exit "$status"
 }
 trap clean_up EXIT
