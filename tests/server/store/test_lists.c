@@ -103,7 +103,7 @@ static void fill(const struct fixture *fixture, size_t rows)
                 "substr(id, -1) = '7';"
                 "INSERT OR IGNORE INTO cohort_member SELECT owner, name, 0, '" MESH_3
                 "', NULL FROM cohort WHERE substr(name, -1) = '7'; COMMIT");
-    sqlite3_close(db);
+    assert_int_equal(sqlite3_close(db), SQLITE_OK);
 }
 
 /* ---- What is seen ---------------------------------------------------------------------------- */
@@ -331,7 +331,7 @@ static void lists_are_what_a_plain_search_finds(void **state)
             }
         }
     }
-    sqlite3_close(db);
+    assert_int_equal(sqlite3_close(db), SQLITE_OK);
 }
 
 static void members_of_a_cohort_are_listed(void **state)
@@ -450,7 +450,7 @@ static void pages_come_from_indexes(void **state)
             }
         }
     }
-    sqlite3_close(db);
+    assert_int_equal(sqlite3_close(db), SQLITE_OK);
 }
 
 int main(void)
