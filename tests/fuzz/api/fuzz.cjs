@@ -98,9 +98,10 @@ function parsed(answer) {
 
 // The documented media type that an answer is of.
 function mediaOf(content, type) {
-    const plain = type.replace(/\s*;\s*/g, '; ');
+    const spaced = (text) => text.replace(/\s*;\s*/g, '; ');
+    const plain = spaced(type);
     const names = Object.keys(content);
-    return names.find((name) => name === plain) || names.find((name) => name === plain.split(';')[0]) ||
+    return names.find((name) => spaced(name) === plain) || names.find((name) => name === plain.split(';')[0]) ||
         names.find((name) => name === '*/*');
 }
 
