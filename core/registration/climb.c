@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MAX ((size_t)40)
+#define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 #define FIELDS_ORDER ((size_t)8)
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
