@@ -170,7 +170,23 @@ static bool query_outputs(const char *list, struct framing *framing)
     return good;
 }
 
-bool framing_query(struct api_call *call, struct framing *framing, bool *given)
+static void check_known(const struct api_call *call, const struct api_process *process,
+                        const struct framing *framing, struct problem_list *list)
+{
+    json_t *schema = process ? call->api->config.processes->outputs_schema(process) : NULL;
+    const json_t *known = json_object_get(schema, "properties");
+
+    for (size_t i = 0; known && i < framing->n; i++) {
+        if (!json_object_get(known, framing->outputs[i].name)) {
+            problem_add(list, "/outputs", "this process has no output \"%.60s\"",
+                        framing->outputs[i].name);
+        }
+    }
+    json_decref(schema);
+}
+
+bool framing_query(struct api_call *call, const struct api_process *process,
+                   struct framing *framing, bool *given)
 {
     struct problem_list problems = {.errors = NULL};
     char text[STORE_FRAMING_MAX];
@@ -188,6 +204,8 @@ bool framing_query(struct api_call *call, struct framing *framing, bool *given)
         *given = true;
         if (!query_outputs(text, framing)) {
             problem_add(&problems, "/outputs", "must be names of outputs, separated by commas");
+        } else {
+            check_known(call, process, framing, &problems);
         }
     }
     if (problems.errors) {

@@ -284,7 +284,7 @@ static bool find_framing(struct api_call *call, const struct store_job *job,
         (void)problem_respond_store(call, status, "no-such-job", job->id);
         return false;
     }
-    return framing_query(call, framing, &given);
+    return framing_query(call, api_process_find(call->api, job->process), framing, &given);
 }
 
 void jobs_results(struct api_call *call)

@@ -148,7 +148,7 @@ is "$(header Link)" '' 'the last has no next'
 # Progress of a job that encodes two meshes, registers and follows a path: told as one, in its record and in the list
 # alike, and never taken back. Meanwhile others wait, and know where.
 post /v1/meshes --data-binary @tests/data/aal_subcortex/R_pallidum.ply
-execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":3,\"symmetric\":false}" -H 'Prefer: respond-async'
+execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":9,\"symmetric\":true}" -H 'Prefer: respond-async'
 long=$(json .id)
 execute invert "${slow/100000/99998}" -H 'Prefer: respond-async'
 is "$(json '"\(.status) \(.estimatedSecondsLeft)"')" 'accepted null' 'of a job that waits nothing is estimated'
@@ -204,6 +204,10 @@ for path in "/v1/meshes/$mesh" "/v1/meshes/$mesh/content" "/v1/jobs/$keyed/resul
     get "$path" -H 'If-None-Match: "other"'
     is "$STATUS" 200 'unless it is another'
 done
+get "/v1/jobs/$keyed/results?outputs=fit,nothing"
+is_problem 422 invalid-input 'an output that the process does not have is refused'
+get "/v1/jobs/$keyed/results?outputs=fit"
+is "$STATUS $(json 'keys | join(" ")')" '200 fit' 'and one that it has is given alone'
 get "/v1/meshes/$mesh/content"
 check 'the content is the file' cmp "$BODY" "$DATA/L_thalamus.ply"
 length=$(wc -c <"$BODY")

@@ -37,7 +37,7 @@ compare "$(json '(.surface.area - 1 | fabs), (.surface.centroid | map(fabs) | ma
     '<' 1e-6 'it is centred and of unit area'
 compare "$(json .fit.relativeToDiagonal.rms)" '<' 0.01 'it fits its mesh to 1 % of the diagonal'
 is "$(json '.fit | (.rms | real) <= (.p95 | real) and .p95 <= (.max | real)')" true 'rms, p95 and max are in order'
-is "$(json '.inputs | keys | join(" ")')" 'center lmax mesh mirror parameterization scale smoothing sphere' \
+is "$(json '.inputs | keys | join(" ")')" 'center cohort lmax mesh mirror parameterization scale smoothing sphere' \
     'the result holds every option'
 like "$(json .numericBuild)" 'srnf' 'and the build that made the numbers'
 RMS15=$(json .fit.rms)

@@ -37,7 +37,7 @@ is "$(grep -E '^ *("[a-zA-Z]+": )?null,?$' "$SCRATCH/out" | grep -vE '"(default|
     'and nothing that is shown is null, but for what may be'
 check 'the content that comes back is the file' cmp "$SCRATCH/clone/thalamus.ply" tests/data/aal_subcortex/L_thalamus.ply
 
-jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) \(.path)"' "$SERVER_LOG" |
+jq -Rr 'fromjson? | select(.event == "request" and .status < 400) | "\(.method) \(.path)"' "$SERVER_LOG" |
     sort -u >"$SCRATCH/asked"
 while read -r method pattern _; do
     expression=$(sed 's/[.]/[.]/g; s/{[a-z]*}/[^\/]+/g' <<<"$pattern")

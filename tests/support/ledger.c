@@ -233,7 +233,7 @@ static bool delete (struct ledger *ledger, struct ledger_job *job)
     }
     snprintf(path, sizeof path, "/v1/jobs/%s", job->id);
     status = daemon_status(ledger->daemon, "DELETE", path, "");
-    if (status == 204) {
+    if (status == 200) {
         job->promise = DELETED;
         atomic_fetch_add(&ledger->acknowledged, 1);
     } else if (status != 0) {

@@ -9,7 +9,7 @@
  *                                 failed after three attempts that were each cut short
  *   status successful, seen once  it stays so, with the same results, and never runs again
  *   cancel answered dismissed     it stays so
- *   204 for a deletion            it is gone
+ *   200 for a deletion            it is gone
  */
 #ifndef SRNFD_TEST_LEDGER_H
 #define SRNFD_TEST_LEDGER_H

@@ -62,6 +62,9 @@ function load(modules, text) {
         if (schema.type === 'boolean' && /^(true|false)$/.test(value)) {
             return value === 'true';
         }
+        if (schema.type === 'array') {
+            return value.split(',');
+        }
         return schema.type === 'integer' && /^-?[0-9]+$/.test(value) ? Number(value) : value;
     }
 

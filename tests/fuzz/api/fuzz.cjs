@@ -221,8 +221,8 @@ async function remember(request, answer) {
     const { operation } = request;
     const value = answer.type.startsWith('application/json') ? parsed(answer) : undefined;
     lastEtag = answer.headers.etag || lastEtag;
-    if (answer.status === 204 && operation.id === 'deleteJob') {
-        bury('job', request.values.id);
+    if (answer.status === 200 && operation.id === 'deleteJob') {
+        await rememberDeletion(request.values.id);
     } else if (answer.status === 204 && operation.id === 'deleteCohort') {
         bury('cohort', request.values.name);
     } else if (answer.status === 204 && /^delete(Mesh|Surface|Model|Volume)$/.test(operation.id)) {
@@ -235,6 +235,14 @@ async function remember(request, answer) {
     }
     if (operation.id === 'execute') {
         await rememberJob(answer);
+    }
+}
+
+// DELETE dismisses a job that has not ended, and removes one that has.
+async function rememberDeletion(id) {
+    alive.job = alive.job.filter((one) => one !== id);
+    if ((await send({ method: 'GET', path: `/v1/jobs/${id}`, headers: {}, body: null })).status === 404) {
+        bury('job', id);
     }
 }
 

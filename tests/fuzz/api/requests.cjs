@@ -149,6 +149,10 @@ function makeRequests(fc, description, values, samples) {
         const drawn = parameters(g, operation, part === 'parameter');
         const request = { operation, method: operation.method, headers: {}, wrong: [], body: null, type: null };
 
+        // An empty part of a path leads to another route, where there is one.
+        for (const one of drawn.filter((of) => of.parameter.in === 'path' && of.text === '')) {
+            one.text = ' ';
+        }
         request.values = Object.fromEntries(drawn.map((one) => [one.parameter.name, one.text]));
         headers(g, drawn, request);
         for (const one of drawn.filter((of) => of.parameter.in === 'header' && of.parameter.name !== 'Prefer')) {
