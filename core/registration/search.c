@@ -350,9 +350,9 @@ static int refine_starts(const struct search *s, size_t count, struct start_rota
     const struct tabulated_moving *table = &s->subject->rounds[TOURNAMENT_ROUNDS - 1];
     struct moving moving = {.representation = s->options->representation, .table = table};
     struct problem problem = {.moving = &moving, .free_rotation = s->full.free_rotation};
+    size_t rows = tournament_round(TOURNAMENT_ROUNDS - 1, table->degree).rows;
     double *memory = NULL;
-    int status = search_coarsen(s, tournament_rounds[TOURNAMENT_ROUNDS - 1].rows, table->degree,
-                                &memory, &problem.target);
+    int status = search_coarsen(s, rows, table->degree, &memory, &problem.target);
 
     moving.plan.points.context = s->context;
     for (size_t i = 0; i < count && status == SRNF_OK; i++) {

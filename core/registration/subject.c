@@ -49,9 +49,9 @@ int subject_create(struct subject *s, const struct srnf_sht *sht, const double *
                                          degree, FULL_ORDER, FULL_FINENESS);
     }
     for (size_t k = 0; k < TOURNAMENT_ROUNDS && !still && status == SRNF_OK; k++) {
-        status =
-            tabulated_moving_create(&s->rounds[k], options->representation, degree, coefficients,
-                                    tournament_rounds[k].surface, ROUND_ORDER, ROUND_FINENESS);
+        status = tabulated_moving_create(&s->rounds[k], options->representation, degree,
+                                         coefficients, tournament_round(k, degree).surface,
+                                         ROUND_ORDER, ROUND_FINENESS);
     }
     if (status == SRNF_OK && !still) {
         status = screen_series(s, options->representation, sht, coefficients);

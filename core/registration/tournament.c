@@ -12,19 +12,22 @@
 #include <math.h>
 #include <string.h>
 
-#define ENTRANTS ((size_t)24)
+#define ENTRANTS ((size_t)36)
 #define AMBIGUITY_ANGLE (15.0 * SRNF_PI / 180.0)
 #define ORDER ((size_t)4)
 #define DECREASE 1e-3
-#define RIGID_ROUND 2 /* on whose grid the curvature over rotations is measured */
+#define RIGID_ROUND 2            /* on whose grid the curvature over rotations is measured */
+#define FINE_DEGREE ((size_t)31) /* of the surfaces in the last round, at most */
+#define FINE_STEPS ((size_t)12)  /* where it is above that of the table */
 
-const struct tournament_round tournament_rounds[TOURNAMENT_ROUNDS] = {
-    {12, 8, 2, 12, 5, 8},
-    {14, 10, 4, 16, 6, 5},
-    {18, 12, 8, 28, 8, 3},
+#define ROUNDS TOURNAMENT_ROUNDS
+
+static const struct tournament_round rounds[ROUNDS] = {
+    {12, 8, 2, 12, 5, 12},
+    {14, 10, 4, 16, 6, 6},
+    {18, 12, 8, 28, 8, 4},
     {24, 15, 8, 28, 8, 3},
 };
-#define ROUNDS TOURNAMENT_ROUNDS
 
 struct entrant {
     struct cloud cloud;
@@ -47,6 +50,20 @@ struct tournament {
     struct tabulated_level levels[ROUNDS];
 };
 
+/* Surfaces cut to degree 15 may lie best in another basin than whole ones, so that the last round
+   takes more of them, on a grid that fits, and more steps. */
+struct tournament_round tournament_round(size_t k, size_t degree)
+{
+    struct tournament_round round = rounds[k];
+
+    if (k + 1 == ROUNDS && degree > round.surface) {
+        round.steps = FINE_STEPS;
+        round.surface = degree < FINE_DEGREE ? degree : FINE_DEGREE;
+        round.rows = round.rows > round.surface ? round.rows : round.surface + 1;
+    }
+    return round;
+}
+
 /* ---- Arenas ---------------------------------------------------------------------------------- */
 
 static void close_arena(struct arena *a)
@@ -59,11 +76,12 @@ static void close_arena(struct arena *a)
 static int open_arena(const struct search *s, size_t k, struct arena *a)
 {
     size_t degree = s->subject->rounds[k].degree;
+    size_t rows = tournament_round(k, degree).rows;
     struct target target;
     int status;
 
     *a = (struct arena){0};
-    status = search_coarsen(s, tournament_rounds[k].rows, degree, &a->memory, &target);
+    status = search_coarsen(s, rows, degree, &a->memory, &target);
     if (status == SRNF_OK) {
         status = tabulated_target_create(&a->target, &target);
     }
@@ -85,12 +103,12 @@ static int open_fields(struct tournament *t)
     int status = SRNF_OK;
 
     for (size_t k = 0; k < ROUNDS && status == SRNF_OK; k++) {
-        size_t degree = tournament_rounds[k].fields < top ? tournament_rounds[k].fields : top;
+        size_t degree = rounds[k].fields < top ? rounds[k].fields : top;
 
-        if (k > 0 && tournament_rounds[k].fields == tournament_rounds[k - 1].fields) {
+        if (k > 0 && rounds[k].fields == rounds[k - 1].fields) {
             continue; /* as before: see round_of */
         }
-        status = tabulated_fields_create(&t->fields[k], degree, ORDER, tournament_rounds[k].table);
+        status = tabulated_fields_create(&t->fields[k], degree, ORDER, rounds[k].table);
         if (status == SRNF_OK) {
             status = tabulated_level_create(&t->levels[k], degree, top, s->subject->matrix,
                                             s->full.target.norm2, s->full.penalty.displacement,
@@ -103,7 +121,7 @@ static int open_fields(struct tournament *t)
 /* Where fields and level of a round are. */
 static size_t round_of(size_t k)
 {
-    while (k > 0 && tournament_rounds[k].fields == tournament_rounds[k - 1].fields) {
+    while (k > 0 && rounds[k].fields == rounds[k - 1].fields) {
         k--;
     }
     return k;
@@ -166,7 +184,8 @@ static void keep_best(struct tournament *t, size_t count)
 
 static int play(struct tournament *t, size_t k, const struct arena *a, size_t *iterations)
 {
-    struct schedule schedule = {tournament_rounds[k].steps, DECREASE};
+    const struct tournament_round round = tournament_round(k, a->problem.moving->degree);
+    struct schedule schedule = {round.steps, DECREASE};
     struct tabulated_optimizer o = {&a->problem, &t->fields[round_of(k)], &t->levels[round_of(k)],
                                     &t->spare, t->search->context};
     int status;
@@ -230,7 +249,7 @@ static int rotational_curvature(const struct search *s, const struct arena *a,
     struct start_rotation refined = *start;
     struct moving moving = {.representation = s->options->representation,
                             .table = a->problem.moving};
-    size_t n = 2 * tournament_rounds[RIGID_ROUND].rows * tournament_rounds[RIGID_ROUND].rows;
+    size_t n = 2 * rounds[RIGID_ROUND].rows * rounds[RIGID_ROUND].rows;
     const double *memory = a->memory;
     struct problem problem = {.target = {.n = n,
                                          .points = memory,
@@ -292,7 +311,7 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
         }
         status = status ? status : play(t, k, &arena, &result->iterations);
         if (status == SRNF_OK) {
-            keep_best(t, tournament_rounds[k].keep);
+            keep_best(t, rounds[k].keep);
             srnf_report_progress(t->search->context, 0.1 * (double)(k + 2), "tournament");
         }
         if (status == SRNF_OK && k + 1 == ROUNDS) {

@@ -15,7 +15,8 @@ struct tournament_round {
     size_t rows, surface, fields, table, steps, keep;
 };
 #define TOURNAMENT_ROUNDS ((size_t)4)
-extern const struct tournament_round tournament_rounds[TOURNAMENT_ROUNDS];
+/* Round k for surfaces of a degree. */
+struct tournament_round tournament_round(size_t k, size_t degree);
 
 #define SCREEN_COUNT ((size_t)(REGISTRATION_SCREEN_DEGREE + 1) * (REGISTRATION_SCREEN_DEGREE + 1))
 
