@@ -24,7 +24,7 @@ is "$(json .surface.source.job)" "$(header Link | sed 's,.*/jobs/\([^>]*\)>.*,\1
 get "/v1/surfaces/$surface"
 is "$(json .source.mesh)" "$first" 'the record keeps its first source'
 is "$(json 'keys_unsorted | join(" ")')" \
-    'id name tags lmax area volume centroid scale parameterization route source fit starShaped origin mirrored smoothing warnings created links' \
+    'id name tags lmax area volume centroid scale parameterization route source fit starShaped origin frame mirrored smoothing warnings created links' \
     'a record is in the order of the contract'
 
 # ---- Whole numbers and names ---------------------------------------------------------------------------

@@ -303,7 +303,7 @@ static bool remove_job(struct scene *scene)
 
     memcpy(id, scene->job, sizeof id);
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
-    done = ask(scene, "DELETE", path, "", "", 0, 204, NULL);
+    done = ask(scene, "DELETE", path, "", "", 0, 200, NULL);
     /* Removed without an answer is removed, too: the next round makes another. */
     scene->job[0] = '\0';
     return done;
