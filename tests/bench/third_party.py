@@ -4,7 +4,8 @@
     third_party.py FOLDER URL       makes the files in FOLDER, sends each to the service at URL, and prints a table
 
 Needs, of Debian: python3-vtk9 python3-nibabel python3-skimage python3-meshio python3-stl python3-open3d
-python3-gmsh assimp-utils admesh openctm-tools libgts-bin openscad pcl-tools; of npm, in FOLDER/node_modules: three
+python3-gmsh assimp-utils admesh openctm-tools libgts-bin openscad pcl-tools connectome-workbench, meshlab with xvfb and
+xauth; of npm, in FOLDER/node_modules: three
 @gltf-transform/core. What is not there is left out and named. No part of make check: tests/data/third_party has a few of
 the files.
 
@@ -247,6 +248,28 @@ def with_nibabel():
     nibabel.save(nibabel.Nifti1Image(np.zeros((4, 4, 4), np.uint8), np.eye(4)), path("volume.nii.gz"))
     row("nibabel", "volume.nii")
     row("nibabel", "volume.nii.gz")
+
+
+def with_workbench():
+    if not os.path.exists(path("nibabel_b64gz.surf.gii")):
+        with_nibabel()
+    command("wb_command", "-set-structure", "nibabel_b64gz.surf.gii", "CORTEX_LEFT")
+    for encoding in ("ASCII", "BASE64_BINARY", "GZIP_BASE64_BINARY", "EXTERNAL_FILE_BINARY"):
+        name = f"workbench_{encoding.lower()}.surf.gii"
+        command("wb_command", "-gifti-convert", encoding, "nibabel_b64gz.surf.gii", name)
+        row("Workbench", name)
+    with open(path("identity.txt"), "w") as out:
+        out.write("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+    command("wb_command", "-surface-apply-affine", "nibabel_b64gz.surf.gii", "identity.txt", "workbench_affine.surf.gii")
+    row("Workbench", "workbench_affine.surf.gii")
+    command("wb_command", "-surface-vertex-areas", "nibabel_b64gz.surf.gii", "workbench_areas.shape.gii")
+    row("Workbench", "workbench_areas.shape.gii")
+
+
+def with_meshlab():
+    for kind in ("ply", "stl", "off", "obj", "wrl", "dae", "json", "x3d"):
+        command("xvfb-run", "-a", "meshlabserver", "-i", "base.stl", "-o", "meshlab." + kind)
+        row("MeshLab", "meshlab." + kind, 2e-5)
 
 
 def with_meshio():
@@ -530,6 +553,26 @@ def read_back():
         image = nibabel.load(names["gii"])
         ok = compare("nibabel", "gii", image.darrays[0].data.astype(float), image.darrays[1].data) and ok
 
+    @attempt("Workbench reads")
+    def _():
+        nonlocal ok
+        import nibabel
+        command("wb_command", "-gifti-convert", "ASCII", "ours.gii", "ours_workbench.surf.gii")
+        command("wb_command", "-surface-vertex-areas", "ours.gii", "ours_areas.shape.gii")
+        image = nibabel.load(path("ours_workbench.surf.gii"))
+        areas = nibabel.load(path("ours_areas.shape.gii")).darrays[0].data.astype(float)
+        ok = compare("Workbench", "gii", image.darrays[0].data.astype(float), image.darrays[1].data) and ok
+        ok = abs(areas.sum() / AREA - 1) < 1e-5 and ok
+
+    @attempt("MeshLab reads")
+    def _():
+        nonlocal ok
+        import meshio
+        for kind in ("ply", "stl"):  # Debian's build stops in an assertion of its own on any OBJ
+            command("xvfb-run", "-a", "meshlabserver", "-i", "ours." + kind, "-o", f"ours_{kind}_meshlab.stl")
+            mesh = meshio.read(path(f"ours_{kind}_meshlab.stl"))
+            ok = compare("MeshLab", kind, mesh.points.astype(float), mesh.cells[0].data) and ok
+
     @attempt("meshio reads")
     def _():
         nonlocal ok
@@ -579,7 +622,8 @@ def main():
     for name, maker in (("VTK", with_vtk), ("nibabel", with_nibabel), ("meshio", with_meshio), ("Open3D", with_open3d),
                         ("numpy-stl", with_numpy_stl), ("Gmsh", with_gmsh), ("assimp", with_assimp),
                         ("ADMesh", with_admesh), ("OpenCTM", with_openctm), ("OpenSCAD", with_openscad),
-                        ("GTS", with_gts), ("PCL", with_pcl), ("npm", with_npm), ("by hand", by_hand)):
+                        ("GTS", with_gts), ("PCL", with_pcl),
+                        ("Workbench", with_workbench), ("MeshLab", with_meshlab), ("npm", with_npm), ("by hand", by_hand)):
         attempt(name)(maker)
     wrong = 0
     print("| tool | file | verdict |\n|---|---|---|")
