@@ -108,7 +108,9 @@ json_t *json_memory_load(const char *text, size_t size, size_t budget, bool *ove
     if (!failed) {
         budget_left = budget;
         reading = budget > 0;
-        account = reading ? jobs_memory_current() : NULL;
+        if (reading) { /* otherwise what was charged before is still to be given back */
+            account = jobs_memory_current();
+        }
         document = json_loadb(text, size, JSON_REJECT_DUPLICATES, error);
         reading = false;
     }

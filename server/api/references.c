@@ -24,6 +24,14 @@
 #include <strings.h>
 
 #define HREF_MAX 512
+#define OUTPUTS_MAX 16 /* links to outputs in one request: each reads the results of a job */
+
+/* What is being resolved. */
+struct resolving {
+    struct api_call *call;
+    struct problem_list *list;
+    size_t n_outputs;
+};
 
 static const char *const value_members[] = {"value",  "mediaType", "encoding",
                                             "schema", "format",    NULL};
@@ -115,7 +123,7 @@ static json_t *output_value(struct api_call *call, const char *job, const char *
 
 /* What is at the path (new reference); NULL: nothing that an input can be, or a problem was
    answered. */
-static json_t *resource(struct api_call *call, const char *path)
+static json_t *resource(struct resolving *r, const char *pointer, const char *path)
 {
     static const char *const patterns[] = {
         "/v1/meshes/{id}",  "/v1/meshes/{id}/content",  "/v1/surfaces/{id}", "/v1/models/{id}",
@@ -127,29 +135,37 @@ static json_t *resource(struct api_call *call, const char *path)
             return json_string(parameters[0]);
         }
     }
-    return route_matches("/v1/jobs/{id}/results/{output}", path, parameters)
-               ? output_value(call, parameters[0], parameters[1])
-               : NULL;
+    if (!route_matches("/v1/jobs/{id}/results/{output}", path, parameters)) {
+        return NULL;
+    }
+    if (++r->n_outputs > OUTPUTS_MAX) {
+        problem_add(r->list, pointer,
+                    "a request has at most %d links to outputs of jobs; name what they hold",
+                    OUTPUTS_MAX);
+        return NULL;
+    }
+    return output_value(r->call, parameters[0], parameters[1]);
 }
 
 /* What a link means (new reference), or NULL with a problem noted or answered. */
-static json_t *follow(struct api_call *call, const char *href, const char *pointer,
-                      struct problem_list *list)
+static json_t *follow(struct resolving *r, const char *href, const char *pointer)
 {
-    const char *path = href ? local_path(call, href) : NULL;
+    const char *path = href ? local_path(r->call, href) : NULL;
+    size_t n_outputs = r->n_outputs;
     char decoded[HREF_MAX];
     json_t *value = NULL;
 
     if (!path) {
-        problem_add(list, pointer,
+        problem_add(r->list, pointer,
                     "href must be the address of a resource of this service, such as "
                     "/v1/surfaces/{id}; nothing is fetched from elsewhere: upload it first");
     } else {
         if (percent_decode(path, strlen(path), false, decoded, sizeof decoded)) {
-            value = resource(call, decoded);
+            value = resource(r, pointer, decoded);
         }
-        if (!value && call->response->status == 0) {
-            problem_add(list, pointer,
+        if (!value && r->call->response->status == 0 &&
+            (r->n_outputs == n_outputs || r->n_outputs <= OUTPUTS_MAX)) {
+            problem_add(r->list, pointer,
                         "href names no mesh, volume, surface, cohort, model or output of a job");
         }
     }
@@ -157,8 +173,7 @@ static json_t *follow(struct api_call *call, const char *href, const char *point
 }
 
 /* What stands in the place of one value (new reference), or NULL. */
-static json_t *meaning(struct api_call *call, json_t *value, const char *pointer,
-                       struct problem_list *list)
+static json_t *meaning(struct resolving *r, json_t *value, const char *pointer)
 {
     if (!json_is_object(value)) {
         return json_incref(value);
@@ -167,13 +182,14 @@ static json_t *meaning(struct api_call *call, json_t *value, const char *pointer
         return json_incref(json_object_get(value, "value"));
     }
     if (is_of(value, link_members)) {
-        return follow(call, json_string_value(json_object_get(value, "href")), pointer, list);
+        return follow(r, json_string_value(json_object_get(value, "href")), pointer);
     }
     return json_incref(value);
 }
 
 bool references_resolve(struct api_call *call, json_t *inputs, struct problem_list *list)
 {
+    struct resolving r = {.call = call, .list = list};
     const char *name;
     json_t *value, *element;
     void *next;
@@ -185,10 +201,11 @@ bool references_resolve(struct api_call *call, json_t *inputs, struct problem_li
         json_t *new;
 
         (void)snprintf(pointer, sizeof pointer, "/inputs/%.120s", name);
-        new = meaning(call, value, pointer, list);
-        json_array_foreach(new, i, element)
-        {
-            json_t *one = json_is_object(element) ? meaning(call, element, pointer, list) : NULL;
+        new = meaning(&r, value, pointer);
+        for (i = 0; call->response->status == 0 && r.n_outputs <= OUTPUTS_MAX &&
+                    (element = json_array_get(new, i)) != NULL;
+             i++) {
+            json_t *one = json_is_object(element) ? meaning(&r, element, pointer) : NULL;
 
             if (one) {
                 (void)json_array_set_new(new, i, one);
