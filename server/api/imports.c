@@ -176,6 +176,7 @@ static void clear(struct import *import)
     free(import->table_path);
     study_table_clear(&import->table);
     json_decref(import->refused);
+    json_decref(import->labels);
     json_decref(import->manifest);
     json_decref(import->by_path);
     json_decref(import->seen);

@@ -14,6 +14,7 @@ struct store_batch; /* store/batch.h */
 #define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
 #define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
 
+#define IMPORT_LABELS_SHOWN 100
 #define IMPORT_PREPARED_MAX ((size_t)16 << 20) /* 100 meshes of 6,000 faces; others at first need */
 
 #define IMPORT_CHANGED "it is not what " STUDY_MANIFEST " says of it: its content was changed"
@@ -43,6 +44,7 @@ struct import {
     size_t n_refused;
     struct study_table table;
     char *table_path; /* NULL: there is no table */
+    json_t *labels;   /* how many members have each, the first IMPORT_LABELS_SHOWN; NULL: none */
     /* Of an export: its manifest, its files by their paths, the ids that came, and of the next
        mesh its id, format, name and source; NULL otherwise. How many surfaces, models and jobs came
        with it. */

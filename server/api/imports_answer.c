@@ -11,8 +11,6 @@
 #include "api/warnings.h"
 #include "store/cohort.h"
 
-#define LABELS_SHOWN 100
-
 /* Nothing is kept: says why. */
 void import_respond_refused(struct import *import)
 {
@@ -31,23 +29,6 @@ void import_respond_refused(struct import *import)
                    length < 250 ? (int)length : 250, detail ? detail : "", one ? "it" : "them");
     (void)problem_respond_with(import->call, "import-refused", text, "refused",
                                json_incref(import->refused));
-}
-
-/* How many members each label has, the first LABELS_SHOWN of them. */
-static void count_labels(const struct study_table *table, json_t *summary)
-{
-    json_t *labels = json_object();
-
-    for (size_t i = 0; table->label != STUDY_NO_COLUMN && i < table->cells.rows; i++) {
-        const char *label = delimited_cell(&table->cells, i, table->label);
-        json_int_t n = json_integer_value(json_object_get(labels, label));
-
-        if (label[0] && (n > 0 || json_object_size(labels) < LABELS_SHOWN)) {
-            (void)json_object_set_new(labels, label, json_integer(n + 1));
-        }
-    }
-    (void)json_object_set_new(summary, "labels", labels);
-    (void)json_object_set_new(summary, "columns", study_table_columns(table));
 }
 
 /* What was taken, in figures. */
@@ -73,7 +54,9 @@ static json_t *summary_of(const struct import *import, const struct store_cohort
     (void)json_object_set_new(summary, "members",
                               json_integer(cohort ? (json_int_t)cohort->n_members : 0));
     if (import->table_path) {
-        count_labels(&import->table, summary);
+        (void)json_object_set_new(summary, "labels",
+                                  import->labels ? json_incref(import->labels) : json_object());
+        (void)json_object_set_new(summary, "columns", study_table_columns(&import->table));
     }
     return summary;
 }

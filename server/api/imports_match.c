@@ -117,6 +117,18 @@ static void refuse_duplicates(struct import *import, const struct index *index)
     }
 }
 
+static void count_label(struct import *import, const char *label)
+{
+    json_int_t n = json_integer_value(json_object_get(import->labels, label));
+
+    if (!import->labels) {
+        import->labels = json_object();
+    }
+    if (label[0] && (n > 0 || json_object_size(import->labels) < IMPORT_LABELS_SHOWN)) {
+        (void)json_object_set_new(import->labels, label, json_integer(n + 1));
+    }
+}
+
 /* One row: its member, if its file is there and nothing is wrong with it. */
 static void take_row(struct import *import, const struct index *index, size_t row, bool *named,
                      struct cohort_text *members)
@@ -163,6 +175,9 @@ static void take_row(struct import *import, const struct index *index, size_t ro
         json_decref(list.errors);
     } else {
         cohort_text_add(members, member);
+        if (import->table.label != STUDY_NO_COLUMN) {
+            count_label(import, delimited_cell(&import->table.cells, row, import->table.label));
+        }
     }
     json_decref(member);
 }

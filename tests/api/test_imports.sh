@@ -175,6 +175,9 @@ refused "$SCRATCH/table.zip" 'good.off invalid-row' 'a side that is none'
 import '?cohort=some&partial=true' "$SCRATCH/table.zip"
 is "$STATUS $(json '"\([.meshes[].file] | join(" ")) \(.refused[0].code)"')" '201 evil.off invalid-row' \
     'with partial=true the other row is kept'
+table 'file,label\ngood.off,a\nabsent.off,b\nevil.off,b\n'
+import '?cohort=counted&partial=true' "$SCRATCH/table.zip"
+is "$STATUS $(json '.summary | [.members, .labels] | tojson')" '201 [2,{"a":1,"b":1}]' 'labels are counted of members'
 
 printf 'solid' >"$WRONG/evil.off"
 table 'file,label\ngood.off,a\nevil.off,b\n'
