@@ -148,7 +148,7 @@ is "$(header Link)" '' 'the last has no next'
 # Progress of a job that encodes two meshes, registers and follows a path: told as one, in its record and in the list
 # alike, and never taken back. Meanwhile others wait, and know where.
 post /v1/meshes --data-binary @tests/data/aal_subcortex/R_pallidum.ply
-execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":9,\"symmetric\":true}" -H 'Prefer: respond-async'
+execute geodesic "{\"from\":\"$mesh\",\"to\":\"$(json .id)\",\"steps\":25,\"symmetric\":true}" -H 'Prefer: respond-async'
 long=$(json .id)
 execute invert "${slow/100000/99998}" -H 'Prefer: respond-async'
 is "$(json '"\(.status) \(.estimatedSecondsLeft)"')" 'accepted null' 'of a job that waits nothing is estimated'
@@ -174,7 +174,7 @@ for _ in $(seq 6000); do
     json '"\(.progress) \(.status) \(.message)"'
     json 'select(.status == "running") | "\(.estimatedSecondsLeft // "-") \(.updated)"' >>"$SCRATCH/estimates"
     case $(json .status) in successful | failed | dismissed) break ;; esac
-    sleep 0.1
+    sleep 0.02
 done >"$SCRATCH/progress"
 is "$(tail -n 1 "$SCRATCH/progress" | cut -d ' ' -f 1-2)" '100 successful' 'a job of several steps ends at 100 percent'
 note "progress: $(uniq "$SCRATCH/progress" | awk '{ printf "%s%.3g", (NR > 1 ? ", " : ""), $1 }')"
