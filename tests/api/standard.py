@@ -17,8 +17,8 @@ names of its requirements (/req/CLASS/..); each line of TAP begins with the requ
   ogc-process-description: json-encoding, inputs-def, input-def, outputs-def, output-def
   json: definition
   oas30: oas-definition-1, oas-definition-2, oas-impl
-  job-list: job-list-op, job-list-success, limit-definition, limit-response, links, type, processID-mandatory,
-        processID, status, datetime, duration
+  job-list: job-list-op, job-list-success, limit-definition, limit-response, links, processID-mandatory, status. Not
+        there: the parameters type, processID (process does it), datetime, minDuration and maxDuration
   dismiss: job-dismiss-op, job-dismiss-success
 
 Not tested, since the service has no such inputs: process-execute-input-inline-bbox and -binary. Callbacks and HTML are
