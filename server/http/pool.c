@@ -297,6 +297,10 @@ void pool_stop(struct http *http)
         for (size_t k = 0; k < http->lanes[i].n_threads; k++) {
             (void)pthread_join(http->lanes[i].threads[k], NULL);
         }
+    }
+    (void)pthread_mutex_lock(&http->mutex); /* the timer still looks at the lanes */
+    for (size_t i = 0; i < LANES; i++) {
         http->lanes[i].n_threads = 0;
     }
+    (void)pthread_mutex_unlock(&http->mutex);
 }

@@ -122,7 +122,7 @@ static void who_had_least_goes_first(void **state)
     for (size_t i = 0; i < 4; i++) {
         assert_int_equal(leave_and_hear(uploads[i]), 200);
     }
-    assert_int_equal(strncmp(fake.order, "abcad", 5), 0);
+    assert_int_equal(strncmp(order_of(7), "abcad", 5), 0);
     assert_int_equal(strlen(fake.order), 7);
     http_stop(http, 5);
 }
