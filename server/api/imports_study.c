@@ -19,6 +19,7 @@
 #include "api/labels.h"
 #include "api/npy.h"
 #include "api/study.h"
+#include "api/surfaces.h"
 #include "jobs/submit.h"
 #include "store/batch.h"
 #include "store/cohort.h"
@@ -149,15 +150,6 @@ static bool is_unchanged(const json_t *record, const void *bytes, size_t size)
 
 /* ---- Surfaces and models --------------------------------------------------------------------- */
 
-static double scale_of(const char *text)
-{
-    json_t *record = json_loads(text, 0, NULL);
-    double scale = json_number_value(json_object_get(record, "scale"));
-
-    json_decref(record);
-    return scale;
-}
-
 /* Whether the mesh that the record names is all that it was made of. */
 static bool is_alone(const char *text)
 {
@@ -191,7 +183,8 @@ static bool read_maps(const json_t *record, struct store_surface *surface)
            whole(record, "nPhi", 1, 2 * DEGREE_MAX, &surface->maps.n_phi);
 }
 
-/* Whether all is there, and the id is that of the content. */
+/* Whether all is there, and the id is that of content and place, or of the content as ids were in
+   archives of older versions. */
 static bool check_surface(const struct store_surface *surface, const char *wanted)
 {
     char id[STORE_ID_MAX];
@@ -200,9 +193,9 @@ static bool check_surface(const struct store_surface *surface, const char *wante
         (surface->maps.count && !surface->maps.values)) {
         return false;
     }
-    store_surface_id(id, surface->lmax, surface->coefficients, scale_of(surface->record));
-    if (surface->maps.count) {
-        store_surface_id_maps(id, &surface->maps);
+    surface_record_id(surface, false, id);
+    if (strcmp(id, wanted) != 0) {
+        surface_record_id(surface, true, id);
     }
     return strcmp(id, wanted) == 0;
 }

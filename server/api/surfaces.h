@@ -40,6 +40,7 @@ struct surface_description {
        NULL: none). NULL: it never was anywhere. */
     const double *origin, *rotation;
     json_t *frame;                 /* of origin: surface_frame_json, taken over; or NULL */
+    const char *frame_mesh;        /* mesh of surface_place; "" or NULL: none, or not known */
     bool mirrored;                 /* the mirror image of what was uploaded */
     const struct store_maps *maps; /* scalar maps on it, or NULL; borrowed */
     bool of_mesh_alone;            /* the source's mesh is all that it was made of */
@@ -70,9 +71,17 @@ double surface_record_number(const struct store_surface *surface, const char *na
 struct surface_place {
     bool known; /* otherwise origin is 0, rotation the identity */
     double scale, origin[3], rotation[9];
+    char mesh[STORE_ID_MAX]; /* whose coordinates x is in, through whatever surfaces; "": none's */
 };
 /* As the record of a stored surface has it. */
 struct surface_place surface_record_place(const struct store_surface *surface);
+/*
+ * The id of a surface from its content, its maps and the place in its record. older: without the
+ * place, as ids were before it was a part of them. Surfaces that were stored or exported then keep
+ * their ids, so whoever checks an id tries both. Without a known place both are the same.
+ *   surface [in] with lmax, coefficients, maps and record
+ */
+void surface_record_id(const struct store_surface *surface, bool older, char id[STORE_ID_MAX]);
 /* Whether the record of a stored surface says that it is a mirror image. */
 bool surface_record_mirrored(const struct store_surface *surface);
 

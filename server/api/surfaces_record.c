@@ -3,9 +3,10 @@
  * read back.
  *
  * The store keeps the record as a text beside the coefficients. A surface is named by its content
- * (degree, coefficients, scale), so one that is made again keeps the record of the first time:
- * its source names the job that made it first. The results of a job still tell of that job: its
- * own name and source, whoever made the surface before.
+ * (degree, coefficients, scale) and by its place, so one that is made again keeps the record of the
+ * first time: its source names the job that made it first. The results of a job still tell of that
+ * job: its own name and source, whoever made the surface before. A moved copy of a mesh has the
+ * same content in another place, and is another surface.
  */
 #include "api/surfaces.h"
 
@@ -18,6 +19,7 @@
 #include "api/labels.h"
 #include "api/json_numbers.h"
 #include "api/warnings.h"
+#include "store/holdings.h"
 #include "store/store.h"
 #include "store/surface.h"
 
@@ -115,6 +117,22 @@ static bool read_vector(const json_t *array, double vector[3])
     return found;
 }
 
+/* The mesh whose coordinates a surface is in. Records that were kept before their frame said so
+   have it as what the frame is of or, before there were frames, as the source. */
+static void read_mesh(const json_t *record, char mesh[STORE_ID_MAX])
+{
+    const json_t *frame = json_object_get(record, "frame");
+    const char *id = json_string_value(json_object_get(frame, "mesh"));
+
+    if (!id) {
+        id = json_string_value(frame ? json_object_get(frame, "of")
+                                     : json_object_get(json_object_get(record, "source"), "mesh"));
+    }
+    if (id && strncmp(id, "mesh-", 5) == 0 && strlen(id) < STORE_ID_MAX) {
+        (void)snprintf(mesh, STORE_ID_MAX, "%s", id);
+    }
+}
+
 struct surface_place surface_record_place(const struct store_surface *surface)
 {
     struct surface_place place = {.scale = surface_record_number(surface, "scale", 1.0),
@@ -129,6 +147,7 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     place.known = read_vector(json_object_get(record, "origin"), origin);
     if (place.known) {
         memcpy(place.origin, origin, sizeof origin);
+        read_mesh(record, place.mesh);
     }
     if (place.known && json_array_size(rows) == 3 &&
         read_vector(json_array_get(rows, 0), rotation) &&
@@ -138,6 +157,20 @@ struct surface_place surface_record_place(const struct store_surface *surface)
     }
     json_decref(record);
     return place;
+}
+
+void surface_record_id(const struct store_surface *surface, bool older, char id[STORE_ID_MAX])
+{
+    const struct surface_place place = surface_record_place(surface);
+
+    store_surface_id(id, surface->lmax, surface->coefficients,
+                     surface_record_number(surface, "scale", 0.0));
+    if (place.known && !older) {
+        store_surface_id_place(id, place.origin, place.rotation, place.mesh);
+    }
+    if (surface->maps.count) {
+        store_surface_id_maps(id, &surface->maps);
+    }
 }
 
 bool surface_record_mirrored(const struct store_surface *surface)
@@ -229,6 +262,9 @@ static char *record_text(struct surface_description *d)
         (void)json_object_set_new(record, "rotation", json_rows(d->rotation));
     }
     if (d->frame) {
+        (void)json_object_set_new(d->frame, "mesh",
+                                  d->frame_mesh && d->frame_mesh[0] ? json_string(d->frame_mesh)
+                                                                    : json_null());
         (void)json_object_set_new(record, "frame", d->frame);
     }
     (void)json_object_set_new(record, "mirrored", json_boolean(d->mirrored));
@@ -247,6 +283,43 @@ static char *record_text(struct surface_description *d)
     return text;
 }
 
+static bool is_same_place(const struct surface_place *a, const struct surface_place *b)
+{
+    return a->known == b->known && memcmp(a->origin, b->origin, sizeof a->origin) == 0 &&
+           memcmp(a->rotation, b->rotation, sizeof a->rotation) == 0 &&
+           strcmp(a->mesh, b->mesh) == 0;
+}
+
+/* Sets the surface's id: that of its content and place or, where the owner has it from before there
+   were places in ids, the one that it has, under which answers are kept. */
+static int identify(struct store *store, struct store_surface *surface)
+{
+    char older[STORE_ID_MAX];
+    struct store_surface held = {.name = NULL};
+    int status;
+
+    surface_record_id(surface, false, surface->id);
+    surface_record_id(surface, true, older);
+    if (strcmp(older, surface->id) == 0) {
+        return STORE_OK;
+    }
+    status = store_owner_has(store, surface->owner.name, older);
+    if (status == STORE_OK) {
+        status = store_surface_get_as(store, surface->owner.name ? surface->owner.name : "", older,
+                                      false, &held);
+    }
+    if (status == STORE_OK) {
+        const struct surface_place own = surface_record_place(surface),
+                                   had = surface_record_place(&held);
+
+        if (is_same_place(&own, &had)) {
+            (void)snprintf(surface->id, sizeof surface->id, "%s", older);
+        }
+    }
+    store_surface_clear(&held);
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
 int surface_save(struct store *store, const struct store_owner *owner,
                  struct surface_description *description, json_t **record, bool *created)
 {
@@ -257,8 +330,6 @@ int surface_save(struct store *store, const struct store_owner *owner,
     int status = STORE_NOMEM;
 
     *record = NULL;
-    store_surface_id(surface.id, (int64_t)description->degree, description->coefficients,
-                     description->scale);
     surface.lmax = (int64_t)description->degree;
     surface.name = strdup(description->name ? description->name : "");
     surface.record = record_text(description);
@@ -268,11 +339,12 @@ int surface_save(struct store *store, const struct store_owner *owner,
         goto out;
     }
     memcpy(surface.coefficients, description->coefficients, count * sizeof(double));
-    if (description->maps) {
-        if (!copy_maps(&surface.maps, description->maps)) {
-            goto out;
-        }
-        store_surface_id_maps(surface.id, &surface.maps);
+    if (description->maps && !copy_maps(&surface.maps, description->maps)) {
+        goto out;
+    }
+    status = identify(store, &surface);
+    if (status != STORE_OK) {
+        goto out;
     }
     surface.alone = description->of_mesh_alone;
     surface.created_ms = store_now_ms();

@@ -109,6 +109,7 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
                      enum srnf_parameterization route, bool mirror, struct compute_surface *surface,
                      struct jobs_result *result)
 {
+    static const double upright[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults(),
                                            .mirror = mirror};
     struct srnf_encoded encoded = {0};
@@ -123,8 +124,11 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
         surface->scale = encoded.scale;
         memcpy(surface->origin, encoded.origin, sizeof surface->origin);
         surface->route = srnf_parameterization_name(encoded.route);
-        store_surface_id(surface->content, (int64_t)encoded.degree, encoded.coefficients,
+        store_surface_id(surface->content, (int64_t)encoded.degree, encoded.coefficients, 0.0);
+        store_surface_id(surface->older, (int64_t)encoded.degree, encoded.coefficients,
                          encoded.scale);
+        memcpy(surface->surface, surface->older, sizeof surface->surface);
+        store_surface_id_place(surface->surface, encoded.origin, upright, id);
     }
     return status;
 }
@@ -145,7 +149,7 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
     if (status) {
         return compute_fail_store(result, status, id);
     }
-    (void)snprintf(surface->content, sizeof surface->content, "%s", id);
+    (void)snprintf(surface->surface, sizeof surface->surface, "%s", id);
     surface->degree = (size_t)stored.lmax;
     surface->coefficients = srnf_alloc(stored.coefficient_count, sizeof(double));
     if (!surface->coefficients) {
@@ -155,8 +159,12 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
                stored.coefficient_count * sizeof(double));
         if (mirror) {
             srnf_surface_mirror(surface->degree, surface->coefficients);
-            store_surface_id(surface->content, stored.lmax, surface->coefficients, 0.0);
         }
+        store_surface_id(surface->content, stored.lmax, surface->coefficients, 0.0);
+        if (mirror) {
+            memcpy(surface->surface, surface->content, sizeof surface->surface);
+        }
+        memcpy(surface->older, surface->surface, sizeof surface->older);
     }
     store_surface_clear(&stored);
     return status;

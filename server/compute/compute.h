@@ -19,8 +19,10 @@ struct compute_surface {
     double scale;         /* of a surface encoded here; 0 for a stored one, whose record has it */
     double origin[3];     /* of a surface encoded here, as in struct srnf_encoded */
     const char *route;    /* of a surface encoded here, static; NULL for a stored one */
-    char content[STORE_ID_MAX]; /* surf-...: its own id, or that which the encoded mesh has; of a
-                                   stored surface that was mirrored an id that no stored one has */
+    char surface[STORE_ID_MAX]; /* its own id, or that which the encoded mesh has; of a stored
+                                   surface that was mirrored an id that no stored one has */
+    char older[STORE_ID_MAX];   /* the same as it was before places were in ids */
+    char content[STORE_ID_MAX]; /* of the coefficients alone, whatever size and place */
 };
 
 /*

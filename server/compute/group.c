@@ -65,6 +65,7 @@ void compute_group_clear(struct compute_group *group)
     srnf_free(group->surfaces);
     srnf_free(group->scales);
     srnf_free(group->contents);
+    srnf_free(group->ids);
     srnf_free(group->bridged);
     *group = (struct compute_group){0};
 }
@@ -85,9 +86,10 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
     group->surfaces = srnf_alloc(n, sizeof *group->surfaces);
     group->scales = srnf_alloc(n, sizeof(double));
     group->contents = srnf_alloc(n, sizeof *group->contents);
+    group->ids = srnf_alloc(n, sizeof *group->ids);
     group->bridged = srnf_alloc(n, sizeof *group->bridged);
     if (!group->coefficients || !group->surfaces || !group->scales || !group->contents ||
-        !group->bridged) {
+        !group->ids || !group->bridged) {
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < n; i++) {
@@ -97,6 +99,7 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
         group->scales[i] = slots[i].surface.scale;
         group->bridged[i] = slots[i].bridged;
         memcpy(group->contents[i], slots[i].surface.content, STORE_ID_MAX);
+        memcpy(group->ids[i], slots[i].surface.surface, STORE_ID_MAX);
     }
     return 0;
 }

@@ -19,7 +19,8 @@ struct compute_group {
     const double **surfaces; /* [n] into coefficients, owned */
     double *scales;          /* [n] of members encoded here; 0 for stored ones. Owned */
     bool *bridged;           /* [n] encoded here by area in the stead of a stored one. Owned */
-    char (*contents)[STORE_ID_MAX]; /* [n] as in compute_surface. Owned */
+    /* [n] content and surface of compute_surface. Owned */
+    char (*contents)[STORE_ID_MAX], (*ids)[STORE_ID_MAX];
 };
 
 /*

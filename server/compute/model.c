@@ -265,11 +265,14 @@ static double distance_of(const struct srnf_grid *grid, double *a, const double 
 }
 
 /* The subject that the surface is, or n. */
-static size_t find_subject(const struct compute_subjects *subjects, const char *content)
+static size_t find_subject(const struct compute_subjects *subjects,
+                           const struct compute_surface *surface)
 {
     size_t i = 0;
 
-    while (i < subjects->n && strcmp(subjects->contents[i], content) != 0) {
+    while (i < subjects->n && strcmp(subjects->contents[i], surface->content) != 0 &&
+           strcmp(subjects->contents[i], surface->surface) != 0 &&
+           strcmp(subjects->contents[i], surface->older) != 0) {
         i++;
     }
     return i;
@@ -288,7 +291,7 @@ static double *load_subject(struct jobs_run *run, const struct compute_model *mo
         coefficients = srnf_alloc(srnf_coefficient_count(degree), 3 * sizeof(double));
         if (coefficients) {
             srnf_surface_change_degree(loaded.degree, loaded.coefficients, degree, coefficients);
-            *subject = find_subject(subjects, loaded.content);
+            *subject = find_subject(subjects, &loaded);
         } else {
             (void)compute_fail(result, SRNF_ENOMEM, NULL, "projecting");
         }

@@ -44,7 +44,7 @@ struct compute_subjects {
     size_t count;                        /* subjects whose members they are */
     const double *weights;               /* one a member: 1 / members of its subject */
     size_t n;                            /* of the next three; 0: the model does not tell */
-    const char *const *contents;         /* [n] ids of their surfaces: content of compute_surface */
+    const char *const *contents;         /* [n] content of compute_surface, or ids of them */
     const double *residuals, *distances; /* [n] as in compute_projection */
 };
 

@@ -253,6 +253,7 @@ json_t *encode_keep_surface(struct jobs_run *run, const struct compute_encode_in
         .star = surface_star_json(&encoded->star),
         .origin = encoded->origin,
         .frame = frame_of(of->mesh, of->mirror, encoded),
+        .frame_mesh = of->mesh,
         .mirrored = of->mirror != process_mirrored(run, of->mesh),
         .smoothing = &of->options.smoothing,
         .warnings = warnings,

@@ -290,6 +290,7 @@ static json_t *keep_surfaces(struct jobs_run *run, const struct path *path,
             .source = process_source(run, "geodesic", mesh_of(path, i), i ? reference : NULL),
             .origin = place.known ? place.origin : NULL,
             .rotation = place.known ? place.rotation : NULL,
+            .frame_mesh = place.mesh,
             .frame = place.known ? frame_of(path, i) : NULL,
         };
 

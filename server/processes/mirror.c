@@ -285,6 +285,7 @@ static json_t *keep_image(struct jobs_run *run, const struct mirroring *mirrorin
         reflect_place(&place, mirroring->plane.normal);
         description.origin = place.origin;
         description.rotation = place.rotation;
+        description.frame_mesh = place.mesh;
         description.frame = surface_frame_json(
             id, "The coordinates that the mirrored surface came from; the image lies on the other "
                 "side of the plane through their origin that it was reflected in.");

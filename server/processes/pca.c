@@ -49,15 +49,14 @@ static void complete(struct process_inputs *given)
 
 /* ---- The model ------------------------------------------------------------------------------- */
 
-/* The ids that the members have as surfaces, those encoded here too. */
-static json_t *contents_json(const struct compute_group *group)
+static json_t *ids_json(size_t n, const char (*ids)[STORE_ID_MAX])
 {
-    json_t *contents = json_array();
+    json_t *array = json_array();
 
-    for (size_t i = 0; i < group->n; i++) {
-        (void)json_array_append_new(contents, json_string(group->contents[i]));
+    for (size_t i = 0; i < n; i++) {
+        (void)json_array_append_new(array, json_string(ids[i]));
     }
-    return contents;
+    return array;
 }
 
 static char *dump(const json_t *document)
@@ -76,12 +75,14 @@ static void record_texts(struct jobs_run *run, const struct group_mean *mean, ch
     const json_t *subjects = json_object_get(members->cohort, "subjects");
     const json_t *mirrored = json_object_get(members->cohort, "mirrored");
     json_t *record = json_pack(
-        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o}}", "totalVariance",
-        json_finite(found->pca.total_variance), "madeFrom", "process", "pca", "job",
-        jobs_run_job_id(run), "surfaces", members->surfaces, "cohort", name, "subjects", subjects,
-        "mirrored", mirrored, "labels", group_labels(run, members->surfaces, subjects), "groups",
-        group_groups(members->cohort), "registration", registration_json(mean->inputs.registration),
-        "contents", contents_json(&found->group), "residuals",
+        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o, s:o}}",
+        "totalVariance", json_finite(found->pca.total_variance), "madeFrom", "process", "pca",
+        "job", jobs_run_job_id(run), "surfaces", members->surfaces, "cohort", name, "subjects",
+        subjects, "mirrored", mirrored, "labels", group_labels(run, members->surfaces, subjects),
+        "groups", group_groups(members->cohort), "registration",
+        registration_json(mean->inputs.registration), "contents",
+        ids_json(found->group.n, (const char(*)[STORE_ID_MAX])found->group.ids), "shapes",
+        ids_json(found->group.n, (const char(*)[STORE_ID_MAX])found->group.contents), "residuals",
         json_vector(found->residuals, found->mean.n), "distances",
         json_vector(found->mean.distances, found->mean.n));
 

@@ -83,7 +83,8 @@ static int read_weights(const json_t *made, size_t n, struct subjects *subjects)
 /* made is borrowed for as long as subjects is used. No contents where the record does not tell. */
 static int read_subjects(const json_t *made, size_t n, struct subjects *subjects)
 {
-    const json_t *contents = json_object_get(made, "contents");
+    const json_t *shapes = json_object_get(made, "shapes"); /* older models have none */
+    const json_t *contents = shapes ? shapes : json_object_get(made, "contents");
     const json_t *residuals = json_object_get(made, "residuals");
     const json_t *distances = json_object_get(made, "distances");
 

@@ -297,6 +297,7 @@ static json_t *keep_surface(struct jobs_run *run, const struct pair *pair,
         .source = process_source(run, "register", mesh, stored ? fixed->id : NULL),
         .origin = place.known ? place.origin : NULL,
         .rotation = place.known ? rotation : NULL,
+        .frame_mesh = place.mesh,
         .frame = place.known ? surface_frame_json(
                                    moving->id, "The coordinates that the moving surface came from: "
                                                "it lies where it was before it was registered.")

@@ -49,6 +49,24 @@ void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coeffic
     snprintf(id, STORE_ID_MAX, "surf-%.32s", hex);
 }
 
+void store_surface_id_place(char id[STORE_ID_MAX], const double origin[3], const double rotation[9],
+                            const char *mesh)
+{
+    crypto_hash_sha256_state state;
+    unsigned char bytes[(3 + 9) * 8], hash[crypto_hash_sha256_BYTES];
+    char hex[sizeof hash * 2 + 1];
+
+    store_put_doubles(bytes, origin, 3);
+    store_put_doubles(bytes + 24, rotation, 9);
+    crypto_hash_sha256_init(&state);
+    crypto_hash_sha256_update(&state, (const unsigned char *)id, strlen(id) + 1);
+    crypto_hash_sha256_update(&state, bytes, sizeof bytes);
+    crypto_hash_sha256_update(&state, (const unsigned char *)mesh, strlen(mesh) + 1);
+    crypto_hash_sha256_final(&state, hash);
+    sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
+    snprintf(id, STORE_ID_MAX, "surf-%.32s", hex);
+}
+
 void store_surface_clear(struct store_surface *surface)
 {
     free(surface->name);
@@ -112,6 +130,7 @@ int store_surface_get_as(struct store *store, const char *owner, const char *id,
     if (status == STORE_OK) {
         store_column_id(row, 6, hash, sizeof hash);
         status = from_row(row, surface);
+        memcpy(surface->hash, hash, sizeof hash);
     }
     sqlite3_finalize(row);
     if (status == STORE_OK && with_coefficients) {

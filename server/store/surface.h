@@ -29,13 +29,14 @@ void store_maps_clear(struct store_maps *maps);
 size_t store_maps_values(const struct store_maps *maps);
 
 struct store_surface {
-    char id[STORE_ID_MAX]; /* surf-..., of lmax, the coefficients and scale, and of the maps */
+    char id[STORE_ID_MAX]; /* surf-..., of lmax, the coefficients and scale, place and maps */
     char *name;
     char *record; /* JSON text of everything else in the record, opaque here */
     char *tags;   /* JSON array; not set for put */
     int64_t lmax, created_ms;
     double *coefficients; /* [3][(lmax+1)^2], malloc; NULL where only the record was asked for */
     size_t coefficient_count;
+    char hash[65];            /* of the coefficients alone, hexadecimal; set by get */
     struct store_maps maps;   /* to be put with it; store_surface_maps reads them */
     bool alone;               /* for put: the record names all that it was made of */
     struct store_owner owner; /* to be set for put; not set by get */
@@ -45,6 +46,10 @@ struct store_surface {
    little-endian. */
 void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients,
                       double scale);
+/* The id of a surface in a place from the id of its content: the doubles of origin and rotation,
+   and the mesh whose coordinates they are in ("": none's). */
+void store_surface_id_place(char id[STORE_ID_MAX], const double origin[3], const double rotation[9],
+                            const char *mesh);
 /* The id of a surface with maps from the id that it has without. */
 void store_surface_id_maps(char id[STORE_ID_MAX], const struct store_maps *maps);
 /* As store_mesh_put, damaged content included (of the coefficients); coefficient_count must be 3

@@ -193,20 +193,20 @@ bool group_check_labels(struct process_inputs *inputs, const json_t *subjects, c
     return good;
 }
 
-/* What two members are compared by: a sign, - for a mirror image, and an id; empty: none. */
+/* What two members are compared by: a sign, - for a mirror image, and an id or a hash; or empty. */
 struct content {
-    char surface[STORE_ID_MAX + 1];
-    char mesh[STORE_ID_MAX + 1]; /* that it is, or comes from */
+    char surface[STORE_ID_MAX + 1]; /* of the coefficients: copies in several places are the same */
+    char mesh[STORE_ID_MAX + 1];    /* that it is, or comes from */
 };
 
 static void set_content(char out[STORE_ID_MAX + 1], bool mirrored, const char *id)
 {
     if (id) {
-        (void)snprintf(out, STORE_ID_MAX + 1, "%c%s", mirrored ? '-' : '+', id);
+        (void)snprintf(out, STORE_ID_MAX + 1, "%c%.*s", mirrored ? '-' : '+', STORE_ID_MAX - 1, id);
     }
 }
 
-/* known: the id that the surface has as it is computed with, mirrored or not; or NULL. */
+/* known: content of compute_surface, mirrored as it is computed with; or NULL. */
 static void find_content(struct jobs_run *run, const char *id, bool mirrored, const char *known,
                          struct content *content)
 {
@@ -219,11 +219,11 @@ static void find_content(struct jobs_run *run, const char *id, bool mirrored, co
         set_content(content->mesh, mirrored, id);
         return;
     }
-    if (!known) {
-        set_content(content->surface, mirrored, id);
-    }
     if (process_read(
             store_surface_get_as(jobs_run_store(run), jobs_run_owner(run), id, false, &surface))) {
+        if (!known) {
+            set_content(content->surface, mirrored, surface.hash);
+        }
         record = json_loads(surface.record ? surface.record : "{}", 0, NULL);
         mesh = json_string_value(json_object_get(json_object_get(record, "source"), "mesh"));
         /* Of the mesh, which may be a mirror image itself. */
@@ -290,7 +290,8 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
             bool surface = is_same(all[first].surface, all[i].surface);
 
             warn_duplicate(warnings_of(document), json_object_get(cohort, "subjects"), first, i,
-                           (surface ? all[i].surface : all[i].mesh) + 1);
+                           surface ? json_string_value(json_array_get(surfaces, first))
+                                   : all[i].mesh + 1);
         }
     }
     srnf_free(all);

@@ -219,13 +219,18 @@ struct surface_place process_place(struct jobs_run *run, const struct compute_su
                                   .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
     struct store_surface stored = {0};
 
+    if (compute_is_mesh(surface->id)) {
+        (void)snprintf(place.mesh, sizeof place.mesh, "%s", surface->id);
+    } else if (process_read(store_surface_get_as(jobs_run_store(run), jobs_run_owner(run),
+                                                 surface->id, false, &stored))) {
+        struct surface_place kept = surface_record_place(&stored);
+
+        (void)snprintf(place.mesh, sizeof place.mesh, "%s", kept.mesh);
+        place = surface->scale > 0.0 ? place : kept;
+    }
     if (surface->scale > 0.0) {
         memcpy(place.origin, surface->origin, sizeof place.origin);
         place.known = true;
-    } else if (!compute_is_mesh(surface->id) &&
-               process_read(store_surface_get_as(jobs_run_store(run), jobs_run_owner(run),
-                                                 surface->id, false, &stored))) {
-        place = surface_record_place(&stored);
     }
     store_surface_clear(&stored);
     return place;

@@ -273,6 +273,7 @@ json_t *keep_reached(struct jobs_run *run, const char *process, const char *name
     if (place.known) {
         description.origin = place.origin;
         description.rotation = place.rotation;
+        description.frame_mesh = place.mesh;
         description.frame = surface_frame_json(
             reference,
             "The coordinates that the surface came from which this one was reached from.");

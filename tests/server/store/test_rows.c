@@ -164,6 +164,29 @@ static void surfaces_round_trip_to_the_bit(void **state)
     }
 }
 
+static void a_surface_id_is_its_place(const char *content)
+{
+    const double here[3] = {1.0, 0.0, -2.0}, same[3] = {1.0, -0.0, -2.0},
+                 there[3] = {65.0, 0.0, -2.0};
+    const double upright[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, turned[9] = {0, 1, 0, -1, 0, 0, 0, 0, 1};
+    const struct {
+        const double *origin, *rotation;
+        const char *mesh;
+    } places[] = {{here, upright, "mesh-a"}, {same, upright, "mesh-a"}, {there, upright, "mesh-a"},
+                  {here, turned, "mesh-a"},  {here, upright, "mesh-b"}, {here, upright, ""}};
+    char ids[6][STORE_ID_MAX];
+
+    for (size_t i = 0; i < 6; i++) {
+        (void)snprintf(ids[i], STORE_ID_MAX, "%s", content);
+        store_surface_id_place(ids[i], places[i].origin, places[i].rotation, places[i].mesh);
+        assert_string_not_equal(ids[i], content);
+        assert_int_equal(strlen(ids[i]), strlen("surf-") + 32);
+        for (size_t k = 0; k < i; k++) {
+            assert_int_equal(strcmp(ids[i], ids[k]) == 0, i == 1 && k == 0); /* -0 is 0 */
+        }
+    }
+}
+
 static void a_surface_id_is_its_content(void **state)
 {
     double c[3 * 25] = {0.5, -0.0, 3.0}, d[3 * 25] = {0.5, 0.0, 3.0};
@@ -179,6 +202,7 @@ static void a_surface_id_is_its_content(void **state)
     d[74] = 1e-300;
     store_surface_id(b, 4, d, 1.0);
     assert_string_not_equal(a, b);
+    a_surface_id_is_its_place(b);
     store_content_id(a, "mesh-", "abc", 3);
     assert_string_equal(a, "mesh-ba7816bf8f01cfea414140de5dae2223"); /* FIPS 180-4, "abc" */
 }
