@@ -109,10 +109,11 @@ json_t *body_json(struct api_call *call);
 /* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;
    -1: none. */
 int accept_best(const struct api_request *request, const char *const *media_types);
-/* Sets ETag to the tag in quotes and, where If-None-Match names it, answers 304: then true, and
-   nothing more is to be done. */
+/* Sets ETag to the tag in quotes and, where If-None-Match of a GET or HEAD names it, answers 304:
+   then true, and nothing more is to be done. */
 bool respond_not_modified(struct api_call *call, const char *tag);
-/* Where If-Match does not name the tag, answers 412: then true, and nothing more is to be done. */
+/* Before a change: where If-Match does not name the tag, or If-None-Match does, answers 412: then
+   true, and nothing more is to be done. NULL: it is there, but has no tag. */
 bool respond_precondition_failed(struct api_call *call, const char *tag);
 
 /* ---- Records, by id -------------------------------------------------------------------------- */

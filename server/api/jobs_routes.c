@@ -8,7 +8,8 @@
  * dismissed 410.
  *
  * The record is a statusInfo of OGC API - Processes 1.0 with members of our own; what is not known
- * is absent. DELETE is its dismissal.
+ * is absent. DELETE is its dismissal. Of a job that has ended nothing but name and tags can change,
+ * so its entity tag is of these; one that has not ended changes by the moment, and has none.
  */
 #include "api/links.h"
 #include "api/respond.h"
@@ -210,14 +211,19 @@ static json_t *with_inputs(json_t *record, const struct store_job *job, size_t m
 void jobs_get_one(struct api_call *call)
 {
     struct store_job job = {0};
+    char etag[LABELS_ETAG_MAX];
 
-    if (find_job(call, &job)) {
-        if (!job_ended(&job)) {
-            (void)api_response_header_text(call->response, "Retry-After", "1");
-        }
-        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
-        store_job_clear(&job);
+    if (!find_job(call, &job)) {
+        return;
     }
+    labels_etag(etag, job.id, job.name, job.tags);
+    if (!job_ended(&job)) {
+        (void)api_response_header_text(call->response, "Retry-After", "1");
+    }
+    if (!job_ended(&job) || !respond_not_modified(call, etag)) {
+        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
+    }
+    store_job_clear(&job);
 }
 
 /* The results of a successful job in the form asked for. */
@@ -385,9 +391,15 @@ static int await_end(struct api_call *call, struct store_job *job)
 void jobs_delete(struct api_call *call)
 {
     struct store_job job = {0};
+    char etag[LABELS_ETAG_MAX];
     int status;
 
     if (!find_job(call, &job)) {
+        return;
+    }
+    labels_etag(etag, job.id, job.name, job.tags);
+    if (respond_precondition_failed(call, job_ended(&job) ? etag : NULL)) {
+        store_job_clear(&job);
         return;
     }
     if (job_ended(&job)) {

@@ -150,11 +150,38 @@ static bool find_model(struct api_call *call, unsigned arrays, struct store_mode
     return status == 0;
 }
 
+static void set_tag(char etag[MODEL_ETAG_MAX], const char *id, const char *name, const char *tags,
+                    const char *mean_name, const char *mean_tags)
+{
+    char own[LABELS_ETAG_MAX], of_mean[LABELS_ETAG_MAX];
+
+    labels_etag(own, id, name, tags);
+    labels_etag(of_mean, "", mean_name, mean_tags);
+    (void)snprintf(etag, MODEL_ETAG_MAX, "%s%s", own, of_mean);
+}
+
+int model_tag(struct api_call *call, const char *owner, const struct store_labels_held *held,
+              char etag[MODEL_ETAG_MAX])
+{
+    struct store *store = call->api->config.store;
+    struct store_labels_held of_mean = {.name = NULL};
+    struct store_model model;
+    int status = store_model_get_as(store, owner, call->parameters[0], 0, &model);
+
+    if (status == STORE_OK) {
+        status = store_labels_get(store, owner, model.mean, &of_mean);
+        set_tag(etag, model.id, held->name, held->tags, of_mean.name, of_mean.tags);
+        store_labels_clear(&of_mean);
+        store_model_clear(&model);
+    }
+    return status;
+}
+
 void models_get(struct api_call *call)
 {
     struct store_model model;
     struct store_surface mean = {0};
-    char own[LABELS_ETAG_MAX], of_mean[LABELS_ETAG_MAX], etag[2 * LABELS_ETAG_MAX];
+    char etag[MODEL_ETAG_MAX];
     int status;
 
     if (!find_model(call, EIGENVALUES | SCORES, &model)) {
@@ -166,9 +193,7 @@ void models_get(struct api_call *call)
         (void)problem_respond_store(call, status, "no-such-surface", model.mean);
         goto out;
     }
-    labels_etag(own, model.id, model.name, model.tags);
-    labels_etag(of_mean, "", mean.name, mean.tags);
-    (void)snprintf(etag, sizeof etag, "%s%s", own, of_mean);
+    set_tag(etag, model.id, model.name, model.tags, mean.name, mean.tags);
     if (respond_not_modified(call, etag)) {
         goto out;
     }

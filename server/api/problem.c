@@ -52,7 +52,7 @@ static const struct problem_kind kinds[] = {
     {"idempotency-key-in-flight", 409, "A request with this Idempotency-Key is being answered"},
     {"job-dismissed", 410, "The job was dismissed"},
     {"range-not-satisfiable", 416, "The content has no such bytes"},
-    {"precondition-failed", 412, "The resource is not what If-Match says"},
+    {"precondition-failed", 412, "The resource is not what the request's conditions say"},
     {"body-too-large", 413, "The body is too large"},
     {"uri-too-long", 414, "The request target is too long"},
     {"unsupported-media-type", 415, "The body's media type is not supported here"},

@@ -2,6 +2,9 @@
  * records.c - what meshes, surfaces and models have in common: DELETE, with or without what needs
  * them; and PATCH of their names and tags, and those of jobs.
  *
+ * Both hold to If-Match and If-None-Match of the owner's record. What If-Match names is asked for
+ * again in the transaction that changes it, so that nothing comes between.
+ *
  * Content belongs to its owner: what is removed is the caller's, and what others have of it stays
  * (store/erase.c). An admin says by ?owner= whose is meant where it is not the own one.
  *
@@ -14,7 +17,9 @@
 #include <string.h>
 #include <time.h>
 
+#include "api/job_answers.h"
 #include "api/labels.h"
+#include "api/models.h"
 #include "store/erase.h"
 #include "store/holdings.h"
 #include "store/job.h"
@@ -97,6 +102,58 @@ static bool find_owner(struct api_call *call, const struct record_kind *kind,
         ask_for_owner(call, owners, count);
     }
     return false;
+}
+
+/* ---- Conditions ------------------------------------------------------------------------------ */
+
+/* What If-Match and If-None-Match say of the owner's record, and what the change must still find
+   there. tagged: it has a tag. False when a problem was answered. */
+struct condition {
+    struct store_labels_held held;
+    struct store_labels seen;
+    bool names; /* If-Match has tags: the change is of what they stand for, and of nothing else */
+};
+
+static bool meet_condition(struct api_call *call, const struct record_kind *kind, const char *owner,
+                           bool tagged, struct condition *condition)
+{
+    const char *wanted = api_request_header(call->request, "If-Match");
+    const char *id = call->parameters[0];
+    char tag[MODEL_ETAG_MAX];
+    int status;
+
+    *condition = (struct condition){.names = wanted && !list_has_exactly(wanted, "*")};
+    if (!wanted && !api_request_header(call->request, "If-None-Match")) {
+        return true;
+    }
+    status = strncmp(id, kind->prefix, strlen(kind->prefix)) == 0
+                 ? store_labels_get(call->api->config.store, owner, id, &condition->held)
+                 : STORE_NOT_FOUND;
+    if (status == STORE_OK && kind->get == models_get) {
+        status = model_tag(call, owner, &condition->held, tag);
+    } else if (status == STORE_OK) {
+        labels_etag(tag, id, condition->held.name, condition->held.tags);
+    }
+    if (status != STORE_OK) {
+        (void)problem_respond_store(call, status, kind->missing, id);
+        return false;
+    }
+    condition->seen.name = condition->held.name;
+    condition->seen.tags = condition->held.tags;
+    return !respond_precondition_failed(call, tagged ? tag : NULL);
+}
+
+static const struct store_labels *seen_of(const struct condition *condition)
+{
+    return condition->names ? &condition->seen : NULL;
+}
+
+static void respond_relabelled(struct api_call *call)
+{
+    (void)problem_respond(call, "precondition-failed",
+                          "Another request has changed %s meanwhile: it is another one than you "
+                          "have seen.",
+                          call->parameters[0]);
 }
 
 /* ---- DELETE ---------------------------------------------------------------------------------- */
@@ -229,16 +286,23 @@ void records_delete(struct api_call *call)
     char owner[STORE_OWNER_MAX];
     struct store_erasure erasure = {
         .owner = owner, .id = call->parameters[0], .all = !call->request->caller.restricted};
+    struct condition condition;
     int status = STORE_NOT_FOUND;
 
     if (!read_cascade(call, &erasure.cascade) || !find_owner(call, kind, owner)) {
         return;
     }
+    if (!meet_condition(call, kind, owner, true, &condition)) {
+        goto out;
+    }
+    erasure.seen = seen_of(&condition);
     /* The id of a surface at the path of meshes is none. */
     if (strncmp(erasure.id, kind->prefix, strlen(kind->prefix)) == 0) {
         status = erase(call, &erasure);
     }
-    if (status == STORE_CONFLICT) {
+    if (status == STORE_CONFLICT && erasure.relabelled) {
+        respond_relabelled(call);
+    } else if (status == STORE_CONFLICT) {
         respond_in_use(call, &erasure);
     } else if (status != 0) {
         (void)problem_respond_store(call, status, kind->missing, erasure.id);
@@ -246,6 +310,8 @@ void records_delete(struct api_call *call)
         tell_erased(call, &erasure);
         call->response->status = 204;
     }
+out:
+    store_labels_clear(&condition.held);
 }
 
 /* ---- PATCH ----------------------------------------------------------------------------------- */
@@ -279,8 +345,9 @@ static bool read_labels(struct api_call *call, struct labels *labels)
     return true;
 }
 
-/* Whose job it is: there is one owner. False when a problem was answered. */
-static bool find_job_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
+/* Whose job it is: there is one owner; and whether it has ended, and so a tag. False when a problem
+   was answered. */
+static bool find_job_owner(struct api_call *call, char owner[STORE_OWNER_MAX], bool *ended)
 {
     struct store_job job = {0};
     int status = store_job_get(call->api->config.store, call->parameters[0], &job);
@@ -290,6 +357,7 @@ static bool find_job_owner(struct api_call *call, char owner[STORE_OWNER_MAX])
         return false;
     }
     memcpy(owner, job.owner, STORE_OWNER_MAX);
+    *ended = job_ended(&job);
     store_job_clear(&job);
     return true;
 }
@@ -299,23 +367,33 @@ void records_patch(struct api_call *call)
     const struct record_kind *kind = kind_of(call);
     const char *id = call->parameters[0];
     char owner[STORE_OWNER_MAX];
+    struct condition condition = {.names = false};
     struct labels labels;
+    bool tagged = true;
     int status = STORE_NOT_FOUND;
 
     if (!read_labels(call, &labels)) {
         return;
     }
-    if (kind->get == jobs_get_one ? !find_job_owner(call, owner) : !find_owner(call, kind, owner)) {
+    if (kind->get == jobs_get_one ? !find_job_owner(call, owner, &tagged)
+                                  : !find_owner(call, kind, owner)) {
         goto out;
     }
+    if (!meet_condition(call, kind, owner, tagged, &condition)) {
+        goto out;
+    }
+    labels.change.seen = seen_of(&condition);
     if (strncmp(id, kind->prefix, strlen(kind->prefix)) == 0) {
         status = store_label(call->api->config.store, owner, id, &labels.change);
     }
-    if (status != 0) {
+    if (status == STORE_CONFLICT) {
+        respond_relabelled(call);
+    } else if (status != 0) {
         (void)problem_respond_store(call, status, kind->missing, id);
     } else {
         kind->get(call);
     }
 out:
+    store_labels_clear(&condition.held);
     labels_clear(&labels);
 }

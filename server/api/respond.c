@@ -171,16 +171,29 @@ json_t *json_time(int64_t ms)
     return json_string(text);
 }
 
+/* Whether a list of entity tags has this one, or is *. A weak one is of the same version, which was
+   sent packed (transmit.c). A resource without a tag (NULL) is meant by * alone. */
+static bool names_tag(const char *list, const char *tag)
+{
+    char quoted[160], weak[164];
+
+    (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag ? tag : "");
+    (void)snprintf(weak, sizeof weak, "W/%s", quoted);
+    return list_has_exactly(list, "*") ||
+           (tag && (list_has_exactly(list, quoted) || list_has_exactly(list, weak)));
+}
+
+/* Only of a GET and a HEAD: what changes something answers with the record and its new tag, and
+   If-None-Match was judged before the change (respond_precondition_failed). */
 static bool not_modified(struct api_call *call, const char *tag, const char *caching)
 {
     const char *known = api_request_header(call->request, "If-None-Match");
-    char quoted[160], weak[164];
+    const char *method = call->request->method;
+    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
 
-    (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
-    (void)snprintf(weak, sizeof weak, "W/%s", quoted);
-    (void)api_response_header_text(call->response, "ETag", quoted);
+    (void)api_response_header(call->response, "ETag", "\"%s\"", tag);
     (void)api_response_header_text(call->response, "Cache-Control", caching);
-    if (!known || !(list_has(known, quoted) || list_has(known, weak) || list_has(known, "*"))) {
+    if (!reads || !known || !names_tag(known, tag)) {
         return false;
     }
     call->response->status = 304;
@@ -200,20 +213,27 @@ bool respond_not_modified_ever(struct api_call *call, const char *tag)
 bool respond_precondition_failed(struct api_call *call, const char *tag)
 {
     const char *wanted = api_request_header(call->request, "If-Match");
-    char quoted[160], weak[164];
+    const char *unwanted = api_request_header(call->request, "If-None-Match");
 
-    /* A weak one is of the same version, which was sent packed (transmit.c). */
-    (void)snprintf(quoted, sizeof quoted, "\"%s\"", tag);
-    (void)snprintf(weak, sizeof weak, "W/%s", quoted);
-    if (!wanted || list_has_exactly(wanted, quoted) || list_has_exactly(wanted, weak) ||
-        list_has_exactly(wanted, "*")) {
-        return false;
+    if (wanted && !names_tag(wanted, tag) && !tag) {
+        (void)problem_respond(call, "precondition-failed",
+                              "If-Match names %.80s, but a job that has not ended has no tag.",
+                              wanted);
+        return true;
     }
-    (void)problem_respond(call, "precondition-failed",
-                          "If-Match names %.80s, but the tag is %s now: it is another one than you "
-                          "have seen.",
-                          wanted, quoted);
-    return true;
+    if (wanted && !names_tag(wanted, tag)) {
+        (void)problem_respond(call, "precondition-failed",
+                              "If-Match names %.80s, but the tag is \"%s\" now: it is another one "
+                              "than you have seen.",
+                              wanted, tag);
+        return true;
+    }
+    if (unwanted && names_tag(unwanted, tag)) {
+        (void)problem_respond(call, "precondition-failed",
+                              "If-None-Match names %.80s, and that is what is there.", unwanted);
+        return true;
+    }
+    return false;
 }
 
 /* ---- In -------------------------------------------------------------------------------------- */

@@ -21,6 +21,7 @@
 #include "store/prepared.h"
 #include "store/internal.h"
 #include "store/erase.h"
+#include "store/labels.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -292,9 +293,15 @@ static int run_erase(struct store *store, sqlite3 *db, struct store_write *write
 {
     struct store_erasure *erasure = write->argument;
     struct plan plan = {.list = NULL};
-    int status = make_plan(db, &plan, erasure);
+    int status =
+        erasure->seen ? store_labels_check(db, erasure->owner, erasure->id, erasure->seen) : 0;
 
     (void)store;
+    erasure->relabelled = status == STORE_CONFLICT;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = make_plan(db, &plan, erasure);
     if (status == STORE_OK &&
         (erasure->n_unended > 0 || (erasure->needing > 0 && !erasure->cascade) ||
          (erasure->foreign > 0 && !erasure->all))) {

@@ -6,6 +6,8 @@
 
 #include "store/store.h"
 
+struct store_labels; /* store/labels.h */
+
 #define STORE_ERASE_TOLD 20    /* of what needs it */
 #define STORE_ERASE_RUNNING 64 /* jobs to be canceled at a time */
 #define STORE_ERASE_KINDS 8
@@ -17,10 +19,12 @@ struct store_thing {
 };
 
 struct store_erasure {
-    const char *owner, *id; /* whose, and what */
-    bool cascade;           /* what needs it goes too */
-    bool all;               /* also what others have who do not have it themselves */
+    const char *owner, *id;          /* whose, and what */
+    bool cascade;                    /* what needs it goes too */
+    bool all;                        /* also what others have who do not have it themselves */
+    const struct store_labels *seen; /* where not NULL: name and tags that it must have */
 
+    bool relabelled;
     /* What needs it, directly or through others: the first ones, nearest first, and all. */
     struct store_thing told[STORE_ERASE_TOLD];
     size_t needing;
@@ -44,7 +48,7 @@ struct store_erasure {
  * made; then it goes as soon as that ends, at the next sweep at the latest.
  *
  * STORE_NOT_FOUND: the owner does not have it. STORE_CONFLICT: something needs it, and the erasure
- * says what.
+ * says what; or, if it says `relabelled`, its name or tags are not those that were seen.
  */
 int store_erase(struct store *store, struct store_erasure *erasure);
 

@@ -407,6 +407,9 @@ struct store_labels; /* store/labels.h */
 /* On the writer thread, in a transaction: what store_label does. */
 int store_label_now(struct store *store, sqlite3 *db, const char *owner, const char *id,
                     const struct store_labels *labels);
+/* The same: STORE_CONFLICT where the owner's name and tags are not those that were seen. */
+int store_labels_check(sqlite3 *db, const char *owner, const char *id,
+                       const struct store_labels *seen);
 
 /* ---- Jobs ------------------------------------------------------------------------------------ */
 

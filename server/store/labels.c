@@ -18,6 +18,27 @@ struct change {
 
 #define BYTES(text) "length(CAST(" text " AS BLOB))"
 
+int store_labels_check(sqlite3 *db, const char *owner, const char *id,
+                       const struct store_labels *seen)
+{
+    sqlite3_stmt *row = NULL;
+    int status =
+        store_prepare(db, &row,
+                      "SELECT 1 FROM owned WHERE owner = ?1 AND id = ?2 AND (name <> ?3 OR tags "
+                      "<> ?4) UNION ALL SELECT 1 FROM job WHERE owner = ?1 AND id = ?2 AND "
+                      "(coalesce(title, '') <> ?3 OR tags <> ?4)",
+                      "tttt", owner, id, seen->name, seen->tags);
+
+    if (status == STORE_OK) {
+        status = store_step(db, row);
+    }
+    sqlite3_finalize(row);
+    if (status == STORE_OK) {
+        return STORE_CONFLICT;
+    }
+    return status == STORE_NOT_FOUND ? STORE_OK : status;
+}
+
 static int change_owned(sqlite3 *db, const struct change *change, size_t *changed)
 {
     int status = store_execute(
@@ -67,11 +88,16 @@ static int change_tags(sqlite3 *db, const struct change *change)
 static int run_change(struct store *store, sqlite3 *db, struct store_write *write)
 {
     const struct change *change = write->argument;
+    const struct store_labels *seen = change->labels->seen;
     size_t changed = 0;
-    int status = strncmp(change->id, "job-", 4) == 0 ? change_job(db, change, &changed)
-                                                     : change_owned(db, change, &changed);
+    int status = seen ? store_labels_check(db, change->owner, change->id, seen) : STORE_OK;
 
     (void)store;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = strncmp(change->id, "job-", 4) == 0 ? change_job(db, change, &changed)
+                                                 : change_owned(db, change, &changed);
     if (status == STORE_OK && changed == 0) {
         return STORE_NOT_FOUND;
     }
@@ -96,6 +122,43 @@ int store_label(struct store *store, const char *owner, const char *id,
     struct change change = {.owner = owner ? owner : "", .id = id, .labels = labels};
 
     return store_write(store, run_change, &change);
+}
+
+void store_labels_clear(struct store_labels_held *held)
+{
+    free(held->name);
+    free(held->tags);
+    *held = (struct store_labels_held){.name = NULL};
+}
+
+int store_labels_get(struct store *store, const char *owner, const char *id,
+                     struct store_labels_held *held)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *held = (struct store_labels_held){.name = NULL};
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &row,
+                           "SELECT name, tags FROM owned WHERE owner = ?1 AND id = ?2 UNION ALL "
+                           "SELECT coalesce(title, ''), tags FROM job WHERE owner = ?1 AND id = ?2",
+                           "tt", owner ? owner : "", id);
+    if (status == STORE_OK) {
+        status = store_step(reader->db, row);
+    }
+    if (status == STORE_OK) {
+        held->name = store_column_text(row, 0, &status);
+        held->tags = store_column_text(row, 1, &status);
+    }
+    sqlite3_finalize(row);
+    store_reader_return(store, reader);
+    if (status != STORE_OK) {
+        store_labels_clear(held);
+    }
+    return status;
 }
 
 struct batched {

@@ -105,7 +105,19 @@ function mediaOf(content, type) {
         names.find((name) => name === '*/*');
 }
 
-function faultOfContent(operation, answer) {
+// Results may have any form, as they were asked for. Those that an execution did not ask to have framed are plain, and
+// what the process describes.
+function plainSchema(request, answer) {
+    const { operation, values, body, type } = request;
+    if (operation.id !== 'execute' || answer.status !== 200 || !type.startsWith('application/json')) {
+        return null;
+    }
+    const { response, outputs } = parsed({ body }) || {};
+    return response || outputs ? null : description.schemas[`${values.id}Outputs`];
+}
+
+function faultOfContent(request, answer) {
+    const { operation } = request;
     const content = documented(operation, answer.status);
     const names = Object.keys(content);
     if (names.length === 0 || answer.status === 304) {
@@ -122,7 +134,7 @@ function faultOfContent(operation, answer) {
     if (value === undefined) {
         return 'the body is not JSON';
     }
-    const reason = description.fault(content[media], value);
+    const reason = description.fault(plainSchema(request, answer) || content[media], value);
     if (reason) {
         return `the body does not fit its schema: ${reason}`;
     }
@@ -164,7 +176,7 @@ function faultOfMemory(request, answer) {
 
 function judge(request, answer) {
     const { operation, wrong } = request;
-    let what = faultOfStatus(operation, answer) || faultOfContent(operation, answer);
+    let what = faultOfStatus(operation, answer) || faultOfContent(request, answer);
     if (!what && wrong.length && (answer.status < 400 || answer.status >= 500)) {
         what = `taken though it does not fit: ${wrong.join('; ')}`;
     }
@@ -228,14 +240,23 @@ async function remember(request, answer) {
     } else if (answer.status === 204 && /^delete(Mesh|Surface|Model|Volume)$/.test(operation.id)) {
         forget(request.values.id, answer.headers['srnfd-deleted']);
     } else if (operation.id === 'createCohort' && value && answer.status < 300) {
-        deleted.cohort = deleted.cohort.filter((name) => name !== value.name);
-        keep('cohort', value.name);
+        rememberCohort(value.name);
+    } else if (operation.id === 'changeCohort' && value && answer.status === 200) {
+        if (value.name !== request.values.name) {
+            bury('cohort', request.values.name);
+        }
+        rememberCohort(value.name);
     } else if (/^(create|get)(Mesh|Surface|Model|Results)$|^execute$/.test(operation.id) && answer.status < 300) {
         harvest(value);
     }
     if (operation.id === 'execute') {
         await rememberJob(answer);
     }
+}
+
+function rememberCohort(name) {
+    deleted.cohort = deleted.cohort.filter((one) => one !== name);
+    keep('cohort', name);
 }
 
 // DELETE dismisses a job that has not ended, and removes one that has.

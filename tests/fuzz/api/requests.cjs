@@ -130,7 +130,10 @@ function makeRequests(fc, description, values, samples) {
         for (const { parameter, text } of drawn.filter((one) => one.parameter.in === 'header')) {
             // What no client can send in a header is left out here; tests/http has it.
             const printable = text.replace(/[^\x21-\x7e]/g, '');
-            request.headers[parameter.name] = parameter.name === 'Prefer' ? samples.prefer(g, printable) : printable;
+            request.headers[parameter.name] =
+                parameter.name === 'Prefer' ? samples.prefer(g, printable)
+                : /^If-/.test(parameter.name) ? g(() => fc.constantFrom('*', '*', samples.etag() || '"x"', printable))
+                : printable;
         }
         if (g(fc.integer, { min: 0, max: 7 }) === 0) {
             request.headers.Accept = g(() =>
