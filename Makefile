@@ -364,7 +364,8 @@ soak: $(B)/srnfd
 	    SRNFD=$(abspath $(B))/srnfd tests/soak/test_soak.sh
 
 fuzz-api: $(B)/srnfd
-	@REQUESTS=$${REQUESTS:-20000} SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd tests/fuzz/test_api.sh
+	@SEED=$${SEED:-random} REQUESTS=$${REQUESTS:-20000} SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd \
+	    tests/fuzz/test_api.sh
 
 fuzz:
 	$(MAKE) --no-print-directory -j2 CONFIG=fuzz fuzzers

@@ -217,14 +217,18 @@ function forget(id, counts) {
     }
 }
 
-// Identifiers in an answer, wherever they stand.
+// Identifiers in an answer, wherever the service tells them. What is the user's own text may look like one.
+const TEXTS = ['name', 'tags', 'label', 'labels', 'subject', 'subjects', 'groups', 'covariates'];
+
 function harvest(value) {
     if (typeof value === 'string') {
         const match = /^(mesh|surf|model)-[0-9a-f]{32}$/.exec(value);
         return match ? keep(match[1], value) : undefined;
     }
-    for (const part of value && typeof value === 'object' ? Object.values(value) : []) {
-        harvest(part);
+    for (const [name, part] of value && typeof value === 'object' ? Object.entries(value) : []) {
+        if (!TEXTS.includes(name)) {
+            harvest(part);
+        }
     }
     return undefined;
 }
