@@ -124,7 +124,7 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
         surface->scale = encoded.scale;
         memcpy(surface->origin, encoded.origin, sizeof surface->origin);
         surface->route = srnf_parameterization_name(encoded.route);
-        store_surface_id(surface->content, (int64_t)encoded.degree, encoded.coefficients, 0.0);
+        store_shape_id(surface->content, (int64_t)encoded.degree, encoded.coefficients);
         store_surface_id(surface->older, (int64_t)encoded.degree, encoded.coefficients,
                          encoded.scale);
         memcpy(surface->surface, surface->older, sizeof surface->surface);
@@ -160,11 +160,12 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
         if (mirror) {
             srnf_surface_mirror(surface->degree, surface->coefficients);
         }
-        store_surface_id(surface->content, stored.lmax, surface->coefficients, 0.0);
+        store_shape_id(surface->content, stored.lmax, surface->coefficients);
+        memcpy(surface->older, surface->surface, sizeof surface->older);
         if (mirror) {
             memcpy(surface->surface, surface->content, sizeof surface->surface);
+            store_surface_id(surface->older, stored.lmax, surface->coefficients, 0.0);
         }
-        memcpy(surface->older, surface->surface, sizeof surface->older);
     }
     store_surface_clear(&stored);
     return status;

@@ -22,7 +22,7 @@ struct compute_surface {
     char surface[STORE_ID_MAX]; /* its own id, or that which the encoded mesh has; of a stored
                                    surface that was mirrored an id that no stored one has */
     char older[STORE_ID_MAX];   /* the same as it was before places were in ids */
-    char content[STORE_ID_MAX]; /* of the coefficients alone, whatever size and place */
+    char content[STORE_ID_MAX]; /* shape-...: of the coefficients alone (store_shape_id) */
 };
 
 /*

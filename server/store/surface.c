@@ -29,7 +29,8 @@ static size_t count_of(int64_t lmax)
     return 3 * (size_t)(lmax + 1) * (size_t)(lmax + 1);
 }
 
-void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients, double scale)
+static void content_id(char id[STORE_ID_MAX], const char *prefix, int64_t lmax,
+                       const double *coefficients, double scale)
 {
     crypto_hash_sha256_state state;
     unsigned char bytes[8], hash[crypto_hash_sha256_BYTES];
@@ -46,7 +47,17 @@ void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coeffic
     crypto_hash_sha256_update(&state, bytes, sizeof bytes);
     crypto_hash_sha256_final(&state, hash);
     sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
-    snprintf(id, STORE_ID_MAX, "surf-%.32s", hex);
+    snprintf(id, STORE_ID_MAX, "%s%.32s", prefix, hex);
+}
+
+void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients, double scale)
+{
+    content_id(id, "surf-", lmax, coefficients, scale);
+}
+
+void store_shape_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients)
+{
+    content_id(id, "shape-", lmax, coefficients, 0.0);
 }
 
 void store_surface_id_place(char id[STORE_ID_MAX], const double origin[3], const double rotation[9],

@@ -46,6 +46,9 @@ struct store_surface {
    little-endian. */
 void store_surface_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients,
                       double scale);
+/* What surfaces of the same coefficients share, whatever their size and place: no surface has it
+   as its id. */
+void store_shape_id(char id[STORE_ID_MAX], int64_t lmax, const double *coefficients);
 /* The id of a surface in a place from the id of its content: the doubles of origin and rotation,
    and the mesh whose coordinates they are in ("": none's). */
 void store_surface_id_place(char id[STORE_ID_MAX], const double origin[3], const double rotation[9],

@@ -202,6 +202,14 @@ static void a_surface_id_is_its_content(void **state)
     d[74] = 1e-300;
     store_surface_id(b, 4, d, 1.0);
     assert_string_not_equal(a, b);
+    store_shape_id(a, 4, c);
+    store_shape_id(b, 4, d);
+    assert_string_not_equal(a, b);
+    d[74] = 0.0;
+    store_shape_id(b, 4, d);
+    assert_string_equal(a, b);
+    assert_int_equal(strncmp(a, "shape-", 6), 0); /* and looks like no surface's */
+    store_surface_id(b, 4, d, 1.0);
     a_surface_id_is_its_place(b);
     store_content_id(a, "mesh-", "abc", 3);
     assert_string_equal(a, "mesh-ba7816bf8f01cfea414140de5dae2223"); /* FIPS 180-4, "abc" */
