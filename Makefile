@@ -84,6 +84,7 @@ BENCH_SRC  := $(sort $(wildcard tests/bench/bench_*.c))
 FUZZ_SRC   := $(sort $(wildcard tests/fuzz/fuzz_*.c))
 PAPER_SRC  := $(sort $(filter-out tests/paper/test_%,$(wildcard tests/paper/*.c)))
 SHIM_SRC   := $(sort $(wildcard tests/crash/*_shim.c))
+TOOL_SRC   := $(sort $(wildcard tests/tools/*.c))
 EMBEDDED   := $(sort $(wildcard migrations/*.sql)) api/openapi.yaml
 # The dashboard as it was built (make web) and its example, packed: by their names at /ui/.
 UI_FILES   := $(sort $(wildcard web/dist/*)) $(sort $(wildcard tests/data/aal_subcortex/*.ply)) web/example/labels.csv \
@@ -98,6 +99,7 @@ SERVER_LIB := $(B)/libsrnfd.a
 TESTS      := $(patsubst tests/%.c,$(B)/tests/%,$(TEST_SRC))
 BENCHES    := $(patsubst tests/%.c,$(B)/tests/%,$(BENCH_SRC))
 SHIMS      := $(patsubst tests/crash/%.c,$(B)/tests/%.so,$(SHIM_SRC))
+TOOLS      := $(patsubst tests/%.c,$(B)/tests/%,$(TOOL_SRC))
 FUZZERS    := $(patsubst tests/%.c,$(B)/tests/%,$(FUZZ_SRC))
 
 .PHONY: all help demo run check quick nightly lint asan tsan clang bench paper crash faults load fuzz fuzz-api soak coverage install install-service install-library deb test-deb deps clean build-tests \
@@ -284,6 +286,12 @@ $(B)/tests/%_shim.so: tests/crash/%_shim.c tests/support/fault.h
 	$(call say,LINK,$@)
 	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -Itests -O2 -g -shared -fPIC -o $@ $< -ldl
 
+# What shell tests call thousands of times; never sanitized, so that it starts at once.
+$(B)/tests/tools/%: tests/tools/%.c
+	@mkdir -p $(dir $@)
+	$(call say,LINK,$@)
+	$(Q)$(CC) -std=c17 -D_GNU_SOURCE $(WARN) -O1 -g -o $@ $< -ljansson
+
 # The test of the report links the parts that write it.
 $(B)/tests/paper/test_report: $(call obj,$(addprefix tests/paper/,report.c chart.c picture.c))
 $(B)/tests/paper/test_report: SERVER_LIBS += -lpng
@@ -293,18 +301,18 @@ $(B)/tests/%: $(O)/tests/%.o $(call obj,$(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) $(GOLD) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lcmocka
 
-build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS)
+build-tests: $(B)/srnfd $(B)/paper $(TESTS) $(SHIMS) $(TOOLS)
 
 # What has threads: all of the server, whole daemons, and of the core what a test spreads over threads.
 THREADED_CORE := $(shell grep -lE 'group_threads|parallel_threads|parallel_spread' $(filter tests/core/%,$(TEST_SRC)))
 THREADED      := $(THREADED_CORE) $(filter tests/server/% tests/http/% tests/crash/%,$(TEST_SRC))
-build-threaded: $(B)/srnfd $(SHIMS) $(patsubst tests/%.c,$(B)/tests/%,$(THREADED))
+build-threaded: $(B)/srnfd $(SHIMS) $(TOOLS) $(patsubst tests/%.c,$(B)/tests/%,$(THREADED))
 build-benches: $(BENCHES)
 
 # Every source compiled, nothing linked.
 .PHONY: objects
 objects: $(call obj,$(sort $(CORE_SRC) $(SERVER_SRC) server/main.c $(SUPPORT_SRC) $(TEST_SRC) $(BENCH_SRC) $(FUZZ_SRC) \
-    $(PAPER_SRC) $(SHIM_SRC))) $(O)/embedded.o
+    $(PAPER_SRC) $(SHIM_SRC) $(TOOL_SRC))) $(O)/embedded.o
 
 -include $(shell [ -d $(O) ] && find $(O) -name '*.d')
 

@@ -98,6 +98,38 @@ script 'printf "HTTP/1.1 404 Not Found\r\ncontent-type: application/problem+json
 like "$OUTPUT" 'application/problem\+json' 'headers are found without regard to case'
 like "$OUTPUT" 'ok 1 - a' 'a problem is known by status and code'
 like "$OUTPUT" 'not ok 2 - b' 'and told from another'
+
+# Members of documents: what json_member prints is what jq prints, and what it cannot print it leaves to jq.
+same=0
+while IFS= read -r document; do
+    printf '%s' "$document" >"$SCRATCH/document"
+    for filter in .a .a.b '.a[0]' '.a[1].b' .a.b.c '.a[7]' .b .missing .missing.deep '.a[0' .1 .a-b '.a["b"]' '.a|.b' .a.; do
+        got=$("$JSON_MEMBER" "$SCRATCH/document" "$filter")
+        case $?:$got in
+        0:*) same=$((same + 1)) && [ "$got" = "$(jq -r "$filter" "$SCRATCH/document" 2>&1)" ] ;;
+        3:) ;;
+        *) false ;;
+        esac || not_ok "$filter of $document" "got: $got"
+    done
+done <<'END'
+{"a": "text", "b": true}
+{"a": {"b": "two\nlines \u00e9 \"quoted\""}, "b": null}
+{"a": {"b": {"c": 17}}, "b": -3}
+{"a": [1, {"b": false}], "b": 0}
+{"a": [{}, []], "b": 1.50}
+{"a": 9007199254740993, "b": 1e3}
+{"a": 12345678901234567890, "b": ""}
+{"a": 1, "a": 2}
+{"a": 1} {"a": 2}
+[{"a": 1}]
+"a"
+{"a": "cut
+END
+is "$same" 27 'members are as jq prints them'
+"$JSON_MEMBER" "$SCRATCH/none" .a
+is $? 3 'a file that is not there is left to jq'
+script 'echo "{\"a\": [{\"b\": \"c d\"}], \"x\": 0.5}" >"$BODY"; json ".a[0].b"; json .x; json ".a | length"; json .y; json .x.y'
+is "$OUTPUT" $'c d\n0.5\n1\nnull' 'members, and what jq computes of them'
 script 'REQUEST_SECONDS=2; get http://127.0.0.1:1/; echo "$STATUS"'
 is "$OUTPUT" 000 'no answer is status 000'
 

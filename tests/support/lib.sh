@@ -160,7 +160,13 @@ alive() { # PID
 
 # The address that a server's log announces, or nothing as long as it does not.
 announced_address() { # LOG
-    jq -Rr 'fromjson? | objects | select(.event == "listening") | .address' "$1" 2>/dev/null | head -n 1
+    local line
+    while IFS= read -r line; do
+        if [[ $line =~ \"event\":\ *\"listening\" && $line =~ \"address\":\ *\"([^\"]+)\" ]]; then
+            printf '%s\n' "${BASH_REMATCH[1]}"
+            return
+        fi
+    done <"$1"
 }
 
 # Starts a server on a free port of the loopback and waits until it is ready. Sets URL, SERVER_PID and
@@ -292,13 +298,25 @@ execute() { # PROCESS INPUTS [CURL ARGUMENTS..]
 
 # A member of the last body, as jq's raw output; nothing if the body is not JSON. To jq null is less than every
 # number, and null is how a NaN is written: "real" in a filter passes numbers on and is an error for anything else.
+# A plain member (.items[0].name) is read by tests/tools/json_member.c, as jq would print it.
+JSON_MEMBER=$SRNFD_BUILD/tests/tools/json_member
 json() { # JQ-FILTER
+    if [[ $1 =~ ^\.[A-Za-z_][][A-Za-z0-9_.]*$ ]] && "$JSON_MEMBER" "$BODY" "$1" 2>/dev/null; then
+        return
+    fi
     jq -r "def real: if type == \"number\" then . else error(\"no number\") end; $1" "$BODY" 2>/dev/null
 }
 
 # A header of the last answer, by name without regard to case.
 header() { # NAME
-    tr -d '\r' <"$HEADERS" | sed -n "s/^$1: *//Ip" | tail -n 1
+    local line value=
+    while IFS= read -r line; do
+        if [[ ${line,,} == "${1,,}:"* ]]; then
+            value=${line#*:}
+            value=${value#"${value%%[! ]*}"}
+        fi
+    done <"$HEADERS"
+    printf '%s' "${value%$'\r'}"
 }
 
 # Passes if the last answer is a problem document of that status and code.
@@ -316,14 +334,14 @@ is_problem() { # STATUS CODE NAME
 # last record is in $BODY.
 JOB_STATUS=
 poll_job() { # ID SECONDS
-    local deadline=$(($(date +%s) + $2))
+    local deadline=$((SECONDS + $2))
     while :; do
         get "/v1/jobs/$1"
         JOB_STATUS=$(json .status)
         case $JOB_STATUS in
         successful | failed | dismissed) return 0 ;;
         esac
-        [ "$(date +%s)" -lt "$deadline" ] || return 1
+        [ "$SECONDS" -lt "$deadline" ] || return 1
         sleep 0.1
     done
 }
