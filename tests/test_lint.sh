@@ -294,6 +294,20 @@ done
 echo 'see ../shared/data, $HOME/work/, https://host/home/x and a/root/b' | file notes.md
 clean paths
 
+mkdir "$COPY/migrations"
+for number in 0001_initial 0002_lists 0003_names; do
+    echo 'SELECT 1;' | file migrations/$number.sql
+done
+clean migrations
+echo 'SELECT 1;' | file migrations/0003_subjects.sql
+finds migrations '0003_subjects.sql:1: has the number of migrations/0003_names.sql' 'a number that two migrations have is found'
+mv "$COPY/migrations/0003_subjects.sql" "$COPY/migrations/0005_subjects.sql"
+finds migrations '0005_subjects.sql:1: its number is not 0004' 'a gap is found'
+mv "$COPY/migrations/0005_subjects.sql" "$COPY/migrations/four.sql"
+finds migrations 'four.sql:1: is not named' 'a migration without a number is found'
+rm "$COPY/migrations/four.sql"
+clean migrations
+
 echo 'if' | file tests/bad.sh
 chmod +x "$COPY/tests/bad.sh"
 finds shell 'bad.sh' 'a script that does not parse is found'

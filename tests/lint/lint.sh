@@ -13,7 +13,7 @@ BUILD=${SRNFD_BUILD:-build}
 LINT=tests/lint
 COLUMNS_MAX=100
 
-CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths shell shellcheck lockfile openapi web'
+CHECKS='formatting columns c-rules layers core-symbols core-globals refusals headers nan outside paths migrations shell shellcheck lockfile openapi web'
 
 # ---- Files ---------------------------------------------------------------------------------------------
 
@@ -168,6 +168,16 @@ check_outside() {
 check_paths() {
     files '*' | xargs -r grep -nIE '(^|[^A-Za-z0-9_./$}~-])/(work|root|home)(/|$|[^A-Za-z0-9_/])' /dev/null |
         cut -c 1-160
+}
+
+# A data directory has the number of the last migration that ran. Two branches that each add the next one give two of
+# one number, which builds, and the daemon then never gets ready.
+check_migrations() {
+    files 'migrations/*' | awk -F '[/_]' '
+        !/^migrations\/[0-9][0-9][0-9][0-9]_[a-z0-9_]+\.sql$/ { print $0 ":1: is not named NNNN_what.sql"; next }
+        $2 == number { print $0 ":1: has the number of " previous; next }
+        $2 != number + 1 { printf "%s:1: its number is not %04d, the next one\n", $0, number + 1 }
+        { number = $2 + 0; previous = $0 }'
 }
 
 check_shell() {
