@@ -76,9 +76,24 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 130' INT TERM HUP
 
-# Value of a marker in a source: "yes" for one without a value, nothing if it is not there.
+sources=$(find "$TESTS" \( -name 'test_*.c' -o -name 'test_*.sh' \) -type f | sort)
+
+# The markers of all sources: MARKERS[SOURCE NAME] is the marker's value, "yes" if it has none.
+declare -A MARKERS
+while IFS=$'\t' read -r source name value; do
+    MARKERS[$source $name]=$value
+done < <([ -z "$sources" ] || tr '\n' '\0' <<<"$sources" | xargs -0 awk '
+    FNR > 20 { nextfile }
+    sub(/^[#\/* ]*srnfd-test: /, "") {
+        name = value = $0
+        sub(/[^a-z-].*/, "", name)
+        sub(/^[a-z-]* */, "", value)
+        sub(/[^0-9].*/, "", value)
+        print FILENAME "\t" name "\t" (value == "" ? "yes" : value)
+    }')
+
 marker() { # SOURCE NAME
-    sed -n -e "s/^[#/* ]*srnfd-test: $2 *\([0-9]*\).*/yes \1/p" -e 20q "$1" | head -n 1
+    [ -n "${MARKERS[$1 $2]-}" ]
 }
 
 # Reads TAP on stdin and prints "passed failed skipped" and, from the second line on, what is wrong with the
@@ -130,9 +145,9 @@ processor_time() { # reads what "times" printed
 run_one() { # NUMBER SOURCE PROGRAM
     local number=$1 source=$2 program=$3 name=${2#"$TESTS/"} base=$WORK/$1
     local limit passed failed skipped wrong status pid started took used verdict
-    limit=$(marker "$source" timeout)
-    limit=${limit#yes }
-    limit=$((SLOWER * ${limit:-$LIMIT}))
+    limit=${MARKERS[$source timeout]-yes}
+    [ "$limit" != yes ] || limit=$LIMIT
+    limit=$((SLOWER * limit))
     started=$(date +%s%N)
     mkdir "$base.tmp"
     TMPDIR=$base.tmp setsid timeout -k 5 "$limit" "$program" </dev/null >"$base.out" 2>"$base.err" &
@@ -202,29 +217,29 @@ long=()
 together=()
 alone=()
 while IFS= read -r source; do
-    if [ -n "$FILTER" ] && ! grep -qE -- "$FILTER" <<<"${source#"$TESTS/"}"; then
+    if [ -z "$source" ] || ! [[ ${source#"$TESTS/"} =~ $FILTER ]]; then
         continue
     fi
-    if [ -n "$SRNFD_SANITIZED" ] && [ -n "$(marker "$source" release-only)" ]; then
+    if [ -n "$SRNFD_SANITIZED" ] && marker "$source" release-only; then
         continue
     fi
-    if [ "${SRNFD_NIGHTLY:-}" = only ] && [ -z "$(marker "$source" nightly)" ]; then
+    if [ "${SRNFD_NIGHTLY:-}" = only ] && ! marker "$source" nightly; then
         continue
     fi
-    if [ "${SRNFD_NIGHTLY:-}" != only ] && [ -n "$(marker "$source" nightly)" ]; then
+    if [ "${SRNFD_NIGHTLY:-}" != only ] && marker "$source" nightly; then
         continue
     fi
-    if [ -n "${SRNFD_QUICK:-}" ] && [ -n "$(marker "$source" slow)$(marker "$source" alone)" ]; then
+    if [ -n "${SRNFD_QUICK:-}" ] && { marker "$source" slow || marker "$source" alone; }; then
         continue
     fi
-    if [ -n "$(marker "$source" alone)" ]; then
+    if marker "$source" alone; then
         alone+=("$source")
-    elif [ -n "$(marker "$source" slow)" ]; then
+    elif marker "$source" slow; then
         long+=("$source")
     else
         together+=("$source")
     fi
-done < <(find "$TESTS" \( -name 'test_*.c' -o -name 'test_*.sh' \) -type f | LC_ALL=C sort)
+done <<<"$sources"
 
 start() { # SOURCE
     local program=$1
