@@ -53,6 +53,7 @@ static void normal_equations(const struct problem *problem, const struct warp *w
     for (size_t i = 0; i < t->n; i++) {
         const double *p = warp->points + 3 * i;
         const double *q = s->q + 3 * i;
+        const double weight = t->weight[i] / t->norm2;
         double columns[6][3];
         double y[3];
 
@@ -77,11 +78,19 @@ static void normal_equations(const struct problem *problem, const struct warp *w
             columns[3 + j][v] = q[u];
         }
         for (size_t j = 0; j < 6; j++) {
+            double scaled[3];
+
             for (size_t k = 0; k < 3; k++) {
-                rhs[j] += t->weight[i] / t->norm2 * columns[j][k] * y[k];
-                for (size_t l = 0; l < 6; l++) {
-                    a[6 * j + l] += t->weight[i] / t->norm2 * columns[j][k] * columns[l][k];
+                scaled[k] = weight * columns[j][k];
+                rhs[j] += scaled[k] * y[k];
+            }
+            for (size_t l = 0; l < 6; l++) {
+                double sum = a[6 * j + l];
+
+                for (size_t k = 0; k < 3; k++) {
+                    sum += scaled[k] * columns[l][k];
                 }
+                a[6 * j + l] = sum;
             }
         }
     }
