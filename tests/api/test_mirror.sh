@@ -2,6 +2,8 @@
 # test_mirror.sh - left and right: surfaces encoded mirrored, members of cohorts taken mirrored, and the warning
 # where left and right structures are compared as they are. Two pairs of nuclei at a low degree.
 # srnfd-test: slow
+# srnfd-test: release-only
+# Under the sanitizers test_mirror_process.sh and test_subjects.sh mirror surfaces and members.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

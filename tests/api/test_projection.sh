@@ -6,6 +6,8 @@
 # scores, registered or not, however they are named; points far out that no surface has are told by their relative
 # energy; and what is unlike the subjects of a model or the members of a cohort, or turned against them, is warned of.
 # srnfd-test: slow
+# srnfd-test: release-only
+# It compares figures; under the sanitizers test_statistics.sh, test_doubts.sh and test_routes.sh project.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"

@@ -3,6 +3,8 @@
  * certificate of uniqueness, and the bound on the surface error beside the true error.
  * test_bound.c has the same with noise.
  * srnfd-test: slow
+ * srnfd-test: release-only
+ * Under the sanitizers test_bound.c and test_invert_contract.c run the same code.
  */
 #include "inversions.h"
 

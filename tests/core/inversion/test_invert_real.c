@@ -3,6 +3,8 @@
  * from the unit sphere. The paper reports relative energies of 9.0e-4 (thalamus) and 6.9e-4
  * (pallidum) with 200 harmonics.
  * srnfd-test: slow
+ * srnfd-test: release-only
+ * It measures accuracy; under the sanitizers test_invert.c runs the same code.
  */
 #include "inversions.h"
 

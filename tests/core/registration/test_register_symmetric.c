@@ -3,6 +3,9 @@
  * surfaces, how far from a metric, what pose, scale and parameterization of the input change;
  * and the range of the Jacobian under the default penalty.
  * srnfd-test: slow
+ * srnfd-test: release-only
+ * It measures; under the sanitizers test_register_rotations.c and test_register_stops.c run the
+ * same code.
  */
 /* srnfd-test: timeout 600 */
 #include "registrations.h"

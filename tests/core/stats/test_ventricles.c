@@ -10,6 +10,8 @@
  * smooth. In the radial parameterization of each mesh the correspondence is lost, and the rank with
  * it. Real ventricles are in bench_ventricles.
  * srnfd-test: slow
+ * srnfd-test: release-only
+ * It measures; under the sanitizers test_mean.c and test_pca.c run the same code.
  */
 #include "group.h"
 #include "support/correspondence.h"

@@ -5,6 +5,8 @@
  *
  * srnfd-test: timeout 300
  * srnfd-test: slow
+ * srnfd-test: release-only
+ * Under the sanitizers test_encode_adversarial.c takes the same route, over worse meshes.
  */
 #include "core/figures.h"
 #include "sphere_map/sphere_map.h"
