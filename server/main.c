@@ -68,6 +68,7 @@ static void job_changed(void *user, const char *job_id)
 
     (void)pthread_rwlock_rdlock(&service->link.lock);
     if (service->link.http) {
+        api_job_changed(service->api, job_id, true);
         http_job_changed(service->link.http, job_id);
     }
     (void)pthread_rwlock_unlock(&service->link.lock);
@@ -79,6 +80,7 @@ static void job_progressed(void *user, const char *job_id)
 
     (void)pthread_rwlock_rdlock(&service->link.lock);
     if (service->link.http) {
+        api_job_changed(service->api, job_id, false);
         http_job_progressed(service->link.http, job_id);
     }
     (void)pthread_rwlock_unlock(&service->link.lock);

@@ -13,6 +13,7 @@
 #include "api/volumes.h"
 
 #include "api/auth.h"
+#include "api/changes.h"
 #include "api/inflight.h"
 #include "api/json_memory.h"
 #include "api/respond.h"
@@ -69,7 +70,8 @@ int api_create(struct api **out, const struct api_config *config)
     jobs_memory_begin(&api->uploads, api->config.upload_memory);
     api->inflight = inflight_create();
     api->auth = auth_create(config);
-    if (!api->inflight || !api->auth) {
+    api->changes = changes_create();
+    if (!api->inflight || !api->auth || !api->changes) {
         api_destroy(api);
         return -1;
     }
@@ -82,6 +84,7 @@ void api_destroy(struct api *api)
 {
     if (api) {
         inflight_destroy(api->inflight);
+        changes_destroy(api->changes);
         (void)pthread_mutex_destroy(&api->probe.mutex);
         auth_destroy(api->auth, api->config.store);
         free(api);

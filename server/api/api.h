@@ -94,6 +94,7 @@ enum api_undone {
     API_STOPPED, /* request->stop was seen */
 };
 
+#define API_STREAM_ALL "*" /* of all jobs */
 #define API_HEADERS_MAX 24
 #define API_VALUES_SIZE ((size_t)320)
 /* Zero it to begin with, up to the headers at least; not to be copied or moved while it has
@@ -116,9 +117,9 @@ struct api_response {
         void (*free_state)(void *state);
     } wait;
     /* Not finished with its body: what follows is made by api_stream_next, piece by piece, whenever
-       this job changes. */
+       this job changes, or any. */
     struct {
-        char job_id[STORE_ID_MAX]; /* "": no stream */
+        char job_id[STORE_ID_MAX]; /* "": no stream; or API_STREAM_ALL */
         bool ended;                /* the body is the last piece */
         void *state;               /* freed by api_response_clear */
         void (*free_state)(void *state);
@@ -151,6 +152,9 @@ void api_resume(struct api *api, const struct api_request *request, struct api_r
 /* Whether the value of an Authorization field is a token that holds. Counts for nothing: for
    whoever must choose which of many requests to look at first. */
 bool api_knows(struct api *api, const char *authorization, size_t length);
+/* Notes that a job has changed, its row or else its progress: before streams are woken. On any
+   thread. */
+void api_job_changed(struct api *api, const char *job_id, bool of_status);
 /* Replaces the body of a stream by its next piece: empty where the job is as it was told last,
    unless alive asks for a sign of life. On a request thread. */
 void api_stream_next(struct api *api, struct api_response *response, bool alive);

@@ -15,6 +15,7 @@
  * restart of the daemon; if the record is that of an ended job the answer is 204, which tells an
  * EventSource to stay away.
  */
+#include "api/events.h"
 #include "api/respond.h"
 #include "api/routes.h"
 
@@ -27,23 +28,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENT_ID_LENGTH 16
-#define RECONNECT_MS 2000
-
-/* What a stream knows of its client. */
-struct api_stream_state {
-    char seen[EVENT_ID_LENGTH + 1]; /* id of the last event; "" at first */
-    int status;                     /* of the last event; -1 at first */
-    struct api_auth *auth;
-    struct auth_account *account; /* whose streams this is one of; NULL: of none */
-};
-
-static void free_state(void *argument)
+void events_leave(void *argument)
 {
     struct api_stream_state *state = argument;
 
     stream_leave(state->auth, state->account);
     free(state);
+}
+
+struct api_stream_state *events_enter(struct api_call *call)
+{
+    struct api_stream_state *state = calloc(1, sizeof *state);
+
+    if (!state) {
+        (void)problem_respond_store(call, STORE_NOMEM, "", "");
+        return NULL;
+    }
+    if (!stream_enter(call)) {
+        free(state);
+        return NULL;
+    }
+    state->auth = call->api->auth;
+    state->account = call->request->caller.account;
+    state->status = -1;
+    return state;
+}
+
+void events_open(struct api_call *call, struct api_stream_state *state, const char *job_id)
+{
+    struct api_response *response = call->response;
+
+    response->stream.state = state;
+    response->stream.free_state = events_leave;
+    response->status = 200;
+    (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "%s", job_id);
+    (void)api_response_header_text(response, "Content-Type", "text/event-stream");
+    (void)api_response_header_text(response, "Cache-Control", "no-store");
+    (void)api_response_header_text(response, "X-Accel-Buffering", "no");
 }
 
 static void event_id(const char *data, char id[EVENT_ID_LENGTH + 1])
@@ -55,8 +76,7 @@ static void event_id(const char *data, char id[EVENT_ID_LENGTH + 1])
     id[EVENT_ID_LENGTH] = '\0';
 }
 
-/* Makes the piece the response's body; a piece that memory is short for ends the stream. */
-static void set_piece(struct api_response *response, char *piece)
+void events_set_piece(struct api_response *response, char *piece)
 {
     free(response->body);
     response->body = (unsigned char *)piece;
@@ -69,7 +89,7 @@ static char *make_event(bool first, const char *id, const char *name, const char
     char *piece = NULL, retry[32] = "";
 
     if (first) {
-        (void)snprintf(retry, sizeof retry, "retry: %d\n", RECONNECT_MS);
+        (void)snprintf(retry, sizeof retry, "retry: %d\n", EVENT_RECONNECT_MS);
     }
     return asprintf(&piece, "%sid: %s\nevent: %s\ndata: %s\n\n", retry, id, name, data) < 0 ? NULL
                                                                                             : piece;
@@ -86,16 +106,17 @@ static void tell_job(struct api_response *response, const struct store_job *job,
 
     json_decref(record);
     if (!data) {
-        set_piece(response, NULL);
+        events_set_piece(response, NULL);
         return;
     }
     event_id(data, id);
     if (strcmp(id, state->seen) == 0) {
-        set_piece(response, strdup(alive ? ": still here\n\n" : ""));
+        events_set_piece(response, strdup(alive ? EVENT_ALIVE : ""));
     } else {
         bool moved = state->status != (int)job->status;
 
-        set_piece(response, make_event(state->status < 0, id, moved ? "status" : "progress", data));
+        events_set_piece(response,
+                         make_event(state->status < 0, id, moved ? "status" : "progress", data));
         memcpy(state->seen, id, sizeof id);
         state->status = (int)job->status;
     }
@@ -103,19 +124,12 @@ static void tell_job(struct api_response *response, const struct store_job *job,
     response->stream.ended = response->stream.ended || job_ended(job);
 }
 
-void api_stream_next(struct api *api, struct api_response *response, bool alive)
+static void next_of_job(struct api *api, struct api_response *response, bool alive)
 {
-    const struct api_stream_state *state = response->stream.state;
     struct store_job job = {0};
     const char *id = response->stream.job_id;
-    int status;
+    int status = jobs_get(api->config.jobs, id, &job);
 
-    if (!auth_holds(state->auth, state->account)) {
-        /* The token was revoked, or has expired: coming back, the client is told so. */
-        set_piece(response, NULL);
-        return;
-    }
-    status = jobs_get(api->config.jobs, id, &job);
     if (status == STORE_OK) {
         tell_job(response, &job, alive);
         store_job_clear(&job);
@@ -124,49 +138,50 @@ void api_stream_next(struct api *api, struct api_response *response, bool alive)
 
         (void)snprintf(data, sizeof data, "{\"id\":\"%s\"}", id);
         response->stream.ended = true;
-        set_piece(response, make_event(false, "deleted", "deleted", data));
+        events_set_piece(response, make_event(false, "deleted", "deleted", data));
     } else {
         /* The store does not answer now: the client comes back by itself. */
-        set_piece(response, NULL);
+        events_set_piece(response, NULL);
+    }
+}
+
+void api_stream_next(struct api *api, struct api_response *response, bool alive)
+{
+    const struct api_stream_state *state = response->stream.state;
+
+    if (auth_holds(state->auth, state->account)) {
+        state->next(api, response, alive);
+    } else {
+        /* The token was revoked, or has expired: coming back, the client is told so. */
+        events_set_piece(response, NULL);
     }
 }
 
 void jobs_events(struct api_call *call)
 {
     const char *known = api_request_header(call->request, "Last-Event-ID");
-    struct api_response *response = call->response;
-    struct api_stream_state *state = calloc(1, sizeof *state);
+    struct api_stream_state *state;
     struct store_job job = {0};
-    int status = state ? jobs_get(call->api->config.jobs, call->parameters[0], &job) : STORE_NOMEM;
+    int status = jobs_get(call->api->config.jobs, call->parameters[0], &job);
 
     if (status != STORE_OK) {
-        free(state);
         (void)problem_respond_store(call, status, "no-such-job", call->parameters[0]);
         return;
     }
-    if (!stream_enter(call)) {
-        free(state);
+    state = events_enter(call);
+    if (!state) {
         store_job_clear(&job);
         return;
     }
-    state->auth = call->api->auth;
-    state->account = call->request->caller.account;
-    state->status = -1;
+    state->next = next_of_job;
     if (known && strlen(known) == EVENT_ID_LENGTH) {
         memcpy(state->seen, known, sizeof state->seen);
     }
-    response->stream.state = state;
-    response->stream.free_state = free_state;
-    tell_job(response, &job, true);
+    events_open(call, state, job.id);
+    tell_job(call->response, &job, true);
     if (job_ended(&job) && known && strcmp(known, state->seen) == 0 && state->status < 0) {
-        api_response_clear(response);
-        response->status = 204;
-    } else {
-        response->status = 200;
-        (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "%s", job.id);
-        (void)api_response_header_text(response, "Content-Type", "text/event-stream");
-        (void)api_response_header_text(response, "Cache-Control", "no-store");
-        (void)api_response_header_text(response, "X-Accel-Buffering", "no");
+        api_response_clear(call->response);
+        call->response->status = 204;
     }
     store_job_clear(&job);
 }

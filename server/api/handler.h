@@ -19,12 +19,14 @@ struct store_mesh;       /* store/mesh.h */
 struct store_surface;    /* store/surface.h */
 
 struct api_auth;     /* auth.c: tokens, and what each has used */
+struct changes;      /* changes.h */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
     struct api_config config;
     struct api_inflight *inflight;
     struct api_auth *auth;
+    struct changes *changes;
     struct jobs_memory uploads; /* what reading all uploads has in use */
     struct {                    /* of the last write that /readyz tried (monitoring.c) */
         pthread_mutex_t mutex;

@@ -16,6 +16,7 @@
 #include "api/lists.h"
 #include "api/routes.h"
 
+#include "api/changes.h"
 #include "api/framing.h"
 #include "api/job_answers.h"
 #include "api/tables.h"
@@ -404,6 +405,9 @@ void jobs_delete(struct api_call *call)
     }
     if (job_ended(&job)) {
         status = store_job_delete(call->api->config.store, job.id);
+        if (status == 0) {
+            changes_note(call->api->changes, job.id, job.owner, true);
+        }
         job.status = STORE_JOB_DISMISSED;
     } else {
         store_job_clear(&job);

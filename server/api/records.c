@@ -17,6 +17,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "api/changes.h"
 #include "api/job_answers.h"
 #include "api/labels.h"
 #include "api/models.h"
@@ -391,6 +392,9 @@ void records_patch(struct api_call *call)
     } else if (status != 0) {
         (void)problem_respond_store(call, status, kind->missing, id);
     } else {
+        if (kind->get == jobs_get_one) {
+            changes_note(call->api->changes, id, owner, true);
+        }
         kind->get(call);
     }
 out:

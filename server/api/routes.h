@@ -85,7 +85,7 @@ api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete, records_patch;
 api_handler models_list, models_get, models_modes, models_scores;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one, jobs_delete,
-    jobs_events;
+    jobs_events, jobs_events_all;
 api_handler tickets_create_one;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,

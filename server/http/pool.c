@@ -68,7 +68,10 @@ static void wake_those_of(struct http *http, const char *job_id, bool streams_on
 {
     (void)pthread_mutex_lock(&http->mutex);
     for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {
-        if ((exchange->streams || !streams_only) && strcmp(exchange->wait_job, job_id) == 0) {
+        bool all = exchange->streams && strcmp(exchange->wait_job, API_STREAM_ALL) == 0;
+
+        if (all ||
+            ((exchange->streams || !streams_only) && strcmp(exchange->wait_job, job_id) == 0)) {
             pool_wake(exchange);
         }
     }

@@ -256,23 +256,41 @@ export async function cohort(name: string): Promise<Cohort> {
 
 // ---- Events ------------------------------------------------------------------------------------------------------
 
-/** Server-sent events by fetch: EventSource cannot send a token. Ends when the stream does. */
-export async function events(path: string, told: (event: string, data: string) => void,
+/** Nothing heard for so long, not even the sign of life that comes every 15 seconds: the connection is dead. */
+const SILENCE_MS = 45000;
+
+export interface StreamEvent { name: string; id: string; data: string }
+
+/**
+ * Server-sent events by fetch: EventSource cannot send a token, and a ticket opens one stream only. Goes on after the
+ * event of that id, and ends when the stream does.
+ */
+export async function events(path: string, last: string, told: (event: StreamEvent) => void,
     signal: AbortSignal): Promise<void> {
-    const response = await request(path, { signal, headers: { Accept: 'text/event-stream' } });
-    const reader = response.body!.pipeThrough(new TextDecoderStream()).getReader();
-    let rest = '';
-    for (;;) {
-        const { value, done } = await reader.read();
-        if (done) return;
-        rest += value;
-        const parts = rest.split('\n\n');
-        rest = parts.pop()!;
-        for (const part of parts) {
-            const lines = part.split('\n');
-            const of = (name: string) =>
-                lines.filter((l) => l.startsWith(`${name}:`)).map((l) => l.slice(name.length + 1).trimStart()).join('\n');
-            if (of('data')) told(of('event') || 'message', of('data'));
+    const silence = new AbortController();
+    signal.addEventListener('abort', () => silence.abort());
+    let timer = setTimeout(() => silence.abort(), SILENCE_MS);
+    try {
+        const headers: Record<string, string> = { Accept: 'text/event-stream', ...(last ? { 'Last-Event-ID': last } : {}) };
+        const response = await request(path, { signal: silence.signal, headers });
+        const reader = response.body!.pipeThrough(new TextDecoderStream()).getReader();
+        let rest = '';
+        for (;;) {
+            const { value, done } = await reader.read();
+            if (done) return;
+            clearTimeout(timer);
+            timer = setTimeout(() => silence.abort(), SILENCE_MS);
+            rest += value;
+            const parts = rest.split('\n\n');
+            rest = parts.pop()!;
+            for (const part of parts) {
+                const lines = part.split('\n');
+                const of = (name: string) =>
+                    lines.filter((l) => l.startsWith(`${name}:`)).map((l) => l.slice(name.length + 1).trimStart()).join('\n');
+                if (of('data')) told({ name: of('event'), id: of('id'), data: of('data') });
+            }
         }
+    } finally {
+        clearTimeout(timer);
     }
 }

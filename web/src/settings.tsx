@@ -2,7 +2,7 @@
 import { useState } from 'preact/hooks';
 import * as api from './api';
 import { go } from './router';
-import { caller, connection, refreshJobs, useValue, whoCalls } from './state';
+import { caller, connection, forgetJobs, refreshJobs, useValue, whoCalls } from './state';
 import { Page, Shown, useLoad } from './ui';
 
 function TokenForm() {
@@ -12,6 +12,7 @@ function TokenForm() {
     const enter = async (event: Event) => {
         event.preventDefault();
         api.setToken(text, keep);
+        forgetJobs();
         try {
             await api.get('/v1/processes');
             connection.set('up');
@@ -42,6 +43,7 @@ export function Settings() {
     const version = useLoad<any>(() => api.get('/v1/version'), []);
     const forget = () => {
         api.setToken('', false);
+        forgetJobs();
         caller.set(null);
         connection.set('token');
     };

@@ -61,11 +61,9 @@ export async function whoCalls(): Promise<void> {
     }
 }
 
-// ---- Jobs: asked for often while any runs, and one stream for the job that runs ---------------------------------------
+// ---- Jobs: one stream of all their changes; the list is read where it begins, and when places in the queue move -------
 
-let timer = 0;
-let due = 0;
-let asking = false;
+const LISTED = 50;
 const ended = new Value<api.Job | null>(null);
 export const onEnd = (told: (job: api.Job) => void): (() => void) =>
     ended.listen(() => {
@@ -73,19 +71,23 @@ export const onEnd = (told: (job: api.Job) => void): (() => void) =>
         if (job) told(job);
     });
 
-function again(ms: number): void {
-    const at = Date.now() + ms;
-    if (timer && due <= at) return;
-    clearTimeout(timer);
-    due = at;
-    timer = window.setTimeout(() => {
-        timer = 0;
-        void ask();
-    }, ms);
+/** Does it once after so many milliseconds, or earlier if asked to. */
+function later(act: () => void): (ms: number) => void {
+    let timer = 0;
+    let due = 0;
+    return (ms) => {
+        const at = Date.now() + ms;
+        if (timer && due <= at) return;
+        clearTimeout(timer);
+        due = at;
+        timer = window.setTimeout(() => {
+            timer = 0;
+            act();
+        }, ms);
+    };
 }
-
-/** Looks at the jobs now, as after one was started. */
-export const refreshJobs = (): void => again(50);
+const again = later(() => void follow());
+const read = later(() => void readJobs());
 
 function take(list: api.Job[]): void {
     const before = new Map(jobs.get().map((job) => [job.id, job]));
@@ -99,38 +101,82 @@ function take(list: api.Job[]): void {
     }
 }
 
-async function ask(): Promise<void> {
-    if (asking) return again(200);
-    asking = true;
+/** What was told while the list was on its way is newer than the list. */
+const newer = new Map<string, api.Job | null>();
+let reading = false;
+
+async function readJobs(): Promise<void> {
+    if (reading || connection.get() === 'token') return;
+    reading = true;
+    newer.clear();
     try {
-        const page = await api.jobs(50);
-        take(page.items);
+        const { items } = await api.jobs(LISTED);
+        const known = new Set(items.map((j) => j.id));
+        const added = [...newer.values()].filter((j): j is api.Job => !!j && !known.has(j.id));
+        take(added.concat(items.filter((j) => newer.get(j.id) !== null).map((j) => newer.get(j.id) ?? j)));
     } catch {
         /* The connection's state says it. */
     }
-    asking = false;
-    const active = jobs.get().some(isActive);
-    if (connection.get() === 'token') return;
-    again(connection.get() === 'down' ? 2000 : document.hidden ? 15000 : active ? 1500 : 20000);
-    follow();
+    reading = false;
 }
 
-let following = '';
-/** The stream of the first job that runs: one, as browsers open six connections to a host at most. */
-function follow(): void {
-    const job = jobs.get().find((j) => j.status === 'running');
-    if (!job || following === job.id) return;
-    following = job.id;
-    const stop = new AbortController();
-    api.events(`/v1/jobs/${job.id}/events`, (_event, data) => {
-        const next = api.jobOf(JSON.parse(data));
-        if (next.id === job.id) take(jobs.get().map((j) => (j.id === next.id ? { ...j, ...next } : j)));
-    }, stop.signal)
-        .catch(() => {})
-        .finally(() => {
-            following = '';
-            again(300);
-        });
+function told(event: api.StreamEvent): void {
+    last = event.id || last;
+    if (event.name === 'start') return read(0);
+    const list = jobs.get();
+    if (event.name === 'deleted') {
+        const { id } = JSON.parse(event.data);
+        newer.set(id, null);
+        return jobs.set(list.filter((j) => j.id !== id));
+    }
+    const next = api.jobOf(JSON.parse(event.data));
+    newer.set(next.id, next);
+    // Places in the queue move when a job leaves it, and no event tells those.
+    if (event.name === 'status' && list.some((j) => j.status === 'accepted' && j.id !== next.id)) read(1000);
+    take(list.some((j) => j.id === next.id) ? list.map((j) => (j.id === next.id ? { ...next, inputs: j.inputs } : j))
+        : [next, ...list].slice(0, LISTED));
 }
 
-document.addEventListener('visibilitychange', () => !document.hidden && again(0));
+let stream: AbortController | null = null;
+let last = '';
+
+/** One stream for all jobs: browsers open six connections to a host at most. */
+async function follow(): Promise<void> {
+    if (stream || document.hidden || connection.get() === 'token') return;
+    const own = new AbortController();
+    stream = own;
+    let full = false;
+    try {
+        await api.events('/v1/events', last, told, own.signal);
+    } catch (error) {
+        // Too many streams, of this token or of all: the list is asked for instead until there is room.
+        if (error instanceof api.Failure && error.problem.status) {
+            full = true;
+            read(0);
+        }
+    }
+    if (stream === own) stream = null;
+    again(full ? 5000 : connection.get() === 'down' ? 2000 : 500);
+}
+
+/** Looks at the jobs now, as after one was started. */
+export function refreshJobs(): void {
+    read(50);
+    again(50);
+}
+
+/** Somebody else calls: begins anew. */
+export function forgetJobs(): void {
+    stream?.abort();
+    stream = null;
+    last = '';
+    jobs.set([]);
+}
+
+// A page that nobody sees gives its connection back, and catches up when it is seen.
+let hidden = 0;
+document.addEventListener('visibilitychange', () => {
+    clearTimeout(hidden);
+    if (!document.hidden) again(0);
+    else hidden = window.setTimeout(() => stream?.abort(), 30000);
+});
