@@ -29,6 +29,17 @@ static inline bool srnf_asks(const struct srnf_context *context, size_t item)
     return item % SRNF_ITEMS_ASKED == 0 && srnf_is_canceled(context);
 }
 
+/* Counts what was unpacked down from what a reader may still unpack (unpack_left of its limits). */
+static inline bool srnf_unpack_count(size_t *left, size_t bytes)
+{
+    bool enough = !left || bytes <= *left;
+
+    if (left) {
+        *left = enough ? *left - bytes : 0;
+    }
+    return enough;
+}
+
 static inline void srnf_report_progress(const struct srnf_context *context, double fraction,
                                         const char *message)
 {

@@ -14,6 +14,7 @@
  * large one.
  */
 #include "gifti.h"
+#include "pack.h"
 
 #include <limits.h>
 #include <string.h>
@@ -131,17 +132,18 @@ static int inflate_step(struct gifti_decoder *decoder)
     size_t room = array->size - array->filled;
     unsigned char beyond;
     unsigned given = room > INFLATE_AT_ONCE ? INFLATE_AT_ONCE : (unsigned)room;
-    int code = mesh_ask(decoder->reader);
-
-    if (code != SRNF_OK) {
-        return code;
-    }
+    int code;
 
     decoder->stream.next_out = given > 0 ? array->raw + array->filled : &beyond;
     decoder->stream.avail_out = given > 0 ? given : 1;
     code = inflate(&decoder->stream, Z_NO_FLUSH);
     if (given > 0) {
+        int status = pack_count(decoder->reader, given - decoder->stream.avail_out);
+
         array->filled += given - decoder->stream.avail_out;
+        if (status != SRNF_OK) {
+            return status;
+        }
     } else if (decoder->stream.avail_out == 0) {
         return fail(decoder, "it holds more data than its dimensions promise");
     }

@@ -37,6 +37,14 @@ static uInt piece_of(size_t left)
     return (uInt)(left < PIECE ? left : PIECE);
 }
 
+int pack_count(struct mesh_reader *reader, size_t bytes)
+{
+    return srnf_unpack_count(reader->limits.unpack_left, bytes)
+               ? mesh_ask(reader)
+               : srnf_fail(reader->error, SRNF_ELIMIT, -1,
+                           "what is packed in it unpacks to more than there is room for");
+}
+
 bool pack_inflate(struct mesh_reader *reader, const unsigned char *bytes, size_t size,
                   unsigned char *out, size_t capacity, int *status)
 {
@@ -63,7 +71,7 @@ bool pack_inflate(struct mesh_reader *reader, const unsigned char *bytes, size_t
             break;
         }
         filled += room > 0 ? room - stream.avail_out : 0;
-        *status = mesh_ask(reader);
+        *status = pack_count(reader, room > 0 ? room - stream.avail_out : 0);
     }
     (void)inflateEnd(&stream);
     if (*status == SRNF_OK && result == Z_MEM_ERROR) {
@@ -274,7 +282,7 @@ static int unpack(struct mesh_reader *reader, z_stream *stream, size_t hint)
         result = inflate(stream, Z_NO_FLUSH);
         used += in - stream->avail_in;
         filled += room - stream->avail_out;
-        status = mesh_ask(reader);
+        status = pack_count(reader, room - stream->avail_out);
         if (result == Z_STREAM_END && pack_is_gzip(reader->bytes + used, reader->size - used)) {
             result = inflateReset(stream);
         } else if (result != Z_OK) {

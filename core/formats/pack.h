@@ -21,8 +21,12 @@ void pack_free(void *opaque, void *pointer);
 /* Bytes that at most so many others can unpack to. */
 size_t pack_most(size_t size);
 
+/* Counts bytes that were unpacked, and asks whether to go on: 0, SRNF_ELIMIT or SRNF_ECANCELED. */
+SRNF_CHECKED int pack_count(struct mesh_reader *reader, size_t bytes);
+
 /* Unpacks a stream of zlib or gzip into exactly `capacity` bytes; false where it is damaged, or
-   holds more or less. SRNF_ECANCELED and SRNF_ENOMEM are in *status; otherwise that stays. */
+   holds more or less. SRNF_ECANCELED, SRNF_ELIMIT and SRNF_ENOMEM are in *status; otherwise that
+   stays. */
 bool pack_inflate(struct mesh_reader *reader, const unsigned char *bytes, size_t size,
                   unsigned char *out, size_t capacity, int *status);
 

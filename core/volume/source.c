@@ -99,6 +99,10 @@ static int inflate_some(struct volume_reader *reader, unsigned char *out, size_t
     code = inflate(&source->stream, Z_NO_FLUSH);
     source->at += taken - source->stream.avail_in;
     *n = given - source->stream.avail_out;
+    if (!srnf_unpack_count(reader->limits.unpack_left, *n)) {
+        return srnf_fail(reader->error, SRNF_ELIMIT, -1,
+                         "what is packed in it unpacks to more than there is room for");
+    }
     if (code == Z_STREAM_END) {
         return next_member(reader);
     }

@@ -47,6 +47,10 @@ struct srnf_mesh_limits {
     size_t max_faces;    /* default 8,000,000 */
     size_t max_memory;   /* bytes that one read may hold at once, beside the input; default 1 GiB */
     const struct srnf_context *context; /* asked whether to go on; default NULL: never */
+    /* [in/out] bytes that what is packed may still unpack to, counted down, for those who read many
+       files; where they do not suffice it is 0 and the read fails (SRNF_ELIMIT). Default NULL: only
+       max_memory bounds them. */
+    size_t *unpack_left;
 };
 struct srnf_mesh_limits srnf_mesh_limits_defaults(void);
 

@@ -59,6 +59,7 @@ struct srnf_volume_limits {
     size_t max_voxels;                  /* default 2^28 */
     size_t max_memory;                  /* bytes held at once, beside the input; default 1 GiB */
     const struct srnf_context *context; /* asked whether to go on; default NULL: never */
+    size_t *unpack_left;                /* as in srnf_mesh_limits; default NULL */
 };
 struct srnf_volume_limits srnf_volume_limits_defaults(void);
 

@@ -29,7 +29,7 @@
 struct archive_reader {
     struct archive *archive;
     struct archive_limits limits;
-    size_t entries, total, charged;
+    size_t entries, charged;
     bool is_zip;
     locale_t locale;
 };
@@ -210,12 +210,11 @@ void archive_close(struct archive_reader *reader)
 static enum archive_status count(struct archive_reader *reader, size_t bytes,
                                  struct archive_file *file)
 {
-    reader->total += bytes;
-    if (reader->total > reader->limits.total) {
-        (void)snprintf(file->problem, sizeof file->problem,
-                       "unpacked, the archive has more than %zu bytes", reader->limits.total);
-        return ARCHIVE_TOO_MUCH;
+    if (bytes > *reader->limits.left) {
+        *reader->limits.left = 0;
+        return fail(file, ARCHIVE_GROWS, "it unpacks to more bytes than are allowed");
     }
+    *reader->limits.left -= bytes;
     return jobs_memory_told(jobs_memory_current()) ? ARCHIVE_STOPPED : ARCHIVE_FILE;
 }
 

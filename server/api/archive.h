@@ -16,7 +16,7 @@ struct archive_reader;
 /* What it may hold. */
 struct archive_limits {
     size_t file;  /* bytes of one file, unpacked */
-    size_t total; /* bytes of all entries, unpacked */
+    size_t *left; /* bytes that all entries may still have, unpacked; counted down */
 };
 
 enum archive_status {
@@ -24,7 +24,8 @@ enum archive_status {
     ARCHIVE_REFUSED,  /* an entry that is not taken, and why; the archive can be read on */
     ARCHIVE_AT_END,   /* there are no more */
     ARCHIVE_WRONG,    /* it cannot be read on: damaged, cut off, or of a kind not known here */
-    ARCHIVE_TOO_MUCH, /* it holds more than the limits allow */
+    ARCHIVE_TOO_MUCH, /* it holds more entries, or more in one, than the limits allow */
+    ARCHIVE_GROWS,    /* all together unpack to more than the limits allow */
     ARCHIVE_NO_MEMORY,
     ARCHIVE_STOPPED, /* the upload was told to stop */
 };

@@ -54,6 +54,8 @@ struct api_call {
     struct api_response *response;
     const char *parameters[4];
     struct api_work work;
+    size_t
+        *unpack_left; /* of an import: bytes that its packed files may still unpack to; or NULL */
 };
 
 /* ---- Problems (problem.c): one table of codes with status and title -------------------------- */

@@ -186,6 +186,7 @@ static void clear(struct import *import)
 void imports_create(struct api_call *call)
 {
     struct import import = {.call = call,
+                            .unpack_left = import_growth(call),
                             .batch = store_batch_create(call->api->config.store),
                             .refused = json_array()};
 

@@ -11,7 +11,9 @@
 
 struct store_batch; /* store/batch.h */
 
-#define IMPORT_GROWTH 8 /* an archive holds at most so many times --max-body, unpacked */
+/* All that an import unpacks, entries of archives and what is packed in files, holds at most so
+   many times --max-body. */
+#define IMPORT_GROWTH 8
 #define IMPORT_REFUSALS_MAX ((size_t)1000) /* that an answer names; it counts all */
 
 #define IMPORT_LABELS_SHOWN 100
@@ -51,7 +53,8 @@ struct import {
     json_t *manifest, *by_path, *seen;
     const char *id, *format, *name, *source;
     size_t n_restored[3];
-    int64_t room; /* bytes that the owner may still take; below 0: any number */
+    size_t unpack_left; /* bytes that may still be unpacked */
+    int64_t room;       /* bytes that the owner may still take; below 0: any number */
     size_t charged;
     struct import_prepared
         *prepared; /* of new meshes, IMPORT_PREPARED_MAX bytes: kept at the end */
@@ -84,6 +87,10 @@ void import_take(struct import *import, struct import_given *given);
 
 /* Answers that the import does not fit into memory. */
 void import_answer_memory(struct import *import);
+/* Answers that it unpacks to too much; path: where that was found. */
+void import_answer_growth(struct import *import, const char *path);
+/* What an import may unpack. */
+size_t import_growth(const struct api_call *call);
 
 /* Reads the body, whatever form it has, and takes each of its files (imports_body.c). */
 void import_read_body(struct import *import);

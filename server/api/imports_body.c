@@ -37,6 +37,9 @@ static void answer_archive(struct import *import, enum archive_status status, co
                            const struct archive_file *file)
 {
     switch (status) {
+    case ARCHIVE_GROWS:
+        import_answer_growth(import, what);
+        break;
     case ARCHIVE_TOO_MUCH:
         answer(import, "body-too-large", what, file->problem);
         break;
@@ -70,9 +73,8 @@ static void take_entry(struct import *import, struct archive_file *file)
 
 static void read_archive(struct import *import, const void *bytes, size_t size, const char *what)
 {
-    size_t most = import->call->api->config.max_body;
-    const struct archive_limits limits = {
-        .file = most, .total = most > SIZE_MAX / IMPORT_GROWTH ? SIZE_MAX : IMPORT_GROWTH * most};
+    const struct archive_limits limits = {.file = import->call->api->config.max_body,
+                                          .left = &import->unpack_left};
     enum archive_status status;
     struct archive_file file;
     struct archive_reader *reader = archive_open(bytes, size, &limits, &status, &file);

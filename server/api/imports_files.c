@@ -228,7 +228,9 @@ static void refuse_answered(struct import *import, const char *path,
     const char *code = json_string_value(json_object_get(problem, "code"));
     const char *detail = json_string_value(json_object_get(problem, "detail"));
 
-    if (problem_status(code) < 500 && problem_status(code) != 413 && code) {
+    if (import->unpack_left == 0) { /* what it is of no matter: nothing more could be read */
+        import_answer_growth(import, path);
+    } else if (problem_status(code) < 500 && problem_status(code) != 413 && code) {
         refuse_file(import, path, code, detail ? detail : "");
     } else {
         (void)problem_respond(import->call, code && problem_known(code) ? code : "out-of-memory",
@@ -249,7 +251,10 @@ static void take_mesh(struct import *import, struct import_given *given)
                                   .body_size = given->size,
                                   .caller = import->call->request->caller};
     struct api_response response = {0};
-    struct api_call call = {.api = import->call->api, .request = &request, .response = &response};
+    struct api_call call = {.api = import->call->api,
+                            .request = &request,
+                            .response = &response,
+                            .unpack_left = &import->unpack_left};
     struct compute_prepared prepared;
     struct store_mesh row;
     char name[NAME_SIZE], query[48];
@@ -311,7 +316,10 @@ static void take_volume(struct import *import, struct import_given *given)
                                   .body_size = given->size,
                                   .caller = import->call->request->caller};
     struct api_response response = {0};
-    struct api_call call = {.api = import->call->api, .request = &request, .response = &response};
+    struct api_call call = {.api = import->call->api,
+                            .request = &request,
+                            .response = &response,
+                            .unpack_left = &import->unpack_left};
     struct store_volume row;
     struct import_file *file;
     char name[NAME_SIZE];

@@ -44,6 +44,23 @@ void import_drop(struct import *import, struct import_file *file, const char *co
     file->refused = true;
 }
 
+size_t import_growth(const struct api_call *call)
+{
+    size_t most = call->api->config.max_body;
+
+    return most > SIZE_MAX / IMPORT_GROWTH ? SIZE_MAX : IMPORT_GROWTH * most;
+}
+
+void import_answer_growth(struct import *import, const char *path)
+{
+    (void)problem_respond(import->call, "body-too-large",
+                          "%.200s: with it all that is packed in this import, archives and the "
+                          "files in them, unpacks to more than the %zu bytes that one import may. "
+                          "Send the files in several imports.",
+                          path, import_growth(import->call));
+    import->answered = true;
+}
+
 void import_answer_memory(struct import *import)
 {
     (void)problem_respond(import->call, "out-of-memory", "The import does not fit into memory.");

@@ -108,7 +108,8 @@ static void take_array(const struct archive_file *file, const struct wanted *wan
 /* Reads those arrays that a .npz has. */
 static void read_npz(const struct import_given *given, const struct wanted *wanted, size_t n)
 {
-    const struct archive_limits limits = {.file = given->size, .total = given->size};
+    size_t left = given->size; /* arrays are not packed */
+    const struct archive_limits limits = {.file = given->size, .left = &left};
     enum archive_status status;
     struct archive_file file;
     struct archive_reader *reader =

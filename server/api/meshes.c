@@ -254,6 +254,7 @@ static bool parse_mesh(struct api_call *call, enum srnf_mesh_format format, stru
     int status;
 
     limits.context = &upload_context;
+    limits.unpack_left = call->unpack_left;
     status = srnf_mesh_read(call->request->body, call->request->body_size, format, &limits,
                             &prepared->mesh, &info, &error);
     if (status < 0) {

@@ -108,6 +108,7 @@ static bool parse_volume(struct api_call *call, struct store_volume *row)
     int status;
 
     limits.context = &upload_context;
+    limits.unpack_left = call->unpack_left;
     status = srnf_volume_read(call->request->body, call->request->body_size, SRNF_VOLUME_UNKNOWN,
                               &limits, &volume, &error);
     if (status < 0) {

@@ -217,6 +217,39 @@ whole "$SCRATCH/big.zip" 413 body-too-large 'a file that unpacks beyond the limi
 (cd "$WRONG" && rm big.off && head -c 4000000 /dev/zero >z0.off && for i in $(seq 9); do cp z0.off "z$i.off"; done &&
     tar -czf ../many.tar.gz good.off z?.off)
 whole "$SCRATCH/many.tar.gz" 413 body-too-large 'files that do so together are refused'
+
+# What gzip packed within the entries counts as well: twenty volumes of 4 MB of nothing in 100 KB, and an STL likewise.
+/usr/bin/python3 - "$SCRATCH" <<'PYTHON'
+import gzip, io, struct, sys, zipfile
+head = bytearray(352)
+struct.pack_into('<i', head, 0, 348)
+struct.pack_into('<8h', head, 40, 3, 160, 160, 160, 1, 1, 1, 1)
+struct.pack_into('<hh', head, 70, 2, 8)
+struct.pack_into('<8f', head, 76, 1, 1, 1, 1, 1, 1, 1, 1)
+struct.pack_into('<f', head, 108, 352)
+head[344:348] = b'n+1\0'
+body = bytearray(head) + bytearray(160 ** 3)
+body[352] = 1  # a label
+volume = gzip.compress(bytes(body), 9)
+solid = gzip.compress(b' ' * 80 + struct.pack('<I', 200000) + bytes(50 * 200000), 9)
+for name, files in (('enough', [('v%02d.nii.gz', volume)] * 7), ('volumes', [('v%02d.nii.gz', volume)] * 20),
+                    ('solids', [('s%02d.stl.gz', solid)] * 20)):
+    with zipfile.ZipFile('%s/packed-%s.zip' % (sys.argv[1], name), 'w') as out:
+        for i, (path, content) in enumerate(files):
+            out.writestr(path % i, content)
+PYTHON
+request POST /v1/imports --data-binary "@$SCRATCH/packed-enough.zip"
+is "$STATUS $(json '.volumes | length')" '201 7' 'volumes are unpacked as far as eight bodies go'
+used() { # processor time of the daemon so far, hundredths of a second
+    awk '{ print $14 + $15 }' "/proc/$SERVER_PID/stat"
+}
+for kind in volumes solids; do
+    BEFORE=$(used)
+    whole "$SCRATCH/packed-$kind.zip" 413 body-too-large "$kind that unpack to more are refused"
+    like "$(json .detail)" '[0-9]\.(nii|stl)\.gz: .* 33554432 bytes .* several imports' '  by the file, and with the way out'
+    note "$(wc -c <"$SCRATCH/packed-$kind.zip") bytes took $(($(used) - BEFORE)) hundredths of a second"
+    [ -n "$SRNFD_SANITIZED" ] || compare $(($(used) - BEFORE)) '<' 300 '  in the time of those eight bodies'
+done
 head -c 300 "$SCRATCH/two.zip" >"$SCRATCH/cut.zip"
 whole "$SCRATCH/cut.zip" 422 unparsable-archive 'a zip that is cut off is refused'
 head -c 250 "$SCRATCH/two.tar.gz" >"$SCRATCH/cut.tar.gz"
