@@ -317,9 +317,13 @@ bool auth_holds(struct api_auth *auth, const struct auth_account *account)
 /* What became of the look at a token. */
 enum admission { ADMITTED, UNREADABLE, UNKNOWN, EXPIRED, TOO_MANY, NO_MEMORY };
 
-/* The token of a ticket in the query, which is used up, or NULL. The mutex is held. */
-static const struct store_token *token_of_ticket(struct api_auth *auth, const char *query)
+/* The token of a ticket in the query, or NULL. The ticket is used up, but not by HEAD, which opens
+   no stream. The mutex is held. */
+static const struct store_token *token_of_ticket(struct api_auth *auth,
+                                                 const struct api_request *request)
 {
+    const char *query = request->query;
+    bool found;
     char ticket[TICKET_SIZE], id[STORE_TOKEN_ID_MAX];
     struct query_pair pair;
 
@@ -330,7 +334,9 @@ static const struct store_token *token_of_ticket(struct api_auth *auth, const ch
         }
         memcpy(ticket, pair.value, TICKET_SIZE - 1);
         ticket[TICKET_SIZE - 1] = '\0';
-        return tickets_redeem(auth->tickets, ticket, id) ? token_by_id(auth, id) : NULL;
+        found = strcmp(request->method, "HEAD") == 0 ? tickets_look_at(auth->tickets, ticket, id)
+                                                     : tickets_redeem(auth->tickets, ticket, id);
+        return found ? token_by_id(auth, id) : NULL;
     }
     return NULL;
 }
@@ -448,7 +454,7 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
     if (required && secret) {
         token = strlen(secret) < SECRET_MAX ? store_tokens_find(&auth->tokens, secret) : NULL;
     } else if (required && (route->flags & ROUTE_TICKETS)) {
-        token = token_of_ticket(auth, request->query);
+        token = token_of_ticket(auth, request);
     }
     if (required && (secret || token)) {
         admission = look_up(auth, token, &request->caller, &role, &wait);
@@ -487,8 +493,15 @@ bool auth_readable(struct api *api)
 void tickets_create_one(struct api_call *call)
 {
     const struct auth_account *account = call->request->caller.account;
+    const char *length = api_request_header(call->request, "Content-Length");
     char ticket[TICKET_SIZE];
 
+    if ((length && strcmp(length, "0") != 0) ||
+        api_request_header(call->request, "Transfer-Encoding")) {
+        (void)problem_respond(call, "invalid-input",
+                              "A ticket is asked for without a body: there is nothing to say.");
+        return;
+    }
     tickets_issue(call->api->auth->tickets, account ? account->token : "", ticket);
     (void)api_response_header_text(call->response, "Cache-Control", "no-store");
     respond_json(

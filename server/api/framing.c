@@ -40,6 +40,17 @@ static bool find_response(const char *text, struct framing *framing)
     return false;
 }
 
+static bool has_output(const struct framing *framing, const char *name, size_t length)
+{
+    for (size_t i = 0; i < framing->n; i++) {
+        if (strlen(framing->outputs[i].name) == length &&
+            memcmp(framing->outputs[i].name, name, length) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool add_output(struct framing *framing, const char *name, size_t length, bool reference)
 {
     if (framing->n == FRAMING_OUTPUTS_MAX || length == 0 || length >= FRAMING_NAME_MAX) {
@@ -164,7 +175,8 @@ static bool query_outputs(const char *list, struct framing *framing)
     while (good && *list) {
         size_t length = strcspn(list, ",");
 
-        good = add_output(framing, list, length, false);
+        /* One output has one place in a document, however often it is named. */
+        good = has_output(framing, list, length) || add_output(framing, list, length, false);
         list += length + (list[length] == ',');
     }
     return good;

@@ -13,6 +13,7 @@
 #include "api/links.h"
 #include "api/lists.h"
 #include "api/routes.h"
+#include "store/cohort.h"
 #include "store/digest.h"
 
 #include <inttypes.h>
@@ -266,6 +267,24 @@ static void link_next(struct api_call *call, const struct list *list, const char
     free(href);
 }
 
+/* Is the list empty because nobody has a cohort of that name? Jobs and models of one that was
+   deleted are still listed by it. */
+static bool lacks_cohort(struct api_call *call, const struct list *list)
+{
+    struct store *store = call->api->config.store;
+    const char *name = list->page.cohort, *owner = list->page.owner;
+    struct store_cohort cohort = {0};
+    int status;
+
+    if (!name || list->total > 0) {
+        return false;
+    }
+    status = owner ? store_cohort_get_as(store, owner, name, &cohort)
+                   : store_cohort_get(store, name, &cohort);
+    store_cohort_clear(&cohort);
+    return status == STORE_NOT_FOUND;
+}
+
 void list_respond(struct api_call *call, struct list *list, const char *path, int status)
 {
     bool ours = strcmp(list->member, "items") == 0;
@@ -275,6 +294,11 @@ void list_respond(struct api_call *call, struct list *list, const char *path, in
     if (status != 0) {
         json_decref(list->items);
         (void)problem_respond_store(call, status, NULL, "listing");
+        return;
+    }
+    if (lacks_cohort(call, list)) {
+        json_decref(list->items);
+        (void)list_refuse(call, "/cohort", "there is no cohort of this name; see GET /v1/cohorts");
         return;
     }
     document = json_object();

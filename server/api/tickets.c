@@ -85,7 +85,8 @@ void tickets_issue(struct tickets *tickets, const char *token, char ticket[TICKE
     (void)pthread_mutex_unlock(&tickets->mutex);
 }
 
-bool tickets_redeem(struct tickets *tickets, const char *ticket, char token[STORE_TOKEN_ID_MAX])
+static bool find(struct tickets *tickets, const char *ticket, bool take,
+                 char token[STORE_TOKEN_ID_MAX])
 {
     bool found = false;
     char digest[65];
@@ -98,10 +99,20 @@ bool tickets_redeem(struct tickets *tickets, const char *ticket, char token[STOR
         if (one->ends > 0 && memcmp(one->digest, digest, sizeof digest) == 0) {
             found = one->ends > clock_now();
             memcpy(token, one->token, sizeof one->token);
-            one->ends = 0;
+            one->ends = take ? 0 : one->ends;
             break;
         }
     }
     (void)pthread_mutex_unlock(&tickets->mutex);
     return found;
+}
+
+bool tickets_redeem(struct tickets *tickets, const char *ticket, char token[STORE_TOKEN_ID_MAX])
+{
+    return find(tickets, ticket, true, token);
+}
+
+bool tickets_look_at(struct tickets *tickets, const char *ticket, char token[STORE_TOKEN_ID_MAX])
+{
+    return find(tickets, ticket, false, token);
 }

@@ -21,5 +21,7 @@ void tickets_destroy(struct tickets *tickets);
 void tickets_issue(struct tickets *tickets, const char *token, char ticket[TICKET_SIZE]);
 /* Takes the ticket, and gives the id of its token. False: there is none, or it has expired. */
 bool tickets_redeem(struct tickets *tickets, const char *ticket, char token[STORE_TOKEN_ID_MAX]);
+/* The same, and the ticket stays. */
+bool tickets_look_at(struct tickets *tickets, const char *ticket, char token[STORE_TOKEN_ID_MAX]);
 
 #endif

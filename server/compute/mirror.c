@@ -105,6 +105,7 @@ int compute_mirror_group(struct jobs_run *run, const struct srnf_sht *sht, enum 
     if (!handedness->opposite) {
         return 0;
     }
+    handedness->registered = registration != NULL;
     if (group->n == 2 && registration && metric == SRNF_METRIC_SRNF &&
         !handedness->opposite(handedness->user, 0, 1)) {
         handedness->unnamed = true;

@@ -28,6 +28,7 @@ struct compute_handedness {
     bool (*opposite)(const void *user, size_t i, size_t j);
     const void *user;
     size_t n_trials; /* [out] */
+    bool registered; /* [out] whether distances are of registered surfaces */
     bool unnamed;    /* [out] the one trial is of two surfaces that nothing calls opposite */
     struct compute_mirror_trial trials[COMPUTE_MIRROR_TRIALS_MAX];
 };

@@ -119,7 +119,11 @@ __attribute__((format(printf, 2, 0))) static void log_library(void *cls, const c
    waits for itself for ever. */
 static int start_daemon(struct http *http)
 {
-    unsigned threads = (unsigned)(http->config.threads > 1 ? http->config.threads : 0);
+    /* One thread is no pool: the library would warn of its size. */
+    const struct MHD_OptionItem pool[] = {
+        {http->config.threads > 1 ? MHD_OPTION_THREAD_POOL_SIZE : MHD_OPTION_END,
+         (intptr_t)http->config.threads, NULL},
+        {MHD_OPTION_END, 0, NULL}};
     unsigned tls_flag = http->tls ? MHD_USE_TLS : 0;
     struct MHD_OptionItem tls[TLS_OPTIONS];
 
@@ -128,11 +132,10 @@ static int start_daemon(struct http *http)
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG |
             MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC | tls_flag,
         0, NULL, NULL, exchange_step, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, http,
-        MHD_OPTION_THREAD_POOL_SIZE, threads, MHD_OPTION_CONNECTION_LIMIT, (unsigned)INT_MAX,
-        MHD_OPTION_CONNECTION_MEMORY_LIMIT, CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION,
-        connection_notify, http, MHD_OPTION_URI_LOG_CALLBACK, connection_target, http,
-        MHD_OPTION_NOTIFY_COMPLETED, exchange_completed, http, MHD_OPTION_ARRAY, tls,
-        MHD_OPTION_END);
+        MHD_OPTION_CONNECTION_LIMIT, (unsigned)INT_MAX, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        CONNECTION_MEMORY, MHD_OPTION_NOTIFY_CONNECTION, connection_notify, http,
+        MHD_OPTION_URI_LOG_CALLBACK, connection_target, http, MHD_OPTION_NOTIFY_COMPLETED,
+        exchange_completed, http, MHD_OPTION_ARRAY, tls, MHD_OPTION_ARRAY, pool, MHD_OPTION_END);
     return http->daemon ? 0 : -1;
 }
 

@@ -137,11 +137,12 @@ json_t *handedness_of_trials(const json_t *labels, const struct compute_handedne
     warning_add(warnings, "mirror-images",
                 json_pack("{s:I, s:I, s:o}", "tried", (json_int_t)handedness->n_trials, "better",
                           (json_int_t)better, "pairs", pairs),
-                "%.80s and %.80s: mirrored, the distance would be %.3g instead of %.3g; so it is "
+                "%.80s and %.80s: mirrored%s, the distance would be %.3g instead of %.3g; so it is "
                 "for %zu of the %zu pairs of a left and a right one that were tried. To compare "
                 "them by shape, " WAY_OUT ".",
-                label_at(labels, best->first), label_at(labels, best->second), best->mirrored,
-                best->distance, better, handedness->n_trials);
+                label_at(labels, best->first), label_at(labels, best->second),
+                handedness->registered ? " and registered" : ", unregistered like this one",
+                best->mirrored, best->distance, better, handedness->n_trials);
     return warnings;
 }
 
@@ -232,8 +233,9 @@ json_t *handedness_of_pair(struct jobs_run *run, const char *first, const char *
     warning_add(warnings, "mirror-images",
                 json_pack("{s:o, s:o}", "distance", json_finite(trial->distance), "mirrored",
                           json_finite(trial->mirrored)),
-                "%.80s and %.80s: mirrored, the distance would be %.3g instead of %.3g. If they "
-                "are a left and a right one of the same, encode one of them with mirror = true.",
+                "%.80s and %.80s: mirrored and registered, the distance would be %.3g instead of "
+                "%.3g. If they are a left and a right one of the same, encode one of them with "
+                "mirror = true.",
                 json_string_value(a), json_string_value(b), trial->mirrored, trial->distance);
     json_decref(a);
     json_decref(b);

@@ -96,6 +96,7 @@ kill -INT "$SERVER_PID"
 wait_server "$SERVER_PID"
 is "$SERVER_STATUS" 0 'SIGINT ends it as SIGTERM does'
 is "$(tail -n 1 "$SERVER_LOG" | jq -r .event)" stopped 'and it says so'
+is "$(grep -c '"event":"http-library"' "$SERVER_LOG")" 0 'the HTTP library has nothing to warn of'
 check 'every line of the log is JSON with a time and an event' jq -e '.ts and .event' "$SERVER_LOG"
 
 SRNFD_WORKERS=2 start_server "$SCRATCH/data" --workers 1 --config="$SCRATCH/good.json" || exit 1

@@ -208,6 +208,8 @@ get "/v1/jobs/$keyed/results?outputs=fit,nothing"
 is_problem 422 invalid-input 'an output that the process does not have is refused'
 get "/v1/jobs/$keyed/results?outputs=fit"
 is "$STATUS $(json 'keys | join(" ")')" '200 fit' 'and one that it has is given alone'
+get "/v1/jobs/$keyed/results?outputs=fit,fit,route,fit&response=document"
+is "$STATUS $(grep -o '"\(fit\|route\)" *:' "$BODY" | tr -d ' \n')" '200 "fit":"route":' 'once, however often it is named'
 get "/v1/meshes/$mesh/content"
 check 'the content is the file' cmp "$BODY" "$DATA/L_thalamus.ply"
 length=$(wc -c <"$BODY")

@@ -48,7 +48,10 @@ is "$(json '[.items[].tags] | tojson')" '[["atlas","left"],["left"]]' 'which the
 found '/v1/meshes?tag=left&name=amyg' '["L_amygdala"]' 'both at once'
 found '/v1/meshes?tag=lef' '[]' 'a tag is the whole of it'
 found '/v1/meshes?cohort=pair&sort=name' '["L_amygdala","R_amygdala"]' 'members of a cohort'
-found '/v1/meshes?cohort=nobody' '[]' 'one that is not there has none'
+for list in meshes surfaces models jobs; do
+    get "/v1/$list?cohort=nobody"
+    is "$STATUS $(json '[.code, .errors[0].pointer] | tojson')" '422 ["invalid-input","/cohort"]' "$list of one that is not there are refused"
+done
 get "/v1/surfaces?mesh=${MESH[R_amygdala]}&process=encode"
 is "$(json '[.items[].id, .total] | tojson')" "[\"$SURFACE\",1]" 'surfaces of a mesh'
 get "/v1/models?cohort=pair"
@@ -138,7 +141,8 @@ as "$ADA" post '/v1/meshes?name=hers' --data-binary @tests/data/aal_subcortex/L_
 as "$ADA" found '/v1/meshes' '["hers"]' 'an owner lists the own'
 as "$ADA" found '/v1/meshes?tag=left' '[]' 'and finds nothing by what others call it'
 as "$ADA" found "/v1/surfaces?mesh=${MESH[L_amygdala]}" '[]' 'nor what they made of it'
-as "$ADA" found '/v1/meshes?cohort=pair' '[]' 'nor by their cohorts'
+as "$ADA" get '/v1/meshes?cohort=pair'
+is "$STATUS $(json '.errors[0].pointer')" '422 /cohort' 'nor by their cohorts'
 as "$ADMIN" found '/v1/meshes?name=amyg&sort=name' '["L_amygdala","R_amygdala"]' 'an admin all, as the first owner calls it'
 if stop_server; then
     ok 'the server ends well'

@@ -58,7 +58,7 @@ is_problem 422 invalid-input 'mirror is true or false'
 run register "{\"template\":\"${S[2]}\",\"moving\":\"${S[3]}\",\"degree\":4}"
 is "$STATUS $(warned)" '200 1' 'registering a right putamen to a left one warns of mirror images'
 note "$(json '.warnings[0].detail')"
-like "$(json '.warnings[0].detail')" '^L_putamen and R_putamen: mirrored, the distance would be 0\.[0-9]+ instead of 0\.' \
+like "$(json '.warnings[0].detail')" '^L_putamen and R_putamen: mirrored and registered, the distance would be 0\.[0-9]+ instead of 0\.' \
     'with both distances'
 compare "$(json '.warnings[0].figures.distance - .distance | fabs')" '==' 0 'of which one is that of the result'
 WOULD=$(json '.warnings[0].figures.mirrored')

@@ -24,12 +24,16 @@ as "$ADA" execute encode "{\"mesh\":\"$MESH\",\"lmax\":6}" --header 'Prefer: res
 JOB=$(json .jobID)
 post /v1/tickets
 is_problem 401 token-required 'a ticket is for who has a token'
+as "$ADA" post /v1/tickets --data '{"seconds":600}'
+is_problem 422 invalid-input 'what a body says is not passed over'
 as "$ADA" post /v1/tickets
 T=$(json .ticket)
 is "$STATUS $(header Cache-Control) $(json .expiresInSeconds)" '201 no-store 60' 'it is had for the asking'
 like "$T" '^[0-9a-f]{32}$' 'and has 32 digits'
+request HEAD "/v1/jobs/$JOB/events?ticket=$T" --head --max-time 60
+is "$STATUS" 200 'HEAD looks at it'
 get "/v1/jobs/$JOB/events?ticket=$T" --max-time 60
-is "$STATUS $(header Content-Type)" '200 text/event-stream' 'a stream begins with it'
+is "$STATUS $(header Content-Type)" '200 text/event-stream' 'a stream begins with it all the same'
 get "/v1/jobs/$JOB/events?ticket=$T" --max-time 60
 is_problem 401 token-required 'once'
 get "/v1/jobs/$JOB?ticket=$(ticket "$ADA")"
