@@ -182,6 +182,9 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
     return !fits;
 }
 
+/* What OpenAPI calls an array may be given several times; of the list of jobs (job_filters.c). */
+#define REPEATED "type,processID,status"
+
 /* 400 for a query parameter that the route does not know, or that is given twice. */
 static bool refuse_query(struct api_call *call, const struct api_route *route)
 {
@@ -204,7 +207,8 @@ static bool refuse_query(struct api_call *call, const struct api_route *route)
                                   route->query[0] ? route->query : "none");
             return true;
         }
-        for (const char *rest = cursor; query_next(&rest, &other);) {
+        for (const char *rest = cursor;
+             !list_has_exactly(REPEATED, name) && query_next(&rest, &other);) {
             if (other.name_length == pair.name_length &&
                 strncmp(other.name, pair.name, pair.name_length) == 0) {
                 (void)problem_respond(call, "malformed-request",

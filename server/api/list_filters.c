@@ -1,7 +1,8 @@
 /*
- * list_filters.c - what the query of a list asks for: ?name=, ?tag=, ?process=, ?status=, ?cohort=,
- * ?mesh=, ?since=, ?until= and ?sort=. Which of them a list has its route says (routes.c); here is
- * what they may be. What cannot be is refused, with what is known where that is a list.
+ * list_filters.c - what the query of a list asks for: ?name=, ?tag=, ?process=, ?cohort=, ?mesh=,
+ * ?since=, ?until= and ?sort=. Which of them a list has its route says (routes.c); here is what
+ * they may be. What cannot be is refused, with what is known where that is a list. job_filters.c
+ * has what only jobs have.
  */
 #include "api/lists.h"
 
@@ -26,8 +27,8 @@ static bool refuse(struct api_call *call, const char *name, const char *detail)
     return false;
 }
 
-static bool refuse_unknown(struct api_call *call, const char *name, const char *given,
-                           const char *const *known)
+bool list_refuse_unknown(struct api_call *call, const char *name, const char *given,
+                         const char *const *known)
 {
     char begin[120], text[NEAR_SENTENCE_MAX];
 
@@ -109,23 +110,7 @@ static bool read_process(struct api_call *call, struct list_filters *filters,
     }
     api_process_names(call->api, known);
     return !page->process || api_process_find(call->api, page->process) ||
-           refuse_unknown(call, "process", page->process, known);
-}
-
-static bool read_status(struct api_call *call, struct list_filters *filters,
-                        struct store_page *page)
-{
-    const char *known[STORE_JOB_DISMISSED + 2] = {NULL};
-    bool found = false;
-
-    if (!read(call, "status", filters->status, sizeof filters->status, &page->status)) {
-        return false;
-    }
-    for (int i = STORE_JOB_ACCEPTED; i <= STORE_JOB_DISMISSED; i++) {
-        known[i] = store_job_status_name((enum store_job_status)i);
-        found = found || (page->status && strcmp(known[i], page->status) == 0);
-    }
-    return !page->status || found || refuse_unknown(call, "status", page->status, known);
+           list_refuse_unknown(call, "process", page->process, known);
 }
 
 /* By what a list is sorted: by process and status where it is filtered by them. */
@@ -160,7 +145,7 @@ static bool read_sort(struct api_call *call, struct list_filters *filters, struc
             return true;
         }
     }
-    return refuse_unknown(call, "sort", word, known);
+    return list_refuse_unknown(call, "sort", word, known);
 }
 
 /* ---- Times ----------------------------------------------------------------------------------- */
@@ -276,14 +261,14 @@ bool list_filters_read(struct api_call *call, struct list_filters *filters, stru
 {
     static bool (*const readers[])(struct api_call *, struct list_filters *,
                                    struct store_page *) = {
-        read_name,   read_tag,  read_process, read_status,
-        read_cohort, read_mesh, read_times,   read_sort,
+        read_name, read_tag, read_process, read_cohort, read_mesh, read_times, read_sort,
     };
+    const struct api_route *route = call->request->route;
 
     for (size_t i = 0; i < sizeof readers / sizeof readers[0]; i++) {
         if (!readers[i](call, filters, page)) {
             return false;
         }
     }
-    return true;
+    return !list_has_exactly(route->query, "processID") || job_filters_read(call, filters, page);
 }

@@ -9,9 +9,11 @@
 #include "api/respond.h"
 #include "store/page.h"
 
+#define LIST_WORDS_MAX 512 /* of processes, or states, with commas */
+
 /* What the query of a list asks for (list_filters.c); "" where it does not. */
 struct list_filters {
-    char name[NAME_SIZE], tag[LABELS_TAG_MAX + 1], process[48], status[16];
+    char name[NAME_SIZE], tag[LABELS_TAG_MAX + 1], process[LIST_WORDS_MAX], status[LIST_WORDS_MAX];
     char cohort[STORE_COHORT_NAME_MAX], mesh[STORE_ID_MAX], sort[16];
 };
 
@@ -39,6 +41,9 @@ bool list_open(struct api_call *call, const char *kind, struct list *list);
 bool list_limit(struct api_call *call, size_t *limit);
 /* Answers that a parameter of the query is wrong; false. */
 bool list_refuse(struct api_call *call, const char *pointer, const char *detail);
+/* The same of a word that is none of those known, with the nearest of these. */
+bool list_refuse_unknown(struct api_call *call, const char *name, const char *given,
+                         const char *const *known);
 /* Adds the link to the page itself. */
 void list_self(struct api_call *call, json_t *links, const char *path);
 /* Takes over the item. */
@@ -54,5 +59,8 @@ bool list_filters_read(struct api_call *call, struct list_filters *filters,
 /* Milliseconds of a date ("2026-01-31": its midnight, UTC) or an instant of RFC 3339; false where
    it is none, or before 1970. */
 bool list_time(const char *text, int64_t *ms);
+/* The parameters that lists of jobs alone have, those of OGC API - Processes among them
+   (job_filters.c): as list_filters_read. */
+bool job_filters_read(struct api_call *call, struct list_filters *filters, struct store_page *page);
 
 #endif

@@ -222,6 +222,7 @@ struct store_listing {
     const char *id, *name;           /* columns */
     const char *process, *status;    /* the same; NULL: there is none to be filtered by */
     const char *tag, *cohort, *mesh; /* conditions; NULL as before */
+    const char *duration;            /* ms, NULL in SQL where it has none; the same */
     const char *found, *join;        /* columns of the page, and how they lead to the rows */
     const char *columns;             /* of the rows */
 };

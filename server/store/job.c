@@ -225,6 +225,9 @@ const struct store_listing store_job_listing = {
     .tag = "listed.id IN (SELECT id FROM tag WHERE tag = :tag)",
     .cohort = "listed.cohort = :cohort",
     .mesh = "listed.id IN (SELECT needing FROM need WHERE id = :mesh)",
+    .duration = "CASE WHEN listed.started_ms <= 0 OR listed.status = 'accepted' THEN NULL "
+                "WHEN listed.status = 'running' THEN :now - listed.started_ms "
+                "WHEN listed.finished_ms > 0 THEN listed.finished_ms - listed.started_ms END",
     .found = "listed.id AS found",
     .columns = STORE_JOB_COLUMNS,
     .join = "JOIN job ON job.id = page.found",

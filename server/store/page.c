@@ -46,14 +46,31 @@ static void add_filter(struct sql *sql, bool asked, const char *left, const char
     }
 }
 
+/* One value, or one of several: + keeps the index by status, which has not the order, out of it. */
+static void add_choice(struct sql *sql, const char *column, const char *name, const char *value)
+{
+    if (!value || !strchr(value, ',')) {
+        char equal[24];
+
+        (void)snprintf(equal, sizeof equal, " = :%s", name);
+        add_filter(sql, value, column, equal);
+        return;
+    }
+    add(sql,
+        " AND +%s IN (SELECT value FROM json_each('[\"' || replace(:%s, ',', '\",\"') || '\"]'))",
+        column ? column : "NULL", name);
+}
+
 static void add_filters(struct sql *sql, const struct store_listing *listing,
                         const struct store_page *page)
 {
     add(sql, " FROM %s WHERE %s", listing->rows, page->owner ? listing->one : listing->all);
     add_filter(sql, page->since_ms > 0, "listed.created_ms", " >= :since");
     add_filter(sql, page->until_ms > 0, "listed.created_ms", " < :until");
-    add_filter(sql, page->process, listing->process, " = :process");
-    add_filter(sql, page->status, listing->status, " = :status");
+    add_choice(sql, listing->process, "process", page->process);
+    add_choice(sql, listing->status, "status", page->status);
+    add_filter(sql, page->by_duration, listing->duration, " BETWEEN :shortest AND :longest");
+    add_filter(sql, page->nothing, "listed.created_ms", " < 0");
     add_filter(sql, page->cohort, listing->cohort, "");
     add_filter(sql, page->mesh, listing->mesh, "");
     add_filter(sql, page->tag, listing->tag, "");
@@ -133,6 +150,9 @@ static int bind(sqlite3_stmt *rows, const struct store_page *page)
         {":after_ms", NULL, page->after_ms, true},
         {":since", NULL, page->since_ms, true},
         {":until", NULL, page->until_ms, true},
+        {":now", NULL, page->now_ms, true},
+        {":shortest", NULL, page->shortest_ms, true},
+        {":longest", NULL, page->longest_ms, true},
         {":limit", NULL, (int64_t)page->limit, true},
     };
     int rc = SQLITE_OK;

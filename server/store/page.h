@@ -31,12 +31,17 @@ struct store_page {
         *owner;       /* what belongs to this owner; NULL: to anyone, as the first owner calls it */
     const char *name; /* part of the name, small and capital letters alike */
     const char *tag;  /* not of cohorts */
-    const char *process;        /* that made it, or of the job; not of volumes and cohorts */
-    const char *status;         /* of jobs */
+    /* That made it, or of the job; not of volumes and cohorts. With commas: one of several, whose
+       names need no escapes in JSON. */
+    const char *process;
+    const char *status;         /* of jobs; the same */
     const char *cohort;         /* members of it, jobs and models that were given it */
     const char *mesh;           /* made of it, given it, or with it as a member */
     int64_t since_ms, until_ms; /* created at or after, and before; 0: at any time */
-    int64_t *total;             /* gets how many pass the filters, on all pages; NULL: not asked */
+    bool nothing;               /* no row passes */
+    bool by_duration;           /* of jobs: those that have begun, and have run for this long: */
+    int64_t shortest_ms, longest_ms, now_ms; /* bounds included; the present, for those that run */
+    int64_t *total; /* gets how many pass the filters, on all pages; NULL: not asked */
 };
 
 #endif

@@ -17,13 +17,15 @@ names of its requirements (/req/CLASS/..); each line of TAP begins with the requ
   ogc-process-description: json-encoding, inputs-def, input-def, outputs-def, output-def
   json: definition
   oas30: oas-definition-1, oas-definition-2, oas-impl
-  job-list: job-list-op, job-list-success, limit-definition, limit-response, links, processID-mandatory, status. Not
-        there: the parameters type, processID (process does it), datetime, minDuration and maxDuration
+  job-list: job-list-op, job-list-success, type-definition, type-response, processID-definition, processID-mandatory,
+        processid-response, status-definition, status-response, datetime-definition, datetime-response,
+        duration-definition, duration-response, limit-definition, limit-response, links
   dismiss: job-dismiss-op, job-dismiss-success
 
 Not tested, since the service has no such inputs: process-execute-input-inline-bbox and -binary. Callbacks and HTML are
 classes of their own that the service does not claim.
 """
+import datetime
 import json
 import struct
 import sys
@@ -387,8 +389,71 @@ def test_jobs(service, surface):
     valid(listed, JOBS, '/req/job-list/job-list-success')
     check({'self'} <= {link['rel'] for link in listed['links']}, '/req/job-list/links', listed['links'])
     check(len(service.get('/v1/jobs?limit=1').json()['jobs']) == 1, '/req/job-list/limit-response')
-    check({one['status'] for one in service.get('/v1/jobs?status=dismissed').json()['jobs']} == {'dismissed'},
-          '/req/job-list/status-response')
+    test_job_parameters(service)
+
+
+# The parameters of the job list, and what the description says of them: arrays are repeated, as OpenAPI has it by default,
+# or a list with commas.
+PARAMETERS = {'type': 'array', 'processID': 'array', 'status': 'array', 'datetime': 'string', 'minDuration': 'integer',
+              'maxDuration': 'integer'}
+
+
+def resolved_parameters(service, path):
+    document = service.get('/v1/openapi.json').json()
+    for one in document['paths'][path]['get']['parameters']:
+        yield document['components']['parameters'][one['$ref'].rsplit('/', 1)[1]]
+
+
+def seconds(job):
+    return (instant(job['finished']) - instant(job['started'])).total_seconds()
+
+
+def instant(text):
+    return datetime.datetime.fromisoformat(text.replace('Z', '+00:00'))
+
+
+def test_job_parameters(service):
+    described = {one['name']: one['schema'] for one in resolved_parameters(service, '/v1/jobs')}
+    for name, kind in PARAMETERS.items():
+        check(described.get(name, {}).get('type') == kind, f'/req/job-list/{name}-definition', described.get(name))
+
+    def listed(query):
+        answer = service.get(f'/v1/jobs?limit=200&{query}')
+        return answer.json()['jobs'] if answer.status_code == 200 else answer.text
+    everything = listed('')
+    check(listed('type=process') == everything, '/req/job-list/type-response: all jobs are of processes')
+    check(listed('type=other') == [] and listed('type=other,process') == everything, '/req/job-list/type-response: others')
+    for query in ('processID=encode&processID=distances', 'processID=encode,distances', 'processID=encode%2Cdistances'):
+        check(listed(query) == [one for one in everything if one['processID'] in ('encode', 'distances')],
+              f'/req/job-list/processid-response: {query}')
+    for query in ('status=dismissed&status=failed', 'status=failed,dismissed'):
+        check(listed(query) == [one for one in everything if one['status'] in ('dismissed', 'failed')],
+              f'/req/job-list/status-response: {query}')
+    check({one['status'] for one in listed('status=dismissed')} == {'dismissed'}, '/req/job-list/status-response: one')
+    first, last = everything[-1]['created'], everything[0]['created']
+    middle = everything[len(everything) // 2]['created']
+    for query, wanted in ((f'{first}/{last}', lambda at: True), (f'../{middle}', lambda at: at <= middle),
+                          (f'/{middle}', lambda at: at <= middle), (f'{middle}/..', lambda at: at >= middle),
+                          (f'{middle}/', lambda at: at >= middle), (middle, lambda at: at == middle),
+                          (middle[:10], lambda at: at[:10] == middle[:10]),
+                          (middle[:19] + 'Z', lambda at: at[:19] == middle[:19])):
+        check(listed(f'datetime={query}') == [one for one in everything if wanted(one['created'])],
+              '/req/job-list/datetime-response: ' + query.replace(middle, 'T').replace(first, 'A').replace(last, 'Z')[:12])
+    ended = [one for one in everything if 'started' in one and 'finished' in one]
+    for low, high in ((0, None), (None, 0), (1, None), (None, 1), (0, 1), (3600, None)):
+        query = '&'.join(f'{name}={value}' for name, value in (('minDuration', low), ('maxDuration', high))
+                         if value is not None)
+        wanted = [one['id'] for one in ended if (low is None or seconds(one) >= low) and
+                  (high is None or seconds(one) <= high)]
+        check([one['id'] for one in listed(query)] == wanted, f'/req/job-list/duration-response: {query}')
+    check(listed('minDuration=0&status=failed') == [one for one in ended if one['status'] == 'failed'],
+          '/req/job-list/duration-response: of those of a status')
+    for query in ('processID=nosuch', 'processID=', 'status=paused', 'datetime=yesterday', 'datetime=../..', 'datetime=/',
+                  'datetime=' + last + '/' + first, 'minDuration=-1', 'minDuration=a', 'maxDuration=1.5',
+                  'minDuration=2&maxDuration=1', 'process=encode&processID=encode'):
+        answer = service.get('/v1/jobs?' + query)
+        valid(answer.json(), EXCEPTIONS, f'/req/job-list: {query.split("Z")[0][:20]} is refused')
+        check(answer.status_code == 422, '/req/job-list: with 422', answer.text)
 
 
 def main():

@@ -219,6 +219,8 @@ function forget(id, counts) {
 
 // Identifiers in an answer, wherever the service tells them. What is the user's own text may look like one.
 const TEXTS = ['name', 'tags', 'label', 'labels', 'subject', 'subjects', 'groups', 'covariates'];
+// What a model was made of by its content, which nobody keeps where it was encoded from a mesh.
+const UNKEPT = ['contents'];
 
 function harvest(value) {
     if (typeof value === 'string') {
@@ -226,7 +228,7 @@ function harvest(value) {
         return match ? keep(match[1], value) : undefined;
     }
     for (const [name, part] of value && typeof value === 'object' ? Object.entries(value) : []) {
-        if (!TEXTS.includes(name)) {
+        if (!TEXTS.includes(name) && !UNKEPT.includes(name)) {
             harvest(part);
         }
     }

@@ -84,10 +84,11 @@ static void fill(const struct fixture *fixture, size_t rows)
             "SELECT iif(owner = 'ada', 'ben', 'ada'), prefix || x, kind, 'other ' || name, 1, "
             "ms + 5, 0, process, '' FROM n, kinds WHERE i % 5 = 0;"
             "INSERT INTO job (id, process, status, inputs, digest, numeric_build, message, "
-            "progress, created_ms, updated_ms, owner, title, cohort) SELECT 'job-' || x, "
-            "iif(i % 2, 'encode', 'pca'), iif(i % 9, 'dismissed', 'accepted'), '{}', "
-            "printf('%064x', i), 'b', '', 0, ms, ms, owner, name, iif(i % 6 = 1, 'group', '') "
-            "FROM n;");
+            "progress, created_ms, updated_ms, owner, title, cohort, started_ms, finished_ms) "
+            "SELECT 'job-' || x, iif(i % 2, 'encode', 'pca'), CASE i % 9 WHEN 0 THEN 'accepted' "
+            "WHEN 1 THEN 'running' ELSE 'dismissed' END, '{}', printf('%064x', i), 'b', '', 0, "
+            "ms, ms, owner, name, iif(i % 6 = 1, 'group', ''), iif(i % 5, ms + 1, 0), "
+            "iif(i % 9 > 1, ms + 1 + i % 8, 0) FROM n;");
     execute(db, "INSERT INTO cohort SELECT owner, iif(i = 1, 'group', 'Group.' || x), '[]', '" HASH
                 "', 1, ms FROM n;"
                 "INSERT INTO cohort_member SELECT 'ada', 'group', i, 'mesh-' || x, NULL FROM n "
@@ -229,6 +230,13 @@ static const struct request requests[] = {
     {{.limit = 7, .process = "mirror"}, "process = 'mirror'", "mesh surface model"},
     {{.limit = 7, .process = "encode"}, "process = 'encode'", "job"},
     {{.limit = 7, .status = "accepted"}, "status = 'accepted'", "job"},
+    {{.limit = 7, .status = "running,failed,accepted"}, "status <> 'dismissed'", "job"},
+    {{.limit = 7, .process = "mean,encode"}, "process = 'encode'", "job"},
+    {{.limit = 7, .nothing = true}, "0", "mesh surface model volume cohort job"},
+    {{.limit = 7, .by_duration = true, .shortest_ms = 3, .longest_ms = 50, .now_ms = 1100},
+     "started_ms > 0 AND (status = 'running' AND 1100 - started_ms BETWEEN 3 AND 50 OR "
+     "status = 'dismissed' AND finished_ms - started_ms BETWEEN 3 AND 50)",
+     "job"},
     {{.limit = 7, .tag = "rare"}, "substr(id, -2) = '05'", "mesh surface model volume job"},
     {{.limit = 7, .mesh = MESH_3}, "substr(id, -1) = '7'", "mesh surface model job"},
     {{.limit = 7, .mesh = MESH_3}, "substr(name, -1) = '7'", "cohort"},
