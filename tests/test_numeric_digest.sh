@@ -2,6 +2,7 @@
 # The digest in the numeric build id changes with every file that decides an answer, so that no answer of the old
 # file is served from the cache of the new one; and with the compiler's flags, but not with the build's folder.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/support/lib.sh"
 
 COPY=$SCRATCH/copy

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: timeout 240
+# srnfd-test: slow
 # Bodies that take long to parse keep nobody waiting: they have threads of their own, of which one owner never has all,
 # and one account of memory; they end when the client goes, and when the daemon does.
 . "$(dirname "$0")/../support/lib.sh"

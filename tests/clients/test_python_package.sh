@@ -2,6 +2,7 @@
 # The Python client as it is installed: its types, the wheel in a clean environment, the files of the Debian package, the
 # manual. The version is that of include/srnf/base.h everywhere.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 
 PYTHON=/usr/bin/python3

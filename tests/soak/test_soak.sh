@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # srnfd-test: release-only
+# srnfd-test: slow
 # One daemon under many cheap requests and small jobs: memory, descriptors, database and its log stay as they are
 # after the warm-up (soak/soak.cjs has the limits, and prints the figures).
 #

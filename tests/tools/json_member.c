@@ -4,9 +4,10 @@
  *   json_member FILE .surface.id
  *   json_member FILE .items[0].name
  *
- * Shell tests read thousands of members, and jq needs 17 ms of processor time before it reads any. This takes one.
- * What it prints is what jq prints, or it prints nothing and ends with status 3: then the caller asks jq. That is so for
- * any other filter, for objects, arrays and reals, and for what only one of the two can read.
+ * Shell tests read thousands of members, and jq needs 17 ms of processor time before it reads any.
+ * This takes one. What it prints is what jq prints, or it prints nothing and ends with status 3:
+ * then the caller asks jq. That is so for any other filter, for objects, arrays and reals, and for
+ * what only one of the two can read.
  */
 #include <jansson.h>
 
@@ -20,7 +21,7 @@ enum { ASK_JQ = 3, NAME_MAX_BYTES = 128 };
 /* Whole numbers beyond this are rounded by jq. */
 #define EXACT 9007199254740992LL
 
-/* The value at .name, *filter left behind it; NULL where only jq knows. A member of null is null. */
+/* The value at .name, *filter left behind it; NULL where only jq knows. What null has is null. */
 static const json_t *member(const json_t *value, const char **filter)
 {
     char name[NAME_MAX_BYTES];

@@ -2,6 +2,7 @@
 # The dashboard in Debian's chromium: a study from files to results, in some seconds. tests/web/dashboard.cjs has the
 # steps; the nightly test has the rest.
 # srnfd-test: release-only
+# srnfd-test: slow
 . "$(dirname "$0")/../support/lib.sh"
 . "$ROOT/tests/support/browser.sh"
 
