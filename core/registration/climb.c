@@ -1,6 +1,9 @@
 /*
  * climb.c - fields of rising degree on the full grid, by tables, until nothing is left to gain.
  *
+ * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken in
+ * the template's domain (tabulated_pull.c): gamma <- gamma o delta.
+ *
  * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
  * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
  */
@@ -9,8 +12,10 @@
 #include <math.h>
 #include <string.h>
 
+#define BASIN_DEGREE ((size_t)8) /* of the fields whose steps come before those of delta */
+#define PULLED_DECREASE 1e-3
+#define ROUND_GAIN 5e-3         /* part of the objective: below it there is no further round */
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
-#define FIELDS_ORDER ((size_t)8)
 
 /* Degrees of the fields in turn, and the gain below which each is left. */
 static const struct {
@@ -24,15 +29,11 @@ struct climb {
     struct tabulated_target target;
     struct tabulated_problem problem;
     struct cloud cloud, spare;
+    const double *matrix; /* of what moves now */
+    size_t top;           /* its degree */
 };
 
-/* Rows of the table of fields of a degree. */
-static size_t table_rows(size_t degree)
-{
-    size_t rows = (4 * degree + 11) / 4 * 4;
-
-    return rows < 16 ? 16 : rows;
-}
+static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 static void close_climb(struct climb *c)
 {
@@ -54,6 +55,8 @@ static int open_climb(struct climb *c)
     }
     c->problem = (struct tabulated_problem){&c->target, &s->subject->full, s->full.penalty,
                                             s->full.free_rotation};
+    c->matrix = s->subject->matrix;
+    c->top = s->subject->top;
     return status;
 }
 
@@ -62,8 +65,6 @@ static int open_climb(struct climb *c)
 static void cloud_from(struct cloud *cloud, const struct tabulated_target *target, size_t n,
                        const double *points, const double *jacobian)
 {
-    const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
     cloud_rotate(cloud, target, identity);
     for (size_t i = 0; i < cloud->n; i++) {
         size_t at = i < n ? i : n - 1;
@@ -85,30 +86,6 @@ static void cloud_to(const struct cloud *cloud, size_t n, double *points, double
     }
 }
 
-/* Follows a chain of one rotation and steps from the nodes. */
-static int replay(struct climb *c, const struct srnf_warp *chain)
-{
-    struct tabulated_fields fields = {0};
-    int status = SRNF_OK;
-
-    cloud_rotate(&c->cloud, &c->target, chain->links[0].values);
-    for (size_t k = 1; k < chain->n_links && status == SRNF_OK; k++) {
-        const struct srnf_warp_link *link = &chain->links[k];
-
-        if (fields.degree != link->degree) {
-            tabulated_fields_clear(&fields);
-            status = tabulated_fields_create(&fields, link->degree, FIELDS_ORDER,
-                                             table_rows(link->degree));
-        }
-        if (status == SRNF_OK) {
-            tabulated_fields_fill(&fields, link->values);
-            (void)cloud_move(&fields.table, &c->cloud, &c->cloud);
-        }
-    }
-    tabulated_fields_clear(&fields);
-    return status;
-}
-
 /* ---- Rungs ----------------------------------------------------------------------------------- */
 
 static int open_level(const struct climb *c, size_t degree, struct tabulated_level *level)
@@ -118,13 +95,12 @@ static int open_level(const struct climb *c, size_t degree, struct tabulated_lev
     double *matrix;
     int status;
 
-    if (degree <= s->subject->top) {
-        return tabulated_level_create(level, degree, s->subject->top, s->subject->matrix,
-                                      s->full.target.norm2, s->full.penalty.displacement,
-                                      s->full.free_rotation);
+    if (degree <= c->top) {
+        return tabulated_level_create(level, degree, c->top, c->matrix, s->full.target.norm2,
+                                      s->full.penalty.displacement, s->full.free_rotation);
     }
     matrix = srnf_alloc(k * k, sizeof(double));
-    status = matrix ? tabulated_matrix(&s->subject->full, degree, s->context, matrix) : SRNF_ENOMEM;
+    status = matrix ? tabulated_matrix(c->problem.moving, degree, s->context, matrix) : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         status = tabulated_level_create(level, degree, degree, matrix, s->full.target.norm2,
                                         s->full.penalty.displacement, s->full.free_rotation);
@@ -133,37 +109,38 @@ static int open_level(const struct climb *c, size_t degree, struct tabulated_lev
     return status;
 }
 
-static int climb_rung(struct climb *c, size_t degree, double decrease, struct search_result *result)
+static int climb_rung(struct climb *c, size_t degree, double decrease, struct srnf_warp *chain,
+                      struct search_result *result)
 {
     const struct srnf_register_options *options = c->search->options;
     struct schedule schedule = {options->max_steps ? options->max_steps : STEPS_MAX, decrease};
     struct tabulated_fields fields = {0};
     struct tabulated_level level = {0};
     struct tabulated_optimizer o = {&c->problem, &fields, &level, &c->spare, c->search->context};
-    int status = tabulated_fields_create(&fields, degree, FIELDS_ORDER, table_rows(degree));
+    int status = tabulated_fields_create(&fields, degree, FOLLOW_ORDER, follow_rows(degree));
 
     if (status == SRNF_OK) {
         status = open_level(c, degree, &level);
     }
     if (status == SRNF_OK) {
-        status = tabulated_optimize(&o, &schedule, &c->cloud, &result->warp.chain,
-                                    &result->warp.stopped, &result->iterations);
+        status = tabulated_optimize(&o, &schedule, &c->cloud, chain, &result->warp.stopped,
+                                    &result->iterations);
     }
     tabulated_level_clear(&level);
     tabulated_fields_clear(&fields);
     return status;
 }
 
-static int climb_rungs(struct climb *c, size_t from, struct search_result *result)
+/* All rungs above `from`, up to a degree. */
+static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_result *result)
 {
-    size_t most = c->search->options->degree;
     int status = SRNF_OK;
 
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
 
         if (degree > from) {
-            status = climb_rung(c, degree, ladder[k].decrease, result);
+            status = climb_rung(c, degree, ladder[k].decrease, &result->warp.chain, result);
         }
         if (k + 1 == RUNGS || ladder[k].degree >= most) {
             break;
@@ -172,23 +149,135 @@ static int climb_rungs(struct climb *c, size_t from, struct search_result *resul
     return status;
 }
 
+/* ---- Steps in the template's domain ---------------------------------------------------------- */
+
+static void measure(struct climb *c, const struct tabulated_moving *moving)
+{
+    c->problem.moving = moving;
+    cloud_evaluate(moving, &c->cloud);
+    cloud_measure(&c->problem, &c->cloud);
+}
+
+/* Whether tables can follow a chain. */
+static bool is_forward(const struct srnf_warp *chain)
+{
+    bool forward = true;
+
+    for (size_t k = 0; k < chain->n_links; k++) {
+        forward = forward && (chain->links[k].kind == SRNF_WARP_ROTATION ||
+                              chain->links[k].kind == SRNF_WARP_EXP);
+    }
+    return forward;
+}
+
+/* From the points of delta, which the cloud holds, to those of gamma o delta. */
+static int push(struct climb *c, const struct srnf_warp *chain)
+{
+    int status = cloud_follow(&c->cloud, chain, c->search->context);
+
+    measure(c, &c->search->subject->full);
+    return status;
+}
+
+/* chain <- delta, then the chain; where that begins with the identity, as in a common pose, it still
+   does. */
+static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
+{
+    const struct srnf_warp_link *first = &chain->links[0];
+    size_t kept =
+        first->kind == SRNF_WARP_ROTATION && memcmp(first->values, identity, sizeof identity) == 0;
+    struct srnf_warp joined = {0};
+    int status = kept ? warp_append(&joined, first->kind, 0, first->values) : SRNF_OK;
+
+    status = status ? status : srnf_warp_join(delta, &joined);
+    for (size_t k = kept; k < chain->n_links && status == SRNF_OK; k++) {
+        const struct srnf_warp_link *link = &chain->links[k];
+
+        status = warp_append(&joined, link->kind, link->degree, link->values);
+    }
+    if (status) {
+        srnf_warp_clear(&joined);
+        return status;
+    }
+    srnf_warp_clear(chain);
+    *chain = joined;
+    return SRNF_OK;
+}
+
+/* delta from the identity by steps of the pulled surface, and the cloud to gamma o delta. *before:
+   the objective of gamma. */
+static int find_delta(struct climb *c, const struct tabulated_moving *pulled, const double *matrix,
+                      struct srnf_warp *delta, double *before, struct search_result *result)
+{
+    int status;
+
+    cloud_rotate(&c->cloud, &c->target, identity);
+    measure(c, pulled);
+    *before = c->cloud.objective;
+    c->matrix = matrix;
+    status = climb_rung(c, c->top, PULLED_DECREASE, delta, result);
+    c->matrix = c->search->subject->matrix;
+    return status ? status : push(c, &result->warp.chain);
+}
+
+/* gamma <- gamma o delta, delta by steps of the surface that is pulled back along gamma. The cloud
+   holds the points of the new gamma afterwards, in any case. */
+static int climb_pulled(struct climb *c, struct search_result *result)
+{
+    const struct search *s = c->search;
+    size_t k = registration_unknowns(c->top);
+    struct srnf_warp *chain = &result->warp.chain;
+    struct srnf_warp delta = {0};
+    struct tabulated_moving pulled = {0};
+    double *matrix = srnf_alloc(k * k, sizeof(double));
+    double before = 0.0;
+    int status = matrix ? SRNF_OK : SRNF_ENOMEM;
+
+    status = status ? status : tabulated_moving_pull(&pulled, &s->subject->full, chain, s->context);
+    status = status ? status : tabulated_matrix(&pulled, c->top, s->context, matrix);
+    status = status ? status : find_delta(c, &pulled, matrix, &delta, &before, result);
+    if (status == SRNF_OK && !(c->cloud.objective < before)) {
+        /* gamma is too steep for the table: it stays. */
+        cloud_rotate(&c->cloud, &c->target, identity);
+        status = push(c, chain);
+    } else if (status == SRNF_OK) {
+        status = join(chain, &delta);
+    }
+    srnf_warp_clear(&delta);
+    tabulated_moving_clear(&pulled);
+    srnf_free(matrix);
+    return status;
+}
+
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
 int climb_run(const struct search *s, size_t from, bool replayed, struct search_result *result)
 {
     size_t n = s->full.target.n;
+    size_t degree = s->options->degree;
+    size_t basin = degree < BASIN_DEGREE ? degree : BASIN_DEGREE;
     struct climb c = {.search = s};
+    double gain = 1.0;
     int status = open_climb(&c);
 
-    if (status == SRNF_OK && !replayed) {
-        status = replay(&c, &result->warp.chain);
-    } else if (status == SRNF_OK) {
+    if (status == SRNF_OK && replayed) {
         cloud_from(&c.cloud, &c.target, n, result->warp.points, result->warp.jacobian);
+        measure(&c, &s->subject->full);
+    } else if (status == SRNF_OK && s->rounds == 0) {
+        cloud_rotate(&c.cloud, &c.target, identity);
+        status = push(&c, &result->warp.chain);
     }
-    if (status == SRNF_OK) {
-        cloud_evaluate(c.problem.moving, &c.cloud);
-        cloud_measure(&c.problem, &c.cloud);
-        status = climb_rungs(&c, from, result);
+    if (status == SRNF_OK && (replayed || s->rounds == 0)) {
+        status = climb_rungs(&c, from, s->rounds == 0 ? degree : basin, result);
+    }
+    for (size_t k = 0; k < s->rounds && gain > ROUND_GAIN && status == SRNF_OK; k++) {
+        double before = c.cloud.objective;
+
+        status = is_forward(&result->warp.chain) ? climb_pulled(&c, result) : SRNF_OK;
+        if (status == SRNF_OK) {
+            status = climb_rungs(&c, basin < degree ? basin : degree - 1, degree, result);
+        }
+        gain = 1.0 - c.cloud.objective / before;
     }
     if (status == SRNF_OK) {
         cloud_to(&c.cloud, n, result->warp.points, result->warp.jacobian);

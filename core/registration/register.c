@@ -2,11 +2,12 @@
  * register.c - elastic registration of two surfaces: options, both directions, and the report.
  *
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
- * d(b, a) to the last bit: both directions are searched, the lower objective is kept (the objective
- * itself is symmetric), and two swaps follow, in which the warp is inverted and optimized in the
- * other direction. The answer is the warp or its inverse. Why the search ended is the worst reason
- * of all these runs: one that was cut off might have ended lower than the one that is kept. (Swaps
- * begin where there is little to gain: that one gained nothing tells nothing.)
+ * d(b, a) to the last bit: both directions are searched, and the lower objective is kept (the
+ * objective itself is symmetric). The answer is the warp or its inverse. Why the search ended is the
+ * worse reason of both: one that was cut off might have ended lower than the one that is kept. In
+ * exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted and
+ * optimized in the other direction. (Swaps begin where there is little to gain: that one gained
+ * nothing tells nothing.)
  *
  * Fields are reported on the template's grid, from exact values; distance and objective as the
  * search
@@ -21,7 +22,8 @@
 #include <string.h>
 
 #define SWAPS 2
-#define SHARE_WAY 0.45 /* of the progress: one of the two searches */
+#define ROUNDS ((size_t)2) /* at most, of steps in both domains in turn, for the better way */
+#define SHARE_WAY 0.45     /* of the progress: one of the two searches */
 #define DEGREE_MAX 32
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -181,6 +183,7 @@ struct pair {
     const double *q[2], *surface[2];
     struct srnf_warp best; /* as found */
     size_t direction;      /* best has surface[direction] as its template */
+    double rotation[9];    /* of its values */
     double objective, distance, gap;
     enum srnf_register_stop stopped; /* of the one that is kept */
     enum srnf_register_stop worst;   /* of both ways */
@@ -192,6 +195,9 @@ static void keep(struct pair *pair, size_t direction, struct search_result *resu
     srnf_warp_clear(&pair->best);
     pair->best = result->warp.chain;
     result->warp.chain = (struct srnf_warp){0};
+    memcpy(pair->rotation, result->warp.rotation, sizeof pair->rotation);
+    pair->info.min_jacobian = result->min_jacobian;
+    pair->info.max_jacobian = result->max_jacobian;
     pair->direction = direction;
     pair->objective = result->warp.objective;
     pair->distance = result->distance;
@@ -212,20 +218,32 @@ static void join_ambiguities(const struct search_result *other, struct search_re
     info->rotational_curvature = fmin(info->rotational_curvature, other->rotational_curvature);
 }
 
+/* One of the two ways, by steps in one domain alone: enough to tell which is better. */
+static int search_way(const struct call *c, const struct pair *pair, size_t k,
+                      struct search *search, struct search_result *result)
+{
+    int status = search_create(search, c->sht, pair->q[k], pair->surface[k], pair->surface[1 - k],
+                               c->options, NULL, c->context);
+
+    search->rounds = 0;
+    return status ? status : search_run(search, result);
+}
+
 static int search_pair(const struct call *c, struct pair *pair)
 {
+    struct search searches[2] = {{.own = NULL}, {.own = NULL}};
     struct search_result results[2] = {{.iterations = 0}, {.iterations = 0}};
+    struct share share = {c->context, 0.0, SHARE_WAY};
+    struct srnf_context context = share_context(&share);
+    struct call way = *c;
     int status = SRNF_OK;
     size_t best;
 
+    way.context = &context;
     for (size_t k = 0; k < 2 && status == SRNF_OK; k++) {
-        struct share share = {c->context, (double)k * SHARE_WAY, (double)(k + 1) * SHARE_WAY};
-        struct srnf_context context = share_context(&share);
-        struct call way = *c;
-
-        way.context = &context;
-        status =
-            one_way(&way, pair->q[k], pair->surface[k], pair->surface[1 - k], NULL, &results[k]);
+        status = search_way(&way, pair, k, &searches[k], &results[k]);
+        share.from += SHARE_WAY;
+        share.to += SHARE_WAY;
     }
     if (status == SRNF_OK) {
         double a = results[0].warp.objective;
@@ -233,15 +251,22 @@ static int search_pair(const struct call *c, struct pair *pair)
 
         best = b < a;
         pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
+        pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
+        status = search_refine(&searches[best], ROUNDS, &results[best]);
+        status = status ? status : search_extremes(&searches[best], &results[best]);
+    }
+    if (status == SRNF_OK) {
         pair->info = results[best];
         join_ambiguities(&results[1 - best], &pair->info);
         pair->info.warp = (struct warp){0};
         pair->info.iterations = results[0].iterations + results[1].iterations;
-        pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
+        pair->worst = registration_worse_stop(pair->worst, results[best].warp.stopped);
         keep(pair, best, &results[best]);
     }
-    search_result_clear(&results[0]);
-    search_result_clear(&results[1]);
+    for (size_t k = 0; k < 2; k++) {
+        search_result_clear(&results[k]);
+        search_clear(&searches[k]);
+    }
     return status;
 }
 
@@ -278,6 +303,52 @@ static int swap_once(const struct call *c, struct pair *pair)
     return status == SRNF_ENUMERIC ? SRNF_OK : status;
 }
 
+/* The other way round: the inverse warp has the inverse rotation and Jacobians. */
+static int turn_round(struct pair *pair)
+{
+    struct srnf_warp inverse = {0};
+    struct search_result *info = &pair->info;
+    const double least = info->min_jacobian;
+    double transposed[9];
+    int status = warp_invert(&pair->best, &inverse);
+
+    if (status) {
+        srnf_warp_clear(&inverse); /* what there is of it */
+        return status;
+    }
+    srnf_warp_clear(&pair->best);
+    pair->best = inverse;
+    pair->direction = 1 - pair->direction;
+    for (size_t i = 0; i < 9; i++) {
+        transposed[i] = pair->rotation[3 * (i % 3) + i / 3];
+    }
+    memcpy(pair->rotation, transposed, sizeof transposed);
+    info->min_jacobian = 1.0 / info->max_jacobian;
+    info->max_jacobian = 1.0 / least;
+    return SRNF_OK;
+}
+
+/* A surface and itself: no search finds the identity better than this. */
+static int measure_same(const struct call *c, const double *template_surface, const double *moving,
+                        struct search_result *result)
+{
+    struct srnf_warp chain = {0};
+    struct search search;
+    int status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
+                               c->context);
+
+    if (status) {
+        return status;
+    }
+    status = warp_append(&chain, SRNF_WARP_ROTATION, 0, identity);
+    status = status ? status : search_evaluate(&search, &chain, result);
+    status = status ? status : search_extremes(&search, result);
+    result->warp.stopped = SRNF_REGISTER_TOLERANCE;
+    srnf_warp_clear(&chain);
+    search_clear(&search);
+    return status;
+}
+
 static int symmetric_search(const struct call *c, const double *template_surface,
                             const double *moving, struct search_result *result, double *gap)
 {
@@ -286,47 +357,28 @@ static int symmetric_search(const struct call *c, const double *template_surface
         .q = {order ? c->q1 : c->q2, order ? c->q2 : c->q1},
         .surface = {order ? template_surface : moving, order ? moving : template_surface}};
     size_t wanted = order ? 0 : 1; /* the template's place in the pair */
-    struct srnf_warp inverse = {0};
-    struct search search;
-    bool same = order && in_order(c->count, moving, template_surface);
     int status;
 
-    if (same) { /* no search finds the identity better than this */
-        pair.stopped = SRNF_REGISTER_TOLERANCE;
-        status = warp_append(&pair.best, SRNF_WARP_ROTATION, 0, identity);
-    } else {
-        status = search_pair(c, &pair);
+    if (order && in_order(c->count, moving, template_surface)) {
+        return measure_same(c, template_surface, moving, result);
     }
-    for (int k = 0; k < SWAPS && status == SRNF_OK && !same; k++) {
+    status = search_pair(c, &pair);
+    for (int k = 0; k < SWAPS && status == SRNF_OK && c->options->exact; k++) {
         status = swap_once(c, &pair);
     }
     if (status == SRNF_OK && pair.direction != wanted) {
-        status = warp_invert(&pair.best, &inverse);
-        if (status == SRNF_OK) {
-            srnf_warp_clear(&pair.best);
-            pair.best = inverse;
-        } else {
-            srnf_warp_clear(&inverse); /* what there is of it */
-        }
-    }
-    if (status == SRNF_OK) {
-        status = search_create(&search, c->sht, c->q1, template_surface, moving, c->options, NULL,
-                               c->context);
+        status = turn_round(&pair);
     }
     if (status == SRNF_OK) {
         *result = pair.info;
         *gap = pair.gap;
-        status = search_evaluate(&search, &pair.best, result);
-        status = status ? status : search_extremes(&search, result);
-        if (same) {
-            pair.objective = result->warp.objective;
-            pair.distance = result->distance;
-        }
+        result->warp.chain = pair.best;
+        pair.best = (struct srnf_warp){0};
+        memcpy(result->warp.rotation, pair.rotation, sizeof pair.rotation);
         /* Measured once, for both directions. */
         result->warp.objective = pair.objective;
         result->distance = pair.distance;
         result->warp.stopped = pair.stopped == SRNF_REGISTER_TOLERANCE ? pair.stopped : pair.worst;
-        search_clear(&search);
     }
     srnf_warp_clear(&pair.best);
     return status;

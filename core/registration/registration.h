@@ -244,6 +244,7 @@ struct search {
     bool has_template;
     const struct subject *subject; /* tables of the moving surface */
     struct subject *own;           /* the same, where they were made for this search */
+    size_t rounds;                 /* of steps in both domains in turn, at most */
     double *template_series;       /* double[3][(L+1)^2]: harmonics of q1 */
     double *full_memory;           /* of the target */
 };
@@ -265,6 +266,8 @@ struct search_result {
 };
 /* From nothing: global start, then the fields by rising degree. */
 SRNF_CHECKED int search_run(const struct search *search, struct search_result *result);
+/* On from what a search by tables has found, for so many rounds. */
+SRNF_CHECKED int search_refine(struct search *search, size_t rounds, struct search_result *result);
 /* From a chain that is known: the fields alone. */
 SRNF_CHECKED int search_continue(const struct search *search, const struct srnf_warp *chain,
                                  struct search_result *result);

@@ -194,6 +194,7 @@ int search_create(struct search *s, const struct srnf_sht *sht, const double *q1
                          .context = context,
                          .sht = sht,
                          .subject = subject,
+                         .rounds = options->degree > BASIN_DEGREE ? 1 : 0,
                          .has_template = options->exact && template_surface};
     status = full_target(s, sht, q1, template_surface);
     if (status == SRNF_OK) {
@@ -406,10 +407,22 @@ static int rigid(const struct search *s, struct search_result *result)
 
 /* ---- Driver ---------------------------------------------------------------------------------- */
 
-/* All degrees directly, from the rotation that the chain begins with: refined, as two surfaces that
-   are nearly the same lie best, or, in exact mode, first warped roughly. */
-static int climb_from_rotation(const struct search *s, const struct srnf_warp *chain,
-                               struct warp *warp, size_t *iterations)
+/* The rotation that a search began with; steps in the template's domain come before it. NULL: the
+   chain has none. */
+static const double *first_rotation(const struct srnf_warp *chain)
+{
+    for (size_t k = 0; k < chain->n_links; k++) {
+        if (chain->links[k].kind == SRNF_WARP_ROTATION) {
+            return chain->links[k].values;
+        }
+    }
+    return NULL;
+}
+
+/* All degrees directly, from a rotation: refined, as two surfaces that are nearly the same lie best,
+   or, in exact mode, first warped roughly. */
+static int climb_from_rotation(const struct search *s, const double rotation[9], struct warp *warp,
+                               size_t *iterations)
 {
     const size_t degree = s->options->degree < ROUGH_DEGREE ? s->options->degree : ROUGH_DEGREE;
     const struct schedule rough = {ROUGH_STEPS, 1e-3};
@@ -418,7 +431,7 @@ static int climb_from_rotation(const struct search *s, const struct srnf_warp *c
     struct start_rotation start = {.energy = 0.0};
     int status = warp_create(warp, &s->full.target);
 
-    memcpy(start.rotation, chain->links[0].values, sizeof start.rotation);
+    memcpy(start.rotation, rotation, sizeof start.rotation);
     if (status == SRNF_OK && !s->options->exact) {
         status = registration_rigid(&s->full, &start, NULL);
     }
@@ -445,6 +458,7 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
 {
     bool exact = s->options->exact;
     struct warp direct = {0};
+    const double *rotation;
     int status = SRNF_OK;
 
     if (placed && (exact || result->warp.energy < DIRECT_ENERGY)) {
@@ -452,12 +466,15 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
     }
     if (!exact) {
         status = climb_run(s, from, placed, result);
-        if (status || result->warp.energy >= DIRECT_ENERGY ||
-            result->warp.chain.links[0].kind != SRNF_WARP_ROTATION) {
+        if (status || result->warp.energy >= DIRECT_ENERGY) {
             return status;
         }
     }
-    status = climb_from_rotation(s, &result->warp.chain, &direct, &result->iterations);
+    rotation = first_rotation(&result->warp.chain);
+    if (!rotation) {
+        return SRNF_OK;
+    }
+    status = climb_from_rotation(s, rotation, &direct, &result->iterations);
     if (status == SRNF_OK && (exact || direct.objective < result->warp.objective)) {
         struct warp replaced = result->warp;
 
@@ -505,6 +522,19 @@ int search_run(const struct search *s, struct search_result *result)
     }
     if (status) {
         search_result_clear(result);
+    }
+    result->distance = distance(s, &result->warp);
+    return status;
+}
+
+int search_refine(struct search *s, size_t rounds, struct search_result *result)
+{
+    int status = SRNF_OK;
+
+    if (s->options->reparameterization && !s->options->exact &&
+        result->warp.energy >= DIRECT_ENERGY) {
+        s->rounds = rounds;
+        status = climb_run(s, s->options->degree, true, result);
     }
     result->distance = distance(s, &result->warp);
     return status;

@@ -132,12 +132,22 @@ static double domain_curvature(const double a[36])
                : 0.0;
 }
 
+/* The domain turned, and what is there. */
+static int place(const struct problem *problem, const double rotation[9], struct warp *warp,
+                 struct samples *samples)
+{
+    double ignored[9];
+    int status = warp_rotate(warp, &problem->target, rotation);
+
+    registration_objective(problem, warp, samples, ignored);
+    return status;
+}
+
 int registration_rigid(const struct problem *problem, struct start_rotation *start,
                        double *curvature)
 {
     struct warp warp;
     struct samples samples = {0};
-    double ignored[9];
     double a[36];
     double rhs[6];
     double lambda = 1e-3;
@@ -145,15 +155,12 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
     int status = warp_create(&warp, &problem->target);
 
     plain.penalty = (struct penalty){0.0, 0.0};
-    if (status == SRNF_OK) {
-        status = samples_create(&samples, problem->target.n);
-    }
+    status = status ? status : samples_create(&samples, problem->target.n);
     if (status) {
         warp_clear(&warp);
         return status;
     }
-    status = warp_rotate(&warp, &problem->target, start->rotation);
-    registration_objective(&plain, &warp, &samples, ignored);
+    status = place(&plain, start->rotation, &warp, &samples);
     start->stopped = SRNF_REGISTER_MAX_ITERATIONS;
     for (int step = 0; step < RIGID_STEPS && warp.energy > RIGID_ZERO && status == SRNF_OK;
          step++) {
@@ -170,8 +177,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
         }
         memcpy(candidate, start->rotation, sizeof candidate);
         rotate_by(rhs, candidate);
-        status = warp_rotate(&warp, &problem->target, candidate);
-        registration_objective(&plain, &warp, &samples, ignored);
+        status = place(&plain, candidate, &warp, &samples);
         if (warp.energy < before) {
             memcpy(start->rotation, candidate, sizeof candidate);
             lambda *= 0.2;
@@ -180,8 +186,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
                 break;
             }
         } else {
-            status = warp_rotate(&warp, &problem->target, start->rotation);
-            registration_objective(&plain, &warp, &samples, ignored);
+            status = place(&plain, start->rotation, &warp, &samples);
             lambda *= 10.0;
             if (lambda > 1e4) {
                 start->stopped = SRNF_REGISTER_REFUSED;

@@ -25,6 +25,8 @@ struct tabulated_moving {
     size_t degree;
     struct sphere_spline normal;   /* n */
     struct sphere_spline position; /* f, of square-root maps only */
+    bool pulled;                   /* back by a warp: the surface is f o gamma */
+    struct sphere_spline carried;  /* then sqrt(J) gamma */
 };
 /* Cut to `degree`, if that is lower than from_degree. order: of the splines; fineness: rows a
    degree of n, 1 at least. */
@@ -32,6 +34,12 @@ SRNF_CHECKED int tabulated_moving_create(struct tabulated_moving *moving,
                                          enum srnf_representation representation,
                                          size_t from_degree, const double *coefficients,
                                          size_t degree, size_t order, double fineness);
+/* f o gamma for a chain of rotations and steps, which penalties still see: where points are taken by
+   further steps in its domain, they are measured at the points of both. (tabulated_pull.c) */
+SRNF_CHECKED int tabulated_moving_pull(struct tabulated_moving *moving,
+                                       const struct tabulated_moving *from,
+                                       const struct srnf_warp *chain,
+                                       const struct srnf_context *context);
 void tabulated_moving_clear(struct tabulated_moving *moving);
 
 /* ---- Points (tabulated_points.c) ------------------------------------------------------------ */
@@ -48,13 +56,14 @@ SRNF_CHECKED int tabulated_target_create(struct tabulated_target *target,
 void tabulated_target_clear(struct tabulated_target *target);
 
 /* Where gamma takes the nodes, and what is there. */
-#define CLOUD_ARRAYS ((size_t)13)
+#define CLOUD_ARRAYS ((size_t)22)
 struct cloud {
     size_t n;
     double *memory;
     double *point[3], *jacobian;
-    double *q[3], *q_1[3], *q_2[3];      /* derivatives along e_theta and e_phi at the points */
-    double rotation[9], displacement[9]; /* O, and O' of the penalty */
+    double *q[3], *q_1[3], *q_2[3]; /* derivatives along e_theta and e_phi at the points */
+    double *carried[3], *carried_1[3], *carried_2[3]; /* of pulled surfaces alone */
+    double rotation[9], displacement[9];              /* O, and O' of the penalty */
     double energy, objective;
 };
 /* Of so many nodes, on the template's own points. */
@@ -62,6 +71,16 @@ SRNF_CHECKED int cloud_create(struct cloud *cloud, size_t n);
 void cloud_clear(struct cloud *cloud);
 void cloud_rotate(struct cloud *cloud, const struct tabulated_target *target,
                   const double rotation[9]);
+
+/* Arrays of a cloud of n points, in CLOUD_ARRAYS n doubles. */
+void cloud_place(struct cloud *cloud, size_t n, double *memory);
+/* Moves the points along a chain of rotations and steps, and multiplies their Jacobians, by splines
+   of eight nodes: to some 1e-10 a step. */
+SRNF_CHECKED int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
+                              const struct srnf_context *context);
+/* The tables of fields that do so. */
+#define FOLLOW_ORDER ((size_t)8)
+size_t follow_rows(size_t degree);
 
 /* moving_evaluate, from a table. */
 void tabulated_sample(const struct tabulated_moving *moving, const double *points,

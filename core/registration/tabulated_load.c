@@ -51,36 +51,65 @@ SIMD_INLINE void add_data(const struct tabulated_target *t, const struct cloud *
     torque[2] += q[0] * y[1] - q[1] * y[0];
 }
 
-/* The displacement penalty; a, b: e_theta, e_phi. */
+/* What the penalties measure at four points, and its derivatives: the points themselves, or sqrt(J)
+   gamma of the warp that a surface was pulled back by. */
+struct measured {
+    simd p[3], p_1[3], p_2[3];
+};
+
+SIMD_INLINE void load_measured(const struct cloud *cloud, bool pulled, size_t i, const simd p[3],
+                               const simd a[3], const simd b[2], struct measured *m)
+{
+    if (pulled) {
+        load_three(cloud->carried, i, m->p);
+        load_three(cloud->carried_1, i, m->p_1);
+        load_three(cloud->carried_2, i, m->p_2);
+        return;
+    }
+    for (size_t c = 0; c < 3; c++) {
+        m->p[c] = p[c];
+        m->p_1[c] = a[c];
+        m->p_2[c] = c < 2 ? b[c] : SIMD_SET(0.0);
+    }
+}
+
+/* The displacement penalty. */
 SIMD_INLINE void add_displacement(const struct tabulated_problem *problem,
                                   const struct cloud *cloud, size_t i, const simd *weight,
-                                  const simd *root, const simd p[3], const simd a[3],
-                                  const simd b[2], struct load *load)
+                                  const simd *root, const struct measured *m, struct load *load)
 {
     simd scaled = *weight * *root * SIMD_SET(problem->penalty.displacement);
     simd e[3], y[3];
 
     load_three(problem->target->node, i, e);
-    residual(cloud->displacement, e, root, p, &scaled, y);
-    load->along += DOT(y, a);
-    load->across += y[0] * b[0] + y[1] * b[1];
-    load->alpha += SIMD_SET(0.5) * DOT(y, p);
+    residual(cloud->displacement, e, root, m->p, &scaled, y);
+    load->along += DOT(y, m->p_1);
+    load->across += DOT(y, m->p_2);
+    load->alpha += SIMD_SET(0.5) * DOT(y, m->p);
 }
 
-/* The Jacobian penalty; its curvature is returned in *curvature. */
-SIMD_INLINE void add_jacobian(double penalty, const simd *weights, const simd *jacobians,
-                              struct load *load, simd *curvature)
+/* The Jacobian penalty; its curvature is returned in *curvature. Of a pulled surface J is that of
+   both warps, K = |p|^2 that of the first: a field X changes log J by div X + X . grad log K. */
+SIMD_INLINE void add_jacobian(double penalty, bool pulled, const simd *weights,
+                              const simd *jacobians, const struct measured *m, struct load *load,
+                              simd *curvature)
 {
     simd weight = *weights;
-    simd jacobian = *jacobians;
-    simd l, l2, l3, l4;
+    simd area = pulled ? DOT(m->p, m->p) : SIMD_SET(1.0);
+    simd jacobian = *jacobians * area;
+    simd l, l2, l3, l4, pull;
 
     simd_log(&jacobian, &l);
     l2 = l * l;
     l3 = l2 * l;
     l4 = l2 * l2;
-    load->alpha -= SIMD_SET(0.5 * penalty) * weight *
-                   (jacobian * l4 + SIMD_SET(4.0) * (SIMD_SET(1.0) + jacobian) * l3);
+    pull = SIMD_SET(0.5 * penalty) * weight *
+           (jacobian * l4 + SIMD_SET(4.0) * (SIMD_SET(1.0) + jacobian) * l3);
+    load->alpha -= pull;
+    if (pulled) {
+        load->along -= SIMD_SET(2.0) * pull * DOT(m->p, m->p_1) / area;
+        load->across -= SIMD_SET(2.0) * pull * DOT(m->p, m->p_2) / area;
+    }
     *curvature += weight * (jacobian * l4 + SIMD_SET(8.0) * SIMD_ABS(jacobian * l3) +
                             SIMD_SET(12.0) * (SIMD_SET(1.0) + jacobian) * l2);
 }
@@ -89,12 +118,14 @@ SIMD_INLINE double load_all(const struct tabulated_problem *problem, const struc
                             size_t order, struct sphere_spline *field, double torque[3])
 {
     const struct tabulated_target *t = problem->target;
+    bool pulled = problem->moving->pulled;
     simd turns[3] = {SIMD_SET(0.0), SIMD_SET(0.0), SIMD_SET(0.0)};
     simd curvature = SIMD_SET(0.0);
 
     for (size_t i = 0; i < t->n; i += SRNF_LANES) {
         struct spline_place place;
         struct load load;
+        struct measured measured;
         simd p[3], a[3], b[2], weight, jacobian, root, v[3];
 
         load_three(cloud->point, i, p);
@@ -104,11 +135,13 @@ SIMD_INLINE double load_all(const struct tabulated_problem *problem, const struc
         spline_place(field, order, p, false, &place);
         spline_frame(&place, a, b);
         add_data(t, cloud, i, &weight, &root, &load, turns);
+        load_measured(cloud, pulled, i, p, a, b, &measured);
         if (problem->penalty.displacement > 0.0) {
-            add_displacement(problem, cloud, i, &weight, &root, p, a, b, &load);
+            add_displacement(problem, cloud, i, &weight, &root, &measured, &load);
         }
         if (problem->penalty.jacobian > 0.0) {
-            add_jacobian(problem->penalty.jacobian, &weight, &jacobian, &load, &curvature);
+            add_jacobian(problem->penalty.jacobian, pulled, &weight, &jacobian, &measured, &load,
+                         &curvature);
         }
         v[0] = load.along * a[0] + load.across * b[0];
         v[1] = load.along * a[1] + load.across * b[1];

@@ -94,12 +94,7 @@ void tabulated_sample(const struct tabulated_moving *m, const double *points, st
     double arrays[CLOUD_ARRAYS * BLOCK] = {0.0};
     struct cloud cloud = {.n = BLOCK};
 
-    for (size_t c = 0; c < 3; c++) {
-        cloud.point[c] = arrays + c * BLOCK;
-        cloud.q[c] = arrays + (3 + c) * BLOCK;
-        cloud.q_1[c] = arrays + (6 + c) * BLOCK;
-        cloud.q_2[c] = arrays + (9 + c) * BLOCK;
-    }
+    cloud_place(&cloud, BLOCK, arrays);
     for (size_t first = 0; first < out->n; first += BLOCK) {
         size_t n = out->n - first < BLOCK ? out->n - first : BLOCK;
 
@@ -136,4 +131,5 @@ void tabulated_moving_clear(struct tabulated_moving *m)
 {
     sphere_spline_clear(&m->normal);
     sphere_spline_clear(&m->position);
+    sphere_spline_clear(&m->carried);
 }

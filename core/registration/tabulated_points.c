@@ -50,6 +50,19 @@ void tabulated_target_clear(struct tabulated_target *target)
     *target = (struct tabulated_target){0};
 }
 
+void cloud_place(struct cloud *cloud, size_t n, double *memory)
+{
+    double **const arrays[] = {cloud->point,   cloud->q,         cloud->q_1,      cloud->q_2,
+                               cloud->carried, cloud->carried_1, cloud->carried_2};
+
+    for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
+        for (size_t c = 0; c < 3; c++) {
+            arrays[k][c] = memory + (3 * k + c) * n;
+        }
+    }
+    cloud->jacobian = memory + (CLOUD_ARRAYS - 1) * n;
+}
+
 int cloud_create(struct cloud *cloud, size_t n)
 {
     *cloud = (struct cloud){.n = n};
@@ -57,13 +70,7 @@ int cloud_create(struct cloud *cloud, size_t n)
     if (!cloud->memory) {
         return SRNF_ENOMEM;
     }
-    for (size_t c = 0; c < 3; c++) {
-        cloud->point[c] = cloud->memory + c * n;
-        cloud->q[c] = cloud->memory + (3 + c) * n;
-        cloud->q_1[c] = cloud->memory + (6 + c) * n;
-        cloud->q_2[c] = cloud->memory + (9 + c) * n;
-    }
-    cloud->jacobian = cloud->memory + 12 * n;
+    cloud_place(cloud, n, cloud->memory);
     return SRNF_OK;
 }
 

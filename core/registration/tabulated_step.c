@@ -162,6 +162,19 @@ SIMD_INLINE void represent_srm(const struct tabulated_moving *m, size_t order,
     store(cloud->q_2, i, f_2, &root);
 }
 
+/* What a pulled surface carries for the penalties. */
+SIMD_INLINE void evaluate_carried(const struct tabulated_moving *m, size_t order,
+                                  const struct spline_place *place, struct cloud *cloud, size_t i)
+{
+    const simd one = SIMD_SET(1.0);
+    simd g[3], g_1[3], g_2[3];
+
+    gather(&m->carried, order, place, g, g_1, g_2);
+    store(cloud->carried, i, g, &one);
+    store(cloud->carried_1, i, g_1, &one);
+    store(cloud->carried_2, i, g_2, &one);
+}
+
 SIMD_INLINE void evaluate_all(const struct tabulated_moving *m, size_t order, struct cloud *cloud)
 {
     for (size_t i = 0; i < cloud->n; i += SRNF_LANES) {
@@ -176,6 +189,9 @@ SIMD_INLINE void evaluate_all(const struct tabulated_moving *m, size_t order, st
             represent_srm(m, order, &place, cloud, i);
         } else {
             represent_srnf(m, order, &place, cloud, i);
+        }
+        if (m->pulled) {
+            evaluate_carried(m, order, &place, cloud, i);
         }
     }
 }
@@ -198,8 +214,21 @@ struct sums {
     double square, area, penalty; /* sum w J |q|^2, sum w J, sum w (1 + J) (log J)^4 */
 };
 
+/* What the penalties measure, the points or what a pulled surface carries there; of the latter, J
+   is that of both warps. */
+SIMD_INLINE void load_measured(const struct cloud *cloud, bool pulled, size_t i, simd p[3],
+                               simd *jacobian)
+{
+    for (size_t c = 0; c < 3; c++) {
+        SIMD_LOAD(p[c], (pulled ? cloud->carried : cloud->point)[c] + i);
+    }
+    if (pulled) {
+        *jacobian *= p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    }
+}
+
 SRNF_HOT static void sum_points(const struct tabulated_target *t, const struct cloud *cloud,
-                                bool penalty, struct sums *sums)
+                                bool pulled, bool penalty, struct sums *sums)
 {
     simd fields[9], points[9];
     simd square = SIMD_SET(0.0), area = SIMD_SET(0.0), rho = SIMD_SET(0.0);
@@ -216,9 +245,10 @@ SRNF_HOT static void sum_points(const struct tabulated_target *t, const struct c
         scaled = weight * root;
         for (size_t c = 0; c < 3; c++) {
             SIMD_LOAD(q[c], cloud->q[c] + i);
-            SIMD_LOAD(p[c], cloud->point[c] + i);
             length += q[c] * q[c];
         }
+        square += weight * jacobian * length;
+        load_measured(cloud, pulled, i, p, &jacobian);
         for (size_t r = 0; r < 3; r++) {
             simd a, e;
 
@@ -231,7 +261,6 @@ SRNF_HOT static void sum_points(const struct tabulated_target *t, const struct c
                 points[3 * r + c] += e * p[c];
             }
         }
-        square += weight * jacobian * length;
         area += weight * jacobian;
         if (penalty) {
             simd_log(&jacobian, &l);
@@ -254,7 +283,7 @@ void cloud_measure(const struct tabulated_problem *problem, struct cloud *cloud)
     struct sums sums;
     double fields, points;
 
-    sum_points(t, cloud, problem->penalty.jacobian > 0.0, &sums);
+    sum_points(t, cloud, problem->moving->pulled, problem->penalty.jacobian > 0.0, &sums);
     if (problem->free_rotation) {
         fields = tabulated_closest_rotation(sums.fields, cloud->rotation);
         points = tabulated_closest_rotation(sums.points, cloud->displacement);

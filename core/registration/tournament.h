@@ -39,7 +39,8 @@ void subject_clear(struct subject *subject);
 SRNF_CHECKED int tournament_run(const struct search *search, struct search_result *result);
 
 /* Fields of rising degree on the full grid, all rungs above `from`. The points of result->warp are
-   those of its chain, or, where replayed is false, are made from it. The objective is measured
+   those of its chain, or, where replayed is false, are made from it: its fields are of the degree
+   of a basin then. The objective is measured
    directly in the end. */
 SRNF_CHECKED int climb_run(const struct search *search, size_t from, bool replayed,
                            struct search_result *result);

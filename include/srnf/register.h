@@ -32,7 +32,7 @@ struct srnf_register_options {
     double penalty_displacement; /* weight of min integral |e - O' sqrt(J) gamma|^2; default 0.01 */
     enum srnf_register_start start;
     bool common_pose; /* the data share a pose: no rotation anywhere, start identity */
-    bool symmetric;   /* both ways, the lower objective, swap polish: equal for (a, b) and (b, a) */
+    bool symmetric;   /* both ways, the lower objective, refined: equal for (a, b) and (b, a) */
     bool exact;       /* no penalty, up to degree 32: for surfaces that differ by a warp alone */
     size_t max_steps; /* at most so many for each degree of fields; 0, the default: 40 */
 };

@@ -368,6 +368,70 @@ static void closest_rotations_are_those_of_the_decomposition(void **state)
     }
 }
 
+/* A surface pulled back along gamma, at the points of delta, is the surface at those of gamma o
+   delta: energy, penalties, and their derivative, here against differences. */
+static void pulled_surfaces_are_those_at_the_warped_points(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < 4; k++) {
+        enum srnf_representation representation =
+            k & 1 ? SRNF_REPRESENTATION_SRM : SRNF_REPRESENTATION_SRNF;
+        const double h = 1e-5;
+        double unknowns[2 * (FIELDS + 1) * (FIELDS + 1) + 3];
+        double potentials[2 * (FIELDS + 1) * (FIELDS + 1)];
+        double rhs[2 * (FIELDS + 1) * (FIELDS + 1) + 3];
+        double torque[3], objective[2], slope, predicted = 0.0;
+        struct srnf_warp gamma = {0};
+        struct tabulated_moving pulled;
+        struct tabulated_problem problem;
+        struct tabulated_fields fields;
+        struct cloud cloud;
+        struct bench t;
+
+        open_bench(&t, representation, 8, 3.0, k & 2);
+        random_step(0.01, unknowns, &t, potentials);
+        assert_int_equal(warp_append(&gamma, SRNF_WARP_ROTATION, 0, t.warp.chain.links[0].values),
+                         SRNF_OK);
+        assert_int_equal(warp_append(&gamma, SRNF_WARP_EXP, FIELDS, potentials), SRNF_OK);
+        assert_int_equal(tabulated_moving_pull(&pulled, &t.table, &gamma, NULL), SRNF_OK);
+        problem = t.tabulated;
+        problem.moving = &pulled;
+        assert_int_equal(cloud_create(&cloud, t.cloud.n), SRNF_OK);
+        memcpy(cloud.memory, t.cloud.memory, CLOUD_ARRAYS * t.cloud.n * sizeof(double));
+        memcpy(cloud.rotation, t.cloud.rotation, sizeof cloud.rotation);
+        memcpy(cloud.displacement, t.cloud.displacement, sizeof cloud.displacement);
+        cloud_evaluate(&pulled, &cloud);
+        cloud_measure(&problem, &cloud);
+        assert_int_equal(cloud_follow(&t.cloud, &gamma, NULL), SRNF_OK);
+        cloud_evaluate(&t.table, &t.cloud);
+        cloud_measure(&t.tabulated, &t.cloud);
+        figure_below("energy", fabs(cloud.energy / t.cloud.energy - 1.0), 1e-6);
+        figure_below("objective", fabs(cloud.objective / t.cloud.objective - 1.0), 1e-6);
+        assert_int_equal(tabulated_fields_create(&fields, FIELDS, 8, 56), SRNF_OK);
+        (void)cloud_load(&problem, &cloud, &fields.table, torque);
+        tabulated_fields_transpose(&fields, torque, rhs);
+        for (size_t side = 0; side < 2; side++) {
+            random_step(side ? -h : h, unknowns, &t, potentials);
+            tabulated_fields_fill(&fields, potentials);
+            assert_true(cloud_move(&fields.table, &cloud, &t.cloud) > 0.0);
+            cloud_evaluate(&pulled, &t.cloud);
+            cloud_measure(&problem, &t.cloud);
+            objective[side] = t.cloud.objective;
+        }
+        for (size_t i = 0; i + 3 < registration_unknowns(FIELDS); i++) {
+            predicted += 2.0 * rhs[i] * unknowns[i]; /* unknowns are those of -h */
+        }
+        slope = objective[0] - objective[1];
+        printf("# difference %.6e, derivative %.6e\n", slope, 2.0 * predicted);
+        figure_below("derivative", fabs(slope / (2.0 * predicted) - 1.0), 1e-3);
+        cloud_clear(&cloud);
+        tabulated_fields_clear(&fields);
+        tabulated_moving_clear(&pulled);
+        srnf_warp_clear(&gamma);
+        close_bench(&t);
+    }
+}
+
 /* The steps end where the direct ones end. */
 static void optimum_is_the_direct_one(void **state)
 {
@@ -415,6 +479,7 @@ int main(void)
         cmocka_unit_test(objective_and_gradient_are_the_direct_ones),
         cmocka_unit_test(matrix_and_solutions_are_the_direct_ones),
         cmocka_unit_test(closest_rotations_are_those_of_the_decomposition),
+        cmocka_unit_test(pulled_surfaces_are_those_at_the_warped_points),
         cmocka_unit_test(optimum_is_the_direct_one),
     };
 
