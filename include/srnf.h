@@ -53,5 +53,6 @@
 #include "srnf/twins.h"
 #include "srnf/likeness.h"
 #include "srnf/covariates.h"
+#include "srnf/regress.h"
 
 #endif

@@ -53,22 +53,19 @@
  * on which thread ran which.
  */
 #include "compare.h"
+#include "maps.h"
 
 #include <cblas.h>
 #include <math.h>
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define PERMUTATIONS 10000
 #define PERMUTATIONS_MAX ((size_t)10000000)
 #define N_MAX ((size_t)10000)
 #define BLOCK ((size_t)32) /* permutations of one task */
-#define TIE 1e-9           /* relative: what counts as the same statistic */
+#define TIE STATS_TIE      /* of contrasts, as of statistics */
 #define SPAN 1e-12         /* of the square of a unit vector: what may lie outside of its span */
-/* A covariance whose pivot falls below this part of its trace is singular: nothing moves there, or
-   only in a plane, and the point is given no statistic. */
-#define SINGULAR 1e-12
 #define PROGRESS_EMBED 0.3
 
 struct srnf_compare_options srnf_compare_options_defaults(void)
@@ -98,38 +95,6 @@ struct compare_run {
 
 /* ---- Statistics ------------------------------------------------------------------------------ */
 
-/* b' E^(-1) b by Cholesky; 0 where E is singular. e: xx xy xz yy yz zz. */
-static double quadratic_form(const double e[6], const double b[3])
-{
-    double floor = SINGULAR * (e[0] + e[3] + e[5]);
-    double a = e[0];
-    double l10;
-    double l20;
-    double p;
-    double l21;
-    double q;
-    double x1;
-    double x2;
-
-    if (!(a > floor)) {
-        return 0.0;
-    }
-    l10 = e[1] / a;
-    l20 = e[2] / a;
-    p = e[3] - l10 * e[1];
-    if (!(p > floor)) {
-        return 0.0;
-    }
-    l21 = (e[4] - l10 * e[2]) / p;
-    q = e[5] - l20 * e[2] - l21 * l21 * p;
-    if (!(q > floor)) {
-        return 0.0;
-    }
-    x1 = b[1] - l10 * b[0];
-    x2 = b[2] - l20 * b[0] - l21 * x1;
-    return b[0] * b[0] / a + x1 * x1 / p + x2 * x2 / q;
-}
-
 /* T^2 at a node. rows: the products of c and of the P'u with Y, one after another, [3][P] each. */
 static double hotelling(const struct compare_run *run, const double *rows, size_t node)
 {
@@ -157,7 +122,7 @@ static double hotelling(const struct compare_run *run, const double *rows, size_
             memcpy(b, z, sizeof b);
         }
     }
-    return quadratic_form(e, b) / design->squared * (double)compare_design_freedom(design);
+    return stats_quadratic_form(e, b) / design->squared * (double)compare_design_freedom(design);
 }
 
 /* Row of P'v for a permutation: entry order[i] gets v[i]. */
@@ -272,15 +237,10 @@ static void close_block(struct block *block)
     srnf_free(block->rows);
 }
 
-static bool as_large(double value, double observed)
-{
-    return value >= observed * (1.0 - TIE);
-}
-
 /* A permutation by its contrast, which the permuted columns of U but the constant follow. */
 static void count_global(struct compare_run *run, const double *contrast)
 {
-    if (as_large(global_statistic(run, contrast), run->observed)) {
+    if (stats_as_large(global_statistic(run, contrast), run->observed)) {
         atomic_fetch_add_explicit(&run->global, 1, memory_order_relaxed);
     }
     if (run->exchange.test.exact && is_contrast(&run->design, contrast)) {
@@ -311,7 +271,7 @@ static int run_block(void *argument, size_t index, const struct srnf_context *co
             double t2 = hotelling(run, rows, p);
 
             largest = fmax(largest, t2);
-            if (as_large(t2, run->out->statistic[p])) {
+            if (stats_as_large(t2, run->out->statistic[p])) {
                 atomic_fetch_add_explicit(&run->count[p], 1, memory_order_relaxed);
             }
         }
@@ -377,94 +337,17 @@ static int observe(struct compare_run *run, const double *mean)
 
 /* ---- From counts to p ------------------------------------------------------------------------ */
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a;
-    double y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
-/* How many of the m sorted values are as large as the observed one. */
-static size_t count_as_large(size_t m, const double *sorted, double observed)
-{
-    size_t low = 0;
-    size_t high = m;
-
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-
-        if (as_large(sorted[middle], observed)) {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    return m - low;
-}
-
-struct ranked {
-    double p, area;
-    size_t node;
-};
-
-static int compare_ranked(const void *a, const void *b)
-{
-    const struct ranked *x = a;
-    const struct ranked *y = b;
-
-    if (x->p != y->p) {
-        return x->p < y->p ? -1 : 1;
-    }
-    return (x->node > y->node) - (x->node < y->node);
-}
-
-/* The step-up procedure as adjusted p: the least over larger p of p / (share of area up to it). */
-static int control_discoveries(const struct compare_run *run)
-{
-    struct ranked *ranked = srnf_alloc(run->points, sizeof *ranked);
-    double area = 0.0;
-    double least = 1.0;
-
-    if (!ranked) {
-        return SRNF_ENOMEM;
-    }
-    for (size_t p = 0; p < run->points; p++) {
-        double root = run->embedding.root[p];
-
-        ranked[p] = (struct ranked){run->out->p[p], root * root, p};
-        area += root * root;
-    }
-    qsort(ranked, run->points, sizeof *ranked, compare_ranked);
-    for (size_t k = run->points; k-- > 0;) {
-        if (area > 0.0) {
-            least = fmin(least, ranked[k].p / fmin(area, 1.0));
-        }
-        area -= ranked[k].area;
-        run->out->fdr[ranked[k].node] = least;
-    }
-    srnf_free(ranked);
-    return SRNF_OK;
-}
-
 static int conclude(struct compare_run *run)
 {
     struct srnf_comparison *out = run->out;
+    const struct stats_map map = {run->points, run->embedding.root, out->statistic,
+                                  out->p,      out->significance,   out->fdr};
     double all = 1.0 + (double)run->permutations;
-    size_t m = run->permutations;
 
     out->p_value = (1.0 + (double)atomic_load(&run->global)) / all;
     out->test.least = (1.0 + (double)atomic_load(&run->tied)) / all;
     out->least_local = (1.0 + (double)atomic_load(&run->tied_local)) / all;
-    qsort(run->largest + 1, m, sizeof(double), compare_doubles);
-    out->max_p_value = (1.0 + (double)count_as_large(m, run->largest + 1, run->largest[0])) / all;
-    for (size_t p = 0; p < run->points; p++) {
-        size_t above = count_as_large(m, run->largest + 1, out->statistic[p]);
-
-        out->p[p] = (1.0 + (double)atomic_load(&run->count[p])) / all;
-        out->significance[p] = (1.0 + (double)above) / all;
-    }
-    return control_discoveries(run);
+    return stats_map_conclude(&map, run->permutations, run->largest, run->count, &out->max_p_value);
 }
 
 /* ---- The run --------------------------------------------------------------------------------- */

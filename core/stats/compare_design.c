@@ -172,7 +172,7 @@ void compare_design_residuals(const struct compare_design *design, size_t m, dou
 
 /* A number below bound, every one with the same chance: 32 random bits, refused where they would
    favour some (D. Lemire 2019). */
-static uint32_t below(uint64_t seed, uint64_t number, uint32_t draw, uint32_t bound)
+uint32_t stats_below(uint64_t seed, uint64_t number, uint32_t draw, uint32_t bound)
 {
     uint32_t key[2] = {(uint32_t)seed, (uint32_t)(seed >> 32)};
     uint32_t refused = (uint32_t)(-bound) % bound;
@@ -198,7 +198,7 @@ void compare_permutation(uint64_t seed, uint64_t number, size_t n, uint32_t *ord
         order[i] = (uint32_t)i;
     }
     for (size_t i = n - 1; number > 0 && i > 0; i--) {
-        uint32_t j = below(seed, number, (uint32_t)i, (uint32_t)i + 1);
+        uint32_t j = stats_below(seed, number, (uint32_t)i, (uint32_t)i + 1);
         uint32_t swap = order[i];
 
         order[i] = order[j];

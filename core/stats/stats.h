@@ -146,6 +146,9 @@ SRNF_CHECKED int stats_mean(const struct srnf_sht *sht, size_t n, const double *
 
 /* Philox 4x32 with ten rounds: 128 random bits from a counter and a key. */
 void stats_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t out[4]);
+/* A number below bound from a seed, the number of the drawing and that of the draw in it
+   (compare_design.c). */
+uint32_t stats_below(uint64_t seed, uint64_t number, uint32_t draw, uint32_t bound);
 /* Natural logarithm of x in (0, 1], by additions, multiplications and divisions only: the same bits
    on every machine with IEEE 754 arithmetic. Relative error below 1e-15. */
 double stats_log(double x);

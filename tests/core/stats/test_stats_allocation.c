@@ -147,6 +147,27 @@ static int run_comparison(void)
     return status;
 }
 
+static int run_regression(void)
+{
+    static const double ages[COMPARED] = {1.0, 2.0, 4.0, 3.0, 7.0, 6.0};
+    static const size_t subjects[COMPARED] = {0, 1, 2, 3, 4, 5};
+    const struct srnf_nested nested = {.tested = 1, .columns = ages};
+    const struct srnf_regress_design design = {
+        .columns = 1, .values = ages, .tests = 1, .nested = &nested, .points = 1, .at = ages};
+    struct srnf_regress_options options = srnf_regress_options_defaults();
+    struct srnf_regression regression = {0};
+    int status;
+
+    options.permutations = 20;
+    options.bootstraps = 100;
+    options.subjects = subjects;
+    status =
+        srnf_regress(g.sht, COMPARED, g.f[0], compared, &design, &options, NULL, &regression, NULL);
+    assert_true((status < 0) == (regression.test_of == NULL));
+    srnf_regression_clear(&regression);
+    return status;
+}
+
 static int run_interval(void)
 {
     static const size_t subjects[4] = {1, 1, 0, 3};
@@ -312,6 +333,7 @@ static void judging_survives(void **state)
     refusing_sweep("quality of a model", run_quality, EACH, 3);
     refusing_sweep("comparison of groups", run_comparison, EACH, 3);
     refusing_sweep("interval of a proportion", run_interval, 4, 1);
+    refusing_sweep("linear model", run_regression, EACH, 3);
     refusing_sweep("comparison with a subject twice", run_repeated_comparison, EACH, 3);
 }
 

@@ -1,0 +1,83 @@
+/*
+ * regress.h - what the files of the linear models of shape share.
+ */
+#ifndef SRNF_STATS_REGRESS_H
+#define SRNF_STATS_REGRESS_H
+
+#include "compare.h"
+#include "maps.h"
+
+#define REGRESS_DIMENSIONS 3 /* of a displacement, whose covariance must be regular */
+
+/* ---- regress_design.c ------------------------------------------------------------------------ */
+
+/* An orthonormal basis of columns, the constant first. */
+struct regress_basis {
+    size_t n, count;
+    double *vectors; /* [count][n] */
+};
+
+/* A nested pair: the first `reduced` vectors span the smaller model, all of them the larger. */
+struct regress_model {
+    struct regress_basis basis;
+    size_t reduced, tested;
+};
+/* SRNF_EINVAL with a sentence: nothing is left to test, or too few subjects. number: of the test.
+   Cleared in any case. */
+SRNF_CHECKED int regress_model_create(struct regress_model *model, size_t n,
+                                      const struct srnf_nested *nested, size_t number,
+                                      struct srnf_error *error);
+void regress_model_clear(struct regress_model *model);
+static inline size_t regress_model_freedom(const struct regress_model *model)
+{
+    return model->basis.n - model->basis.count;
+}
+
+/* The whole model. */
+struct regress_fit {
+    struct regress_basis basis;
+    double *weights; /* [count][n]: coefficient k is the sum of weights[k][i] y_i */
+};
+/* SRNF_EINVAL: a column follows, element is its number. Cleared in any case. */
+SRNF_CHECKED int regress_fit_create(struct regress_fit *fit, size_t n, size_t columns,
+                                    const double *values, struct srnf_error *error);
+void regress_fit_clear(struct regress_fit *fit);
+/* Takes the first `count` vectors of the basis out of v. */
+void regress_reduce(const struct regress_basis *basis, size_t count, double *v);
+
+/* ---- The run --------------------------------------------------------------------------------- */
+
+struct regress_run {
+    const struct srnf_sht *sht;
+    size_t n, points; /* subjects, nodes */
+    size_t permutations, bootstraps;
+    uint64_t seed;
+    const struct srnf_context *context;
+    const struct srnf_regress_design *design;
+    const double *values; /* [n][columns] of subjects */
+    const double *q;      /* [n][3][P] of subjects */
+    struct regress_fit fit;
+    struct regress_model *models; /* [tests] */
+    struct exchange exchange;
+    struct stats_embedding embedding;
+    double *gram;    /* [n][n] of centred SRNFs */
+    double *vectors; /* [n][3][P] centred displacements times the roots of the areas */
+    double *along;   /* [n][P] displacements along the mean's normal */
+    double total;    /* trace of gram */
+    struct srnf_regression *out;
+};
+
+/* regress_permute.c: the permutations of one test. */
+SRNF_CHECKED int regress_permute(struct regress_run *run, size_t test,
+                                 struct stats_progress progress, struct srnf_error *error);
+/* regress_bootstrap.c: intervals of the shares, and confidence regions of the predictions. */
+SRNF_CHECKED int regress_bootstrap(struct regress_run *run, struct stats_progress progress,
+                                   struct srnf_error *error);
+/* regress_effects.c: coefficients, what they mean on the surface, and predicted surfaces. */
+SRNF_CHECKED int regress_effects(struct regress_run *run, const double *mean,
+                                 struct stats_progress progress, struct srnf_error *error);
+/* Sum of x' G x over the columns of x, [count][n]. */
+double regress_quadratic(const struct regress_run *run, size_t count, const double *x,
+                         double *scratch);
+
+#endif
