@@ -22,6 +22,7 @@ static const char *const codes[] = {
     "covariates-collinear",
     "duplicate-content",
     "encoding-poor",
+    "extrapolated",
     "far-from-group",
     "far-from-model",
     "few-subjects",

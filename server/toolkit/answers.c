@@ -44,9 +44,8 @@ static const json_t *energies_of(const json_t *inputs, const json_t *document)
                                                                     : "geodesic");
 }
 
-static void warn_not_reached(const json_t *inputs, json_t *document)
+void answers_warn_energies(const json_t *energies, json_t *document)
 {
-    const json_t *energies = energies_of(inputs, document);
     size_t n = json_is_array(energies) ? json_array_size(energies) : 1, beyond = 0, worst = 0;
     double most = 0.0;
 
@@ -110,7 +109,7 @@ static void warn_parameters(const json_t *inputs, json_t *document)
 void answers_warn(const json_t *inputs, json_t *document)
 {
     if (!is(inputs, "method", "pullback")) {
-        warn_not_reached(inputs, document);
+        answers_warn_energies(energies_of(inputs, document), document);
         if (!is(inputs, "method", "linear")) {
             warn_jumps(document);
         }

@@ -8,6 +8,9 @@
 
 #include <jansson.h>
 
+/* The warning not-reached, where one of these relative energies is large. energies: an array, or a
+   number. */
+void answers_warn_energies(const json_t *energies, json_t *document);
 /* Adds not-reached, parameters-not-registered and path-jumps to the warnings of a result document,
    from its members and from the canonical inputs. */
 void answers_warn(const json_t *inputs, json_t *document);

@@ -157,6 +157,19 @@ double compare_seconds(const struct api_work *work, const json_t *inputs)
            4e-9 * number(inputs, "permutations") * n * 2.0 * degree * degree * 3.0;
 }
 
+double regress_seconds(const struct api_work *work, const json_t *inputs)
+{
+    const json_t *design = json_object_get(json_object_get(inputs, "cohort"), "design");
+    double n = of_members(work), degree = degree_of(work, inputs);
+    double tests = (double)json_array_size(json_object_get(design, "tests"));
+    double columns = (double)json_array_size(json_object_get(design, "columns"));
+    double points = (double)json_array_size(json_object_get(inputs, "at"));
+
+    return mean_seconds(work, inputs) + (n + points) * seconds_of_inversion(degree) +
+           4e-9 * number(inputs, "permutations") * tests * columns * n * 2.0 * degree * degree *
+               3.0;
+}
+
 /* Surfaces on the way to the times (core/geodesic/shoot.c): one for each tenth of the norm of the
    field at 0, SHOOT_WAY_MAX at most between two times. A surface toward is taken to be as far as
    that norm; a velocity in numbers may be any. */

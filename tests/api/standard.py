@@ -229,6 +229,8 @@ def make_inputs(service):
         'score': {'model': model, 'surface': a},
         'evaluate-model': {'cohort': 'six', 'register': False, 'samples': 10},
         'compare-groups': {'cohort': link('cohorts/six'), 'register': False, 'permutations': 10},
+        'regress': {'cohort': link('cohorts/six'), 'formula': 'shape ~ label', 'register': False, 'permutations': 9,
+                    'bootstraps': 100},
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'shoot': {'surface': a, 'velocity': {'value': {'toward': b}}, 'times': [0.5], 'register': False},
         'transport': {**pair, 'vector': {'toward': c}},

@@ -22,6 +22,7 @@ static const struct {
     {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
     {"compare-groups", "{\"cohort\":\"patients\"}"},
+    {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},

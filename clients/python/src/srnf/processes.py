@@ -92,6 +92,10 @@ class Processes:
         """Whether the two labels differ, and where: ``pValue``, ``leastSignificance``, ``surface`` with maps."""
         return self.run("compare-groups", cohort=cohort, **options)
 
+    def regress(self, cohort: Union[Cohort, str], formula: str, **options: Any) -> Result:
+        """A linear model of shape, ``shape ~ age + sex``: ``terms``, ``coefficients``, ``predictions`` (``at=[..]``)."""
+        return self.run("regress", cohort=cohort, formula=formula, **options)
+
     def classify(self, cohort: Union[Cohort, str], **options: Any) -> Result:
         """Labels predicted, each subject left out in turn: ``methods`` with ``accuracy`` and its interval."""
         return self.run("classify", cohort=cohort, **options)

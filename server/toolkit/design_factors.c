@@ -1,0 +1,330 @@
+/*
+ * design_factors.c - the covariates that a formula names, as numbers and as levels.
+ */
+#include "toolkit/design_factors.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/cohorts.h"
+#include "toolkit/group.h"
+
+#define NAMES_SHOWN 240
+#define POINTER "/inputs/formula"
+
+const json_t *design_value(const json_t *member, const char *name)
+{
+    const json_t *value = json_object_get(json_object_get(member, "covariates"), name);
+
+    if (value) {
+        return value;
+    }
+    if (strcmp(name, "label") == 0 || strcmp(name, "group") == 0) {
+        return json_object_get(member, "label");
+    }
+    return strcmp(name, "time") == 0 || strcmp(name, "side") == 0 ? json_object_get(member, name)
+                                                                  : NULL;
+}
+
+bool design_level(const json_t *value, size_t size, char *text)
+{
+    int written = -1;
+
+    if (json_is_string(value)) {
+        written = snprintf(text, size, "%s", json_string_value(value));
+    } else if (json_is_boolean(value)) {
+        written = snprintf(text, size, "%s", json_is_true(value) ? "true" : "false");
+    } else if (json_is_number(value)) {
+        written = snprintf(text, size, "%.15g", json_number_value(value) + 0.0);
+    }
+    return written > 0 && (size_t)written < size;
+}
+
+size_t design_find_level(const struct design_factor *factor, const char *text)
+{
+    size_t i = 0;
+
+    while (i < json_array_size(factor->levels) &&
+           strcmp(json_string_value(json_array_get(factor->levels, i)), text) != 0) {
+        i++;
+    }
+    return i;
+}
+
+/* ---- What is wrong --------------------------------------------------------------------------- */
+
+static const char *id_of(const struct design_build *build, size_t i)
+{
+    const char *id = json_string_value(json_object_get(json_array_get(build->members, i), "id"));
+
+    return id ? id : "";
+}
+
+/* Members without the covariate, and the names there are where nobody has it. */
+static void refuse_missing(const struct design_build *build, const char *name)
+{
+    char there[NAMES_SHOWN];
+    json_t *seen = json_object();
+    size_t missing = 0, first = 0;
+
+    for (size_t i = build->n; i-- > 0;) {
+        const json_t *member = json_array_get(build->members, i);
+        const json_t *value = design_value(member, name);
+
+        (void)json_object_update_missing(seen, json_object_get(member, "covariates"));
+        if (!value || json_is_null(value)) {
+            missing++;
+            first = i;
+        }
+    }
+    cohort_list_names(seen, there, sizeof there);
+    json_decref(seen);
+    if (missing == build->n) {
+        problem_add(build->given->list, POINTER,
+                    "no member of the cohort has a covariate \"%.60s\"; %s%s", name,
+                    there[0] ? "the cohort has " : "the cohort has none", there);
+    } else {
+        problem_add(build->given->list, POINTER,
+                    "%zu of %zu members have no \"%.60s\", member %zu (%.40s) first: complete the "
+                    "covariate, or take a cohort without them",
+                    missing, build->n, name, first, id_of(build, first));
+    }
+}
+
+static bool looks_like_number(const char *text)
+{
+    char *end;
+
+    (void)strtod(text, &end);
+    return end != text && !*end;
+}
+
+/* ---- Numbers --------------------------------------------------------------------------------- */
+
+static bool read_number(const struct design_build *build, struct design_factor *factor, size_t i)
+{
+    const char *name = factor->source->name;
+    double x = json_number_value(design_value(json_array_get(build->members, i), name)) + 0.0;
+
+    factor->lowest = i == 0 ? x : fmin(factor->lowest, x);
+    factor->highest = i == 0 ? x : fmax(factor->highest, x);
+    factor->mean += (x - factor->mean) / (double)(i + 1);
+    factor->value[i] = formula_apply(factor->source, x);
+    if (!isfinite(factor->value[i])) {
+        problem_add(build->given->list, POINTER,
+                    "%.80s of member %zu (%.40s) is not a number: \"%.60s\" is %.10g there",
+                    factor->source->text, i, id_of(build, i), name, x);
+    }
+    return isfinite(factor->value[i]);
+}
+
+static bool read_numbers(const struct design_build *build, struct design_factor *factor)
+{
+    for (size_t i = 0; i < build->n; i++) {
+        if (!read_number(build, factor, i)) {
+            return false;
+        }
+    }
+    if (!(factor->highest > factor->lowest)) {
+        problem_add(build->given->list, POINTER,
+                    "\"%.60s\" is the same for all members: leave it out", factor->source->name);
+        return false;
+    }
+    return true;
+}
+
+/* ---- Levels ---------------------------------------------------------------------------------- */
+
+static int compare_levels(const void *a, const void *b)
+{
+    const char *x = *(const char *const *)a;
+    const char *y = *(const char *const *)b;
+
+    if (looks_like_number(x) && looks_like_number(y)) {
+        double u = strtod(x, NULL), v = strtod(y, NULL);
+
+        return (u > v) - (u < v);
+    }
+    return strcmp(x, y);
+}
+
+/* The levels in order, the reference first. False with a problem noted. */
+static bool sort_levels(const struct design_build *build, struct design_factor *factor,
+                        json_t *seen)
+{
+    const char *levels[DESIGN_LEVELS_MAX], *key, *reference = factor->source->reference;
+    size_t count = 0;
+    json_t *value;
+    bool found = !reference[0];
+
+    json_object_foreach(seen, key, value)
+    {
+        levels[count++] = key;
+        found = found || strcmp(key, reference) == 0;
+    }
+    if (!found) {
+        problem_add(build->given->list, POINTER, "\"%.60s\" has no level \"%.60s\"",
+                    factor->source->name, reference);
+        return false;
+    }
+    qsort(levels, count, sizeof *levels, compare_levels);
+    if (reference[0]) {
+        (void)json_array_append_new(factor->levels, json_string(reference));
+    }
+    for (size_t k = 0; k < count; k++) {
+        if (strcmp(levels[k], reference) != 0) {
+            (void)json_array_append_new(factor->levels, json_string(levels[k]));
+        }
+    }
+    return true;
+}
+
+/* Each level needs two subjects, and a subject one level. */
+static bool count_subjects(const struct design_build *build, const struct design_factor *factor)
+{
+    const json_t *cohort = json_object_get(build->given->canonical, "cohort");
+    size_t subjects, most, count[DESIGN_LEVELS_MAX] = {0};
+    size_t *of =
+        group_subject_numbers(json_object_get(cohort, "subjects"), build->n, &subjects, &most);
+    bool good = of != NULL;
+
+    for (size_t i = 0; good && i < build->n; i++) {
+        size_t level = (size_t)factor->value[i], first = of[i];
+
+        count[level] += first == i;
+        if (level != (size_t)factor->value[first]) {
+            problem_add(build->given->list, POINTER,
+                        "members %zu and %zu of one subject have different levels of \"%.60s\": "
+                        "regress compares subjects, whose members are averaged. Take members of "
+                        "one level of each.",
+                        first, i, factor->source->name);
+            good = false;
+        }
+    }
+    for (size_t k = 0; good && k < json_array_size(factor->levels); k++) {
+        if (count[k] < 2) {
+            problem_add(build->given->list, POINTER,
+                        "level \"%.60s\" of \"%.60s\" has one subject; each level needs two",
+                        json_string_value(json_array_get(factor->levels, k)), factor->source->name);
+            good = false;
+        }
+    }
+    srnf_free(of);
+    return good;
+}
+
+static bool read_levels(const struct design_build *build, struct design_factor *factor)
+{
+    char text[FORMULA_NAME_MAX];
+    json_t *seen = json_object();
+    bool good = true;
+
+    factor->levels = json_array();
+    for (size_t i = 0; i < build->n; i++) {
+        const json_t *member = json_array_get(build->members, i);
+
+        if (design_level(design_value(member, factor->source->name), sizeof text, text)) {
+            (void)json_object_set_new(seen, text, json_true());
+        }
+    }
+    if (json_object_size(seen) < 2 || json_object_size(seen) > DESIGN_LEVELS_MAX) {
+        problem_add(build->given->list, POINTER, "\"%.60s\" has %zu level%s; 2 to %d are needed",
+                    factor->source->name, json_object_size(seen),
+                    json_object_size(seen) == 1 ? "" : "s", DESIGN_LEVELS_MAX);
+        good = false;
+    }
+    good = good && sort_levels(build, factor, seen);
+    json_decref(seen);
+    for (size_t i = 0; good && i < build->n; i++) {
+        const json_t *member = json_array_get(build->members, i);
+
+        good = design_level(design_value(member, factor->source->name), sizeof text, text);
+        factor->value[i] = (double)(good ? design_find_level(factor, text) : 0);
+    }
+    return good && count_subjects(build, factor);
+}
+
+/* ---- All ------------------------------------------------------------------------------------- */
+
+/* Whether the values are levels; false in *good with a problem noted where they are neither. */
+static bool is_categorical(const struct design_build *build, const struct design_factor *factor,
+                           bool *good)
+{
+    const char *name = factor->source->name;
+    size_t texts = 0, last = 0;
+
+    for (size_t i = 0; i < build->n; i++) {
+        const json_t *value = design_value(json_array_get(build->members, i), name);
+
+        if (!json_is_number(value)) {
+            texts++;
+            last = i;
+        }
+    }
+    if (factor->source->function == FORMULA_LEVELS) {
+        return true;
+    }
+    if (texts > 0 && factor->source->function != FORMULA_PLAIN) {
+        problem_add(build->given->list, POINTER,
+                    "%.80s needs numbers, and \"%.60s\" of member %zu (%.40s) is none",
+                    factor->source->text, name, last, id_of(build, last));
+        *good = false;
+    } else if (texts > 0 && texts < build->n) {
+        problem_add(build->given->list, POINTER,
+                    "\"%.60s\" is a number for some members and not for member %zu (%.40s): write "
+                    "C(%.60s) to take all as levels",
+                    name, last, id_of(build, last), name);
+        *good = false;
+    }
+    return texts > 0;
+}
+
+static bool read_factor(struct design_build *build, struct design_factor *factor)
+{
+    bool good = true;
+
+    for (size_t i = 0; i < build->n; i++) {
+        const json_t *value = design_value(json_array_get(build->members, i), factor->source->name);
+
+        if (!value || json_is_null(value)) {
+            refuse_missing(build, factor->source->name);
+            return false;
+        }
+    }
+    factor->value = srnf_alloc(build->n, sizeof *factor->value);
+    if (!factor->value) {
+        json_memory_fail();
+        return false;
+    }
+    factor->categorical = is_categorical(build, factor, &good);
+    if (!good) {
+        return false;
+    }
+    return factor->categorical ? read_levels(build, factor) : read_numbers(build, factor);
+}
+
+bool design_factors_read(struct design_build *build)
+{
+    bool good = build->n > 0;
+
+    for (size_t f = 0; f < build->formula->factors; f++) {
+        bool used = false;
+
+        for (size_t t = 0; t < build->formula->terms; t++) {
+            used = used || build->formula->term[t] >> f & 1;
+        }
+        build->factor[f].source = &build->formula->factor[f];
+        good = (!used || read_factor(build, &build->factor[f])) && good;
+    }
+    return good;
+}
+
+void design_factors_clear(struct design_build *build)
+{
+    for (size_t f = 0; f < FORMULA_FACTORS_MAX; f++) {
+        srnf_free(build->factor[f].value);
+        json_decref(build->factor[f].levels);
+    }
+}

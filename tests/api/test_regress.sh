@@ -1,0 +1,164 @@
+#!/usr/bin/env bash
+# test_regress.sh - linear models of shape end to end: formulas as R reads them, what the result tells, coefficients and
+# p against numpy's least squares on exported fields, and what is refused by name.
+# srnfd-test: slow
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+# Ellipsoids with bumps that follow no rule; z grows with age.
+MEMBERS=$(python3 - "$URL" <<'PYTHON'
+import json, math, sys, urllib.request
+
+def send(path, document):
+    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))
+
+members, lmax = [], 5
+for i in range(18):
+    age = 40 + (i * 37 % 41)
+    rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.0, 1.0, 0.9 + 0.004 * age
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = 0.02 * math.sin(1.7 * i * k + ord(axis) * k * k)
+    surface = send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})
+    covariates = {'age': age, 'volume': 1.5 + i % 5, 'treated': i % 4 == 1, 'site': 'ABC'[i * 5 % 3 if i < 9 else i % 3],
+                  'one': 1, 'double': 2 * age, 'rare': 'x' if i == 3 else 'yz'[i % 2]}
+    if i > 2:
+        covariates['late'] = i * i % 7
+    members.append({'id': surface['id'], 'label': 'ab'[i % 2], 'covariates': covariates})
+print(json.dumps(members))
+PYTHON
+)
+post_json /v1/cohorts "{\"name\":\"study\",\"members\":$MEMBERS}"
+is "$STATUS" 201 'a cohort with covariates'
+
+regress() {
+    execute regress "{\"cohort\":\"study\",\"register\":false,\"permutations\":99,\"bootstraps\":100,\"formula\":\"$1\"${2:-}}"
+}
+
+# ---- The result ---------------------------------------------------------------------------------------
+
+regress 'shape ~ age + site + treated' ',"at":[{"age":45},{"age":70,"site":"B","treated":true}],"fields":true'
+is "$STATUS" 200 'a model is fitted'
+cp "$BODY" "$SCRATCH/first.json"
+is "$(json '[.terms[].name] | tojson')" '["age","site","treated"]' 'with its terms'
+is "$(json '[.coefficients[].name] | tojson')" '["Intercept","age","site[T.B]","site[T.C]","treated[T.true]"]' \
+    'and its columns, in treatment coding'
+is "$(json '[.terms[].degreesOfFreedom, .residualDegreesOfFreedom, .model.degreesOfFreedom] | tojson')" '[1,2,1,13,4]' \
+    'and degrees of freedom'
+is "$(json '.terms[0] | [.pValue == 0.01, .pValueIsFloor, .level] | tojson')" '[true,true,"asymptotic"]' 'age is found'
+is "$(json '[.terms[], .model | .r2 >= .r2Interval[0] and .r2 <= .r2Interval[1] and .partialR2 >= .r2 - 1e-12] | all')" true \
+    'shares of the variance lie in their intervals'
+is "$(json '[.terms[0].map.significance, .terms[0].map.fdr, .terms[0].map.statistic | length] | unique | length')" 1 \
+    'each term has a map'
+is "$(json '[.pairwise[] | .levels | join(" ")] | join(",")')" 'A B,A C,B C' 'three levels are compared pair by pair'
+is "$(json '[.pairwise[] | .correctedP >= .pValue] | all')" true 'with corrected p'
+is "$(json '[.predictions[].at] | tojson')" '[{"age":45,"site":"A","treated":"false"},{"age":70,"site":"B","treated":"true"}]' \
+    'predictions say where they are'
+compare "$(json '[.predictions[].relativeEnergy | real] | max')" '<' 0.01 'as surfaces that exist'
+is "$(json '[.predictions[1].surface.maps, (.coefficients[1].surface.maps | length)] | tojson')" '[["standardError","confidence"],7]' \
+    'with maps'
+LOW=$(json .predictions[0].surface.id)
+HIGH=$(json .predictions[1].surface.id)
+get "/v1/surfaces/$(json .coefficients[1].surface.id)/mesh?format=ply"
+is "$STATUS" 200 'that travel with meshes'
+get "/v1/surfaces/$LOW/coefficients"
+Z=$(json '.z[2]')
+get "/v1/surfaces/$HIGH/coefficients"
+compare "$(json ".z[2] - $Z - 0.1 | fabs")" '<' 0.03 'the predicted surfaces grow by as much as planted'
+
+regress 'shape~treated+site+age' ',"at":[{"age":45}]'
+is "$(json '.terms[2].r2')" "$(jq '.terms[0].r2' "$SCRATCH/first.json")" 'the order of terms does not matter'
+regress 'shape ~ age * treated + I(age^2) + log(volume) - age:treated'
+is "$(json '[.terms[].name] | join(" ")')" 'age treated I(age^2) log(volume)' 'operators are those of R'
+regress 'shape ~ C(volume, Treatment(\"3.5\")) / age'
+is "$(json '[.terms[] | "\(.name) \(.degreesOfFreedom)"] | join(", ")')" 'C(volume) 4, C(volume):age 5' \
+    'levels of numbers, and a slope in each'
+regress 'shape ~ group'
+is "$(json '[.terms[0].level, .coefficients[1].name] | tojson')" '["exact","group[T.b]"]' 'labels are groups'
+P=$(json .terms[0].pValue)
+execute compare-groups '{"cohort":"study","register":false,"permutations":99}'
+is "$(json .pValue)" "$P" 'and two of them are what compare-groups compares'
+regress 'shape ~ age' ',"at":[{"age":200}]'
+is "$(json '[.warnings[] | select(.code == "extrapolated") | .figures.covariate] | join(" ")')" age 'a prediction far out is warned of'
+
+# ---- Against numpy --------------------------------------------------------------------------------------
+
+if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
+    jq -n --argjson members "$MEMBERS" --slurpfile found "$SCRATCH/first.json" '{members: $members, found: $found[0]}' >"$SCRATCH/both.json"
+    /usr/bin/python3 - "$URL" "$SCRATCH/both.json" >"$SCRATCH/numpy.txt" <<'PYTHON'
+import io, json, sys, urllib.request
+import numpy as np
+
+both = json.load(open(sys.argv[2]))
+members, found = both['members'], both['found']
+rows = found['terms'][0]['map']['nTheta']
+fields = []
+for member in members:
+    url = f"{sys.argv[1]}/v1/surfaces/{member['id']}/srnf?format=npy&nTheta={rows}"
+    fields.append(np.load(io.BytesIO(urllib.request.urlopen(url).read())))
+y = np.array(fields)
+weights = np.repeat(np.polynomial.legendre.leggauss(rows)[1], y.shape[2]) * 2 * np.pi / y.shape[2]
+q = y.reshape(len(members), -1)
+c = [m['covariates'] for m in members]
+x = np.array([[1, m['age'], m['site'] == 'B', m['site'] == 'C', m['treated']] for m in c], float)
+b = np.linalg.lstsq(x, q, rcond=None)[0]
+ours = np.array([one['q'] for one in found['coefficients']]).reshape(b.shape)
+print(np.abs(ours - b).max() / np.abs(b).max())
+
+# Freedman and Lane with numpy's own permutations: p of the site, from 4000 of them.
+w = np.repeat(weights, 3) ** 0.5
+def rss(columns, data):
+    return ((data - columns @ np.linalg.lstsq(columns, data, rcond=None)[0]) ** 2).sum()
+data, small = q * w, x[:, [0, 1, 4]]
+fit = small @ np.linalg.lstsq(small, data, rcond=None)[0]
+def f(data):
+    large = rss(x, data)
+    return (rss(small, data) - large) / 2 / (large / (len(x) - 5))
+random, observed = np.random.default_rng(1), f(data)
+site = found['terms'][1]
+print(abs(site['f'] / observed - 1))
+as_far = sum(f(fit + (data - fit)[random.permutation(len(x))]) >= observed for _ in range(4000))
+p = (1 + as_far) / 4001
+# Ours is of 99 permutations: within four standard deviations.
+print(abs(site['pValue'] - p) / (p * (1 - p) / 99) ** 0.5)
+PYTHON
+    compare "$(sed -n 1p "$SCRATCH/numpy.txt")" '<' 1e-10 'coefficients are those of least squares by numpy'
+    compare "$(sed -n 2p "$SCRATCH/numpy.txt")" '<' 1e-9 'F is that of numpy'
+    compare "$(sed -n 3p "$SCRATCH/numpy.txt")" '<' 4 'p is that of permutations by numpy'
+else
+    skip 'numpy is not installed'
+fi
+
+# ---- Refusals --------------------------------------------------------------------------------------------
+
+refused() {
+    regress "$1" "${3:-}"
+    like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$2" "refused: $1"
+}
+refused 'shape ~ weight' '422 /inputs/formula no member of the cohort has a covariate "weight"; the cohort has "age"'
+refused 'shape ~ age + late' '3 of 18 members have no "late", member 0'
+refused 'shape ~ one' '"one" is the same for all members'
+refused 'shape ~ C(one)' '"one" has 1 level; 2 to 50 are needed'
+refused 'shape ~ age + double' 'the column double follows from'
+refused 'shape ~ rare' 'level "x" of "rare" has one subject; each level needs two'
+refused 'shape ~ log(site)' 'log.site. needs numbers'
+refused 'shape ~ sqrt(Q(\"age\")' 'ends where a closing bracket is expected'
+refused 'shape ~ poly(age)' 'has the function poly, which is not known'
+refused 'shape ~ 0 + age' 'leaves out the constant'
+refused 'shape ~ age age' 'has "age" at character 13 where'
+refused 'age ~ sex' 'must begin with "shape ~"'
+refused 'shape ~ 1' 'has no term'
+refused 'shape ~ C(site, Treatment(\"D\"))' '"site" has no level "D"'
+refused 'shape ~ age' '/inputs/at/0 "site" is no covariate of the formula' ',"at":[{"site":"A"}]'
+refused 'shape ~ site' '/inputs/at/0 "site" must be a level that members have' ',"at":[{"site":"D"}]'
+refused 'shape ~ age' '/inputs/at/0 must be an object' ',"at":[3]'
+regress 'shape ~ C(volume) * site * treated'
+like "$STATUS $(json '.errors[0].detail // .detail')" '422 .*(column|too few)' 'refused: more columns than subjects tell apart'
+
+stop_server || not_ok 'the server ends well'
+done_testing
