@@ -49,6 +49,7 @@
 #include "srnf/deform.h"
 #include "srnf/classify.h"
 #include "srnf/typicality.h"
+#include "srnf/train.h"
 #include "srnf/methods.h"
 #include "srnf/twins.h"
 #include "srnf/likeness.h"

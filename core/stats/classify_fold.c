@@ -178,14 +178,21 @@ static void find_factors(struct classify_fold *fold)
     }
 }
 
-/* Everything of the fold of a subject. */
 void classify_fold_fit(struct classify_fold *fold, const struct study *study, size_t left_out,
                        const size_t *labels)
 {
-    size_t components = fold->d - fold->offset;
     size_t stride = study->comparison->components;
     size_t first = fold->subjects->members[fold->subjects->start[left_out]];
-    const double *scores = study->comparison->scores + first * fold->n * stride;
+
+    classify_fold_fit_scores(fold, study, study->comparison->scores + first * fold->n * stride,
+                             left_out, labels);
+}
+
+void classify_fold_fit_scores(struct classify_fold *fold, const struct study *study,
+                              const double *scores, size_t left_out, const size_t *labels)
+{
+    size_t components = fold->d - fold->offset;
+    size_t stride = study->comparison->components;
 
     fold->left_out = left_out;
     fold->labels = labels;
@@ -402,7 +409,7 @@ static void likelihoods(struct classify_fold *fold, size_t which, size_t c, doub
     }
 }
 
-static double freedom_of(const struct classify_tally *tally)
+double classify_freedom(const struct classify_tally *tally)
 {
     return tally->members - tally->squares / tally->members;
 }
@@ -420,7 +427,7 @@ void classify_fold_judge(struct classify_fold *fold, size_t subject, size_t *mem
 
     leave_subject_out(fold, subject);
     for (size_t c = 0; c < fold->classes; c++) {
-        freedom += freedom_of(&fold->inside[c]);
+        freedom += classify_freedom(&fold->inside[c]);
         bound += fold->inside[c].subjects - 1.0;
     }
     remove_members(fold, subject, fold->classes, members);
@@ -435,7 +442,8 @@ void classify_fold_judge(struct classify_fold *fold, size_t subject, size_t *mem
         remove_members(fold, subject, c, members);
         for (size_t m = 0; m < s->size[subject]; m++) {
             substitute(fold, c, fold->x + first[m] * d, fold->moved + c * d, fold->z);
-            likelihoods(fold, c, c, freedom_of(&fold->inside[c]), fold->inside[c].subjects - 1.0,
+            likelihoods(fold, c, c, classify_freedom(&fold->inside[c]),
+                        fold->inside[c].subjects - 1.0,
                         fold->table + (m * CLASSIFY_KINDS + CLASSIFY_OWN) * size);
         }
     }

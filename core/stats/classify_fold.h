@@ -50,8 +50,23 @@ void classify_fold_clear(struct classify_fold *fold);
 /* The fold of a subject: means and factors of the others. */
 void classify_fold_fit(struct classify_fold *fold, const struct study *study, size_t left_out,
                        const size_t *labels);
+/* The same of given scores, [n][components of the comparison]; left_out SIZE_MAX: nobody is. */
+void classify_fold_fit_scores(struct classify_fold *fold, const struct study *study,
+                              const double *scores, size_t left_out, const size_t *labels);
+/* Degrees of freedom of the scatter of a class. */
+double classify_freedom(const struct classify_tally *tally);
 /* Log-likelihoods of the members of a subject into the table, as if it were no training subject
    where it is one. members: [largest] of scratch. */
 void classify_fold_judge(struct classify_fold *fold, size_t subject, size_t *members);
+
+/* The covariance and how many features, size counted, that the options leave open, by the training
+   members of a fold that is fitted; of all candidates, in order of features, the first of the best.
+   members: [largest] of scratch. (classify_gauss.c) */
+struct classify_choice {
+    size_t kind, features;
+};
+struct classify_choice classify_fold_choose(struct classify_fold *fold,
+                                            const struct srnf_classify_options *options,
+                                            size_t *members);
 
 #endif

@@ -52,16 +52,12 @@ static void score_inner(struct classify_fold *fold, size_t *members)
     }
 }
 
-struct choice {
-    size_t kind, features;
-};
-
-/* Every candidate in order of features; the first of the best stays. */
-static struct choice choose(struct classify_fold *fold, const struct srnf_classify_options *options,
-                            size_t *members)
+struct classify_choice classify_fold_choose(struct classify_fold *fold,
+                                            const struct srnf_classify_options *options,
+                                            size_t *members)
 {
     size_t least = options->components ? fold->d : fold->offset + 1;
-    struct choice best = {
+    struct classify_choice best = {
         options->covariance == SRNF_COVARIANCE_CLASS ? CLASSIFY_OWN : CLASSIFY_POOLED, least};
     double highest = -INFINITY;
 
@@ -77,7 +73,7 @@ static struct choice choose(struct classify_fold *fold, const struct srnf_classi
 
             if (wanted && score > highest) {
                 highest = score;
-                best = (struct choice){kind, features};
+                best = (struct classify_choice){kind, features};
             }
         }
     }
@@ -87,7 +83,7 @@ static struct choice choose(struct classify_fold *fold, const struct srnf_classi
 /* ---- All folds ------------------------------------------------------------------------------- */
 
 /* Member m of the subject left out, from the table. */
-static int predict_one(struct classify_fold *fold, struct choice choice, size_t m,
+static int predict_one(struct classify_fold *fold, struct classify_choice choice, size_t m,
                        const struct outcome *outcome, struct srnf_error *error)
 {
     size_t i = fold->subjects->members[fold->subjects->start[fold->left_out] + m];
@@ -124,10 +120,10 @@ static int predict(const struct study *study, const size_t *labels, const struct
 
     status = status == SRNF_OK && !members ? SRNF_ENOMEM : status;
     for (size_t k = 0; k < s->count && status == SRNF_OK; k++) {
-        struct choice choice;
+        struct classify_choice choice;
 
         classify_fold_fit(&fold, study, k, labels);
-        choice = choose(&fold, study->options, members);
+        choice = classify_fold_choose(&fold, study->options, members);
         classify_fold_judge(&fold, k, members);
         for (size_t m = 0; m < s->size[k] && status == SRNF_OK; m++) {
             status = predict_one(&fold, choice, m, outcome, error);

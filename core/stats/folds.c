@@ -50,6 +50,12 @@ void srnf_folds_clear(struct srnf_folds *c)
     srnf_free(c->distances);
     srnf_free(c->spread);
     srnf_free(c->subjects);
+    srnf_free(c->templates);
+    for (size_t t = 0; c->products && t < c->n; t++) {
+        srnf_free(c->products[t]);
+    }
+    srnf_free(c->products);
+    srnf_free(c->registered);
     *c = (struct srnf_folds){0};
 }
 
@@ -69,6 +75,9 @@ static int check(size_t n, const struct srnf_folds_options *options, struct srnf
     if (!options->registration.reparameterization || options->registration.exact) {
         return srnf_fail(error, SRNF_EINVAL, -1,
                          "a comparison reparameterizes, and not in exact mode");
+    }
+    if (options->keep && (options->rounds != 1 || options->refit != SRNF_REFIT_FOLD)) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "what is kept is of one round, refitted");
     }
     return SRNF_OK;
 }
@@ -178,8 +187,9 @@ static int fold_body(void *argument, size_t index, const struct srnf_context *co
 }
 
 /* The inner products of all registered to template number t, of a comparison of one round: they are
-   all that its folds need. An earlier attempt may have left them, or some of the fields. */
-static int register_once(struct alignment *a, size_t t, const double *field,
+   all that its folds need, unless the fields are asked for. An earlier attempt may have left them,
+   or some of the fields. */
+static int register_once(struct alignment *a, size_t t, const double *field, bool fields,
                          struct stats_progress progress, double *products, struct srnf_error *error)
 {
     uint64_t aligned;
@@ -194,13 +204,13 @@ static int register_once(struct alignment *a, size_t t, const double *field,
                           &a->registration);
     aligned = stats_series(a->sht, STATS_KEPT_ALIGNED | (uint64_t)t << 8, a->n, a->surfaces,
                            &a->registration);
-    if (stats_recall(a->context, series, 0, a->n * a->n, products)) {
+    if (!fields && stats_recall(a->context, series, 0, a->n * a->n, products)) {
         srnf_report_progress(a->context, progress.to, progress.message);
         return SRNF_OK;
     }
     status = alignment_register(a, field, &aligned, progress, error);
     status = status ? status : products_of(a, products);
-    if (status == SRNF_OK) {
+    if (status == SRNF_OK && !fields) {
         stats_keep(a->context, aligned, 0, 0, NULL);
         stats_keep(a->context, series, 0, a->n * a->n, products);
     }
@@ -222,7 +232,12 @@ static int run_template(struct alignment *a, const struct subjects *subjects, si
     int status = shared && !products ? SRNF_ENOMEM : SRNF_OK;
 
     if (options->rounds == 1) {
-        status = status ? status : register_once(a, t, field, first, products, error);
+        bool fields = options->keep && t == out->medoid;
+
+        status = status ? status : register_once(a, t, field, fields, first, products, error);
+        if (fields && status == SRNF_OK) {
+            memcpy(out->registered, a->q, 3 * a->n * a->points * sizeof(double));
+        }
     } else {
         status = status ? status : alignment_register(a, field, NULL, first, error);
         for (size_t k = 1; k < options->rounds && shared && status == SRNF_OK; k++) {
@@ -233,6 +248,10 @@ static int run_template(struct alignment *a, const struct subjects *subjects, si
         }
     }
     status = status ? status : stats_run(a->context, count, fold_body, &folds, rest, error);
+    if (options->keep) {
+        out->products[t] = products;
+        products = NULL;
+    }
     srnf_free(products);
     return status;
 }
@@ -280,7 +299,7 @@ static int run_templates(struct alignment *a, const struct subjects *subjects, c
                 list[count++] = k;
             }
         }
-        if (count > 0) {
+        if (count > 0 || (options->keep && t == out->medoid)) {
             progress =
                 (struct stats_progress){(double)done / all, (double)(done + count) / all, NULL};
             status = run_template(a, subjects, t, fields + 3 * t * a->points, options, list, count,
@@ -289,6 +308,24 @@ static int run_templates(struct alignment *a, const struct subjects *subjects, c
         }
     }
     return status;
+}
+
+/* Room for what is kept; templates: [subjects]. */
+static int open_kept(const struct subjects *subjects, const size_t *templates, size_t points,
+                     struct srnf_folds *out)
+{
+    size_t n = out->n;
+
+    out->templates = srnf_alloc(n, sizeof *out->templates);
+    out->products = srnf_alloc(n, sizeof *out->products);
+    out->registered = srnf_alloc(n, 3 * points * sizeof(double));
+    if (!out->templates || !out->products || !out->registered) {
+        return SRNF_ENOMEM;
+    }
+    for (size_t i = 0; i < n; i++) {
+        out->templates[i] = templates[subjects->of[i]];
+    }
+    return SRNF_OK;
 }
 
 static int compare_registered(const struct srnf_sht *sht, enum srnf_representation representation,
@@ -325,6 +362,10 @@ static int compare_registered(const struct srnf_sht *sht, enum srnf_representati
             templates[k] =
                 find_medoid(subjects, products, options->refit == SRNF_REFIT_SHARED ? SIZE_MAX : k);
         }
+        out->medoid = find_medoid(subjects, products, SIZE_MAX);
+        status = options->keep ? open_kept(subjects, templates, a.points, out) : SRNF_OK;
+    }
+    if (status == SRNF_OK) {
         status = run_templates(&a, subjects, fields, options, templates, templates + n, out, error);
     }
     srnf_free(templates);

@@ -10,67 +10,6 @@
 
 #define METRICS (SRNF_METRIC_SPHARM + 1)
 
-/* ---- Progress: through comparisons and classifiers, each with the part that it costs --------- */
-
-struct part {
-    const struct srnf_context *whole;
-    double from, to;  /* of the whole, 0 .. 1 */
-    double done, all; /* costs of what is over, and of everything */
-};
-
-static void part_progress(void *user, double fraction, const char *message)
-{
-    const struct part *part = (const struct part *)user;
-
-    srnf_report_progress(part->whole, part->from + fraction * (part->to - part->from), message);
-}
-
-static bool part_canceled(void *user)
-{
-    return srnf_is_canceled(((const struct part *)user)->whole);
-}
-
-static void part_parallel_for(void *user, size_t count, void (*body)(void *, size_t),
-                              void *argument)
-{
-    const struct srnf_context *whole = ((const struct part *)user)->whole;
-
-    whole->parallel_for(whole->user, count, body, argument);
-}
-
-static bool part_recall(void *user, uint64_t series, uint64_t index, size_t count, double *values)
-{
-    const struct srnf_context *whole = ((const struct part *)user)->whole;
-
-    return whole->recall(whole->user, series, index, count, values);
-}
-
-static void part_keep(void *user, uint64_t series, uint64_t index, size_t count,
-                      const double *values)
-{
-    const struct srnf_context *whole = ((const struct part *)user)->whole;
-
-    whole->keep(whole->user, series, index, count, values);
-}
-
-/* The next part begins, of such a cost. */
-static struct srnf_context enter(struct part *part, double cost)
-{
-    const struct srnf_context *whole = part->whole;
-    struct srnf_context context = {
-        .user = part, .progress = part_progress, .canceled = part_canceled};
-
-    part->from = part->all > 0.0 ? part->done / part->all : 0.0;
-    part->done += cost;
-    part->to = part->all > 0.0 ? part->done / part->all : 0.0;
-    if (whole) {
-        context.parallel_for = whole->parallel_for ? part_parallel_for : NULL;
-        context.recall = whole->recall ? part_recall : NULL;
-        context.keep = whole->keep ? part_keep : NULL;
-    }
-    return context;
-}
-
 /* ---- Comparisons and classifiers ------------------------------------------------------------- */
 
 /* The first method by a metric, or NULL. */
@@ -101,7 +40,7 @@ static double cost_of_all(const struct srnf_methods_inputs *inputs)
 }
 
 /* The classifiers of one metric. */
-static int classify(struct part *part, const struct srnf_methods_inputs *inputs,
+static int classify(struct stats_part *part, const struct srnf_methods_inputs *inputs,
                     enum srnf_metric metric, const struct srnf_folds *comparison,
                     const struct srnf_classify_options *options,
                     struct srnf_classification *results, struct srnf_folds_typicality *typicality,
@@ -117,7 +56,7 @@ static int classify(struct part *part, const struct srnf_methods_inputs *inputs,
             continue;
         }
         *step = method->name;
-        context = enter(part, method->classifier_cost);
+        context = stats_part_enter(part, method->classifier_cost);
         status = (method->gauss ? srnf_classify_gauss : srnf_classify_nearest)(
             comparison, inputs->labels, inputs->n_classes, options, &context, &results[m], error);
         if (status == SRNF_OK) {
@@ -173,7 +112,7 @@ int srnf_classify_by_methods(const struct srnf_sht *sht, const struct srnf_metho
                              const char **step, struct srnf_error *error)
 {
     struct srnf_classify_options options = inputs->classifier;
-    struct part part = {.whole = context, .all = cost_of_all(inputs)};
+    struct stats_part part = {.whole = context, .all = cost_of_all(inputs)};
     double *log_scale = inputs->scales ? srnf_alloc(inputs->n, sizeof(double)) : NULL;
     int status = SRNF_OK;
 
@@ -197,7 +136,7 @@ int srnf_classify_by_methods(const struct srnf_sht *sht, const struct srnf_metho
             continue;
         }
         *step = "comparing the surfaces";
-        own = enter(&part, method->comparison_cost);
+        own = stats_part_enter(&part, method->comparison_cost);
         status = srnf_folds_compare(sht, metric, inputs->n, inputs->surfaces, &inputs->comparison,
                                     &own, &comparison, error);
         if (status == SRNF_OK) {

@@ -39,6 +39,17 @@ SRNF_CHECKED int stats_run(const struct srnf_context *context, size_t count, sta
    status. */
 int stats_fail(struct srnf_error *error, int status, const struct srnf_error *first);
 
+/* ---- part.c ---------------------------------------------------------------------------------- */
+
+/* Parts of a computation, one after the other, each with the share of the progress it costs. */
+struct stats_part {
+    const struct srnf_context *whole;
+    double from, to;  /* of the whole, 0 .. 1 */
+    double done, all; /* costs of what is over, and of everything */
+};
+/* The next part begins, of such a cost: the context that it runs in. */
+struct srnf_context stats_part_enter(struct stats_part *part, double cost);
+
 /* ---- fields.c: the surfaces of a group and their fields -------------------------------------- */
 
 /* SRNF_EINVAL where there is no surface or a coefficient is not finite. */

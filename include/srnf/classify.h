@@ -83,6 +83,7 @@ struct srnf_folds_options {
     enum srnf_refit refit;  /* default SRNF_REFIT_FOLD */
     size_t max_components;  /* that scores are kept of; 1 .. 64, default 20 */
     const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+    bool keep; /* what a classifier is frozen from, too: of one round, refitted; default false */
 };
 struct srnf_folds_options srnf_folds_options_defaults(void);
 
@@ -98,6 +99,12 @@ struct srnf_folds {
     double *distances; /* [n folds][n]: of member i */
     double *spread;    /* [n folds] rms distance between two training members */
     size_t *subjects;  /* [n] of each member; NULL: each its own */
+    /* With options.keep and a metric that registers, NULL otherwise: */
+    size_t *templates;  /* [n] the member that the fold of each has as its template */
+    double **products;  /* [n] double[n][n], inner products of the fields registered to that member;
+                          NULL where it is no template */
+    size_t medoid;      /* of all members: a template too */
+    double *registered; /* [n][3][n_theta][n_phi] fields registered to it */
 };
 void srnf_folds_clear(struct srnf_folds *comparison);
 

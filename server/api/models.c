@@ -1,6 +1,6 @@
 /*
- * models.c - the model resource: principal components about a mean surface, as a record, and its
- * modes and scores as JSON, CSV or .npy.
+ * models.c - the model resource: principal components about a mean surface, or a classifier that
+ * rests on them, as a record, and its modes and scores as JSON, CSV or .npy.
  *
  * A model never changes, so its id (and the representation) is the entity tag. The text that the
  * store keeps beside the numbers holds what cannot be told from them: totalVariance and madeFrom.
@@ -47,6 +47,21 @@ static json_t *model_links(const char *id, const char *mean)
     return links;
 }
 
+/* By the record that the store keeps: one of a classifier has it in it. */
+static const char *kind_of(const json_t *record)
+{
+    return json_object_get(record, "classifier") ? "classifier" : "components";
+}
+
+const char *model_kind(const struct store_model *model)
+{
+    json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    const char *kind = kind_of(record);
+
+    json_decref(record);
+    return kind;
+}
+
 /* What the store keeps as a text, with the sizes. */
 static json_t *model_head(const struct store_model *model)
 {
@@ -64,6 +79,7 @@ static json_t *model_head(const struct store_model *model)
         return NULL;
     }
     (void)json_object_set_new(record, "id", json_string(model->id));
+    (void)json_object_set_new(record, "kind", json_string(kind_of(record)));
     (void)json_object_set_new(record, "name", json_string(model->name ? model->name : ""));
     labels_set_tags(record, model->tags);
     (void)json_object_set_new(record, "created", json_time(model->created_ms));
@@ -203,9 +219,16 @@ out:
     store_model_clear(&model);
 }
 
+/* Lists leave out what of a classifier grows with its members and the square of its components. */
 static bool add_model(void *user, const struct store_model *model)
 {
-    return list_add(user, model_head(model), model->created_ms, model->id);
+    json_t *record = model_head(model);
+    json_t *classifier = json_object_get(record, "classifier");
+
+    (void)json_object_del(classifier, "means");
+    (void)json_object_del(classifier, "covariances");
+    (void)json_object_del(classifier, "nearest");
+    return list_add(user, record, model->created_ms, model->id);
 }
 
 void models_list(struct api_call *call)

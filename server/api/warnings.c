@@ -47,6 +47,7 @@ static const char *const codes[] = {
     "surface-flat",
     "surface-inside-out",
     "topology-changed",
+    "training-subject",
     "transform-not-applied",
 };
 

@@ -92,9 +92,9 @@ json_t *group_stored_members(struct process_inputs *inputs);
    limit on memory. */
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies);
 
-/* Reads "model": canonical, and the stored model without its arrays (store_model_clear). False with
-   a problem noted or answered. */
-bool inputs_model(struct process_inputs *inputs, struct store_model *model);
+/* Reads "model": canonical, and the stored model without its arrays (store_model_clear). kind: that
+   it must be of (api/models.h); NULL: components. False with a problem noted or answered. */
+bool inputs_model(struct process_inputs *inputs, const char *kind, struct store_model *model);
 
 /* ---- Members and results (group.c) ----------------------------------------------------------- */
 

@@ -32,17 +32,25 @@ static bool add_surface(struct process_inputs *inputs, const json_t *value, cons
     return true;
 }
 
-static bool check_count(struct process_inputs *inputs, const char *pointer, size_t count)
+/* The fewest surfaces of the input: lowest of its row, where that is set. */
+static size_t least_of(const struct process_input *input)
 {
-    if (count < PROCESS_GROUP_MIN || count > PROCESS_GROUP_MAX) {
-        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %d to %d", count,
-                    PROCESS_GROUP_MIN, PROCESS_GROUP_MAX);
+    return input->lowest > 0.0 ? (size_t)input->lowest : PROCESS_GROUP_MIN;
+}
+
+static bool check_count(struct process_inputs *inputs, size_t least, const char *pointer,
+                        size_t count)
+{
+    if (count < least || count > PROCESS_GROUP_MAX) {
+        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %zu to %d", count,
+                    least, PROCESS_GROUP_MAX);
         return false;
     }
     return true;
 }
 
-static void read_list(struct process_inputs *inputs, const json_t *value, json_t *surfaces)
+static void read_list(struct process_inputs *inputs, size_t least, const json_t *value,
+                      json_t *surfaces)
 {
     char pointer[64];
     size_t count = json_array_size(value);
@@ -51,7 +59,7 @@ static void read_list(struct process_inputs *inputs, const json_t *value, json_t
         problem_add(inputs->list, "/inputs/surfaces", "must be an array of ids");
         return;
     }
-    if (!check_count(inputs, "/inputs/surfaces", count)) {
+    if (!check_count(inputs, least, "/inputs/surfaces", count)) {
         return;
     }
     for (size_t i = 0; i < count && !inputs->answered; i++) {
@@ -86,13 +94,14 @@ bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
     return status == 0;
 }
 
-static void read_cohort(struct process_inputs *inputs, const json_t *value, json_t *surfaces)
+static void read_cohort(struct process_inputs *inputs, size_t least, const json_t *value,
+                        json_t *surfaces)
 {
     struct store_cohort cohort = {.record = NULL};
     json_t *members = NULL, *labels = json_array(), *subjects = json_array();
     json_t *mirrored = json_array();
     bool good = group_find_cohort(inputs, value, &cohort) &&
-                check_count(inputs, "/inputs/cohort", cohort.n_members);
+                check_count(inputs, least, "/inputs/cohort", cohort.n_members);
 
     if (good) {
         members = cohort_members(&cohort);
@@ -124,13 +133,12 @@ void group_read_surfaces(struct process_inputs *inputs, const struct process_inp
     const json_t *listed = json_object_get(inputs->given, "surfaces");
     json_t *surfaces;
 
-    (void)input;
     if ((listed != NULL) == (given_cohort(inputs) != NULL)) {
         problem_add(inputs->list, listed ? "/inputs/cohort" : "/inputs/surfaces",
                     "surfaces or a cohort must be given, and not both");
     } else if (listed) {
         surfaces = json_array();
-        read_list(inputs, listed, surfaces);
+        read_list(inputs, least_of(input), listed, surfaces);
         (void)inputs_routes(inputs, surfaces);
         (void)json_object_set_new(inputs->canonical, "cohort", json_null());
         (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
@@ -142,10 +150,9 @@ static void group_read_cohort(struct process_inputs *inputs, const struct proces
     const json_t *cohort = given_cohort(inputs);
     json_t *surfaces;
 
-    (void)input;
     if (cohort && !json_object_get(inputs->given, "surfaces")) {
         surfaces = json_array();
-        read_cohort(inputs, cohort, surfaces);
+        read_cohort(inputs, least_of(input), cohort, surfaces);
         (void)inputs_routes(inputs, surfaces);
         (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
     }
@@ -156,13 +163,12 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
     const json_t *cohort = given_cohort(inputs);
     json_t *surfaces;
 
-    (void)input;
     if (!cohort) {
         problem_add(inputs->list, "/inputs/cohort", "is required: the name of a cohort");
         return;
     }
     surfaces = json_array();
-    read_cohort(inputs, cohort, surfaces);
+    read_cohort(inputs, least_of(input), cohort, surfaces);
     (void)inputs_routes(inputs, surfaces);
     (void)json_object_set_new(json_object_get(inputs->canonical, "cohort"), "surfaces", surfaces);
 }

@@ -8,12 +8,31 @@
 #include <string.h>
 
 #include "api/auth.h"
+#include "api/models.h"
 #include "api/surfaces.h"
 #include "store/model.h"
 #include "toolkit/group.h"
 #include "toolkit/routes.h"
 
-bool inputs_model(struct process_inputs *inputs, struct store_model *model)
+/* A model of another kind is a problem that says who takes it. */
+static bool check_kind(struct process_inputs *inputs, const char *kind,
+                       const struct store_model *model)
+{
+    bool classifier = strcmp(model_kind(model), "classifier") == 0;
+    bool wanted = kind && strcmp(kind, "classifier") == 0;
+
+    if (classifier == wanted) {
+        return true;
+    }
+    problem_add(inputs->list, "/inputs/model",
+                classifier ? "is a classifier, made by train, which predict takes; here a model of "
+                             "principal components is needed, made by pca"
+                           : "is a model of principal components, made by pca; here a classifier "
+                             "is needed, made by train");
+    return false;
+}
+
+bool inputs_model(struct process_inputs *inputs, const char *kind, struct store_model *model)
 {
     const char *id = json_string_value(json_object_get(inputs->given, "model"));
     int status;
@@ -36,6 +55,10 @@ bool inputs_model(struct process_inputs *inputs, struct store_model *model)
     if (status) {
         (void)problem_respond_store(inputs->call, status, "no-such-model", id);
         inputs->answered = true;
+        return false;
+    }
+    if (!check_kind(inputs, kind, model)) {
+        store_model_clear(model);
         return false;
     }
     inputs->call->work.degree = (long)model->lmax;

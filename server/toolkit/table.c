@@ -104,7 +104,7 @@ static void read_reference(struct process_inputs *inputs, const struct process_i
         (void)inputs_mesh(inputs, input->name);
     } else if (input->kind == INPUT_SURFACE) {
         (void)inputs_surface(inputs, input->name, &degree);
-    } else if (inputs_model(inputs, &model)) {
+    } else if (inputs_model(inputs, input->model_kind, &model)) {
         store_model_clear(&model);
     }
 }

@@ -21,7 +21,7 @@ enum input_kind {
     INPUT_NUMBERS, /* struct input_numbers */
     INPUT_MESH,    /* char[STORE_ID_MAX]; a mesh that exists and can be analysed */
     INPUT_SURFACE, /* char[STORE_ID_MAX]; a surface, or a mesh that can be encoded */
-    INPUT_MODEL,   /* char[STORE_ID_MAX] */
+    INPUT_MODEL,   /* char[STORE_ID_MAX]; of the kind that the row names */
     INPUT_OWN,     /* what the process makes of it: see struct input_own */
 };
 
@@ -61,6 +61,7 @@ struct process_input {
     const char *unless; /* another input: where that is given, this one must be left out or null,
                            is null in canonical form, and zero when typed; NULL: none */
     const char *const *choices;          /* of CHOICE, ended by NULL */
+    const char *model_kind;              /* of MODEL (api/models.h); NULL: components */
     size_t most;                         /* of NUMBERS: elements */
     const struct input_numbers *numbers; /* of NUMBERS: the default */
     const struct input_own *own;

@@ -205,6 +205,11 @@ def make_inputs(service):
     members = [{'id': one, 'label': label, 'subject': one[-6:]} for one, label in zip((a, b, c, d, e, f), 'ppphhh')]
     service.send('/v1/cohorts', json={'name': 'six', 'members': members})
 
+    ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
+    service.send('/v1/cohorts', json={'name': 'ten', 'members': [
+        {'id': one, 'label': 'pr'[i % 2]} for i, one in enumerate(ten)]})
+    kept = {'cohort': 'ten', 'method': 'srnf-nn'}
+
     def link(path):
         return {'href': f'{service.url}/v1/{path}', 'type': 'application/json'}
 
@@ -232,6 +237,8 @@ def make_inputs(service):
         'regress': {'cohort': link('cohorts/six'), 'formula': 'shape ~ label', 'register': False, 'permutations': 9,
                     'bootstraps': 100},
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
+        'train': kept,
+        'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},
         'shoot': {'surface': a, 'velocity': {'value': {'toward': b}}, 'times': [0.5], 'register': False},
         'transport': {**pair, 'vector': {'toward': c}},
         'transfer': {'source': a, 'deformed': b, 'target': c, 'register': False},

@@ -100,6 +100,14 @@ class Processes:
         """Labels predicted, each subject left out in turn: ``methods`` with ``accuracy`` and its interval."""
         return self.run("classify", cohort=cohort, **options)
 
+    def train(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """A classifier that is kept: ``model``, and ``validation``, nested, with intervals and a calibration table."""
+        return self.run("train", cohort=cohort, **options)
+
+    def predict(self, model: Union[Model, str], group: Group, **options: Any) -> Result:
+        """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``."""
+        return self.run("predict", {"model": model, **_group(group)}, **options)
+
     def shoot(self, surface: Shape, velocity: Any, **options: Any) -> Result:
         """A geodesic followed from a surface; ``velocity`` a surface to go toward, or coefficients (3, n)."""
         return self.run("shoot", surface=surface, velocity=_vector(velocity), **options)

@@ -1,0 +1,255 @@
+/*
+ * train.h - a classifier that is kept and asked about other surfaces, and what its answers are
+ * worth (core/stats).
+ *
+ * A part of srnf.h, which states the conventions; programs include that.
+ *
+ * NESTED VALIDATION. Each subject is left out in turn, and everything is made again without it: the
+ * template, the registrations to it, components, their number, the Gaussians, and the calibration
+ * of the probabilities, for which the remaining subjects are left out group by group from
+ * components and Gaussians of their own. What is told of the one left out has seen nothing of it.
+ * The classifier that is kept is made in the same way of all.
+ *
+ * PROBABILITIES. With s_c the evidence for class c, its log-likelihood or minus the distance to its
+ * nearest member, the calibration is
+ *
+ *     p_c = softmax over c of (a s_c + b_c),    a >= 0,
+ *
+ * of the largest likelihood under J. Platt's smoothed targets ("Probabilistic outputs for support
+ * vector machines", 1999): (N_c + 1) / (N_c + C) for a member's own class, 1 / (N_c + C) for each
+ * other, N_c the members of its class and C the number of classes. For two classes it is Platt's
+ * sigmoid. Members of a subject weigh as much as one. On average p_c is then t_c, the mean target,
+ * so that p_c / t_c, made to sum to 1, is a likelihood, and priors p of the classes enter as
+ *
+ *     P(c) = p_c (prior_c / t_c) / sum of the same.
+ *
+ * Without the division what a fold says would depend on how many of the class it left out: under
+ * no effect at all it would name the other one (B. Parker, S. Guenter, J. Bedo, "Stratification
+ * bias in low signal microarray studies", BMC Bioinformatics 8, 2007).
+ */
+#ifndef SRNF_PUBLIC_TRAIN_H
+#define SRNF_PUBLIC_TRAIN_H
+
+#include "srnf/base.h"
+#include "srnf/sphere.h"
+#include "srnf/classify.h"
+#include "srnf/stats.h"
+#include "srnf/typicality.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
+
+/* ---- Calibration of probabilities ------------------------------------------------------------ */
+
+struct srnf_platt {
+    size_t classes;
+    double slope;    /* a */
+    double *offsets; /* [classes] b, the first 0 */
+    double *targets; /* [classes] t, the mean of the targets */
+};
+void srnf_platt_clear(struct srnf_platt *platt);
+/*
+ * Fits a calibration. Newton's method on a convex function; where a would be negative it is 0, and
+ * the probabilities are the mean targets.
+ *   evidence  [in]  [n][classes], finite
+ *   labels    [in]  [n] below classes, each class has members
+ *   subjects  [in]  [n] as in srnf/subjects.h, or NULL
+ *   platt     [out] srnf_platt_clear; untouched on error
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_platt_fit(size_t n, size_t classes, const double *evidence,
+                                const size_t *labels, const size_t *subjects,
+                                struct srnf_platt *platt);
+/* Probabilities, [classes], of one evidence under priors, [classes], which sum to 1. */
+void srnf_platt_apply(const struct srnf_platt *platt, const double *priors, const double *evidence,
+                      double *probabilities);
+/* The class of the largest probability; where several have it, of the largest evidence of them. */
+size_t srnf_platt_choose(size_t classes, const double *probabilities, const double *evidence);
+
+/* ---- What predictions are worth -------------------------------------------------------------- */
+
+#define SRNF_RELIABILITY_BINS 10
+
+struct srnf_rate {
+    double value, interval[2]; /* 95 % */
+};
+
+/* Members whose probability of a class is in one tenth of [0, 1]. */
+struct srnf_reliability {
+    size_t members, of_class;
+    double mean, observed, interval[2]; /* of the probability; share of the class, Wilson's 95 % */
+};
+
+struct srnf_assessment {
+    size_t n, classes, subjects, correct;
+    size_t *predicted; /* [n] */
+    size_t *confusion; /* [classes][classes]: row the label, column what was predicted */
+    struct srnf_rate accuracy;
+    double effective; /* the members' number as independent ones: srnf_cluster_interval */
+    struct srnf_rate *sensitivity; /* [classes] share of each class that is told */
+    struct srnf_rate balanced;     /* their mean */
+    struct srnf_rate *auc;         /* [classes] of each against the rest */
+    double chance;   /* sum of squared shares of the classes: labels drawn in these proportions */
+    double majority; /* share of the largest class */
+    double brier;    /* half the mean of sum_c (P(c) - [c is the label])^2 */
+    double log_loss; /* mean of -log P(label); INFINITY is possible */
+    double brier_reference, log_loss_reference; /* of always saying the priors */
+    struct srnf_reliability *reliability;       /* [classes][SRNF_RELIABILITY_BINS] */
+};
+void srnf_assessment_clear(struct srnf_assessment *assessment);
+
+/*
+ * Compares predictions with labels. Where the priors are not the shares of the labels, the Brier
+ * score, the log loss and their references weigh each member by prior over share of its class: they
+ * are what would be seen where the priors hold.
+ *
+ * The balanced accuracy has the interval that follows from those of the sensitivities, as classes
+ * have different subjects (G. Zou, A. Donner, "Construction of confidence limits about effect
+ * measures", Statistics in Medicine 27, 2008): its lower half has the length
+ * sqrt(sum_c (value_c - lower_c)^2) / classes, the upper one likewise. An AUC ranks members by
+ * s_c - max of the others' evidence, which no calibration changes within a fold; its interval is
+ * srnf_auc_interval with the numbers of subjects.
+ *   labels         [in]  [n] below classes; each class has members
+ *   subjects       [in]  [n] as in srnf/subjects.h, or NULL
+ *   evidence       [in]  [n][classes]
+ *   probabilities  [in]  [n][classes]
+ *   priors         [in]  [classes], positive
+ *   assessment     [out] srnf_assessment_clear; untouched on error
+ * Cost n^2 classes. Errors: SRNF_EINVAL, SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_assess(size_t n, size_t classes, const size_t *labels, const size_t *subjects,
+                             const double *evidence, const double *probabilities,
+                             const double *priors, struct srnf_assessment *assessment);
+/*
+ * The 95 % interval of an area under the curve of `positives` against `negatives`: all A with
+ * |auc - A| <= 1.96 sqrt(V(A)),
+ *
+ *     V(A) = A (1 - A) [1 + h (1 - A) / (2 - A) + h A / (1 + A)] / (positives negatives),
+ *     h = (positives + negatives) / 2 - 1
+ *
+ * (R. Newcombe, "Confidence intervals for an effect size measure based on the Mann-Whitney
+ * statistic, part 2", Statistics in Medicine 25, 2006, method 5). It has a length where auc is 1.
+ */
+void srnf_auc_interval(double auc, double positives, double negatives, double interval[2]);
+/*
+ * Whether two methods that were asked about the same members are right equally often: McNemar's
+ * exact test. With d_s the members of subject s that only the first gets right less those that only
+ * the second does, p is the probability of |sum of e_s d_s| at least as large as |sum of d_s| with
+ * signs e_s by fair coins, exactly: for one member a subject the two-sided binomial test.
+ *   first, second  [in]  [n] whether each is right
+ *   only           [out] members that only the first, and only the second, gets right
+ * Errors: SRNF_EINVAL, SRNF_ENOMEM.
+ */
+SRNF_CHECKED int srnf_mcnemar(size_t n, const size_t *subjects, const bool *first,
+                              const bool *second, size_t only[2], double *p_value);
+
+/* ---- A classifier ---------------------------------------------------------------------------- */
+
+struct srnf_classifier {
+    size_t classes;
+    bool gauss;          /* otherwise the nearest neighbour */
+    size_t components;   /* of the Gaussians; 0: none */
+    bool pooled;         /* one covariance for all classes */
+    double *means;       /* [classes][components] */
+    double *covariances; /* [1 or classes][components][components] */
+    struct srnf_platt platt;
+    double *priors; /* [classes] */
+};
+void srnf_classifier_clear(struct srnf_classifier *classifier);
+
+enum srnf_priors {
+    SRNF_PRIORS_COHORT = 0, /* the shares of the classes among the subjects */
+    SRNF_PRIORS_EQUAL = 1,
+};
+
+struct srnf_train_options {
+    bool gauss;                                /* default true */
+    struct srnf_register_options registration; /* as in srnf_folds_options */
+    size_t components; /* of the Gaussians, 0 .. 64; default 0: chosen inside each fold, of 20 */
+    enum srnf_covariance covariance;
+    enum srnf_priors priors;
+    const size_t *subjects; /* [n] as in srnf/subjects.h; default NULL */
+};
+struct srnf_train_options srnf_train_options_defaults(void);
+
+#define SRNF_TRAIN_SUBJECTS_MIN 5 /* of each class */
+/* Components that the training subjects of any inner fold determine, from the subjects of each
+   class. pooled: of one covariance for all classes; open: where a choice inside leaves out one
+   more. */
+size_t srnf_train_determined(size_t classes, const size_t *counts, bool pooled, bool open);
+
+struct srnf_trained {
+    size_t n;
+    size_t medoid;                       /* the member that all are registered to: the template */
+    double *target;                      /* [3][(L+1)^2] it, normalized (srnf_normalize) */
+    double *mean_q;                      /* [3][n_theta][n_phi] of the registered */
+    struct srnf_pca pca;                 /* of them, all components */
+    struct srnf_calibration calibration; /* srnf_calibrate */
+    double *distances;                   /* [n] from the mean */
+    double *residuals;                   /* [n] beyond the components */
+    double *nearest; /* [n] distance from the nearest member of another subject, each left out */
+    struct srnf_classifier classifier;
+    /* Nested: of each member, without its subject. */
+    double *evidence;      /* [n][classes] */
+    double *probabilities; /* [n][classes] */
+    size_t *components;    /* [n] of the Gaussians of its fold; NULL: none */
+    struct srnf_assessment assessment;
+};
+void srnf_trained_clear(struct srnf_trained *trained);
+
+/*
+ * Makes a classifier of labelled surfaces, with its nested validation.
+ *   surfaces  [in]  n pointers to double[3][(L+1)^2]
+ *   labels    [in]  [n] below n_classes, each of SRNF_TRAIN_SUBJECTS_MIN subjects at least
+ *   trained   [out] srnf_trained_clear; untouched on error
+ * Cost: that of srnf_folds_compare, and ten eigenproblems of size n for each subject.
+ * Errors: SRNF_EINVAL (labels, options, subjects too few for the components), SRNF_ENUMERIC,
+ * else as srnf_folds_compare.
+ */
+SRNF_CHECKED int srnf_train(const struct srnf_sht *sht, size_t n, const double *const *surfaces,
+                            const size_t *labels, size_t n_classes,
+                            const struct srnf_train_options *options,
+                            const struct srnf_context *context, struct srnf_trained *trained,
+                            struct srnf_error *error);
+
+/* A classifier as it is kept, with what its training members are in it. */
+struct srnf_frozen {
+    const struct srnf_classifier *classifier;
+    const struct srnf_pca *pca;
+    const double *target; /* [3][(L+1)^2] */
+    const double *mean_q; /* [3][n_theta][n_phi] */
+    const size_t *labels; /* [pca->n] */
+    size_t subjects;      /* whose members these are */
+};
+
+/* What it makes of one surface. */
+struct srnf_prediction {
+    double residual;    /* norm of what the components cannot represent */
+    double distance;    /* from the mean */
+    double mahalanobis; /* of the components that srnf_mahalanobis_components counts */
+    double nearest;     /* distance from the nearest training member */
+};
+
+/*
+ * Asks a classifier about n surfaces: each is normalized and registered to the template.
+ *   priors         [in]  [classes]; NULL: those of the classifier
+ *   predictions    [out] [n]
+ *   evidence       [out] [n][classes]
+ *   probabilities  [out] [n][classes]
+ * Surfaces run in parallel. Errors: SRNF_EINVAL, SRNF_EDEGENERATE, as srnf_register.
+ */
+SRNF_CHECKED int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen,
+                              size_t n, const double *const *surfaces,
+                              const struct srnf_register_options *registration,
+                              const double *priors, const struct srnf_context *context,
+                              struct srnf_prediction *predictions, double *evidence,
+                              double *probabilities, struct srnf_error *error);
+
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
+
+#endif

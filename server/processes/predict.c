@@ -1,0 +1,339 @@
+/*
+ * predict.c - the process predict: what a classifier that train kept makes of other surfaces, with
+ * calibrated probabilities, and whether they are like those that it was trained on.
+ *
+ * Nothing is fitted: a surface is registered to the template alone, and what it gets does not
+ * depend on the others it is asked with.
+ */
+#include "processes/predict.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "compute/seconds.h"
+#include "toolkit/assessment.h"
+#include "toolkit/model.h"
+#include "toolkit/registration_options.h"
+#include "toolkit/routes.h"
+#include "toolkit/seconds.h"
+
+#define COPIES 4
+#define PRIOR_LEAST 1e-6 /* of a class that is possible at all */
+#define PRIORS_SUM 1e-6  /* that the sum may differ from 1 */
+
+struct predict {
+    struct group_input group;
+    char model[STORE_ID_MAX];
+    json_t *priors;
+};
+
+/* ---- Inputs and outputs ---------------------------------------------------------------------- */
+
+/* null, or an object of numbers; that they are of the model's classes is seen to by complete. */
+static void read_priors(struct process_inputs *given, const struct process_input *input)
+{
+    json_t *value = json_object_get(given->given, input->name);
+    json_t *canonical, *number;
+    const char *name;
+    double sum = 0.0;
+
+    if (!value || json_is_null(value)) {
+        (void)json_object_set_new(given->canonical, input->name, json_null());
+        return;
+    }
+    canonical = json_object();
+    json_object_foreach(value, name, number)
+    {
+        double prior = json_number_value(number);
+
+        if (!json_is_number(number) || !(prior >= PRIOR_LEAST && prior <= 1.0)) {
+            problem_add(given->list, "/inputs/priors", "of %.60s must be a number from %g to 1",
+                        name, PRIOR_LEAST);
+            json_decref(canonical);
+            return;
+        }
+        sum += prior;
+        (void)json_object_set_new(canonical, name, json_real(prior));
+    }
+    if (!json_is_object(value) || !(fabs(sum - 1.0) <= PRIORS_SUM)) {
+        problem_add(given->list, "/inputs/priors",
+                    "must be null or an object with a number for each class, with the sum 1");
+        json_decref(canonical);
+        return;
+    }
+    (void)json_object_set_new(given->canonical, input->name, canonical);
+}
+
+static bool type_priors(const json_t *value, void *member)
+{
+    *(json_t **)member = json_deep_copy(value);
+    return *(json_t **)member != NULL;
+}
+
+static void clear_priors(void *member)
+{
+    json_decref(*(json_t **)member);
+    *(json_t **)member = NULL;
+}
+
+static const struct input_own priors_own = {
+    .schema = "\"type\":[\"object\",\"null\"],\"additionalProperties\":{\"type\":\"number\","
+              "\"minimum\":1e-6,\"maximum\":1},\"default\":null",
+    .read = read_priors,
+    .type = type_priors,
+    .clear = clear_priors,
+};
+static const struct input_own surfaces_own = GROUP_SURFACES_OWN("\"array\"", 1);
+
+static const struct process_input inputs[] = {
+    {"model", INPUT_MODEL, offsetof(struct predict, model), "A classifier, made by train.",
+     .required = true, .model_kind = "classifier"},
+    {"surfaces", INPUT_OWN, offsetof(struct predict, group),
+     "The surfaces, one at least, or cohort instead. Meshes are encoded with the default options.",
+     .own = &surfaces_own, .lowest = 1},
+    {"cohort", INPUT_OWN, offsetof(struct predict, group),
+     "Name of a cohort, instead of surfaces. Where its members have labels of the classifier's "
+     "classes, predictions are compared with them.",
+     .own = &group_cohort, .lowest = 1},
+    {"mixedRoutes", INPUT_BOOLEAN, offsetof(struct predict, group.mixed_routes),
+     GROUP_MIXED_ROUTES_TEXT, .fallback = 0},
+    {"priors", INPUT_OWN, offsetof(struct predict, priors),
+     "How likely each class is before a surface is seen, by name, with the sum 1: where the "
+     "surfaces come from. null: those of the classifier.",
+     .own = &priors_own},
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"predictions", OUTPUT_OBJECTS,
+     "Of each surface: surface, its id; subject, of the cohort's member, or its name; label, the "
+     "class of the largest probability; probabilities, calibrated, of each class; logLikelihoods "
+     "or nearestDistances, the evidence that they come from; truth, the label in the cohort, or "
+     "null; trainingSubject, whether the classifier was trained on it; typicality, {value, limit, "
+     "percentile} of residual (what the components cannot represent), distance (from the mean), "
+     "mahalanobis and nearest (distance from the nearest training member), each among the "
+     "leave-one-out values of the training members: a member is beyond a limit once in 200; and "
+     "warnings."},
+    {"classes", OUTPUT_STRINGS, "Of the classifier, in its order."},
+    {"priors", OUTPUT_OBJECT, "That the probabilities rest on, by class."},
+    {"method", OUTPUT_STRING, "srnf-gauss or srnf-nn."},
+    {"assessment", OUTPUT_OBJECT_OR_NULL,
+     "Of the surfaces with a truth among the classes that it was not trained on, where there are "
+     "some of each class: " ASSESSMENT_TEXT "."},
+    BRIDGED_GROUP_OUTPUTS,
+    REGISTRATION_OUTPUT,
+    {NULL, NULL, NULL},
+};
+
+/* ---- What holds between inputs --------------------------------------------------------------- */
+
+/* The priors must be of the model's classes, all of them. */
+static void check_priors(struct process_inputs *given, const struct store_model *model)
+{
+    const json_t *priors = json_object_get(given->canonical, "priors");
+    json_t *record = json_loads(model->record ? model->record : "{}", 0, NULL);
+    const json_t *classes = json_object_get(json_object_get(record, "classifier"), "classes");
+    const json_t *name;
+    size_t i, found = 0;
+
+    json_array_foreach(classes, i, name)
+    {
+        const char *text = json_string_value(name);
+
+        if (text && json_object_get(priors, text)) {
+            found++;
+        } else if (text) {
+            problem_add(given->list, "/inputs/priors", "has no number for the class %.60s", text);
+        }
+    }
+    if (found == json_array_size(classes) && found < json_object_size(priors)) {
+        problem_add(given->list, "/inputs/priors",
+                    "has %zu classes; the classifier has %zu of them", json_object_size(priors),
+                    found);
+    }
+    json_decref(record);
+}
+
+static void complete(struct process_inputs *given)
+{
+    const char *id = json_string_value(json_object_get(given->canonical, "model"));
+    size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
+    struct store_model model = {.record = NULL};
+
+    if (id && store_model_get_as(given->call->api->config.store, given->call->request->caller.name,
+                                 id, 0, &model) == 0) {
+        inputs_check_memory(given, n, (long)model.lmax, COPIES);
+        if (json_is_object(json_object_get(given->canonical, "priors"))) {
+            check_priors(given, &model);
+        }
+    }
+    store_model_clear(&model);
+}
+
+static double seconds(const struct api_work *work, const json_t *canonical)
+{
+    double n = (double)json_array_size(json_object_get(canonical, "surfaces"));
+
+    return seconds_of_group(work, false) + n * seconds_of_registration((double)work->degree);
+}
+
+/* ---- Running --------------------------------------------------------------------------------- */
+
+const enum srnf_trait predict_traits[PREDICT_TRAITS] = {SRNF_TRAIT_RESIDUAL, SRNF_TRAIT_DISTANCE,
+                                                        SRNF_TRAIT_MAHALANOBIS, SRNF_TRAIT_NEAREST};
+
+static void answer_clear(struct predict_answer *answer)
+{
+    srnf_free(answer->priors);
+    srnf_free(answer->predictions);
+    srnf_free(answer->evidence);
+    srnf_free(answer->probabilities);
+    srnf_free(answer->predicted);
+    srnf_free(answer->trained);
+    srnf_free(answer->traits);
+    compute_group_clear(&answer->group);
+}
+
+static bool answer_open(struct predict_answer *answer, size_t n, size_t classes)
+{
+    answer->priors = srnf_alloc(classes, sizeof(double));
+    answer->predictions = srnf_alloc(n, sizeof *answer->predictions);
+    answer->evidence = srnf_alloc(n, classes * sizeof(double));
+    answer->probabilities = srnf_alloc(n, classes * sizeof(double));
+    answer->predicted = srnf_alloc(n, sizeof *answer->predicted);
+    answer->trained = srnf_alloc(n, sizeof *answer->trained);
+    answer->traits = srnf_alloc(n, PREDICT_TRAITS * sizeof *answer->traits);
+    return answer->priors && answer->predictions && answer->evidence && answer->probabilities &&
+           answer->predicted && answer->trained && answer->traits;
+}
+
+/* Each value of surface i among those of the training members; of one of them its own, as it is
+   where it is left out. */
+static int judge(const struct kept *kept, size_t i, size_t member, struct predict_answer *answer)
+{
+    const struct srnf_prediction *p = &answer->predictions[i];
+    const double own[PREDICT_TRAITS] = {p->residual, p->distance, p->mahalanobis, p->nearest};
+    const double *loo = kept->model.stored.arrays[STORE_MODEL_CALIBRATION];
+    size_t n = kept->model.pca.n;
+    int status = 0;
+
+    for (size_t t = 0; t < PREDICT_TRAITS && status == 0; t++) {
+        enum srnf_trait trait = predict_traits[t];
+        const double *values =
+            trait == SRNF_TRAIT_NEAREST ? kept->nearest : loo + (size_t)trait * n;
+
+        status = srnf_typicality_of(trait, n, values, kept->weights,
+                                    member < n ? values[member] : own[t], SRNF_TYPICAL_ALPHA,
+                                    &answer->traits[i * PREDICT_TRAITS + t]);
+    }
+    /* A value that is no number is refused: the surface is beyond double precision. */
+    return status == SRNF_EINVAL ? SRNF_ENUMERIC : status;
+}
+
+/* The training member with the same content, or their number. */
+static size_t find_member(const struct kept *kept, const char *content)
+{
+    const json_t *contents = json_object_get(kept->made, "contents");
+    size_t i = 0;
+
+    while (i < kept->model.pca.n) {
+        const char *own = json_string_value(json_array_get(contents, i));
+
+        if (own && strcmp(own, content) == 0) {
+            break;
+        }
+        i++;
+    }
+    return i;
+}
+
+static int finish(const struct kept *kept, struct predict_answer *answer,
+                  struct jobs_result *result)
+{
+    size_t k = kept->classes;
+    int status = 0;
+
+    for (size_t i = 0; i < answer->group.n && status == 0; i++) {
+        size_t member = find_member(kept, answer->group.contents[i]);
+
+        answer->trained[i] = member < kept->model.pca.n;
+        answer->predicted[i] =
+            srnf_platt_choose(k, answer->probabilities + i * k, answer->evidence + i * k);
+        status = judge(kept, i, member, answer);
+    }
+    return status ? compute_fail(result, status, NULL, "comparing with the training members") : 0;
+}
+
+static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
+                   struct predict_answer *answer, struct jobs_result *result)
+{
+    const struct srnf_frozen frozen = {.classifier = &kept->classifier,
+                                       .pca = &kept->model.pca,
+                                       .target = kept->template.coefficients,
+                                       .mean_q = kept->model.stored.arrays[STORE_MODEL_MEAN_Q],
+                                       .labels = kept->labels,
+                                       .subjects = kept->subjects};
+    const struct store_model *stored = &kept->model.stored;
+    const struct srnf_sht *sht = NULL;
+    struct srnf_error error = {0};
+    int status =
+        group_load(run, &predict->group, true, (size_t)stored->lmax, &answer->group, result);
+
+    if (status) {
+        return status;
+    }
+    for (size_t c = 0; c < kept->classes; c++) {
+        const json_t *prior = json_object_get(predict->priors, kept->names[c]);
+
+        answer->priors[c] = prior ? json_number_value(prior) : kept->classifier.priors[c];
+    }
+    status =
+        jobs_transform_acquire(jobs_run_jobs(run), (size_t)stored->lmax, SRNF_GRID_GAUSS_LEGENDRE,
+                               (size_t)stored->n_theta, (size_t)stored->n_phi, &sht);
+    if (status) {
+        return compute_fail(result, status, NULL, "preparing the harmonic transform");
+    }
+    jobs_run_phase(run, 100.0);
+    status = srnf_predict(sht, &frozen, answer->group.n, answer->group.surfaces,
+                          &kept->registration, answer->priors, jobs_run_context(run),
+                          answer->predictions, answer->evidence, answer->probabilities, &error);
+    jobs_transform_release(jobs_run_jobs(run), sht);
+    return status ? compute_fail(result, status, &error, "asking the classifier")
+                  : finish(kept, answer, result);
+}
+
+static json_t *run_predict(struct jobs_run *run, const void *typed, struct jobs_result *result)
+{
+    const struct predict *predict = typed;
+    struct predict_answer answer = {.priors = NULL};
+    struct kept kept;
+    json_t *document = NULL;
+
+    if (kept_load(run, predict->model, &kept, result) == 0) {
+        if (!answer_open(&answer, predict->group.n, kept.classes)) {
+            (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
+        } else if (compute(run, predict, &kept, &answer, result) == 0) {
+            document = predict_document(run, &predict->group, &kept, &answer, result);
+        }
+    }
+    answer_clear(&answer);
+    kept_clear(&kept);
+    return document;
+}
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct predict),
+    .complete = complete,
+    .run = run_predict,
+};
+
+const struct api_process predict_process = {
+    .id = "predict",
+    .title = "Prediction by a classifier",
+    .description = "The class of surfaces by a classifier that is kept, with calibrated "
+                   "probabilities, and whether they are like those that it was trained on.",
+    .table = &table,
+    .seconds = seconds,
+};

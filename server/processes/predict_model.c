@@ -1,0 +1,160 @@
+/*
+ * predict_model.c - a classifier as train kept it: its arrays, its template, and the member
+ * "classifier" of its record, which the id of the model is made of. A record that came with an
+ * import is checked all the same: what does not fit its sizes is no classifier.
+ */
+#include "processes/predict.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "toolkit/registration_options.h"
+#include "toolkit/typicality.h"
+#include "api/models.h"
+
+void kept_clear(struct kept *kept)
+{
+    srnf_classifier_clear(&kept->classifier);
+    srnf_free(kept->names);
+    srnf_free(kept->labels);
+    srnf_free(kept->weights);
+    srnf_free(kept->nearest);
+    json_decref(kept->record);
+    json_decref(kept->made);
+    compute_surface_clear(&kept->template);
+    compute_model_clear(&kept->model);
+    *kept = (struct kept){.method = NULL};
+}
+
+size_t kept_class(const struct kept *kept, const char *name)
+{
+    size_t c = 0;
+
+    while (c < kept->classes && !(name && strcmp(kept->names[c], name) == 0)) {
+        c++;
+    }
+    return c;
+}
+
+/* Numbers of nested arrays, in order; returns how many there are up to `most` and one more. */
+static size_t flatten(const json_t *value, size_t most, size_t count, double *numbers)
+{
+    if (json_is_array(value)) {
+        for (size_t i = 0; i < json_array_size(value) && count <= most; i++) {
+            count = flatten(json_array_get(value, i), most, count, numbers);
+        }
+        return count;
+    }
+    if (!json_is_number(value) || count >= most) {
+        return most + 1;
+    }
+    numbers[count] = json_number_value(value);
+    return count + 1;
+}
+
+/* A new array of `count` finite numbers; false where there are not as many, or no memory. */
+static bool read_numbers(const json_t *value, size_t count, double **numbers)
+{
+    *numbers = srnf_alloc(count, sizeof(double));
+    return *numbers && flatten(value, count, 0, *numbers) == count;
+}
+
+static bool read_names(const json_t *classifier, struct kept *kept)
+{
+    const json_t *names = json_object_get(classifier, "classes");
+
+    kept->classes = json_array_size(names);
+    kept->names = srnf_alloc(kept->classes ? kept->classes : 1, sizeof *kept->names);
+    for (size_t c = 0; kept->names && c < kept->classes; c++) {
+        kept->names[c] = json_string_value(json_array_get(names, c));
+        if (!kept->names[c]) {
+            return false;
+        }
+    }
+    return kept->names && kept->classes >= 2;
+}
+
+/* The class of each member, and how much it weighs. */
+static bool read_members(struct kept *kept)
+{
+    const json_t *groups = json_object_get(kept->made, "groups");
+    size_t n = kept->model.pca.n, largest;
+    size_t *numbers = group_subject_numbers(json_object_get(kept->made, "subjects"), n,
+                                            &kept->subjects, &largest);
+
+    kept->labels = srnf_alloc(n, sizeof *kept->labels);
+    kept->weights = numbers ? typicality_weights(n, numbers) : NULL;
+    srnf_free(numbers);
+    for (size_t i = 0; kept->labels && i < n; i++) {
+        kept->labels[i] = kept_class(kept, json_string_value(json_array_get(groups, i)));
+        if (kept->labels[i] == kept->classes) {
+            return false;
+        }
+    }
+    return kept->labels && kept->weights;
+}
+
+static bool read_gaussians(const json_t *object, struct srnf_classifier *classifier)
+{
+    const char *covariance = json_string_value(json_object_get(object, "covariance"));
+    size_t k = (size_t)json_integer_value(json_object_get(object, "components"));
+    size_t blocks;
+
+    classifier->pooled = covariance && strcmp(covariance, "pooled") == 0;
+    blocks = classifier->pooled ? 1 : classifier->classes;
+    classifier->components = k;
+    return k >= 1 && k <= PROCESS_CLASSIFY_COMPONENTS_MAX &&
+           read_numbers(json_object_get(object, "means"), classifier->classes * k,
+                        &classifier->means) &&
+           read_numbers(json_object_get(object, "covariances"), blocks * k * k,
+                        &classifier->covariances);
+}
+
+static bool read_classifier(struct kept *kept)
+{
+    const json_t *object = json_object_get(kept->record, "classifier");
+    const json_t *calibration = json_object_get(object, "calibration");
+    struct srnf_classifier *classifier = &kept->classifier;
+    struct srnf_platt *platt = &classifier->platt;
+
+    kept->method = json_string_value(json_object_get(object, "method"));
+    if (!kept->method || !read_names(object, kept) || !read_members(kept)) {
+        return false;
+    }
+    classifier->classes = platt->classes = kept->classes;
+    classifier->gauss = strcmp(kept->method, "srnf-gauss") == 0;
+    platt->slope = json_number_value(json_object_get(calibration, "slope"));
+    return platt->slope >= 0.0 &&
+           read_numbers(json_object_get(object, "priors"), kept->classes, &classifier->priors) &&
+           read_numbers(json_object_get(calibration, "offsets"), kept->classes, &platt->offsets) &&
+           read_numbers(json_object_get(calibration, "targets"), kept->classes, &platt->targets) &&
+           read_numbers(json_object_get(object, "nearest"), kept->model.pca.n, &kept->nearest) &&
+           (!classifier->gauss || read_gaussians(object, classifier));
+}
+
+int kept_load(struct jobs_run *run, const char *id, struct kept *kept, struct jobs_result *result)
+{
+    const struct store_model *stored = &kept->model.stored;
+    const char *template;
+    int status;
+
+    *kept = (struct kept){.method = NULL};
+    status = compute_model_load(run, id, &kept->model, result);
+    if (status) {
+        return status;
+    }
+    kept->record = json_loads(stored->record ? stored->record : "{}", 0, NULL);
+    kept->made = model_made_from(stored);
+    template = json_string_value(json_object_get(
+        json_object_get(json_object_get(kept->record, "classifier"), "template"), "surface"));
+    if (!template || !stored->arrays[STORE_MODEL_CALIBRATION] || !read_classifier(kept) ||
+        !registration_read(json_object_get(kept->made, "registration"), &kept->registration)) {
+        return compute_fail(result, SRNF_EINVAL, NULL, "reading the classifier");
+    }
+    status = compute_surface_load(run, template, 0.0, &kept->template, result);
+    if (status == 0 && kept->template.degree != (size_t)stored->lmax) {
+        status = compute_fail(result, SRNF_EINVAL, NULL, "reading the template");
+    }
+    return status;
+}

@@ -1,0 +1,204 @@
+/*
+ * predict_result.c - the result document of the process predict.
+ */
+#include "processes/predict.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "api/warnings.h"
+#include "toolkit/assessment.h"
+#include "toolkit/registration_options.h"
+#include "toolkit/routes.h"
+#include "toolkit/typicality.h"
+
+/* ---- One surface ----------------------------------------------------------------------------- */
+
+static json_t *traits_json(const struct srnf_typicality *traits)
+{
+    static const char *const names[PREDICT_TRAITS] = {"residual", "distance", "mahalanobis",
+                                                      "nearest"};
+    json_t *object = json_object();
+
+    for (size_t t = 0; t < PREDICT_TRAITS; t++) {
+        (void)json_object_set_new(
+            object, names[t],
+            json_pack("{s:o, s:o, s:f}", "value", json_finite(traits[t].value), "limit",
+                      json_finite(traits[t].limit), "percentile", traits[t].percentile));
+    }
+    return object;
+}
+
+/* "residual 0.51 (limit 0.06), .." of the traits beyond their limits, as far as there is room. */
+static void list_far(const struct srnf_typicality *traits, char *text, size_t size)
+{
+    static const char *const names[PREDICT_TRAITS] = {"residual", "distance from the mean",
+                                                      "Mahalanobis distance",
+                                                      "distance from the nearest member"};
+
+    *text = '\0';
+    for (size_t t = 0; t < PREDICT_TRAITS; t++) {
+        size_t length = strlen(text);
+
+        if (traits[t].far) {
+            (void)snprintf(text + length, size - length, "%s%s %.3g (limit %.3g)",
+                           length ? ", " : "", names[t], traits[t].value, traits[t].limit);
+        }
+    }
+}
+
+static json_t *warnings_of_one(const struct predict_answer *answer, size_t i, const char *name)
+{
+    const struct srnf_typicality *traits = answer->traits + i * PREDICT_TRAITS;
+    json_t *warnings = json_array();
+    char far[320];
+
+    list_far(traits, far, sizeof far);
+    if (*far) {
+        warning_add(
+            warnings, "far-from-model",
+            json_pack("{s:I, s:o}", "member", (json_int_t)i, "typicality", traits_json(traits)),
+            "Surface %zu (%.60s) is unlike the members of every class: %s. Its label and "
+            "its probabilities say nothing.",
+            i, name, far);
+    }
+    if (answer->trained[i]) {
+        warning_add(warnings, "training-subject", json_pack("{s:I}", "member", (json_int_t)i),
+                    "Surface %zu (%.60s) is one that the classifier was trained on: that it is "
+                    "told says nothing of others. It is not counted in the assessment.",
+                    i, name);
+    }
+    return warnings;
+}
+
+static json_t *prediction_json(const struct group_input *group, const struct kept *kept,
+                               const struct predict_answer *answer, const json_t *subjects,
+                               size_t i)
+{
+    bool gauss = kept->classifier.gauss;
+    const char *name = json_string_value(json_array_get(subjects, i));
+    json_t *truth = json_array_get(json_object_get(group->cohort, "labels"), i);
+    json_t *evidence = json_object();
+
+    for (size_t c = 0; c < kept->classes; c++) {
+        double value = answer->evidence[i * kept->classes + c];
+
+        (void)json_object_set_new(evidence, kept->names[c],
+                                  json_finite(gauss ? value : -value + 0.0));
+    }
+    return json_pack(
+        "{s:s, s:O, s:s, s:o, s:o, s:o, s:b, s:o, s:o}", "surface", group->ids[i], "subject",
+        json_array_get(subjects, i), "label", kept->names[answer->predicted[i]], "probabilities",
+        assessment_by_class(answer->probabilities + i * kept->classes, kept->classes, kept->names),
+        gauss ? "logLikelihoods" : "nearestDistances", evidence, "truth",
+        json_is_string(truth) ? json_incref(truth) : json_null(), "trainingSubject",
+        answer->trained[i], "typicality", traits_json(answer->traits + i * PREDICT_TRAITS),
+        "warnings", warnings_of_one(answer, i, name ? name : ""));
+}
+
+/* ---- All of them ----------------------------------------------------------------------------- */
+
+/* The members that have a class and were not trained on, one after the other; numbers: [3][n]. */
+struct known {
+    size_t n;
+    size_t *at, *labels, *subjects;
+    double *evidence, *probabilities;
+};
+
+static bool find_known(const struct group_input *group, const struct kept *kept,
+                       const struct predict_answer *answer, struct known *known)
+{
+    const json_t *labels = json_object_get(group->cohort, "labels");
+    size_t n = group->n, k = kept->classes;
+
+    *known = (struct known){.at = srnf_alloc(3 * n, sizeof(size_t)),
+                            .evidence = srnf_alloc(2 * n * k, sizeof(double))};
+    if (!known->at || !known->evidence) {
+        return false;
+    }
+    known->labels = known->at + n;
+    known->subjects = known->labels + n;
+    known->probabilities = known->evidence + n * k;
+    for (size_t i = 0; i < n; i++) {
+        size_t c = kept_class(kept, json_string_value(json_array_get(labels, i)));
+        size_t first = 0;
+
+        if (c == k || answer->trained[i]) {
+            continue;
+        }
+        while (first < known->n && group->subjects[known->at[first]] != group->subjects[i]) {
+            first++;
+        }
+        known->at[known->n] = i;
+        known->labels[known->n] = c;
+        known->subjects[known->n] = first;
+        memcpy(known->evidence + known->n * k, answer->evidence + i * k, k * sizeof(double));
+        memcpy(known->probabilities + known->n * k, answer->probabilities + i * k,
+               k * sizeof(double));
+        known->n++;
+    }
+    return true;
+}
+
+/* Null where the members of some class are not there. False without memory. */
+static bool assess(const struct group_input *group, const struct kept *kept,
+                   const struct predict_answer *answer, json_t **assessment)
+{
+    struct srnf_assessment found = {0};
+    struct known known;
+    bool good = find_known(group, kept, answer, &known);
+    int status = SRNF_ENOMEM;
+
+    if (good) {
+        status = srnf_assess(known.n, kept->classes, known.labels, known.subjects, known.evidence,
+                             known.probabilities, answer->priors, &found);
+    }
+    *assessment = status == SRNF_OK ? assessment_json(&found, kept->names) : json_null();
+    srnf_assessment_clear(&found);
+    srnf_free(known.at);
+    srnf_free(known.evidence);
+    return status != SRNF_ENOMEM;
+}
+
+json_t *predict_document(struct jobs_run *run, const struct group_input *group,
+                         const struct kept *kept, const struct predict_answer *answer,
+                         struct jobs_result *result)
+{
+    json_t *subjects =
+        group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
+    json_t *predictions = json_array(), *classes = json_array(), *assessment = NULL;
+    json_t *document;
+
+    for (size_t c = 0; c < kept->classes; c++) {
+        (void)json_array_append_new(classes, json_string(kept->names[c]));
+    }
+    for (size_t i = 0; i < group->n; i++) {
+        (void)json_array_append_new(predictions, prediction_json(group, kept, answer, subjects, i));
+    }
+    json_decref(subjects);
+    if (!assess(group, kept, answer, &assessment)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "assessing the predictions");
+    }
+    document = json_pack(
+        "{s:O, s:o, s:o, s:s, s:o, s:o}", "predictions", predictions, "classes", classes, "priors",
+        assessment_by_class(answer->priors, kept->classes, kept->names), "method", kept->method,
+        "assessment", assessment, "registration", registration_json(&kept->registration));
+    for (size_t i = 0; i < group->n; i++) {
+        warnings_merge(warnings_of(document),
+                       json_object_get(json_array_get(predictions, i), "warnings"));
+    }
+    json_decref(predictions);
+    if (kept->subjects < TYPICALITY_SUBJECTS_FEW) {
+        warning_add(warnings_of(document), "few-subjects",
+                    json_pack("{s:I}", "subjects", (json_int_t)kept->subjects),
+                    "The limits in typicality rest on %zu subjects only and are wide: a surface "
+                    "within them may be foreign all the same.",
+                    kept->subjects);
+    }
+    routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
+    if (result->problem_code) {
+        json_decref(document);
+        return NULL;
+    }
+    return document;
+}

@@ -1,0 +1,305 @@
+/*
+ * train_model.c - what the process train keeps: the template, to which other surfaces will be
+ * registered, the mean, and the model.
+ *
+ * The model is one of principal components as pca keeps it (pca.c), whose record has a member
+ * "classifier" as well. All components are kept, so that distances to the training members follow
+ * from their scores. The record names the template, which stays as long as the model does.
+ */
+#include "processes/train.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/models.h"
+#include "compute/model.h"
+#include "toolkit/assessment.h"
+#include "toolkit/registration_options.h"
+#include "toolkit/routes.h"
+
+/* ---- Surfaces -------------------------------------------------------------------------------- */
+
+/* The template as a surface of its own: what it was made of may be encoded here, or mirrored. */
+static json_t *keep_template(struct jobs_run *run, const struct train *train,
+                             const struct train_answer *answer, const struct srnf_sht *sht,
+                             struct jobs_result *result)
+{
+    const struct compute_group *group = &answer->group;
+    size_t m = answer->trained.medoid;
+    const char *id = train->group.ids[m];
+    struct srnf_surface_measures measures;
+    struct surface_description description = {
+        .name = "template",
+        .degree = group->degree,
+        .coefficients = answer->trained.target,
+        .measures = &measures,
+        .parameterization = "inherited",
+        .route = routes_of_group(run, 1, &id, group->bridged + m),
+        .source = process_source(run, "train", NULL, NULL),
+    };
+    double *copy = srnf_alloc(srnf_coefficient_count(group->degree), 3 * sizeof(double));
+    double log_scale = 0.0;
+    int status = copy ? srnf_normalize(sht, group->surfaces[m], copy, &log_scale) : SRNF_ENOMEM;
+
+    srnf_free(copy);
+    if (status) {
+        json_decref(description.source);
+        (void)compute_fail(result, status, NULL, "measuring the template");
+        return NULL;
+    }
+    description.scale = process_scale(run, id, group->scales[m]) * exp(log_scale);
+    if (compute_measure(run, group->degree, 1, description.coefficients, &measures, result)) {
+        json_decref(description.source);
+        return NULL;
+    }
+    return process_keep_surface(run, &description, "the template", result);
+}
+
+/* The surface of the mean SRNF, inverted from the template on. */
+static json_t *keep_mean(struct jobs_run *run, const struct train *train,
+                         struct train_answer *answer, struct jobs_result *result)
+{
+    const struct group_input *members = &train->group;
+    const size_t from_mean = 1;
+    struct compute_model view = {
+        .stored = {.lmax = (int64_t)answer->group.degree,
+                   .n_theta = (int64_t)answer->n_theta,
+                   .n_phi = (int64_t)answer->n_phi,
+                   .subjects = (int64_t)answer->group.n,
+                   .components = (int64_t)answer->trained.pca.components},
+        .mean = {.degree = answer->group.degree, .coefficients = answer->trained.target},
+        .pca = answer->trained.pca};
+    double *scores = srnf_alloc(view.pca.components, sizeof(double));
+    struct compute_reconstruction points = {0};
+    json_t *record = NULL;
+
+    view.stored.arrays[STORE_MODEL_MEAN_Q] = answer->trained.mean_q;
+    if (!scores) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "inverting the mean");
+        return NULL;
+    }
+    if (compute_reconstruct(run, &view, 1, scores, &from_mean, &points, result) == 0) {
+        struct surface_description description = {
+            .name = "mean",
+            .degree = answer->group.degree,
+            .coefficients = points.coefficients,
+            .measures = points.measures,
+            .parameterization = "inherited",
+            .route = routes_of_group(run, members->n, members->ids, answer->group.bridged),
+            .source = process_source(run, "train", NULL, NULL),
+        };
+
+        for (size_t i = 0; i < members->n; i++) {
+            description.scale +=
+                process_scale(run, members->ids[i], answer->group.scales[i]) / (double)members->n;
+        }
+        answer->mean_energy = points.relative_energy[0];
+        record = process_keep_surface(run, &description, "the mean", result);
+    }
+    compute_reconstruction_clear(&points);
+    srnf_free(scores);
+    return record;
+}
+
+/* ---- The record ------------------------------------------------------------------------------ */
+
+static json_t *counts_json(const size_t *counts, const struct classify_classes *classes)
+{
+    json_t *object = json_object();
+
+    for (size_t c = 0; c < classes->count; c++) {
+        (void)json_object_set_new(object, classes->names[c], json_integer((json_int_t)counts[c]));
+    }
+    return object;
+}
+
+static json_t *names_json(const struct classify_classes *classes)
+{
+    json_t *names = json_array();
+
+    for (size_t c = 0; c < classes->count; c++) {
+        (void)json_array_append_new(names, json_string(classes->names[c]));
+    }
+    return names;
+}
+
+/* Means and covariances, or nulls. */
+static void set_gaussians(json_t *object, const struct srnf_classifier *classifier)
+{
+    size_t k = classifier->components;
+    const size_t means[2] = {classifier->classes, k};
+    const size_t covariances[3] = {classifier->pooled ? 1 : classifier->classes, k, k};
+    bool gauss = classifier->gauss;
+
+    (void)json_object_set_new(object, "components",
+                              gauss ? json_integer((json_int_t)k) : json_null());
+    (void)json_object_set_new(object, "covariance",
+                              gauss ? json_string(classifier->pooled ? "pooled" : "class")
+                                    : json_null());
+    (void)json_object_set_new(object, "means",
+                              gauss ? json_nested(classifier->means, 2, means) : json_null());
+    (void)json_object_set_new(object, "covariances",
+                              gauss ? json_nested(classifier->covariances, 3, covariances)
+                                    : json_null());
+}
+
+static json_t *classifier_json(const struct train *train, const struct train_answer *answer,
+                               const char *template)
+{
+    const struct srnf_trained *trained = &answer->trained;
+    const struct srnf_platt *platt = &trained->classifier.platt;
+    const struct classify_classes *classes = &answer->classes;
+    json_t *object = json_pack(
+        "{s:s, s:o, s:o, s:o, s:o, s:{s:s, s:I}, s:{s:o, s:o, s:o}, s:o, s:o}", "method",
+        train_methods[train->method], "classes", names_json(classes), "members",
+        counts_json(classes->sizes, classes), "subjects", counts_json(classes->subjects, classes),
+        "priors", json_vector(trained->classifier.priors, classes->count), "template", "surface",
+        template, "member", (json_int_t)trained->medoid, "calibration", "slope",
+        json_finite(platt->slope), "offsets", json_vector(platt->offsets, classes->count),
+        "targets", json_vector(platt->targets, classes->count), "nearest",
+        json_vector(trained->nearest, trained->n), "validation",
+        assessment_json(&trained->assessment, classes->names));
+
+    set_gaussians(object, &trained->classifier);
+    return object;
+}
+
+static json_t *contents_json(const struct compute_group *group)
+{
+    json_t *contents = json_array();
+
+    for (size_t i = 0; i < group->n; i++) {
+        (void)json_array_append_new(contents, json_string(group->contents[i]));
+    }
+    return contents;
+}
+
+static char *dump(const json_t *document)
+{
+    return json_memory_dumps(document, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+}
+
+/* The record beside the numbers, and what of it is part of the model's id: all but the job and the
+   surfaces that are kept again each time. Both to be freed; NULL without memory. */
+static void record_texts(struct jobs_run *run, const struct train *train,
+                         const struct train_answer *answer, const char *template, char **text,
+                         char **identity)
+{
+    const struct group_input *members = &train->group;
+    const struct srnf_trained *trained = &answer->trained;
+    const json_t *name = json_object_get(members->cohort, "name");
+    const json_t *subjects = json_object_get(members->cohort, "subjects");
+    const json_t *mirrored = json_object_get(members->cohort, "mirrored");
+    json_t *record = json_pack(
+        "{s:o, s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o}}",
+        "totalVariance", json_finite(trained->pca.total_variance), "classifier",
+        classifier_json(train, answer, template), "madeFrom", "process", "train", "job",
+        jobs_run_job_id(run), "surfaces", members->surfaces, "cohort", name, "subjects", subjects,
+        "mirrored", mirrored, "labels", group_labels(run, members->surfaces, subjects), "groups",
+        group_groups(members->cohort), "registration",
+        registration_json(&answer->options.registration), "contents", contents_json(&answer->group),
+        "residuals", json_vector(trained->residuals, trained->n), "distances",
+        json_vector(trained->distances, trained->n));
+
+    *text = record ? dump(record) : NULL;
+    (void)json_object_del(json_object_get(record, "madeFrom"), "job");
+    *identity = record ? dump(record) : NULL;
+    json_decref(record);
+}
+
+/* ---- The model ------------------------------------------------------------------------------- */
+
+/* A copy that the store can own; false without memory. */
+static bool copy_array(struct store_model *model, enum store_model_array array, const double *from)
+{
+    size_t count = store_model_count(model, array);
+
+    model->arrays[array] = malloc(count ? count * sizeof(double) : 1);
+    if (model->arrays[array]) {
+        memcpy(model->arrays[array], from, count * sizeof(double));
+    }
+    return model->arrays[array] != NULL;
+}
+
+static bool is_sound(const struct train_answer *answer, struct jobs_result *result)
+{
+    const struct srnf_trained *trained = &answer->trained;
+    const struct srnf_pca *pca = &trained->pca;
+    size_t field = 3 * answer->n_theta * answer->n_phi;
+
+    return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
+           process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
+           process_finite(pca->components * field, pca->modes, "the modes", result) &&
+           process_finite(field, trained->mean_q, "the mean SRNF", result) &&
+           process_finite(trained->n, trained->nearest, "the nearest distances", result) &&
+           process_finite(SRNF_CALIBRATION_TRAITS * trained->calibration.n,
+                          trained->calibration.values, "the leave-one-out values", result);
+}
+
+/* Its record with the mean surface's (taken over) in it, or NULL with the problem set. */
+static json_t *keep_model(struct jobs_run *run, const struct train *train,
+                          const struct train_answer *answer, const char *template, json_t *mean,
+                          struct jobs_result *result)
+{
+    const struct srnf_trained *trained = &answer->trained;
+    struct store_model model = {
+        .lmax = (int64_t)answer->group.degree,
+        .n_theta = (int64_t)answer->n_theta,
+        .n_phi = (int64_t)answer->n_phi,
+        .subjects = (int64_t)trained->n,
+        .components = (int64_t)trained->pca.components,
+        .owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT}};
+    const char *mean_id = json_string_value(json_object_get(mean, "id"));
+    json_t *record = NULL;
+    char *identity;
+    bool created;
+    int status = STORE_NOMEM;
+
+    record_texts(run, train, answer, template, &model.record, &identity);
+    model.identity = identity;
+    if (mean_id && strlen(mean_id) < sizeof model.mean) {
+        memcpy(model.mean, mean_id, strlen(mean_id) + 1);
+    }
+    if (model.record && identity && copy_array(&model, STORE_MODEL_MEAN_Q, trained->mean_q) &&
+        copy_array(&model, STORE_MODEL_MODES, trained->pca.modes) &&
+        copy_array(&model, STORE_MODEL_EIGENVALUES, trained->pca.eigenvalues) &&
+        copy_array(&model, STORE_MODEL_SCORES, trained->pca.scores) &&
+        copy_array(&model, STORE_MODEL_CALIBRATION, trained->calibration.values)) {
+        status = store_model_put(jobs_run_store(run), &model, &created);
+    }
+    if (status) {
+        (void)compute_fail_kept(run, result, status, "the model");
+        json_decref(mean);
+    } else {
+        record = model_record(&model, mean);
+    }
+    free(identity);
+    store_model_clear(&model);
+    return record;
+}
+
+json_t *train_keep(struct jobs_run *run, const struct train *train, struct train_answer *answer,
+                   struct jobs_result *result)
+{
+    const struct srnf_sht *sht = NULL;
+    json_t *template = NULL, *mean = NULL, *record = NULL;
+
+    if (!is_sound(answer, result)) {
+        return NULL;
+    }
+    if (jobs_transform_acquire(jobs_run_jobs(run), answer->group.degree, SRNF_GRID_GAUSS_LEGENDRE,
+                               0, 0, &sht)) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "preparing the harmonic transform");
+        return NULL;
+    }
+    template = keep_template(run, train, answer, sht, result);
+    jobs_transform_release(jobs_run_jobs(run), sht);
+    mean = template ? keep_mean(run, train, answer, result) : NULL;
+    if (mean) {
+        record = keep_model(run, train, answer, json_string_value(json_object_get(template, "id")),
+                            mean, result);
+    }
+    json_decref(template);
+    return record;
+}

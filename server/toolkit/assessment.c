@@ -1,0 +1,88 @@
+/*
+ * assessment.c - what predictions are worth, as JSON (srnf/train.h).
+ */
+#include "toolkit/assessment.h"
+
+static json_t *rate_json(const struct srnf_rate *rate)
+{
+    return json_pack("{s:o, s:[o, o]}", "value", json_finite(rate->value), "interval",
+                     json_finite(rate->interval[0]), json_finite(rate->interval[1]));
+}
+
+static json_t *rates_json(const struct srnf_rate *rates, size_t n, const char *const *classes)
+{
+    json_t *object = json_object();
+
+    for (size_t c = 0; c < n; c++) {
+        (void)json_object_set_new(object, classes[c], rate_json(&rates[c]));
+    }
+    return object;
+}
+
+json_t *assessment_by_class(const double *values, size_t n, const char *const *classes)
+{
+    json_t *object = json_object();
+
+    for (size_t c = 0; c < n; c++) {
+        (void)json_object_set_new(object, classes[c], json_finite(values[c]));
+    }
+    return object;
+}
+
+static json_t *bins_json(const struct srnf_reliability *bins)
+{
+    json_t *array = json_array();
+
+    for (size_t b = 0; b < SRNF_RELIABILITY_BINS; b++) {
+        const struct srnf_reliability *bin = &bins[b];
+        bool any = bin->members > 0;
+
+        (void)json_array_append_new(
+            array,
+            json_pack("{s:f, s:f, s:I, s:o, s:o, s:o}", "from", (double)b / SRNF_RELIABILITY_BINS,
+                      "to", (double)(b + 1) / SRNF_RELIABILITY_BINS, "members",
+                      (json_int_t)bin->members, "meanProbability",
+                      any ? json_finite(bin->mean) : json_null(), "observed",
+                      any ? json_finite(bin->observed) : json_null(), "interval",
+                      any ? json_vector(bin->interval, 2) : json_null()));
+    }
+    return array;
+}
+
+static json_t *confusion_json(const struct srnf_assessment *a)
+{
+    json_t *confusion = json_array();
+
+    for (size_t c = 0; c < a->classes; c++) {
+        json_t *row = json_array();
+
+        for (size_t d = 0; d < a->classes; d++) {
+            (void)json_array_append_new(row,
+                                        json_integer((json_int_t)a->confusion[c * a->classes + d]));
+        }
+        (void)json_array_append_new(confusion, row);
+    }
+    return confusion;
+}
+
+json_t *assessment_json(const struct srnf_assessment *a, const char *const *classes)
+{
+    json_t *calibration = json_object();
+    json_t *document = json_pack(
+        "{s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "members",
+        (json_int_t)a->n, "subjects", (json_int_t)a->subjects, "correct", (json_int_t)a->correct,
+        "accuracy", rate_json(&a->accuracy), "effectiveCount", json_finite(a->effective),
+        "balancedAccuracy", rate_json(&a->balanced), "sensitivity",
+        rates_json(a->sensitivity, a->classes, classes), "auc",
+        rates_json(a->auc, a->classes, classes), "chance", json_finite(a->chance), "majorityRate",
+        json_finite(a->majority), "brier", json_finite(a->brier), "brierReference",
+        json_finite(a->brier_reference), "logLoss", json_finite(a->log_loss), "logLossReference",
+        json_finite(a->log_loss_reference), "confusion", confusion_json(a));
+
+    for (size_t c = 0; c < a->classes; c++) {
+        (void)json_object_set_new(calibration, classes[c],
+                                  bins_json(a->reliability + c * SRNF_RELIABILITY_BINS));
+    }
+    (void)json_object_set_new(document, "calibration", calibration);
+    return document;
+}

@@ -1,0 +1,157 @@
+#!/usr/bin/env bash
+# test_train.sh - classifiers that are kept, against a live server: trained on half of a cohort, asked about the other
+# half, about one surface and about one that is like none; as models they are listed, read, refused where another kind
+# is needed, exported, imported and deleted.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" || exit 1
+
+# ---- Shapes --------------------------------------------------------------------------------------------
+
+# Ellipsoids of degree 4 with bumps that differ; those of one kind are flatter than those of the other. NUMBER KIND
+shape() {
+    awk -v seed="$1" -v kind="$2" 'BEGIN {
+        srand(1000 * seed + 7)
+        split("x y z", names, " ")
+        printf "{\"name\":\"%s %d\",\"coefficients\":{\"lmax\":4", kind, seed
+        for (axis = 1; axis <= 3; axis++) {
+            for (k = 0; k < 25; k++) f[k] = k > 3 ? 0.02 * (rand() - 0.5) : 0
+            f[axis == 1 ? 3 : axis == 2 ? 1 : 2] = axis == 1 ? 1.3 : axis == 2 ? 1 : kind == "flat" ? 0.68 : kind == "round" ? 0.8 : 0.2
+            if (kind == "strange") f[20] = f[12] = 0.3
+            printf ",\"%s\":[%.6f", names[axis], f[0]
+            for (k = 1; k < 25; k++) printf ",%.6f", f[k]
+            printf "]"
+        }
+        print "}}"
+    }'
+}
+declare -a SURFACES
+for i in $(seq 0 23); do
+    KIND=$([ $((i % 2)) = 0 ] && echo round || echo flat)
+    post_json /v1/surfaces "$(shape "$i" "$KIND")"
+    SURFACES+=("$(json .id)")
+done
+is "$STATUS ${#SURFACES[@]}" '201 24' 'two dozen shapes of two kinds'
+post_json /v1/surfaces "$(shape 99 strange)"
+STRANGE=$(json .id)
+
+cohort() { # NAME FROM TO
+    printf '%s\n' "${SURFACES[@]:$2:$(($3 - $2))}" | jq -Rnc --arg name "$1" \
+        '{name: $name, members: [inputs] | to_entries | map({id: .value, label: (if .key % 2 == 0 then "round" else "flat" end)}) | .}'
+}
+post_json /v1/cohorts "$(cohort half 0 12)"
+is "$STATUS" 201 'half of them are trained on'
+post_json /v1/cohorts "$(cohort other 12 24)"
+
+# ---- train ---------------------------------------------------------------------------------------------
+
+execute train '{"cohort":"half"}'
+is "$STATUS $(json .model.kind)" '200 classifier' 'a classifier is made'
+MODEL=$(json .model.id)
+cp "$BODY" "$SCRATCH/trained.json"
+is "$(json '.validation | [.members, .subjects, .majorityRate, .chance] | tojson')" '[12,12,0.5,0.5]' 'it is validated on all'
+compare "$(json '.validation.accuracy.value | real')" '>=' 0.75 'and tells them apart'
+is "$(json '.validation | [.accuracy, .balancedAccuracy, .auc.round, .auc.flat, .sensitivity.flat][] | .value >= .interval[0] and .value <= .interval[1]' | sort -u)" \
+    true 'values lie in their intervals'
+is "$(json '[.perSubject[] | .probabilities | add | . > 1 - 1e-12 and . < 1 + 1e-12] | all')" true 'probabilities sum to 1'
+is "$(json '[.perSubject[] | .probabilities[.predicted] >= 0.5] | all')" true 'the likelier class is told'
+is "$(json '[.validation.calibration[] | map(.members) | add] | tojson')" '[12,12]' 'the calibration table has all members'
+is "$(json '.validation | (.confusion | add | add) == 12 and .correct == .confusion[0][0] + .confusion[1][1]')" true 'so has the confusion'
+compare "$(json '.validation.brier | real')" '<' "$(json .validation.brierReference)" 'better than saying the shares'
+is "$(json '.model.classifier | [.method, .classes, .priors, (.means | length), (.nearest | length)] | tojson')" \
+    '["srnf-gauss",["round","flat"],[0.5,0.5],2,12]' 'the record has what it is'
+TEMPLATE=$(json .model.classifier.template.surface)
+get "/v1/surfaces/$TEMPLATE"
+is "$STATUS" 200 'the template is a surface'
+
+# ---- predict -------------------------------------------------------------------------------------------
+
+execute predict "{\"model\":\"$MODEL\",\"cohort\":\"other\"}"
+is "$STATUS $(json '.predictions | length')" '200 12' 'asked about the other half'
+compare "$(json '.assessment.accuracy.value | real')" '>=' 0.75 'it is mostly right'
+is "$(json '[.predictions[] | .label == .truth] | map(select(.)) | length')" "$(json .assessment.correct)" 'as the assessment counts'
+is "$(json '[.predictions[] | .trainingSubject] | any')" false 'none was trained on'
+cp "$BODY" "$SCRATCH/other.json"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\"]}"
+is "$STATUS $(json '.predictions[0].probabilities.flat') $(json .assessment)" \
+    "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json") null" 'one surface gets what it got among others'
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"${SURFACES[15]}\",\"${SURFACES[0]}\",\"$STRANGE\"],\"priors\":{\"round\":0.9,\"flat\":0.1}}"
+compare "$(json '.predictions[0].probabilities.flat | real')" '<' "$(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json")" \
+    'a class that is rare is less likely'
+is "$(json '[.predictions[] | .trainingSubject] | tojson')" '[false,true,false]' 'a surface that it was trained on is known'
+is "$(json '[.predictions[2].warnings[].code] | tojson')" '["far-from-model"]' 'one that is like none is flagged'
+is "$(json '.predictions[2].typicality.nearest.percentile')" 100 'further from all than any member'
+is "$(json '[.warnings[].code] | map(select(. == "far-from-model" or . == "training-subject")) | sort | tojson')" \
+    '["far-from-model","training-subject"]' 'the result warns of both'
+
+execute train '{"cohort":"half","method":"srnf-nn","priors":"equal"}'
+is "$STATUS $(json '.model.classifier | [.method, .components, .means] | tojson')" '200 ["srnf-nn",null,null]' 'by the nearest neighbour'
+NEAREST=$(json .model.id)
+execute predict "{\"model\":\"$NEAREST\",\"cohort\":\"other\"}"
+is "$STATUS $(json '[.predictions[] | .nearestDistances[.label] == ([.nearestDistances[]] | min)] | all')" '200 true' 'which is told'
+
+# ---- Models of two kinds ---------------------------------------------------------------------------------
+
+get "/v1/models/$MODEL"
+is "$STATUS $(json .kind) $(json '.scores | length')" '200 classifier 12' 'the model is read'
+get '/v1/models'
+is "$(json '[.items[] | [.kind, .classifier.method, .classifier.means]] | sort | tojson')" \
+    '[["classifier","srnf-gauss",null],["classifier","srnf-nn",null]]' 'and listed, without its matrices'
+execute project "{\"model\":\"$MODEL\",\"surface\":\"$STRANGE\"}"
+is_problem 422 invalid-input 'project takes no classifier'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a classifier, made by train, which predict takes' 'and says so'
+execute pca "$(printf '%s\n' "${SURFACES[@]:0:4}" | jq -Rnc '{surfaces: [inputs]}')"
+COMPONENTS=$(json .model.id)
+is "$(json .model.kind)" components 'a model of pca is of the other kind'
+execute predict "{\"model\":\"$COMPONENTS\",\"surfaces\":[\"$STRANGE\"]}"
+is_problem 422 invalid-input 'predict takes no components'
+like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a model of principal components, made by pca' 'and says so'
+
+# ---- Wrong inputs ----------------------------------------------------------------------------------------
+
+wrong() { # PROCESS INPUTS POINTER DETAIL WHAT
+    execute "$1" "$2"
+    is_problem 422 invalid-input "refused: $5"
+    like "$(json "[.errors[] | select(.pointer == \"$3\") | .detail] | join(\"; \")")" "$4" "  at $3"
+}
+post_json /v1/cohorts "$(cohort one 0 12 | jq -c '.members |= map(.label = "round") | .name = "one"')"
+wrong train '{"cohort":"one"}' /inputs/cohort 'one label only' 'one class'
+post_json /v1/cohorts "$(cohort single 0 12 | jq -c '.members |= (map(.label = "round") | .[3].label = "flat")')"
+wrong train '{"cohort":"single"}' /inputs/cohort 'has 1 subjects \(1 members\) with the label flat; each label needs 5' 'a class of one member'
+post_json /v1/cohorts "$(cohort missing 0 12 | jq -c 'del(.members[5].label)')"
+wrong train '{"cohort":"missing"}' /inputs/cohort 'member 5 has no label' 'a label that is missing'
+wrong train '{"cohort":"half","components":9}' /inputs/components 'covariance of 9 components' 'more components than are determined'
+wrong train '{"cohort":"half","method":"icp-nn"}' /inputs/method '' 'a method that cannot be kept'
+wrong train '{}' /inputs/cohort required 'no cohort'
+post_json /v1/cohorts "$(cohort twice 0 12 | jq -c '.members |= (to_entries | map(.value + {subject: "s\(.key / 2 | floor)"}))')"
+execute train '{"cohort":"twice"}'
+is "$STATUS" 422 'refused: subjects of two labels'
+wrong predict "{\"model\":\"$MODEL\"}" /inputs/surfaces 'must be given' 'nothing to predict'
+wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":1}}" /inputs/priors 'no number for the class flat' \
+    'priors of some classes'
+wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.2}}" /inputs/priors 'sum 1' \
+    'priors that do not sum to 1'
+wrong predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$STRANGE\"],\"priors\":{\"round\":0.5,\"flat\":0.25,\"oval\":0.25}}" \
+    /inputs/priors 'has 3 classes; the classifier has 2' 'priors of a class too many'
+execute predict "{\"model\":\"model-00000000000000000000000000000000\",\"surfaces\":[\"$STRANGE\"]}"
+is_problem 404 no-such-model 'refused: a model that is not there'
+
+# ---- Away and back -----------------------------------------------------------------------------------------
+
+request DELETE "/v1/surfaces/$TEMPLATE"
+is "$STATUS" 409 'the template stays as long as its model'
+curl -sf "$URL/v1/models/$MODEL/export" >"$SCRATCH/study.zip"
+start_server "$SCRATCH/second" || exit 1
+post '/v1/imports' --data-binary "@$SCRATCH/study.zip" --header 'Content-Type: application/zip'
+like "$STATUS" '^20' 'an export of the model is imported elsewhere'
+post_json /v1/surfaces "$(shape 15 flat)"
+execute predict "{\"model\":\"$MODEL\",\"surfaces\":[\"$(json .id)\"]}"
+is "$STATUS $(json '.predictions[0].probabilities.flat')" "200 $(jq '.predictions[3].probabilities.flat' "$SCRATCH/other.json")" \
+    'where it says the same'
+request DELETE "/v1/models/$MODEL?cascade=true"
+like "$STATUS" '^20' 'and is deleted'
+get "/v1/models/$MODEL"
+is_problem 404 no-such-model 'it is gone'
+done_testing
