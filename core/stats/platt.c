@@ -29,7 +29,7 @@ struct platt {
     const double *weights;     /* [n] */
     const double *own, *other; /* [classes] targets of the members of each */
     double total;              /* of the weights */
-    double *p, *x;             /* [classes] scratch */
+    double *p;                 /* [classes] scratch */
 };
 
 void srnf_platt_clear(struct srnf_platt *platt)
@@ -257,7 +257,7 @@ int srnf_platt_fit(size_t n, size_t classes, const double *evidence, const size_
     if (status) {
         return status;
     }
-    memory = srnf_alloc(n * k + 2 * n + 6 * k + k * (k + 2), sizeof(double));
+    memory = srnf_alloc(n * k + 2 * n + 5 * k + k * (k + 2), sizeof(double));
     found.offsets = srnf_alloc(k, sizeof(double));
     found.targets = srnf_alloc(k, sizeof(double));
     if (!memory || !found.offsets || !found.targets) {
@@ -271,7 +271,6 @@ int srnf_platt_fit(size_t n, size_t classes, const double *evidence, const size_
     other = own + k;
     parameters = other + k;
     f.p = parameters + k;
-    f.x = f.p + k;
     f.evidence = scaled;
     f.weights = weights;
     f.own = own;
@@ -284,7 +283,7 @@ int srnf_platt_fit(size_t n, size_t classes, const double *evidence, const size_
     if (status == SRNF_OK) {
         double unit = scale(n, k, evidence, scaled);
 
-        status = minimize(&f, parameters, f.x + k);
+        status = minimize(&f, parameters, f.p + k);
         found.slope = parameters[0] / unit;
     }
     for (size_t c = 0; c < k && status == SRNF_OK; c++) {

@@ -17,7 +17,7 @@ struct asked {
     const struct srnf_register_options *registration;
     const double *priors, *field; /* field: of the template */
     size_t counted;
-    struct srnf_prediction *predictions;
+    struct srnf_class_prediction *predictions;
     double *evidence, *probabilities;
 };
 
@@ -74,7 +74,7 @@ static int predict_body(void *argument, size_t i, const struct srnf_context *con
     double *memory = srnf_alloc(count + pca->components + k * (k + 1), sizeof(double));
     double *scores = memory ? memory + count : NULL;
     double *evidence = a->evidence + i * classifier->classes;
-    struct srnf_prediction *out = &a->predictions[i];
+    struct srnf_class_prediction *out = &a->predictions[i];
     struct srnf_registration found = {0};
     int status = memory ? place(a, i, memory, context, &found, error) : SRNF_ENOMEM;
 
@@ -127,7 +127,7 @@ static int check(const struct srnf_frozen *frozen, const double *priors, struct 
 int srnf_predict(const struct srnf_sht *sht, const struct srnf_frozen *frozen, size_t n,
                  const double *const *surfaces, const struct srnf_register_options *registration,
                  const double *priors, const struct srnf_context *context,
-                 struct srnf_prediction *predictions, double *evidence, double *probabilities,
+                 struct srnf_class_prediction *predictions, double *evidence, double *probabilities,
                  struct srnf_error *error)
 {
     struct asked a = {

@@ -225,7 +225,7 @@ struct srnf_frozen {
 };
 
 /* What it makes of one surface. */
-struct srnf_prediction {
+struct srnf_class_prediction {
     double residual;    /* norm of what the components cannot represent */
     double distance;    /* from the mean */
     double mahalanobis; /* of the components that srnf_mahalanobis_components counts */
@@ -244,7 +244,7 @@ SRNF_CHECKED int srnf_predict(const struct srnf_sht *sht, const struct srnf_froz
                               size_t n, const double *const *surfaces,
                               const struct srnf_register_options *registration,
                               const double *priors, const struct srnf_context *context,
-                              struct srnf_prediction *predictions, double *evidence,
+                              struct srnf_class_prediction *predictions, double *evidence,
                               double *probabilities, struct srnf_error *error);
 
 #pragma GCC visibility pop

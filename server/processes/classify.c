@@ -93,6 +93,12 @@ static const struct process_output outputs[] = {
      "smallest that the test can give) and pValueInterval (Wilson's 95 % interval of the p that "
      "all relabellings would give; the point itself where exact), or null; refitted inside each "
      "fold, and shared between folds."},
+    {"comparisons", OUTPUT_OBJECTS,
+     "Of each pair of methods, by the same folds: [{first, second, onlyFirst and onlySecond "
+     "(members "
+     "that only one of them gets right), pValue}], McNemar's exact test that both are right "
+     "equally "
+     "often, which flips the signs of whole subjects."},
     {"members", OUTPUT_INTEGER, "Of the cohort."},
     {"subjects", OUTPUT_INTEGER, "Members without a subject are subjects of their own."},
     {"chance", OUTPUT_NUMBER,

@@ -109,6 +109,47 @@ static json_t *methods_json(const struct classify *classify, const struct classi
     return methods;
 }
 
+/* Whether a method is right of each member. */
+static void mark_right(const struct classify_answer *answer, size_t m, bool *right)
+{
+    for (size_t i = 0; i < answer->classes.n; i++) {
+        right[i] = answer->results[m].predicted[i] == answer->classes.labels[i];
+    }
+}
+
+/* Each pair of methods, which were asked about the same members by the same folds; NULL without
+   memory. */
+static json_t *comparisons_json(const struct classify *classify,
+                                const struct classify_answer *answer)
+{
+    size_t n = answer->classes.n;
+    bool *right = srnf_alloc(2 * n, sizeof *right);
+    json_t *array = right ? json_array() : NULL;
+    int status = SRNF_OK;
+
+    for (size_t a = 0; right && a < classify->methods.n; a++) {
+        mark_right(answer, a, right);
+        for (size_t b = a + 1; b < classify->methods.n && status == SRNF_OK; b++) {
+            size_t only[2] = {0, 0};
+            double p = 1.0;
+
+            mark_right(answer, b, right + n);
+            status = srnf_mcnemar(n, classify->group.subjects, right, right + n, only, &p);
+            (void)json_array_append_new(
+                array, json_pack("{s:s, s:s, s:I, s:I, s:o}", "first",
+                                 classify->methods.list[a].name, "second",
+                                 classify->methods.list[b].name, "onlyFirst", (json_int_t)only[0],
+                                 "onlySecond", (json_int_t)only[1], "pValue", json_finite(p)));
+        }
+    }
+    srnf_free(right);
+    if (status) {
+        json_decref(array);
+        array = NULL;
+    }
+    return array;
+}
+
 /* The warnings, those of members and classes apart that classify tells of by itself. */
 static void warn(struct jobs_run *run, const struct classify *classify,
                  const struct classify_answer *answer, const json_t *subjects, json_t *document)
@@ -152,13 +193,22 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     const struct group_input *group = &classify->group;
     const struct classify_classes *classes = &answer->classes;
     json_t *document = json_object(), *order = json_array();
+    json_t *comparisons = comparisons_json(classify, answer);
     json_t *subjects =
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
 
+    if (!comparisons) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "comparing the methods");
+        json_decref(document);
+        json_decref(order);
+        json_decref(subjects);
+        return NULL;
+    }
     for (size_t c = 0; c < classes->count; c++) {
         (void)json_array_append_new(order, json_string(classes->names[c]));
     }
     (void)json_object_set_new(document, "methods", methods_json(classify, answer, subjects));
+    (void)json_object_set_new(document, "comparisons", comparisons);
     (void)json_object_set_new(document, "members", json_integer((json_int_t)classes->n));
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)group->n_subjects));
     (void)json_object_set_new(document, "chance", json_real(1.0 / (double)classes->count));

@@ -211,7 +211,7 @@ static bool answer_open(struct predict_answer *answer, size_t n, size_t classes)
    where it is left out. */
 static int judge(const struct kept *kept, size_t i, size_t member, struct predict_answer *answer)
 {
-    const struct srnf_prediction *p = &answer->predictions[i];
+    const struct srnf_class_prediction *p = &answer->predictions[i];
     const double own[PREDICT_TRAITS] = {p->residual, p->distance, p->mahalanobis, p->nearest};
     const double *loo = kept->model.stored.arrays[STORE_MODEL_CALIBRATION];
     size_t n = kept->model.pca.n;

@@ -33,12 +33,12 @@ size_t kept_class(const struct kept *kept, const char *name);
 #define PREDICT_TRAITS 4
 struct predict_answer {
     struct compute_group group;
-    double *priors;                      /* [classes] */
-    struct srnf_prediction *predictions; /* [n] */
-    double *evidence, *probabilities;    /* [n][classes] */
-    size_t *predicted;                   /* [n] */
-    bool *trained;                       /* [n] the surface is one that it was trained on */
-    struct srnf_typicality *traits;      /* [n][PREDICT_TRAITS] */
+    double *priors;                            /* [classes] */
+    struct srnf_class_prediction *predictions; /* [n] */
+    double *evidence, *probabilities;          /* [n][classes] */
+    size_t *predicted;                         /* [n] */
+    bool *trained;                             /* [n] the surface is one that it was trained on */
+    struct srnf_typicality *traits;            /* [n][PREDICT_TRAITS] */
 };
 extern const enum srnf_trait predict_traits[PREDICT_TRAITS];
 

@@ -180,8 +180,8 @@ static char *dump(const json_t *document)
     return json_memory_dumps(document, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
 }
 
-/* The record beside the numbers, and what of it is part of the model's id: all but the job and the
-   surfaces that are kept again each time. Both to be freed; NULL without memory. */
+/* The record beside the numbers, and what of it is part of the model's id: all but the job. Both to
+   be freed; NULL without memory. */
 static void record_texts(struct jobs_run *run, const struct train *train,
                          const struct train_answer *answer, const char *template, char **text,
                          char **identity)

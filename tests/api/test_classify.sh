@@ -35,6 +35,9 @@ is "$(json '[.methods[] | .accuracy >= .confidenceInterval[0] and .accuracy <= .
 is "$(json '[.methods[] | (.confusion | add | add) == 6 and .correct == .confusion[0][0] + .confusion[1][1]] | all')" true \
     'confusions count all subjects'
 is "$(json '[.methods[] | .accuracy] | unique | tojson')" '[1]' 'the kinds are told apart by all of them'
+is "$(json '[.comparisons | length, map(.onlyFirst + .onlySecond)[]] | unique | tojson')" '[0,10]' 'in which no two methods differ'
+is "$(json '[.comparisons[] | .pValue] | unique | tojson') $(json '.comparisons[0] | .first + " " + .second')" '[1] srnf-gauss srnf-nn' \
+    'as McNemar finds'
 is "$(json '[.methods[] | .pValue | . >= 0.05 and . <= 1] | all')" true 'p-values are those of 19 permutations'
 is "$(json '.methods["srnf-gauss"] | [.components, .covariance] | tojson')" \
     '[[1,1,1,1,1,1],["pooled","pooled","pooled","pooled","pooled","pooled"]]' 'the Gaussians are what was asked for'

@@ -27,7 +27,8 @@ static struct srnf_train_options options_of(bool gauss)
     struct srnf_train_options options = srnf_train_options_defaults();
 
     options.gauss = gauss;
-    options.registration.degree = 3;
+    options.registration.degree = 2;
+    options.registration.common_pose = true; /* which is faster */
     return options;
 }
 
@@ -53,7 +54,7 @@ static void check_predictions(const struct group *g, const struct srnf_train_opt
 {
     const struct srnf_frozen frozen = freeze(trained);
     const double equal[2] = {0.5, 0.5}, first[2] = {0.999999, 0.000001};
-    struct srnf_prediction predictions[N];
+    struct srnf_class_prediction predictions[N];
     double evidence[2 * N], probabilities[2 * N], others[2 * N];
 
     assert_int_equal(srnf_predict(g->sht, &frozen, N, g->surfaces, &options->registration, NULL,
@@ -193,7 +194,7 @@ static void refuses_to_predict(void **state)
     struct srnf_pca pca = {.n = 2, .components = 0, .eigenvalues = zeros, .scores = zeros};
     struct srnf_frozen frozen = {.classifier = &classifier, .pca = &pca, .labels = of};
     struct srnf_register_options registration = srnf_register_options_defaults();
-    struct srnf_prediction prediction;
+    struct srnf_class_prediction prediction;
     struct srnf_error error;
     double evidence[2], p[2];
     struct group g;

@@ -63,7 +63,7 @@ static int run_predict(void)
                                        .mean_q = trained.mean_q,
                                        .labels = labels,
                                        .subjects = N};
-    struct srnf_prediction prediction;
+    struct srnf_class_prediction prediction;
 
     return srnf_predict(g.sht, &frozen, 1, g.surfaces, &options.registration, NULL, NULL,
                         &prediction, evidence, probabilities, NULL);
