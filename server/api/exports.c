@@ -7,6 +7,7 @@
  *   srnfd-study.json          what an import restores it from: ids, records, options, times, builds
  *   ro-crate-metadata.json    the same for people and archives (RO-Crate 1.1, JSON-LD)
  *   cohort.csv                the members
+ *   volumes/ID.FORMAT         the segmentations that meshes were extracted from, as they were sent
  *   meshes/ID.FORMAT          the bytes that were uploaded
  *   surfaces/ID.npz, ID.ply   coefficients and maps; a mesh of it
  *   models/ID.npz, ID-scores.csv
@@ -36,6 +37,7 @@
 #include "store/model.h"
 #include "store/store.h"
 #include "store/surface.h"
+#include "store/volume.h"
 
 #define PLY_QUERY "format=ply"
 
@@ -116,6 +118,40 @@ static void list(struct export *export, const char *kind, json_t *entry)
     json_t *all = json_object_get(export->manifest, kind);
 
     (void)json_array_append_new(all, entry);
+}
+
+/* What files of this kind are called by. */
+static const char *ending_of(struct export *export, const struct store_volume *volume)
+{
+    json_t *record = json_loads(volume->record ? volume->record : "{}", 0, NULL);
+    const char *format = json_string_value(json_object_get(record, "format"));
+    bool nifti = format && strcmp(format, "nifti") == 0, packed = false;
+    unsigned char *bytes;
+    size_t size;
+
+    if (nifti && good(export, store_volume_content(store_of(export), volume->id, &bytes, &size))) {
+        packed = size > 2 && bytes[0] == 0x1f && bytes[1] == 0x8b;
+        free(bytes);
+    }
+    json_decref(record);
+    return nifti ? (packed ? ".nii.gz" : ".nii") : ".nrrd";
+}
+
+static void list_volume(struct export *export, const char *id)
+{
+    struct store_volume volume;
+    char path[STORE_ID_MAX + 32];
+
+    if (!good(export, store_volume_get_as(store_of(export), export->study.owner, id, &volume))) {
+        return;
+    }
+    (void)snprintf(path, sizeof path, "volumes/%s%s", id, ending_of(export, &volume));
+    list(export, "volumes",
+         json_pack("{s:s, s:s, s:s, s:s, s:o}", "id", id, "tags", volume.tags ? volume.tags : "[]",
+                   "name", volume.name ? volume.name : "", "file", path, "created",
+                   json_time(volume.created_ms)));
+    describe_file(export, path, volume.name ? volume.name : "", "application/octet-stream");
+    store_volume_clear(&volume);
 }
 
 static void list_mesh(struct export *export, const char *id)
@@ -373,6 +409,17 @@ static void add_mesh(struct export *export, const char *id, const char *path)
     }
 }
 
+static void add_volume(struct export *export, const char *id, const char *path)
+{
+    unsigned char *bytes;
+    size_t size;
+
+    if (good(export, store_volume_content(store_of(export), id, &bytes, &size))) {
+        zip_add(&export->zip, path, bytes, size);
+        free(bytes);
+    }
+}
+
 static void add_job(struct export *export, const char *id, const char *path)
 {
     char *results, other[STORE_ID_MAX + 32];
@@ -393,10 +440,9 @@ static const struct {
     void (*list)(struct export *export, const char *id);
     void (*add)(struct export *export, const char *id, const char *path);
 } kinds[] = {
-    {"mesh-", "meshes", list_mesh, add_mesh},
-    {"surf-", "surfaces", list_surface, add_surface},
-    {"model-", "models", list_model, add_model},
-    {"job-", "jobs", list_job, add_job},
+    {"vol-", "volumes", list_volume, add_volume}, /* before the meshes that need them */
+    {"mesh-", "meshes", list_mesh, add_mesh},     {"surf-", "surfaces", list_surface, add_surface},
+    {"model-", "models", list_model, add_model},  {"job-", "jobs", list_job, add_job},
 };
 #define KINDS (sizeof kinds / sizeof kinds[0])
 

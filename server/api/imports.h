@@ -52,6 +52,7 @@ struct import {
        with it. */
     json_t *manifest, *by_path, *seen;
     const char *id, *format, *name, *source;
+    bool volume; /* the next one is a volume */
     size_t n_restored[3];
     size_t unpack_left; /* bytes that may still be unpacked */
     int64_t room;       /* bytes that the owner may still take; below 0: any number */
@@ -97,7 +98,7 @@ void import_read_body(struct import *import);
 
 /* Takes the manifest of an export, where this is one; false where it is none (imports_study.c). */
 bool import_take_manifest(struct import *import, const struct import_given *given);
-/* Takes a file of an export; false where it is a mesh, which is taken as others are. */
+/* Takes a file of an export; false where it is a mesh or a volume, taken as others are. */
 bool import_take_study(struct import *import, struct import_given *given);
 /* The members that the manifest names; false when a problem was answered. */
 bool import_study_members(struct import *import, struct cohort_text *members);

@@ -330,8 +330,14 @@ static void take_volume(struct import *import, struct import_given *given)
     if (ends_with(name, ".nii")) { /* of .nii.gz */
         name[strlen(name) - 4] = '\0';
     }
+    if (import->manifest && import->name && strlen(import->name) < sizeof name &&
+        !name_problem(import->name)) {
+        (void)snprintf(name, sizeof name, "%s", import->name);
+    }
     if (!volume_read_body(&call, name, &row, &held)) {
         refuse_answered(import, given->path, &response);
+    } else if (import->manifest && strcmp(row.id, import->id) != 0) {
+        import_refuse(import, given->path, "not-as-described", IMPORT_CHANGED);
     } else if (!held && import->room >= 0 && (import->room -= row.bytes) < 0) {
         quota_respond(import->call, STORE_QUOTA_BYTES, 0);
         import->answered = true;
@@ -358,7 +364,7 @@ void import_take(struct import *import, struct import_given *given)
         return;
     }
     if (import->manifest) {
-        take_mesh(import, given);
+        (import->volume ? take_volume : take_mesh)(import, given);
     } else if (is_table(given)) {
         take_table(import, given);
     } else if (is_volume(given)) {

@@ -32,7 +32,7 @@
 #define MANIFEST_MAX ((size_t)64 << 20)
 #define DEGREE_MAX 1000 /* of a surface: more than any has */
 
-static const char *const kinds[] = {"meshes", "surfaces", "models", "jobs"};
+static const char *const kinds[] = {"volumes", "meshes", "surfaces", "models", "jobs"};
 
 /* Files by their paths: kind and record. */
 static void index_files(struct import *import)
@@ -384,7 +384,8 @@ bool import_take_study(struct import *import, struct import_given *given)
         return true; /* listed twice */
     }
     (void)json_object_set_new(import->seen, id, json_true());
-    if (strcmp(kind, "meshes") == 0) {
+    import->volume = strcmp(kind, "volumes") == 0;
+    if (strcmp(kind, "meshes") == 0 || import->volume) {
         import->id = id;
         import->format = json_string_value(json_object_get(record, "format"));
         import->name = json_string_value(json_object_get(record, "name"));

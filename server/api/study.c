@@ -1,6 +1,6 @@
 /*
  * study.c - gathering a study: the members of a cohort, or a model, and all the work that rests on
- * nothing else.
+ * nothing else. A mesh takes along the volume that it was extracted from.
  *
  * A job belongs to a study if all meshes, surfaces and models that its inputs name do, and then
  * what its results name does as well. Rounds over the owner's jobs go on until one adds nothing: as
@@ -119,6 +119,35 @@ static void add_of_model(struct study *study, const char *id)
     }
 }
 
+static void add_results(struct study *study, const char *id);
+
+/* The volume that the mesh was extracted from, and the job that did. Other meshes of the volume are
+   no part of the study, so it takes no jobs along as other inputs do. */
+static void add_of_mesh(struct study *study, const char *id)
+{
+    struct store *store = study->call->api->config.store;
+    struct store_mesh mesh;
+    int status = store_mesh_get_as(store, study->owner, id, &mesh);
+    json_t *source;
+    const char *volume, *job;
+
+    note(study, status);
+    if (status != STORE_OK) {
+        return;
+    }
+    source = json_loads(mesh.source ? mesh.source : "{}", 0, NULL);
+    volume = json_string_value(json_object_get(source, "volume"));
+    job = json_string_value(json_object_get(source, "job"));
+    if (volume) {
+        study_add(study, volume);
+    }
+    if (volume && job && store_owner_has(store, study->owner, job) == STORE_OK) {
+        add_results(study, job);
+    }
+    json_decref(source);
+    store_mesh_clear(&mesh);
+}
+
 void study_add(struct study *study, const char *id)
 {
     int status;
@@ -136,6 +165,8 @@ void study_add(struct study *study, const char *id)
         add_of_surface(study, id);
     } else if (strncmp(id, "model-", 6) == 0) {
         add_of_model(study, id);
+    } else if (strncmp(id, "mesh-", 5) == 0) {
+        add_of_mesh(study, id);
     }
 }
 

@@ -15,7 +15,7 @@
 struct study {
     struct api_call *call;
     const char *owner; /* whose it is */
-    json_t *ids;       /* of meshes, surfaces and models, as keys */
+    json_t *ids;       /* of volumes, meshes, surfaces and models, as keys */
     json_t *jobs;      /* ids as keys */
     int status;        /* of the store */
 };

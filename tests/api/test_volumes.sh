@@ -76,6 +76,32 @@ execute extract "{\"volume\":\"$ID\",\"labels\":[37,38],\"topology\":\"refuse\"}
 is "$STATUS $(json .code)" '422 not-genus-zero' 'or refused'
 like "$(json .detail)" '7469 voxels at 1 places' 'with where it is'
 
+# A study takes the volume along, and what extracted its meshes, but no other extraction.
+request PATCH "/v1/volumes/$ID" --data '{"tags":["atlas"]}' -H 'Content-Type: application/json'
+execute extract "{\"volume\":\"$ID\",\"labels\":[41]}"
+cp "$BODY" "$SCRATCH/extract.json"
+post /v1/cohorts -H 'Content-Type: application/json' -d "{\"name\":\"extracted\",\"members\":[{\"id\":\"$MESH\"}]}"
+curl -fsS -o "$SCRATCH/study.zip" "$URL/v1/cohorts/extracted/export"
+is "$(unzip -Z1 "$SCRATCH/study.zip" | grep -c '^volumes/')" 1 'the export of a study has the volume'
+unzip -p "$SCRATCH/study.zip" "volumes/$ID.nii.gz" | cmp - "$VOLUMES/subcortex.nii.gz"
+is $? 0 'as it was sent'
+is "$(unzip -p "$SCRATCH/study.zip" srnfd-study.json | jq -c '[.jobs[].process] | sort')" '["encode","extract"]' \
+    'and the one job of many that made the mesh'
+HERE=$URL
+FIRST=$SERVER_PID
+start_server "$SCRATCH/other" --workers 1 || exit 1
+post /v1/imports --data-binary "@$SCRATCH/study.zip"
+is "$STATUS $(json '[(.volumes | length), .restored.jobs, (.refused | length)] | tojson')" '201 [1,2,0]' 'another server restores both'
+get "/v1/volumes/$ID"
+is "$STATUS $(json '[.name, .tags] | tojson')" '200 ["AAL",["atlas"]]' 'with name and tags'
+execute extract "{\"volume\":\"$ID\",\"labels\":[41]}"
+check 'and answers from its cache' cmp "$BODY" "$SCRATCH/extract.json"
+request DELETE "/v1/volumes/$ID"
+is_problem 409 in-use 'a volume that a mesh needs stays'
+stop_server || not_ok 'the other server ends well'
+SERVER_PID=$FIRST
+URL=$HERE
+
 # A plate of 2 x 14 x 14 with a hole in it, at the edge of a volume of its own.
 {
     printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 16 16 4\nspace: RAS\nencoding: ascii\n'
