@@ -29,7 +29,7 @@ struct mesh_reader {
     size_t memory;            /* held at the moment, by mesh_alloc */
     int status;               /* why the last mesh_alloc returned NULL */
     size_t steps;             /* counted by mesh_step */
-    bool told;                /* to stop: mesh_step goes on saying so */
+    bool canceled;            /* mesh_step goes on saying so */
     unsigned char *unpacked;  /* what a gzip file holds: then bytes and size are these */
     size_t unpacked_capacity;
 

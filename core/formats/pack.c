@@ -15,13 +15,14 @@
 #define FIRST_CAPACITY ((size_t)4096)
 #define GZIP_LEAST ((size_t)18) /* bytes of the shortest gzip file */
 
-void *pack_alloc(void *opaque, unsigned count, unsigned size)
+/* zlib's memory, from srnf_alloc. */
+static void *pack_alloc(void *opaque, unsigned count, unsigned size)
 {
     (void)opaque;
     return srnf_alloc(count, size);
 }
 
-void pack_free(void *opaque, void *pointer)
+static void pack_free(void *opaque, void *pointer)
 {
     (void)opaque;
     srnf_free(pointer);
@@ -194,12 +195,6 @@ bool base64_take(struct base64 *cursor, unsigned char *out, size_t size)
         out[i] = cursor->spare[cursor->taken++];
     }
     return true;
-}
-
-bool base64_done(struct base64 *cursor)
-{
-    skip_space(cursor);
-    return cursor->at == cursor->end && cursor->taken == cursor->n_spare;
 }
 
 /* ---- Files packed by gzip -------------------------------------------------------------------- */

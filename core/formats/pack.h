@@ -14,10 +14,6 @@
 /* Window bits of inflateInit2 that take a zlib or a gzip header, whichever is there. */
 #define PACK_ANY_HEADER (15 + 32)
 
-/* zlib's memory, from srnf_alloc. */
-void *pack_alloc(void *opaque, unsigned count, unsigned size);
-void pack_free(void *opaque, void *pointer);
-
 /* Bytes that at most so many others can unpack to. */
 size_t pack_most(size_t size);
 
@@ -45,8 +41,6 @@ struct base64 {
 
 /* The next `size` bytes; false where the text ends before or is no base64. */
 bool base64_take(struct base64 *cursor, unsigned char *out, size_t size);
-/* Is nothing left but white space? */
-bool base64_done(struct base64 *cursor);
 
 /* Replaces the input by what is in it, where it is packed by gzip (one layer). The bytes are
    charged to the limit of memory, and released by pack_close. */

@@ -48,14 +48,15 @@ void mesh_release(struct mesh_reader *reader, void *pointer, size_t count, size_
 
 int mesh_ask(struct mesh_reader *reader)
 {
-    reader->told = reader->told || srnf_is_canceled(reader->limits.context);
-    return reader->told ? srnf_fail(reader->error, SRNF_ECANCELED, -1, "reading was told to stop")
-                        : SRNF_OK;
+    reader->canceled = reader->canceled || srnf_is_canceled(reader->limits.context);
+    return reader->canceled
+               ? srnf_fail(reader->error, SRNF_ECANCELED, -1, "reading was told to stop")
+               : SRNF_OK;
 }
 
 int mesh_step(struct mesh_reader *reader)
 {
-    return reader->told || ++reader->steps % SRNF_ITEMS_ASKED == 0 ? mesh_ask(reader) : SRNF_OK;
+    return reader->canceled || ++reader->steps % SRNF_ITEMS_ASKED == 0 ? mesh_ask(reader) : SRNF_OK;
 }
 
 int mesh_promise(struct mesh_reader *reader, const char *what, int64_t count, size_t least,

@@ -76,8 +76,6 @@ void sphere_kernel_adjoint(size_t rows, size_t columns, size_t first, size_t cou
 void sphere_pack(size_t degree, size_t m, size_t fields, const double *coefficients, double *x);
 void sphere_unpack(size_t degree, size_t m, size_t fields, const double *x, double *coefficients);
 
-/* Doubles of workspace for x, the folded rows of all orders, and the row buffers. */
-size_t sphere_workspace_doubles(const struct srnf_sht *sht);
 struct sphere_workspace {
     double *x;      /* (degree + 1) x PASS_COLUMNS */
     double *folded; /* [degree + 1][2 parities][PASS_COLUMNS][2 half_rows or scalar_rows] */

@@ -202,7 +202,8 @@ static size_t rows_doubles(const struct srnf_sht *sht)
     return round_up(2 * BLOCK_ROWS * 2 * sht->grid.n_phi, 8);
 }
 
-size_t sphere_workspace_doubles(const struct srnf_sht *sht)
+/* Doubles of workspace for x, the folded rows of all orders, and the row buffers. */
+static size_t workspace_doubles(const struct srnf_sht *sht)
 {
     return x_doubles(sht) + folded_doubles(sht) + 2 * rows_doubles(sht);
 }
@@ -210,7 +211,7 @@ size_t sphere_workspace_doubles(const struct srnf_sht *sht)
 size_t srnf_sht_workspace_size(const struct srnf_sht *sht, size_t batch)
 {
     (void)batch; /* fields are carried three at a time, whatever their number */
-    return sphere_workspace_doubles(sht) * sizeof(double);
+    return workspace_doubles(sht) * sizeof(double);
 }
 
 struct sphere_workspace sphere_workspace_split(const struct srnf_sht *sht, void *workspace)

@@ -282,7 +282,7 @@ int srnf_pullback_exp(const struct srnf_sht *sht, const double *from, const doub
     destroy(&s);
     if (status) {
         srnf_pullback_shot_clear(result);
-        return pullback_told(status, error);
+        return pullback_fail(status, error);
     }
     srnf_report_progress(context, 1.0, "the velocity is followed");
     return result->residual <= NEWTON_ACCEPTED ? SRNF_OK : SRNF_WNOT_CONVERGED;

@@ -28,7 +28,7 @@ struct srnf_pullback_options srnf_pullback_options_defaults(void)
                                           .compare = true};
 }
 
-int pullback_check_options(const struct srnf_pullback_options *options, struct srnf_error *error)
+static int check_options(const struct srnf_pullback_options *options, struct srnf_error *error)
 {
     int status = pullback_check_segments(options->segments, error);
 
@@ -213,13 +213,13 @@ int srnf_pullback_geodesic(const struct srnf_sht *sht, const double *from, const
 
     options = options ? options : &defaults;
     *result = (struct srnf_pullback_geodesic){0};
-    status = pullback_check_options(options, error);
+    status = check_options(options, error);
     status = status ? status : pullback_check_surface(sht, from, "the first end", error);
     status = status ? status : pullback_check_surface(sht, to, "the second end", error);
     status = status ? status : fill(sht, from, to, options, context, result, error);
     if (status < 0) {
         srnf_pullback_geodesic_clear(result);
-        return pullback_told(status, error);
+        return pullback_fail(status, error);
     }
     srnf_report_progress(context, 1.0, "the path is done");
     return result->converged ? SRNF_OK : SRNF_WNOT_CONVERGED;

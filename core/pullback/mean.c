@@ -306,7 +306,7 @@ int srnf_pullback_mean(const struct srnf_sht *sht, size_t n, const double *const
     status = status ? status : finish(&group, mean);
     if (status) {
         srnf_pullback_mean_clear(mean);
-        return pullback_told(status, error);
+        return pullback_fail(status, error);
     }
     return mean->converged ? SRNF_OK : SRNF_WNOT_CONVERGED;
 }

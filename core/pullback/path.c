@@ -133,7 +133,7 @@ int pullback_check_even(size_t segments, struct srnf_error *error)
                : srnf_fail(error, SRNF_EINVAL, -1, "segments is %zu, which is odd", segments);
 }
 
-int pullback_told(int status, struct srnf_error *error)
+int pullback_fail(int status, struct srnf_error *error)
 {
     if (status < 0 && status != SRNF_EINVAL) {
         (void)srnf_fail(error, status, -1, "%s", srnf_strerror(status));

@@ -184,11 +184,9 @@ SRNF_CHECKED int pullback_measure(const struct srnf_sht *sht, const struct srnf_
 /* SRNF_EINVAL, naming the surface, where a coefficient is not finite. */
 SRNF_CHECKED int pullback_check_surface(const struct srnf_sht *sht, const double *surface,
                                         const char *name, struct srnf_error *error);
-SRNF_CHECKED int pullback_check_options(const struct srnf_pullback_options *options,
-                                        struct srnf_error *error);
 SRNF_CHECKED int pullback_check_segments(size_t segments, struct srnf_error *error);
 SRNF_CHECKED int pullback_check_even(size_t segments, struct srnf_error *error);
 /* Fills error with the sentence of a status that has brought none of its own; returns status. */
-int pullback_told(int status, struct srnf_error *error);
+int pullback_fail(int status, struct srnf_error *error);
 
 #endif

@@ -126,7 +126,7 @@ static int shoot_motion(const struct srnf_sht *sht, const double *surface, const
     shot->energy = srnf_alloc(2 * n, sizeof(double));
     paths->shots = srnf_alloc(n, sizeof *paths->shots);
     if (!memory || !workspace || !shot->coefficients || !shot->energy || !paths->shots) {
-        status = pullback_told(SRNF_ENOMEM, error);
+        status = pullback_fail(SRNF_ENOMEM, error);
         goto out;
     }
     shot->relative_energy = shot->energy + n;
@@ -168,7 +168,7 @@ int pullback_shoot(const struct srnf_sht *sht, const double *surface,
 
     *paths = (struct srnf_deform_paths){.converged = true};
     if (!motion) {
-        return pullback_told(SRNF_ENOMEM, error);
+        return pullback_fail(SRNF_ENOMEM, error);
     }
     status = find_motion(sht, surface, velocity, &quiet, motion, &tangent, paths, error);
     if (status == SRNF_OK) {
@@ -237,7 +237,7 @@ int pullback_carry(const struct srnf_sht *sht, const double *from, const double 
     *paths = (struct srnf_deform_paths){.converged = true};
     *tangent = (struct srnf_tangent){0};
     if (!motion || !workspace) {
-        status = pullback_told(SRNF_ENOMEM, error);
+        status = pullback_fail(SRNF_ENOMEM, error);
         goto out;
     }
     status = find_motion(sht, from, vector, &quiet, motion, tangent, paths, error);

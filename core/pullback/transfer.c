@@ -84,7 +84,7 @@ int srnf_pullback_transfer(const struct srnf_sht *sht, const double *source, con
     }
     result->coefficients = srnf_alloc(2 * count, sizeof(double));
     if (!result->coefficients) {
-        return pullback_told(SRNF_ENOMEM, error);
+        return pullback_fail(SRNF_ENOMEM, error);
     }
     result->velocity = result->coefficients + count;
     status =
@@ -182,7 +182,7 @@ int pullback_transfer_sized(const struct srnf_sht *sht, const double *const give
     options.segments = SRNF_DEFORM_SEGMENTS;
     status = memory && workspace
                  ? copy_surfaces(count, sht, given, size, memory, workspace, sizes, error)
-                 : pullback_told(SRNF_ENOMEM, error);
+                 : pullback_fail(SRNF_ENOMEM, error);
     if (status == SRNF_OK) {
         status = srnf_pullback_transfer(sht, memory, memory + count, memory + 2 * count, &options,
                                         context, &moved, error);

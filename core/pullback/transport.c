@@ -136,7 +136,7 @@ int srnf_pullback_transport(const struct srnf_sht *sht, size_t segments, const d
     if (status) {
         srnf_free(result->vector);
         *result = (struct srnf_pullback_transported){0};
-        return pullback_told(status, error);
+        return pullback_fail(status, error);
     }
     return SRNF_OK;
 }

@@ -364,10 +364,10 @@ int study_assess(const struct study *study, const size_t *labels, bool gaussian,
         status = permute(study, labels, context, result, &first);
     }
     if (status) {
-        bool told = first.status == status;
+        bool explained = first.status == status;
 
-        (void)srnf_fail(error, status, told ? first.element : -1, "%s",
-                        told ? first.message : srnf_strerror(status));
+        (void)srnf_fail(error, status, explained ? first.element : -1, "%s",
+                        explained ? first.message : srnf_strerror(status));
         srnf_classification_clear(result);
     }
     return status;

@@ -462,10 +462,10 @@ out:
     srnf_free(cohort.surfaces);
     subjects_clear(&subjects);
     if (status) {
-        bool told = first.status == status;
+        bool explained = first.status == status;
 
-        (void)srnf_fail(error, status, told ? first.element : -1, "%s",
-                        told ? first.message : srnf_strerror(status));
+        (void)srnf_fail(error, status, explained ? first.element : -1, "%s",
+                        explained ? first.message : srnf_strerror(status));
         srnf_folds_clear(comparison);
     }
     return status;

@@ -127,8 +127,8 @@ int stats_run(const struct srnf_context *context, size_t count, stats_body *body
 
 int stats_fail(struct srnf_error *error, int status, const struct srnf_error *first)
 {
-    bool told = first && first->status == status;
+    bool explained = first && first->status == status;
 
-    return srnf_fail(error, status, told ? first->element : -1, "%s",
-                     told ? first->message : srnf_strerror(status));
+    return srnf_fail(error, status, explained ? first->element : -1, "%s",
+                     explained ? first->message : srnf_strerror(status));
 }

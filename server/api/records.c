@@ -182,12 +182,12 @@ static bool read_cascade(struct api_call *call, bool *cascade)
 /* How a cohort that needs it can do without; nothing where none of those that are told does. */
 static void tell_cohort(const struct store_erasure *erasure, size_t own, char *text, size_t size)
 {
-    for (size_t i = 0; i < own && i < STORE_ERASE_TOLD; i++) {
-        if (strcmp(erasure->told[i].kind, "cohort") == 0) {
+    for (size_t i = 0; i < own && i < STORE_ERASE_LISTED; i++) {
+        if (strcmp(erasure->needed_by[i].kind, "cohort") == 0) {
             (void)snprintf(text, size,
                            " The cohort %s can stay: PATCH /v1/cohorts/%s with the member's id in "
                            "\"remove\".",
-                           erasure->told[i].id, erasure->told[i].id);
+                           erasure->needed_by[i].id, erasure->needed_by[i].id);
             return;
         }
     }
@@ -197,16 +197,17 @@ static void tell_cohort(const struct store_erasure *erasure, size_t own, char *t
 static void respond_in_use(struct api_call *call, const struct store_erasure *erasure)
 {
     size_t own = erasure->needing - erasure->foreign;
-    bool told = call->request->caller.restricted, one = erasure->needing == 1;
+    bool restricted = call->request->caller.restricted, one = erasure->needing == 1;
     json_t *needed = json_array(), *document;
     char detail[640], way[320] = "";
 
-    for (size_t i = 0; i < own && i < STORE_ERASE_TOLD; i++) {
-        (void)json_array_append_new(needed, json_pack("{s:s, s:s}", "kind", erasure->told[i].kind,
-                                                      "id", erasure->told[i].id));
+    for (size_t i = 0; i < own && i < STORE_ERASE_LISTED; i++) {
+        (void)json_array_append_new(needed,
+                                    json_pack("{s:s, s:s}", "kind", erasure->needed_by[i].kind,
+                                              "id", erasure->needed_by[i].id));
     }
     tell_cohort(erasure, own, way, sizeof way);
-    if (erasure->foreign > 0 && told) {
+    if (erasure->foreign > 0 && restricted) {
         (void)snprintf(detail, sizeof detail,
                        "%s is in use by what an administrator made of it: ask for that to be "
                        "deleted first.",
@@ -220,13 +221,13 @@ static void respond_in_use(struct api_call *call, const struct store_erasure *er
                        "%zu other %s %s, the first of them %s %s. Delete %s first, or all with it "
                        "by ?cascade=true.%s",
                        erasure->needing, one ? "thing needs" : "things need", erasure->id,
-                       own ? erasure->told[0].kind : "another owner's",
-                       own ? erasure->told[0].id : "things", one ? "that" : "these", way);
+                       own ? erasure->needed_by[0].kind : "another owner's",
+                       own ? erasure->needed_by[0].id : "things", one ? "that" : "these", way);
     }
     document = problem_json("in-use", detail, call->request->path, call->request->id);
     (void)json_object_set_new(document, "neededBy", needed);
     (void)json_object_set_new(document, "neededByCount",
-                              json_integer((json_int_t)(told ? own : erasure->needing)));
+                              json_integer((json_int_t)(restricted ? own : erasure->needing)));
     problem_respond_document(call, document);
     if (erasure->cascade && erasure->n_unended > 0) {
         (void)api_response_header_text(call->response, "Retry-After", "1");

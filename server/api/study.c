@@ -70,7 +70,8 @@ static bool next_id(const char **at, char id[STORE_ID_MAX])
     return false;
 }
 
-void study_add_text(struct study *study, const char *text)
+/* Adds all ids in a text. */
+static void add_text(struct study *study, const char *text)
 {
     char id[STORE_ID_MAX];
 
@@ -114,7 +115,7 @@ static void add_of_model(struct study *study, const char *id)
     note(study, status);
     if (status == STORE_OK) {
         study_add(study, model.mean);
-        study_add_text(study, model.record ? model.record : "");
+        add_text(study, model.record ? model.record : "");
         store_model_clear(&model);
     }
 }
@@ -218,7 +219,7 @@ static void add_results(struct study *study, const char *id)
     note(study, status);
     if (status == STORE_OK) {
         (void)json_object_set_new(study->jobs, id, json_true());
-        study_add_text(study, results);
+        add_text(study, results);
         free(results);
     }
 }

@@ -32,8 +32,6 @@ void study_end(struct study *study);
 /* Adds what the id names, if the owner has it, with what it cannot be without: the mesh of a
    surface, the surfaces and the mean of a model. */
 void study_add(struct study *study, const char *id);
-/* Adds all ids in a text. */
-void study_add_text(struct study *study, const char *text);
 /* Adds the successful jobs whose inputs name nothing but what is in the study, and what they made,
    until there are no more of them. */
 void study_add_jobs(struct study *study);

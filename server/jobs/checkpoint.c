@@ -29,7 +29,7 @@ static int write_row(struct jobs_run *run, const void *bytes, size_t size)
     char detail[80];
     int status = STORE_CONFLICT;
 
-    if (jobs_run_told(run)) {
+    if (jobs_run_stopping(run)) {
         return status; /* of what was broken off nothing is kept */
     }
     status = store_checkpoint_put(run->jobs->config.store, job->id, job->attempt, bytes, size);

@@ -37,12 +37,12 @@ struct ending {
 static struct ending judge(struct jobs_run *run, const struct jobs_result *result)
 {
     struct ending ending = {.to = STORE_JOB_FAILED};
-    bool told = jobs_run_told(run);
+    bool stopping = jobs_run_stopping(run);
 
-    if (result->problem_code && !told) {
+    if (result->problem_code && !stopping) {
         ending.code = result->problem_code;
         ending.detail = result->problem_detail;
-    } else if (result->results && !told) {
+    } else if (result->results && !stopping) {
         ending.to = STORE_JOB_SUCCESSFUL;
         ending.results = result->results;
     } else if (atomic_load(&run->cancel)) {

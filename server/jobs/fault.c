@@ -11,7 +11,7 @@
  *   that neither a full disk nor a lack of descriptors stops it
  *
  * and raises the signal again with its own action: the process ends, and dumps core, as without a
- * handler. At the next start that job alone has failed (store_job_recover_named); those that ran
+ * handler. At the next start that job alone has failed (store_job_recover); those that ran
  * beside it are put back, and no death is counted with them.
  *
  * All that the handler calls is async-signal-safe: write, pwrite, sigaction, raise. Of several

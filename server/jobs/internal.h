@@ -116,7 +116,7 @@ struct jobs_run {
     atomic_bool cancel;         /* a user has asked for it */
     double deadline;            /* by the monotonic clock; INFINITY without a limit */
     atomic_bool overran;        /* it was told to stop because of that */
-    atomic_bool told;           /* it has asked, and was told to stop, for whatever reason */
+    atomic_bool stopping;       /* it has asked, and was told to stop, for whatever reason */
     struct jobs_memory *memory; /* its worker's */
     pthread_mutex_t mutex;
     double progress;                /* 0 .. 100, never falls; mutex */
@@ -137,7 +137,7 @@ void jobs_run_destroy(struct jobs_run *run);
 /* The next progress is that of an earlier attempt: it tells nothing of the pace. */
 void jobs_run_resumed(struct jobs_run *run);
 /* Whether the computation has been told to stop: from then on what it makes is unfinished. */
-bool jobs_run_told(const struct jobs_run *run);
+bool jobs_run_stopping(const struct jobs_run *run);
 
 /* ---- Its end (execute.c) --------------------------------------------------------------------- */
 

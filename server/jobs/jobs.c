@@ -33,8 +33,7 @@ static int recover(struct jobs *jobs)
     struct store *store = jobs->config.store;
     size_t requeued = 0, failed = 0;
     char detail[120];
-    int status =
-        store_job_recover_named(store, JOBS_DEATHS_MAX, jobs->config.faulty, &requeued, &failed);
+    int status = store_job_recover(store, JOBS_DEATHS_MAX, jobs->config.faulty, &requeued, &failed);
 
     if (status == STORE_OK) {
         fault_clear();

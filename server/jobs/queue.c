@@ -175,8 +175,8 @@ static int add(struct jobs *jobs, const struct submission *s, struct store_job *
     }
     status = fill(jobs, s, job);
     if (status == STORE_OK) {
-        status = store_job_insert_within(jobs->config.store, job, &s->owner->limits, s->key,
-                                         s->body_digest);
+        status =
+            store_job_insert(jobs->config.store, job, &s->owner->limits, s->key, s->body_digest);
     }
     if (status != STORE_OK) {
         store_job_clear(job);

@@ -90,15 +90,15 @@ static bool on_canceled(void *user)
     if (atomic_load_explicit(&run->overran, memory_order_relaxed) ||
         atomic_load_explicit(&run->cancel, memory_order_relaxed) ||
         atomic_load_explicit(&run->jobs->abandoned, memory_order_relaxed)) {
-        atomic_store_explicit(&run->told, true, memory_order_relaxed);
+        atomic_store_explicit(&run->stopping, true, memory_order_relaxed);
         return true;
     }
     return false;
 }
 
-bool jobs_run_told(const struct jobs_run *run)
+bool jobs_run_stopping(const struct jobs_run *run)
 {
-    return atomic_load(&run->told);
+    return atomic_load(&run->stopping);
 }
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
@@ -122,7 +122,7 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
     run->deadline = jobs->config.job_seconds > 0.0 ? on_seconds(run) + jobs->config.job_seconds
                                                    : (double)INFINITY;
     atomic_init(&run->overran, false);
-    atomic_init(&run->told, false);
+    atomic_init(&run->stopping, false);
     atomic_init(&run->cancel, false);
     atomic_init(&run->loop.next, 0);
     atomic_init(&run->loop.open, false);

@@ -216,7 +216,8 @@ struct compute_encode_inputs encode_inputs_of(const struct encoding *encoding, c
     return of;
 }
 
-json_t *encode_fit_json(const struct srnf_encoded *encoded)
+/* The fit, and by what part volume and area of the surface differ from those of its mesh. */
+static json_t *fit_json(const struct srnf_encoded *encoded)
 {
     json_t *fit = surface_fit_json(&encoded->fit);
 
@@ -249,7 +250,7 @@ json_t *encode_keep_surface(struct jobs_run *run, const struct compute_encode_in
         .parameterization = srnf_parameterization_name(encoded->route),
         .route = srnf_parameterization_name(encoded->route),
         .source = process_source(run, "encode", of->mesh, NULL),
-        .fit = encode_fit_json(encoded),
+        .fit = fit_json(encoded),
         .star = surface_star_json(&encoded->star),
         .origin = encoded->origin,
         .frame = frame_of(of->mesh, of->mirror, encoded),
@@ -286,7 +287,7 @@ static json_t *run_encode(struct jobs_run *run, const void *typed, struct jobs_r
     if (surface) {
         document =
             json_pack("{s:o, s:o, s:s, s:s, s:o, s:o}", "surface", surface, "fit",
-                      encode_fit_json(&encoded), "route", srnf_parameterization_name(encoded.route),
+                      fit_json(&encoded), "route", srnf_parameterization_name(encoded.route),
                       "reason", encoded.reason, "starShaped", surface_star_json(&encoded.star),
                       "distortion", surface_distortion_json(&encoded.distortion));
     }

@@ -37,8 +37,6 @@ struct encoding {
 /* The inputs of a mesh of those; mirror: its mirror image. */
 struct compute_encode_inputs encode_inputs_of(const struct encoding *encoding, const char *mesh,
                                               bool mirror);
-/* The fit, and by what part volume and area of the surface differ from those of its mesh. */
-json_t *encode_fit_json(const struct srnf_encoded *encoded);
 /* Keeps the surface of a mesh, under its name; its record, or NULL with the problem set.
      warnings  [in] an array, taken over */
 json_t *encode_keep_surface(struct jobs_run *run, const struct compute_encode_inputs *of,

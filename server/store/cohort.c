@@ -384,11 +384,6 @@ int store_cohort_delete_as(struct store *store, const char *owner, const char *n
     return store_write_freeing(store, run_delete, &deletion);
 }
 
-int store_cohort_delete(struct store *store, const char *name)
-{
-    return store_cohort_delete_as(store, "", name, NULL);
-}
-
 struct list {
     bool (*visit)(void *user, const struct store_cohort *cohort);
     void *user;

@@ -40,7 +40,6 @@ int store_cohort_put(struct store *store, struct store_cohort *cohort, bool *cre
 int store_cohort_replace(struct store *store, const char *name, const char *digest,
                          struct store_cohort *cohort, bool *changed, size_t *missing);
 int store_cohort_get(struct store *store, const char *name, struct store_cohort *cohort);
-int store_cohort_delete(struct store *store, const char *name);
 /* Names are each owner's own; the functions above are for the owner "". */
 int store_cohort_get_as(struct store *store, const char *owner, const char *name,
                         struct store_cohort *cohort);

@@ -128,8 +128,8 @@ static int plan_row(struct plan *plan, sqlite3_stmt *row, const char *owner,
     }
     if (strcmp(going->owner, owner) != 0) {
         erasure->foreign++;
-    } else if (erasure->needing - erasure->foreign < STORE_ERASE_TOLD) {
-        erasure->told[erasure->needing - erasure->foreign] = going->thing;
+    } else if (erasure->needing - erasure->foreign < STORE_ERASE_LISTED) {
+        erasure->needed_by[erasure->needing - erasure->foreign] = going->thing;
     }
     erasure->needing++;
     if (sqlite3_column_int(row, 3)) {

@@ -8,7 +8,7 @@
 
 struct store_labels; /* store/labels.h */
 
-#define STORE_ERASE_TOLD 20    /* of what needs it */
+#define STORE_ERASE_LISTED 20  /* of what needs it */
 #define STORE_ERASE_RUNNING 64 /* jobs to be canceled at a time */
 #define STORE_ERASE_KINDS 8
 
@@ -26,7 +26,7 @@ struct store_erasure {
 
     bool relabelled;
     /* What needs it, directly or through others: the first ones, nearest first, and all. */
-    struct store_thing told[STORE_ERASE_TOLD];
+    struct store_thing needed_by[STORE_ERASE_LISTED];
     size_t needing;
     size_t foreign; /* of them, what others have: a cascade without `all` is refused */
     /* Of them, jobs that wait or run, the first ones and all: they are to be canceled, and the

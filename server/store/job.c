@@ -328,21 +328,14 @@ static int run_insert(struct store *store, sqlite3 *db, struct store_write *writ
     return status == STORE_OK ? store_owner_check_job(db, insert->job_id, 0) : status;
 }
 
-int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
+int store_job_insert(struct store *store, const struct store_job *job,
+                     const struct store_job_limits *limits, const char *idempotency_key,
                      const char *body_digest)
 {
     const struct store_job_limits none = {0};
-
-    return store_job_insert_within(store, job, &none, idempotency_key, body_digest);
-}
-
-int store_job_insert_within(struct store *store, const struct store_job *job,
-                            const struct store_job_limits *limits, const char *idempotency_key,
-                            const char *body_digest)
-{
     struct store_ids needs = {0};
     struct insert insert = {.job = job,
-                            .limits = limits,
+                            .limits = limits ? limits : &none,
                             .job_id = job->id,
                             .key = idempotency_key,
                             .body_digest = body_digest ? body_digest : "",

@@ -56,15 +56,12 @@ void store_job_clear(struct store_job *job);
 
 /* Adds an accepted job, with its Idempotency-Key if that is not NULL. STORE_CONFLICT: the id or
    the key is taken, or a job with this digest is accepted, running or successful already (those
-   being cancelled do not count). */
-int store_job_insert(struct store *store, const struct store_job *job, const char *idempotency_key,
+   being cancelled do not count). limits (NULL: none) is what the owner of the job may have:
+   STORE_QUEUED where so many of the owner's jobs are waiting, STORE_QUOTA where the owner holds
+   more bytes. Their running is kept with the owner, for claims. */
+int store_job_insert(struct store *store, const struct store_job *job,
+                     const struct store_job_limits *limits, const char *idempotency_key,
                      const char *body_digest);
-/* The same within what the owner of the job may have: STORE_QUEUED where so many of the owner's
-   jobs are waiting, STORE_QUOTA where the owner holds more bytes. running is kept with the owner,
-   for claims. */
-int store_job_insert_within(struct store *store, const struct store_job *job,
-                            const struct store_job_limits *limits, const char *idempotency_key,
-                            const char *body_digest);
 int store_job_get(struct store *store, const char *id, struct store_job *job);
 /* Newest job with this digest that is accepted, running (and not being cancelled) or successful. */
 int store_job_find(struct store *store, const char *digest, struct store_job *job);
@@ -109,12 +106,11 @@ int store_job_list(struct store *store, const struct store_page *page,
 int store_job_count(struct store *store, enum store_job_status status, size_t *count);
 /* At start: what the rows call running the daemon has died with. running -> accepted, from the
    deaths_max-th death on to run alone; running alone -> failed (attempts-exhausted). Counts both.
-   What was being cancelled is dismissed. */
-int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed);
-/* The same, where the fault has named a job (NULL, "": none). If it ran it alone has failed
-   (job-crashed); the others are put back as they were, and no death is counted. */
-int store_job_recover_named(struct store *store, int64_t deaths_max, const char *named,
-                            size_t *requeued, size_t *failed);
+   What was being cancelled is dismissed. named: the job that the fault has named (NULL, "": none).
+   If that ran, it alone has failed (job-crashed); the others are put back as they were, and no
+   death is counted. */
+int store_job_recover(struct store *store, int64_t deaths_max, const char *named, size_t *requeued,
+                      size_t *failed);
 /* The job that an Idempotency-Key of the last 24 h named; STORE_NOT_FOUND otherwise. */
 int store_idempotency_find(struct store *store, const char *key, char job_id[STORE_ID_MAX],
                            char body_digest[65]);

@@ -455,8 +455,8 @@ static int run_recover(struct store *store, sqlite3 *db, struct store_write *wri
     return status;
 }
 
-int store_job_recover_named(struct store *store, int64_t deaths_max, const char *named,
-                            size_t *requeued, size_t *failed)
+int store_job_recover(struct store *store, int64_t deaths_max, const char *named, size_t *requeued,
+                      size_t *failed)
 {
     struct recovery recovery = {.deaths_max = deaths_max, .named = named ? named : ""};
     int status = store_write_freeing(store, run_recover, &recovery);
@@ -464,9 +464,4 @@ int store_job_recover_named(struct store *store, int64_t deaths_max, const char 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;
     return status == STORE_OK ? store_checkpoint_sweep(store) : status;
-}
-
-int store_job_recover(struct store *store, int64_t deaths_max, size_t *requeued, size_t *failed)
-{
-    return store_job_recover_named(store, deaths_max, NULL, requeued, failed);
 }

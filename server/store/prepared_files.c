@@ -50,7 +50,7 @@ void prepared_walk_folder(int at, const char *folder, prepared_visit *visit, voi
     closedir(entries);
 }
 
-void prepared_walk(int at, prepared_visit *visit, void *user)
+static void walk_all(int at, prepared_visit *visit, void *user)
 {
     static const char digits[] = "0123456789abcdef";
 
@@ -129,7 +129,7 @@ void prepared_evict(struct store *store)
     if (atomic_flag_test_and_set(&prepared->evicting)) {
         return;
     }
-    prepared_walk(prepared->fd, list_file, &files);
+    walk_all(prepared->fd, list_file, &files);
     if (files.total > limit) {
         if (files.count > 0) {
             qsort(files.list, files.count, sizeof *files.list, compare_used);
@@ -171,7 +171,7 @@ int store_prepared_sweep(struct store *store, size_t *removed)
 
     if (reader) {
         sweeping.db = reader->db;
-        prepared_walk(store->prepared.fd, sweep_file, &sweeping);
+        walk_all(store->prepared.fd, sweep_file, &sweeping);
         store_reader_return(store, reader);
     }
     *removed += sweeping.removed;
@@ -216,7 +216,7 @@ void store_prepared_verify(const char *directory, sqlite3 *db,
     int fd = base < 0 ? -1 : openat(base, PREPARED_FOLDER, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 
     if (fd >= 0) {
-        prepared_walk(fd, verify_file, &verifying);
+        walk_all(fd, verify_file, &verifying);
         close(fd);
     }
     if (base >= 0) {

@@ -24,9 +24,8 @@ bool prepared_has_meshes(sqlite3 *db, const char *name);
 
 typedef void prepared_visit(void *user, int folder_fd, const char *folder, const char *name);
 
-/* Visits the files of a folder, or all that have their names. */
+/* Visits the files of a folder that have their names. */
 void prepared_walk_folder(int at, const char *folder, prepared_visit *visit, void *user);
-void prepared_walk(int at, prepared_visit *visit, void *user);
 /* Looks at all files; where they take more than the limit the oldest go, down to nine tenths. */
 void prepared_evict(struct store *store);
 /* Removes a file and takes it off the total. */

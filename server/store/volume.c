@@ -138,7 +138,8 @@ static int adopt(struct store *store, struct store_volume *volume)
     return status;
 }
 
-int store_volume_mend(struct store *store, const void *content, size_t size)
+/* For a volume that is there: content replaces what is stored of it, where that is damaged. */
+static int mend(struct store *store, const void *content, size_t size)
 {
     return store_blob_mend(store, content, size);
 }
@@ -153,8 +154,7 @@ int store_volume_put(struct store *store, struct store_volume *volume, const voi
     *created = false;
     if (status != STORE_NOT_FOUND) {
         status = status == STORE_OK ? adopt(store, volume) : status;
-        return status == STORE_OK ? store_volume_mend(store, content, (size_t)volume->bytes)
-                                  : status;
+        return status == STORE_OK ? mend(store, content, (size_t)volume->bytes) : status;
     }
     status = store_blob_stage(store, content, (size_t)volume->bytes, &staged);
     if (status != STORE_OK) {
@@ -211,7 +211,7 @@ int store_batch_add_volume(struct store_batch *batch, struct store_volume *volum
     batched->put = (struct put){
         .volume = &batched->volume, .content = &batched->content, .now = store_now_ms()};
     if (status == STORE_OK) {
-        status = store_volume_mend(store, content, (size_t)batched->volume.bytes);
+        status = mend(store, content, (size_t)batched->volume.bytes);
     } else if (status == STORE_NOT_FOUND) {
         status = store_blob_stage(store, content, (size_t)batched->volume.bytes, &batched->content);
         *kept = !batched->content.temporary[0];

@@ -29,8 +29,6 @@ struct store_volume {
    holds for that owner. */
 int store_volume_put(struct store *store, struct store_volume *volume, const void *content,
                      bool *created);
-/* For a volume that is there: content replaces what is stored of it, where that is damaged. */
-int store_volume_mend(struct store *store, const void *content, size_t size);
 /* As this owner (NULL: nobody) knows it, as store_mesh_get_as. */
 int store_volume_get_as(struct store *store, const char *owner, const char *id,
                         struct store_volume *volume);

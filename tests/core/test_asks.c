@@ -44,7 +44,7 @@ static struct {
 /* Who asks, and when it did last. */
 struct watch {
     double start, last, longest, stop;
-    bool told;
+    bool stopped;
 };
 
 static bool asked(void *user)
@@ -53,9 +53,9 @@ static bool asked(void *user)
     double now = timing_cpu();
 
     watch->longest = compare_max(watch->longest, now - watch->last);
-    watch->told |= now - watch->start >= watch->stop;
+    watch->stopped |= now - watch->start >= watch->stop;
     watch->last = timing_cpu();
-    return watch->told;
+    return watch->stopped;
 }
 
 typedef int call(const struct srnf_context *context);
@@ -242,7 +242,7 @@ static void all_ask(void **state)
         watch.longest = compare_max(watch.longest, timing_cpu() - watch.last);
         print_message("# %-34s told after %.2f s; longest silence %.3f s\n", calls[i].name,
                       watch.stop, watch.longest);
-        assert_true(status == SRNF_ECANCELED || (calls[i].quick && !watch.told));
+        assert_true(status == SRNF_ECANCELED || (calls[i].quick && !watch.stopped));
         assert_true(watch.longest <= SECONDS_MAX);
     }
 }

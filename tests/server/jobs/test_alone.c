@@ -88,7 +88,7 @@ static void insert(struct store *store, const char *id, const char *inputs)
     snprintf(job.id, sizeof job.id, "%s", id);
     snprintf(text, sizeof text, "%s", inputs);
     store_sha256_hex(job.digest, inputs, strlen(inputs));
-    assert_int_equal(store_job_insert(store, &job, NULL, NULL), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, NULL, NULL, NULL), STORE_OK);
 }
 
 /* The daemon dies so often while these n jobs run. */
@@ -103,7 +103,7 @@ static void die(struct store *store, int times, size_t n)
             assert_int_equal(store_job_claim(store, &job), STORE_OK);
             store_job_clear(&job);
         }
-        assert_int_equal(store_job_recover(store, 3, &requeued, &failed), STORE_OK);
+        assert_int_equal(store_job_recover(store, 3, NULL, &requeued, &failed), STORE_OK);
         assert_int_equal(requeued, n);
         assert_int_equal(failed, 0);
     }

@@ -685,7 +685,7 @@ static void what_was_cut_short_runs_again(void **state)
     struct store_job job = {.id = "job-1", .process = process, .inputs = inputs}, claimed;
 
     store_sha256_hex(job.digest, "3", 1);
-    assert_int_equal(store_job_insert(store, &job, NULL, NULL), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, NULL, NULL, NULL), STORE_OK);
     assert_int_equal(store_job_claim(store, &claimed), STORE_OK);
     store_job_clear(&claimed);
     open_engine(world, 2, 0);

@@ -171,7 +171,8 @@ static void short_jobs_are_found_after_a_restart(void **state)
     jobs_close(world->engine.jobs, 0.0); /* the long one waits again, and is the older */
     world->engine.jobs = NULL;
     store_sha256_hex(job.digest, inputs, strlen(inputs));
-    assert_int_equal(store_job_insert(world->engine.fixture->store, &job, NULL, NULL), STORE_OK);
+    assert_int_equal(store_job_insert(world->engine.fixture->store, &job, NULL, NULL, NULL),
+                     STORE_OK);
     memcpy(id, job.id, sizeof id);
     open_engine(world, 1);
     await(world, id, STORE_JOB_SUCCESSFUL);

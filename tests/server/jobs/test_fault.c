@@ -165,7 +165,7 @@ static void dies_by(const char *path, const char *inputs, int number, struct tal
     (void)close(told[0]);
     store = fixture_store(path);
     assert_true(fault_open(path, faulty));
-    assert_int_equal(store_job_recover_named(store, 3, faulty, &requeued, &failed), STORE_OK);
+    assert_int_equal(store_job_recover(store, 3, faulty, &requeued, &failed), STORE_OK);
     fault_clear();
     fault_close();
     assert_int_equal(requeued, 2);

@@ -138,7 +138,7 @@ static inline int fixture_insert_job(struct store *store, int number, char id[ST
     snprintf(job.id, sizeof job.id, "job-%08d", number);
     store_sha256_hex(job.digest, inputs, strlen(inputs));
     memcpy(id, job.id, STORE_ID_MAX);
-    return store_job_insert(store, &job, NULL, NULL);
+    return store_job_insert(store, &job, NULL, NULL, NULL);
 }
 
 static inline enum store_job_status fixture_status(struct store *store, const char *id)

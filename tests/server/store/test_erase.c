@@ -149,7 +149,7 @@ static void put_job(struct store *store, const char *id, const char *owner, cons
     snprintf(job.id, sizeof job.id, "%s", id);
     snprintf(job.owner, sizeof job.owner, "%s", owner);
     store_sha256_hex(job.digest, id, strlen(id));
-    assert_int_equal(store_job_insert(store, &job, NULL, NULL), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, NULL, NULL, NULL), STORE_OK);
     store_job_clear(&job);
 }
 
@@ -180,8 +180,8 @@ static void a_job_needs_its_inputs(void **state)
     assert_int_equal(store_erase(store, &erasure), STORE_CONFLICT);
     assert_int_equal(erasure.needing, 1);
     assert_int_equal(erasure.n_unended, 1);
-    assert_string_equal(erasure.told[0].kind, "job");
-    assert_string_equal(erasure.told[0].id, JOB);
+    assert_string_equal(erasure.needed_by[0].kind, "job");
+    assert_string_equal(erasure.needed_by[0].id, JOB);
     /* One that has not ended is not taken along either. */
     erasure.cascade = true;
     assert_int_equal(store_erase(store, &erasure), STORE_CONFLICT);

@@ -168,7 +168,7 @@ static void check_version_2(struct fixture *fixture)
                      0);
     /* And opened once more it stays as it is. */
     fixture_reopen(fixture);
-    assert_int_equal(store_cohort_delete(fixture->store, "group"), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(fixture->store, "", "group", NULL), STORE_OK);
     assert_int_equal(count(path, "SELECT 1 FROM cohort_member"), 0);
 }
 

@@ -212,7 +212,7 @@ static int insert_job(struct store *store, const char *owner, int number,
     snprintf(job.owner, sizeof job.owner, "%s", owner);
     store_sha256_hex(job.digest, inputs, strlen(inputs));
     memcpy(id, job.id, STORE_ID_MAX);
-    return store_job_insert_within(store, &job, limits, NULL, NULL);
+    return store_job_insert(store, &job, limits, NULL, NULL);
 }
 
 /* Runs the owner's next job to such results. */

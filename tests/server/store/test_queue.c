@@ -33,7 +33,7 @@ static void insert(struct store *store, const char *owner, int number, int64_t e
     snprintf(job.id, sizeof job.id, "job-%08d", number);
     snprintf(job.owner, sizeof job.owner, "%s", owner);
     store_sha256_hex(job.digest, inputs, strlen(inputs));
-    assert_int_equal(store_job_insert_within(store, &job, &limits, NULL, NULL), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, &limits, NULL, NULL), STORE_OK);
 }
 
 static void claims(struct store *store, int number)

@@ -377,7 +377,7 @@ static void keys_name_jobs_once(void **state)
     struct store_job job = {.id = "job-1", .process = process, .inputs = inputs}, found;
 
     store_sha256_hex(job.digest, "1", 1);
-    assert_int_equal(store_job_insert(store, &job, "key", "body"), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, NULL, "key", "body"), STORE_OK);
     assert_int_equal(store_idempotency_find(store, "key", id, digest), STORE_OK);
     assert_string_equal(id, "job-1");
     assert_string_equal(digest, "body");
@@ -385,10 +385,10 @@ static void keys_name_jobs_once(void **state)
     /* A taken key refuses the job as a whole, and so does a digest in flight. */
     memcpy(job.id, "job-2", sizeof "job-2");
     store_sha256_hex(job.digest, "2", 1);
-    assert_int_equal(store_job_insert(store, &job, "key", "other"), STORE_CONFLICT);
+    assert_int_equal(store_job_insert(store, &job, NULL, "key", "other"), STORE_CONFLICT);
     assert_int_equal(store_job_get(store, "job-2", &found), STORE_NOT_FOUND);
     store_sha256_hex(job.digest, "1", 1);
-    assert_int_equal(store_job_insert(store, &job, NULL, NULL), STORE_CONFLICT);
+    assert_int_equal(store_job_insert(store, &job, NULL, NULL, NULL), STORE_CONFLICT);
 
     assert_int_equal(store_idempotency_put(store, "second", "job-1", "body"), STORE_OK);
     assert_int_equal(store_idempotency_put(store, "second", "job-1", "body"), STORE_CONFLICT);
@@ -399,7 +399,7 @@ static void keys_name_jobs_once(void **state)
                      STORE_OK);
     assert_int_equal(store_job_delete(store, "job-1"), STORE_OK);
     assert_int_equal(store_idempotency_find(store, "key", id, digest), STORE_NOT_FOUND);
-    assert_int_equal(store_job_insert(store, &job, "key", "other"), STORE_OK);
+    assert_int_equal(store_job_insert(store, &job, NULL, "key", "other"), STORE_OK);
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)

@@ -203,7 +203,7 @@ static void recovery_counts_deaths(void **state)
         assert_int_equal(job.attempt, death);
         store_job_clear(&job);
         fixture_reopen(fixture);
-        assert_int_equal(store_job_recover(fixture->store, 3, &requeued, &failed), STORE_OK);
+        assert_int_equal(store_job_recover(fixture->store, 3, NULL, &requeued, &failed), STORE_OK);
         assert_int_equal(requeued, death < 4);
         assert_int_equal(failed, death == 4);
     }
@@ -243,7 +243,7 @@ static void recovery_dismisses_what_was_being_cancelled(void **state)
     make_job(fixture->store, 0, STORE_JOB_RUNNING, id, &attempt);
     assert_int_equal(store_job_request_cancel(fixture->store, id, &job), STORE_OK);
     store_job_clear(&job);
-    assert_int_equal(store_job_recover(fixture->store, 3, &requeued, &failed), STORE_OK);
+    assert_int_equal(store_job_recover(fixture->store, 3, NULL, &requeued, &failed), STORE_OK);
     assert_int_equal(requeued + failed, 0);
     assert_int_equal(fixture_status(fixture->store, id), STORE_JOB_DISMISSED);
 }

@@ -132,8 +132,8 @@ static void test_cohort(void **state)
     assert_memory_equal(cohort.members, ids, sizeof ids);
     store_cohort_clear(&cohort);
 
-    assert_int_equal(store_cohort_delete(fixture->store, "a"), STORE_OK);
-    assert_int_equal(store_cohort_delete(fixture->store, "a"), STORE_NOT_FOUND);
+    assert_int_equal(store_cohort_delete_as(fixture->store, "", "a", NULL), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(fixture->store, "", "a", NULL), STORE_NOT_FOUND);
     assert_int_equal(store_cohort_get(fixture->store, "a", &cohort), STORE_NOT_FOUND);
     assert_int_equal(put_cohort(fixture->store, "a", "[2]", ids, 1, &created, &missing), STORE_OK);
 }
@@ -170,7 +170,7 @@ static void test_members_stay(void **state)
     put_surface(fixture->store, 1.0, ids[0]);
     assert_int_equal(put_cohort(fixture->store, "a", "[]", ids, 1, &created, &missing), STORE_OK);
     assert_int_equal(run_sql(fixture, "DELETE FROM surface"), SQLITE_CONSTRAINT);
-    assert_int_equal(store_cohort_delete(fixture->store, "a"), STORE_OK);
+    assert_int_equal(store_cohort_delete_as(fixture->store, "", "a", NULL), STORE_OK);
     assert_int_equal(run_sql(fixture, "DELETE FROM surface"), SQLITE_OK);
 }
 
@@ -476,7 +476,7 @@ static void test_checkpoint_recovery(void **state)
     assert_int_equal(
         store_job_transition(fixture->store, b, 1, STORE_JOB_ACCEPTED, NULL, NULL, NULL), STORE_OK);
     fixture_reopen(fixture);
-    assert_int_equal(store_job_recover(fixture->store, 2, &requeued, &failed), STORE_OK);
+    assert_int_equal(store_job_recover(fixture->store, 2, NULL, &requeued, &failed), STORE_OK);
     assert_int_equal(requeued, 1);
     expect_checkpoint(fixture->store, a, bytes, size);
     expect_checkpoint(fixture->store, b, bytes, size);
@@ -485,12 +485,12 @@ static void test_checkpoint_recovery(void **state)
     store_job_clear(&job);
     expect_none(fixture->store, b);
     assert_int_equal(count_files(fixture), 1);
-    assert_int_equal(store_job_recover(fixture->store, 2, &requeued, &failed), STORE_OK);
+    assert_int_equal(store_job_recover(fixture->store, 2, NULL, &requeued, &failed), STORE_OK);
     assert_int_equal(requeued, 1);
     expect_checkpoint(fixture->store, a, bytes, size);
     assert_int_equal(store_job_claim_alone(fixture->store, &job), STORE_OK);
     store_job_clear(&job);
-    assert_int_equal(store_job_recover(fixture->store, 2, &requeued, &failed), STORE_OK);
+    assert_int_equal(store_job_recover(fixture->store, 2, NULL, &requeued, &failed), STORE_OK);
     assert_int_equal(failed, 1);
     expect_none(fixture->store, a);
     assert_int_equal(count_files(fixture), 0);

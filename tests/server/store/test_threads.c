@@ -78,7 +78,7 @@ static void insert_the_same(struct shared *shared, int round, int number)
 
     snprintf(job.id, sizeof job.id, "job-same-%d-%d", round, number);
     store_sha256_hex(job.digest, &round, sizeof round);
-    status = store_job_insert(shared->store, &job, NULL, NULL);
+    status = store_job_insert(shared->store, &job, NULL, NULL, NULL);
     expect(shared, status == STORE_OK || status == STORE_CONFLICT);
     atomic_fetch_add(&shared->made, status == STORE_OK);
 }
