@@ -78,6 +78,15 @@ class Records(unittest.TestCase):
             CLIENT.encode(mesh, lmax=1000)
         self.assertEqual((caught.exception.status, caught.exception.errors[0]["pointer"]), (422, "/inputs/lmax"))
 
+    def test_renamed(self):
+        """a file that is uploaded again leaves the name that its mesh was given; a name that is asked for is set"""
+        file = NUCLEI / "L_caudate.ply"
+        mesh = CLIENT.upload(file)
+        mesh.rename("left caudate")
+        self.assertEqual(CLIENT.upload(file).name, "left caudate")
+        self.assertEqual(CLIENT.upload_all([file])[0].name, "left caudate")
+        self.assertEqual(CLIENT.upload(file, "again").name, "again")
+
     def test_tables(self):
         """cohorts and models come as columns of one length"""
         shapes = [CLIENT.encode(CLIENT.upload(f), lmax=4).surface for f in sorted(NUCLEI.glob("L_*.ply"))[:4]]
@@ -190,7 +199,15 @@ class Studies(unittest.TestCase):
         tables = {path.stem: path.read_text().splitlines() for path in study.tables()}
         self.assertEqual((len(tables["members"]), len(tables["scores"]), len(tables["groups"])), (13, 13, 2))
         self.assertTrue(tables["members"][1].startswith("L_amygdala.ply,A,amygdala,,left,False,61.0,mesh-"))
+        adjusted = study.compare_groups(permutations=99, covariates=["age"])
+        self.assertEqual((adjusted.raw["regressedOut"], study.results["groups"].raw["regressedOut"]), (["age"], []))
+        self.assertEqual([name for name in study.results if "groups" in name], ["groups", "groups-2"])
+        self.assertIs(study.compare_groups(permutations=99, covariates=["age"]), adjusted)
+        rows = [line.split(",") for line in (study.tables(), (study.out / "tables" / "groups.csv"))[1].read_text().splitlines()]
+        self.assertEqual([row[1] for row in rows], ["covariates taken out", "none", "age"])
         report = study.report().read_text()
+        self.assertIn("covariates taken out", report)
+        self.assertIn("95 %", report)
         self.assertNotIn("<script", report)
         self.assertNotIn('src="http', report)
         for figure in ("mean", "scores", "mode-1", "groups-significance"):
@@ -204,6 +221,15 @@ class Studies(unittest.TestCase):
         steps = {s.name: s for s in self.study().run(steps=("encode", "groups", "classify"))}
         self.assertEqual(steps["groups"].status, "left out")
         self.assertIn("'A'", steps["classify"].detail)
+
+    def test_label_column(self):
+        """another column can be the label; one that looks like it is named where there is none"""
+        self.labels.write_text(nuclei_table().replace("label", "Group", 1))
+        steps = {s.name: s for s in self.study().run(steps=("groups",))}
+        self.assertIn("--label-column Group", steps["groups"].detail)
+        self.assertEqual(self.study(label_column="group").labels(), ["A", "B"])
+        with self.assertRaisesRegex(srnf.InputError, "no column 'nosuch'; its first line has: file, Group"):
+            self.study(label_column="nosuch")
 
 
 class Labels(unittest.TestCase):
@@ -239,6 +265,9 @@ class Labels(unittest.TestCase):
             (good + "notes.txt,x\n", "its name is not that of a mesh"),
             (good.replace(",x", ",x,3"), "line 2: 3 cells, but 2 columns"),
             ("file,side\na.ply,up\nb,L\nlh.pial,L\n", "the side 'up' is neither left nor right"),
+            ("file,side,time\na.ply,up,x\nb,L,1\nc.ply,L,1\n",
+             r"(?s)line 2: the time 'x' is no number.*line 2: the side 'up'.*line 4: there is no mesh 'c.ply'.*no row for 1 of 3"),
+            ("file,label\na.ply,x,3\nb,y\nlh.pial\n", r"(?s)line 2: 3 cells.*line 4: 1 cell"),
             ("", "is empty"),
             ("file\n", "no rows"),
         ):

@@ -81,6 +81,7 @@ def _study(sub: Any, common: argparse.ArgumentParser) -> None:
     )
     one.add_argument("folder", help="folder of meshes")
     one.add_argument("--labels", metavar="FILE", help="CSV or TSV: file, label, subject, time, side, mirror, covariates")
+    one.add_argument("--label-column", metavar="NAME", help="the column of the labels, if that is not label")
     one.add_argument("--out", metavar="FOLDER", help="where results go (FOLDER-study)")
     one.add_argument("--name", help="name of the cohort (that of the folder)")
     one.add_argument("--lmax", type=int, help="harmonic degree, 4..127 (the server's default)")

@@ -119,11 +119,18 @@ class Client(Processes):
     def upload(self, mesh: Union[PathLike, bytes], name: Optional[str] = None) -> Mesh:
         """Uploads a mesh, from a file or bytes, in any format that the server reads; the same bytes are the same mesh.
 
-        Its ``report`` says whether it can be analysed; a mesh that cannot is kept all the same.
+        Its ``report`` says whether it can be analysed; a mesh that cannot is kept all the same. It is called ``name``;
+        without one a new mesh has the file's, and one that is there keeps its own.
         """
-        body, called = _content(mesh, name)
-        answer = self.http.request("POST", "/v1/meshes", query={"name": called}, body=body)
-        return Mesh(answer.json(), self)
+        return Mesh(self._post_content("/v1/meshes", mesh, name), self)
+
+    def _post_content(self, path: str, given: Union[PathLike, bytes], name: Optional[str]) -> dict[str, Any]:
+        body, called = _content(given, name)
+        answer = self.http.request("POST", path, query={"name": name}, body=body)
+        record: dict[str, Any] = answer.json()
+        if name is None and called and answer.status == 201:
+            record = self.send("PATCH", f"{path}/{record['id']}", {"name": called})
+        return record
 
     def upload_all(
         self,
@@ -160,10 +167,8 @@ class Client(Processes):
             raise
 
     def upload_volume(self, volume: Union[PathLike, bytes], name: Optional[str] = None) -> Volume:
-        """Uploads a label volume (NIfTI, NRRD); ``extract`` makes meshes of its labels."""
-        body, called = _content(volume, name)
-        answer = self.http.request("POST", "/v1/volumes", query={"name": called}, body=body)
-        return Volume(answer.json(), self)
+        """Uploads a label volume (NIfTI, NRRD), called as a mesh is; ``extract`` makes meshes of its labels."""
+        return Volume(self._post_content("/v1/volumes", volume, name), self)
 
     def add_surface(self, coefficients: Any, name: Optional[str] = None, **options: Any) -> Surface:
         """Adds a surface by its coefficients, shape (3, (lmax + 1)^2)."""

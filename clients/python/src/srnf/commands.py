@@ -43,6 +43,7 @@ def study(client: Client, given: argparse.Namespace) -> int:
     one = Study.from_folder(
         given.folder,
         given.labels,
+        label_column=given.label_column,
         out=given.out,
         name=given.name,
         client=client,

@@ -25,6 +25,8 @@ _VOLUMES = frozenset({"nii", "nrrd"})
 _SIDES = {"left": "left", "l": "left", "lh": "left", "right": "right", "r": "right", "rh": "right"}
 _NOTHING = frozenset({"", "na", "n/a", "nan"})
 _TRUTHS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+#: Faults of a table that are told.
+_TOLD = 20
 _OWN = ("file", "label", "subject", "time", "side", "mirror")
 
 Value = Union[str, float, bool]
@@ -107,40 +109,71 @@ def read_table(file: Path) -> list[dict[str, str]]:
         if lower.count(name) > 1:
             raise InputError(f"The table {file} has two columns {name!r}")
     named = [low if low in _OWN else name for low, name in zip(lower, names)]
-    found = []
+    found, wrong = [], []
     for number, row in enumerate(rows[1:], 2):
         if not any(row):
             continue
         if len(row) != len(names):
-            raise InputError(f"{file}, line {number}: {len(row)} cells, but {len(names)} columns")
+            wrong.append(f"{file}, line {number}: {len(row)} cells, but {len(names)} columns")
+            continue
         found.append({**dict(zip(named, row)), "": f"{file}, line {number}", "mark": mark})
+    _refuse(wrong)
     if not found:
         raise InputError(f"The table {file} has a head, but no rows")
     return found
 
 
-def read_members(folder: Path, labels: Optional[Path]) -> list[Member]:
+def _refuse(wrong: Sequence[str]) -> None:
+    """All that is wrong at once, a line each."""
+    if wrong:
+        more = [f"and {len(wrong) - _TOLD} more"] if len(wrong) > _TOLD else []
+        raise InputError("\n".join([*wrong[:_TOLD], *more]))
+
+
+def _choose_label(rows: Sequence[dict[str, str]], column: str, file: Path) -> None:
+    """Makes another column that of the labels."""
+    names = [name for name in rows[0] if name not in ("", "mark")]
+    chosen = next((name for name in names if name.lower() == column.lower()), None)
+    if chosen is None:
+        raise InputError(f"The table {file} has no column {column!r}; its first line has: {', '.join(names)}")
+    for row in rows:
+        row["label"] = row.pop(chosen)
+
+
+def read_members(folder: Path, labels: Optional[Path], label_column: Optional[str] = None) -> list[Member]:
     """The members of a study: the meshes of a folder, with what a table knows of them, in its order.
 
-    Every mesh needs a row, and every row its mesh.
+    Every mesh needs a row, and every row its mesh. ``label_column`` is the column of the labels, if not ``label``.
     """
+    if label_column is not None and labels is None:
+        raise InputError("label_column is a column of a table of labels, and there is none")
     files = mesh_files(folder)
     if labels is None:
         return [Member(path) for path in files]
     rows = read_table(labels)
+    if label_column is not None:
+        _choose_label(rows, label_column, labels)
     kinds = {n: _kind([r[n] for r in rows], rows[0]["mark"]) for n in rows[0] if n not in (*_OWN, "", "mark")}
-    members = [_read_row(row, _find(row, files, folder), kinds) for row in rows]
+    members: list[Member] = []
     seen: dict[Path, str] = {}
-    for member, row in zip(members, rows):
-        if member.path in seen:
-            raise InputError(f"{row['']}: {row['file']} was named before, in {seen[member.path]}")
-        seen[member.path] = row[""]
+    wrong: list[str] = []
+    for row in rows:
+        try:
+            path = _find(row, files, folder)
+        except InputError as error:
+            wrong.append(str(error))
+            continue
+        if path in seen:
+            wrong.append(f"{row['']}: {row['file']} was named before, in {seen[path]}")
+        seen.setdefault(path, row[""])
+        members.append(_read_row(row, path, kinds, wrong))
     without = [str(path.relative_to(folder)) for path in files if path not in seen]
     if without:
-        raise InputError(
+        wrong.append(
             f"{labels} has no row for {len(without)} of {len(files)} meshes in {folder}: {_some(without)}."
             " Add rows for them, or move them out of the folder."
         )
+    _refuse(wrong)
     return members
 
 
@@ -160,21 +193,21 @@ def _find(row: dict[str, str], files: Sequence[Path], folder: Path) -> Path:
     raise InputError(f"{row['']}: there is no mesh {name!r} in {folder}{hint}")
 
 
-def _read_row(row: dict[str, str], path: Path, kinds: dict[str, str]) -> Member:
+def _read_row(row: dict[str, str], path: Path, kinds: dict[str, str], wrong: list[str]) -> Member:
     member = Member(path, label=_said(row.get("label")), subject=_said(row.get("subject")))
     time, side, mirror = (_said(row.get(name)) for name in ("time", "side", "mirror"))
     if time is not None:
         member.time = _number(time, row["mark"])
         if member.time is None:
-            raise InputError(f"{row['']}: the time {time!r} is no number")
+            wrong.append(f"{row['']}: the time {time!r} is no number")
     if side is not None:
-        if side.lower() not in _SIDES:
-            raise InputError(f"{row['']}: the side {side!r} is neither left nor right")
-        member.side = _SIDES[side.lower()]
+        member.side = _SIDES.get(side.lower())
+        if member.side is None:
+            wrong.append(f"{row['']}: the side {side!r} is neither left nor right")
     if mirror is not None:
+        member.mirror = _TRUTHS.get(mirror.lower(), False)
         if mirror.lower() not in _TRUTHS:
-            raise InputError(f"{row['']}: mirror is {mirror!r}, which is neither true nor false")
-        member.mirror = _TRUTHS[mirror.lower()]
+            wrong.append(f"{row['']}: mirror is {mirror!r}, which is neither true nor false")
     for name, kind in kinds.items():
         cell = _said(row[name])
         if cell is not None:

@@ -46,8 +46,8 @@ _FIGURES = {
 _NOTES = {
     "members": "Area and volume are in the units of the files. The fit is the distance between mesh and surface over the"
     " diagonal of the mesh.",
-    "groups": "p is that of the global test; least significance is the smallest corrected value of the map over the surface.",
-    "classification": "Compare the accuracy with the majority rate. If the interval holds the majority rate, the data do"
+    "groups": "p is that of the global test, with Wilson's interval of 95 % for the relabellings that were drawn; least significance is the smallest corrected value of the map over the surface.",
+    "classification": "Intervals are Wilson's, of 95 %. Compare the accuracy with the majority rate. If the interval holds the majority rate, the data do"
     " not show that the label can be predicted.",
 }
 

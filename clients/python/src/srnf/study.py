@@ -95,6 +95,7 @@ class Study:
         folder: PathLike,
         labels: Optional[PathLike] = None,
         *,
+        label_column: Optional[str] = None,
         out: Optional[PathLike] = None,
         name: Optional[str] = None,
         client: Optional[Client] = None,
@@ -102,14 +103,14 @@ class Study:
     ) -> "Study":
         """The study of the meshes below a folder; ``labels`` is their table (see ``srnf.labels``).
 
-        ``options`` are those of ``Options``.
+        ``label_column`` is the column of the table that has the labels, where that is not ``label``. ``options`` are those of ``Options``.
         """
         unknown = sorted(set(options) - set(Options.__dataclass_fields__))
         if unknown:
             there = ", ".join(Options.__dataclass_fields__)
             raise InputError(f"a study has no option {unknown[0]!r}; it has: {there}")
         path = Path(folder)
-        members = read_members(path, Path(labels) if labels is not None else None)
+        members = read_members(path, Path(labels) if labels is not None else None, label_column)
         called = name or re.sub(r"[^A-Za-z0-9._-]+", "-", path.resolve().name)[:80] or "study"
         return cls(members, out or f"{path.resolve()}-study", called, client, Options(**options))
 
@@ -225,13 +226,22 @@ class Study:
     def compare_groups(
         self, first: Optional[str] = None, second: Optional[str] = None, **options: Any
     ) -> Result:
-        """Whether two labels differ; they need not be named where there are only two."""
+        """Whether two labels differ; they need not be named where there are only two.
+
+        A comparison of other options is a result of its own: groups, groups-2, ..
+        """
         cohort, name = self.cohort(), "groups"
         if first is not None and second is not None and len(self.labels()) != 2:
             chosen = [i for i, m in enumerate(self.members) if m.label in (first, second)]
             name = f"groups-{_slug(first)}-{_slug(second)}"
             cohort = self._cohort_of(f"{self.name}-{_slug(first)}-{_slug(second)}"[:90], chosen)
-        return self._result(name, "compare-groups", {"cohort": cohort.name, **self._how(), **options})
+        inputs = {"cohort": cohort.name, **self._how(), **options}
+        key, number = self._key("compare-groups", inputs), 1
+        called = name
+        while self._keys.get(called, key) != key:
+            number += 1
+            called = f"{name}-{number}"
+        return self._result(called, "compare-groups", inputs)
 
     def classify(self, method: Union[str, Sequence[str], None] = None, **options: Any) -> Result:
         """Labels predicted, each subject left out in turn; see ``Client.classify``."""
@@ -316,11 +326,19 @@ class Study:
             return f"{count * (count - 1) // 2} pairs would each be registered; ask for it, or register to a template"
         if step in ("groups", "classify"):
             if any(member.label is None for member in self.members):
-                return "some members have no label" if labels else "no member has a label"
+                return "some members have no label" if labels else "no member has a label" + self._offer()
             if len(labels) < 2:
                 return f"all members have the label {labels[0]!r}"
             if step == "groups" and len(labels) > 4:
                 return f"{len(labels)} labels make {len(self.pairs())} pairs; compare those that matter one by one"
+        return ""
+
+    def _offer(self) -> str:
+        """The column that looks like that of the labels."""
+        for name in dict.fromkeys(n for member in self.members for n in member.covariates):
+            values = sorted({str(m.covariates[name]) for m in self.members if name in m.covariates})
+            if name.lower() in ("group", "diagnosis", "class") and 1 < len(values) <= 10:
+                return f"; {name} has {', '.join(values)}: it is the label with --label-column {name}"
         return ""
 
     def warnings(self) -> list[dict[str, str]]:
@@ -362,10 +380,13 @@ class Study:
     def _compute(self, name: str, process: str, options: Mapping[str, Any]) -> Result:
         return self._result(name, process, {"cohort": self.cohort().name, **options})
 
+    def _key(self, process: str, inputs: Mapping[str, Any]) -> str:
+        cohort = {"members": digest([s.id for s in self._surfaces])} if "cohort" in inputs else {}
+        return digest([process, dict(inputs), cohort])
+
     def _result(self, name: str, process: str, inputs: Mapping[str, Any]) -> Result:
         """The results of a job that was asked for before, in whichever run, or of a new one."""
-        cohort = {"members": digest([s.id for s in self._surfaces])} if "cohort" in inputs else {}
-        key = digest([process, dict(inputs), cohort])
+        key = self._key(process, inputs)
         if self._keys.get(name) == key:
             return self.results[name]
         job = self._known_job(key) or self.client.submit(process, inputs)

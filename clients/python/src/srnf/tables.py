@@ -57,7 +57,8 @@ def groups_table(study: "Study") -> dict[str, list[Any]]:
         low, high = (raw.get("pValueInterval") or [None, None])[:2]
         sizes = raw.get("groupSizes") or {}
         row = {
-            "groups": " and ".join(str(one) for one in raw.get("groups") or []), "p": raw.get("pValue"),
+            "groups": " and ".join(str(one) for one in raw.get("groups") or []),
+            "covariates taken out": " ".join(raw.get("regressedOut") or []) or "none", "p": raw.get("pValue"),
             "interval low": low, "interval high": high, "least significance": raw.get("leastSignificance"),
             "subjects": " and ".join(str(one) for one in sizes.get("subjects") or []),
         }  # fmt: skip
