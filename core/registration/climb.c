@@ -1,8 +1,8 @@
 /*
  * climb.c - fields of rising degree on the full grid, by tables, until nothing is left to gain.
  *
- * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken in
- * the template's domain (tabulated_pull.c): gamma <- gamma o delta.
+ * Between the fields of a basin and those of the full degree the warp is fixed and steps are taken
+ * in the template's domain (tabulated_pull.c): gamma <- gamma o delta.
  *
  * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
  * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
@@ -179,8 +179,8 @@ static int push(struct climb *c, const struct srnf_warp *chain)
     return status;
 }
 
-/* chain <- delta, then the chain; where that begins with the identity, as in a common pose, it still
-   does. */
+/* chain <- delta, then the chain; where that begins with the identity, as in a common pose, it
+   still does. */
 static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
 {
     const struct srnf_warp_link *first = &chain->links[0];

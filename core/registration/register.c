@@ -3,18 +3,16 @@
  *
  * Symmetric mode runs the pair in a fixed order, whichever way it was asked for, so that d(a, b) =
  * d(b, a) to the last bit: both directions are searched, and the lower objective is kept (the
- * objective itself is symmetric). The answer is the warp or its inverse. Why the search ended is the
- * worse reason of both: one that was cut off might have ended lower than the one that is kept. In
- * exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted and
- * optimized in the other direction. (Swaps begin where there is little to gain: that one gained
+ * objective itself is symmetric). The answer is the warp or its inverse. Why the search ended is
+ * the worse reason of both: one that was cut off might have ended lower than the one that is kept.
+ * In exact mode, whose steps are all of one kind, two swaps follow, in which the warp is inverted
+ * and optimized in the other direction. (Swaps begin where there is little to gain: that one gained
  * nothing tells nothing.)
  *
  * Fields are reported on the template's grid, from exact values; distance and objective as the
- * search
- * measured them, on a grid that its degree cannot overfit (search.c); the least and
- * the
- * largest Jacobian on a grid finer by half. The coefficients of the registered surface are a
- * projection to degree L: truncation_error says what it costs.
+ * search measured them, on a grid that its degree cannot overfit (search.c); the least and the
+ * largest Jacobian of its nodes and about the extreme ones (extremes.c). The coefficients of the
+ * registered surface are a projection to degree L: truncation_error says what it costs.
  */
 #include "registration.h"
 
@@ -570,6 +568,55 @@ static int check_fields(const struct call *c)
     return norm1 > 0.0 && isfinite(norm1) && norm2 > 0.0 && isfinite(norm2) ? SRNF_OK : SRNF_EINVAL;
 }
 
+/* What all calls begin with: found, and what it is told from. inverse_consistency: as of a
+   registration. */
+static int search_call(struct call *c, const struct srnf_sht *sht, const double *template_surface,
+                       const double *template_q, const double *moving,
+                       const struct srnf_registration *warm, struct search_result *found,
+                       double *inverse_consistency)
+{
+    int status = call_create(c, sht, template_surface, template_q, moving);
+
+    status = status ? status : check_fields(c);
+    if (status) {
+        return status;
+    }
+    return c->options->symmetric
+               ? symmetric_search(c, template_surface, moving, found, inverse_consistency)
+               : one_way(c, c->q1, template_q ? NULL : template_surface, moving,
+                         warm ? &warm->warp : NULL, found);
+}
+
+/* Cancellation comes before whatever else went wrong because of it. */
+static int finish(const struct srnf_context *context, int status, struct srnf_error *error)
+{
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
+    return status ? srnf_fail(error, status, -1, "%s",
+                              status == SRNF_EINVAL ? "a field is zero or not finite"
+                                                    : srnf_strerror(status))
+                  : SRNF_OK;
+}
+
+int registration_distance(const struct srnf_sht *sht, const double *template_surface,
+                          const double *moving, const struct srnf_register_options *options,
+                          const struct srnf_context *context, double *distance,
+                          struct srnf_error *error)
+{
+    struct call call = {.options = options, .context = context};
+    struct search_result found = {.iterations = 0};
+    double ignored;
+    int status = check(sht, template_surface, NULL, moving, options, error);
+
+    if (status) {
+        return status;
+    }
+    status = search_call(&call, sht, template_surface, NULL, moving, NULL, &found, &ignored);
+    *distance = found.distance;
+    search_result_clear(&found);
+    call_clear(&call);
+    return finish(context, status, error);
+}
+
 int srnf_register(const struct srnf_sht *sht, const double *template_surface,
                   const double *template_q, const double *moving,
                   const struct srnf_register_options *options, const struct srnf_registration *warm,
@@ -586,25 +633,13 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     if (status) {
         return status;
     }
-    status = call_create(&call, sht, template_surface, template_q, moving);
-    if (status == SRNF_OK) {
-        status = check_fields(&call);
-    }
-    if (status == SRNF_OK && call.options->symmetric) {
-        status = symmetric_search(&call, template_surface, moving, &found,
-                                  &registration->inverse_consistency);
-    } else if (status == SRNF_OK) {
-        status = one_way(&call, call.q1, template_q ? NULL : template_surface, moving,
-                         warm ? &warm->warp : NULL, &found);
-    }
+    status = search_call(&call, sht, template_surface, template_q, moving, warm, &found,
+                         &registration->inverse_consistency);
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
-    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
+    status = finish(context, status, error);
     if (status) {
-        (void)srnf_fail(error, status, -1, "%s",
-                        status == SRNF_EINVAL ? "a field is zero or not finite"
-                                              : srnf_strerror(status));
         srnf_registration_clear(registration);
     }
     search_result_clear(&found);
@@ -659,11 +694,8 @@ int srnf_register_known(const struct srnf_sht *sht, const double *template_surfa
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
-    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
+    status = finish(context, status, error);
     if (status) {
-        (void)srnf_fail(error, status, -1, "%s",
-                        status == SRNF_EINVAL ? "a field is zero or not finite"
-                                              : srnf_strerror(status));
         srnf_registration_clear(registration);
     }
     search_result_clear(&found);

@@ -295,6 +295,13 @@ enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
 /* What register.h allows as degree and penalties. */
 SRNF_CHECKED int registration_check(const struct srnf_register_options *options,
                                     struct srnf_error *error);
+/* The distance of srnf_register, without the rest of its report, which takes as long as a third of
+   the search. */
+SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double *template_surface,
+                                       const double *moving,
+                                       const struct srnf_register_options *options,
+                                       const struct srnf_context *context, double *distance,
+                                       struct srnf_error *error);
 /* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
 size_t registration_rows(size_t degree);
 /* Nodes and weights of a grid: [n][3] and [n]. */

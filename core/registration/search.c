@@ -419,8 +419,8 @@ static const double *first_rotation(const struct srnf_warp *chain)
     return NULL;
 }
 
-/* All degrees directly, from a rotation: refined, as two surfaces that are nearly the same lie best,
-   or, in exact mode, first warped roughly. */
+/* All degrees directly, from a rotation: refined, as two surfaces that are nearly the same lie
+   best, or, in exact mode, first warped roughly. */
 static int climb_from_rotation(const struct search *s, const double rotation[9], struct warp *warp,
                                size_t *iterations)
 {

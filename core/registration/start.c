@@ -148,8 +148,7 @@ int registration_rigid(const struct problem *problem, struct start_rotation *sta
 {
     struct warp warp;
     struct samples samples = {0};
-    double a[36];
-    double rhs[6];
+    double a[36], rhs[6];
     double lambda = 1e-3;
     struct problem plain = *problem;
     int status = warp_create(&warp, &problem->target);

@@ -34,8 +34,8 @@ SRNF_CHECKED int tabulated_moving_create(struct tabulated_moving *moving,
                                          enum srnf_representation representation,
                                          size_t from_degree, const double *coefficients,
                                          size_t degree, size_t order, double fineness);
-/* f o gamma for a chain of rotations and steps, which penalties still see: where points are taken by
-   further steps in its domain, they are measured at the points of both. (tabulated_pull.c) */
+/* f o gamma for a chain of rotations and steps, which penalties still see: where points are taken
+   by further steps in its domain, they are measured at the points of both. (tabulated_pull.c) */
 SRNF_CHECKED int tabulated_moving_pull(struct tabulated_moving *moving,
                                        const struct tabulated_moving *from,
                                        const struct srnf_warp *chain,

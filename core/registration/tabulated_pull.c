@@ -7,8 +7,8 @@
  * g = sqrt(J) gamma, which a warp delta acts on as on a square-root field, (g, delta) = sqrt(J of
  * both) gamma o delta: all that the penalties of gamma o delta need.
  *
- * Steps of one kind alone lower the objective ever more slowly: where gamma compresses or stretches,
- * fields of a low degree fit only one of the two domains.
+ * Steps of one kind alone lower the objective ever more slowly: where gamma compresses or
+ * stretches, fields of a low degree fit only one of the two domains.
  */
 #include "tabulated.h"
 

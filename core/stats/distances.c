@@ -10,6 +10,7 @@
  * on who computes what. Cost: n (n - 1) / 2 registrations, or that many passes over two fields; the
  * SRNFs of all surfaces are held at once only where nothing is registered: 24 n P bytes.
  */
+#include "registration/registration.h"
 #include "stats.h"
 
 #include <math.h>
@@ -41,21 +42,14 @@ void stats_pair(size_t index, size_t *i, size_t *j)
 static int measure(const struct distances *d, size_t i, size_t j,
                    const struct srnf_context *context, double *distance, struct srnf_error *error)
 {
-    struct srnf_registration registration = {0};
     size_t size = 3 * stats_points(srnf_sht_grid(d->sht));
-    int status;
 
     if (!d->options) {
         *distance = sqrt(stats_distance2(srnf_sht_grid(d->sht), d->q + i * size, d->q + j * size));
         return SRNF_OK;
     }
-    status = srnf_register(d->sht, d->surfaces[i], NULL, d->surfaces[j], d->options, NULL, context,
-                           &registration, error);
-    if (status >= 0) {
-        *distance = registration.distance;
-        srnf_registration_clear(&registration);
-    }
-    return status;
+    return registration_distance(d->sht, d->surfaces[i], d->surfaces[j], d->options, context,
+                                 distance, error);
 }
 
 static int measure_pair(void *argument, size_t index, const struct srnf_context *context,
