@@ -12,8 +12,16 @@ struct mesh_export {
     const char *format, *media_type;
 };
 
+/* Its name is "positions": the coordinates of the vertices alone, in their order: x, y, z of each
+   as 32-bit numbers, the lowest byte first. */
+bool mesh_export_is_positions(const struct mesh_export *choice);
+
 /* ?format=, otherwise what Accept likes best, ply first. False when a problem was answered. */
 bool mesh_export_choose(struct api_call *call, struct mesh_export *choice);
+
+/* ?resolution=: parts of each edge of the icosahedron on which a surface of this degree is drawn. 0
+   when a problem was answered. */
+size_t mesh_export_resolution(struct api_call *call, size_t degree);
 
 /* Writes the mesh and answers with it, as a file of the name id.format; normals may be NULL. */
 void mesh_export_respond(struct api_call *call, const struct mesh_export *choice, const char *id,

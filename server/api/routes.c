@@ -144,6 +144,13 @@ const struct api_route api_routes[] = {
      ROUTE_NO_BODY,
      "format",
      {JSON, CSV, NPY}},
+    {"GET",
+     "/v1/models/{id}/shape",
+     models_shape,
+     SLOW | ROUTE_LONG,
+     ROUTE_NO_BODY,
+     "coefficients,format,resolution",
+     {0}},
 
     {"GET", "/v1/processes", processes_list, QUICK, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/processes/{id}", processes_get, QUICK, ROUTE_NO_BODY, "", {JSON}},

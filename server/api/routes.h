@@ -83,7 +83,7 @@ api_handler cohorts_patch, cohorts_members, cohorts_put_members;
 api_handler volumes_create, volumes_list, volumes_get, volumes_content;
 api_handler cohorts_create, cohorts_list, cohorts_get, cohorts_delete;
 api_handler records_delete, records_patch;
-api_handler models_list, models_get, models_modes, models_scores;
+api_handler models_list, models_get, models_modes, models_scores, models_shape;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one, jobs_delete,
     jobs_events, jobs_events_all;
 api_handler tickets_create_one;

@@ -48,33 +48,6 @@ static bool choose_space(struct api_call *call, bool *original)
                : refuse(call, "/space", "space must be original or normalized");
 }
 
-/* ?resolution=: parts of each edge of the icosahedron. 0 when a problem was answered. */
-static size_t choose_resolution(struct api_call *call, size_t degree)
-{
-    double harmonics = (double)srnf_coefficient_count(degree), limit;
-    bool refused = false;
-    char text[32], detail[200];
-    long number = SURFACE_RESOLUTION_DEFAULT;
-
-    /* 10 r^2 vertices times the harmonics is the work. */
-    limit = floor(sqrt(SURFACE_MESH_WORK_MAX / harmonics / 10.0));
-    if (limit > SURFACE_RESOLUTION_MAX) {
-        limit = SURFACE_RESOLUTION_MAX;
-    }
-    if (query_get(call, "resolution", text, sizeof text, &refused)) {
-        if (!query_whole(text, &number) || number < 1 || (double)number > limit) {
-            (void)snprintf(
-                detail, sizeof detail,
-                "resolution must be a whole number from 1 to %.0f for a surface of degree "
-                "%zu",
-                limit, degree);
-            (void)refuse(call, "/resolution", detail);
-            return 0;
-        }
-    }
-    return refused ? 0 : (size_t)number;
-}
-
 /* The id of the surface that deformation is measured from; false where there is none. */
 static bool reference_of(const struct store_surface *surface, char id[STORE_ID_MAX])
 {
@@ -303,7 +276,7 @@ void surfaces_mesh(struct api_call *call)
         (void)problem_respond_store(call, status, "no-such-surface", call->parameters[0]);
         return;
     }
-    resolution = choose_resolution(call, (size_t)surface.lmax);
+    resolution = mesh_export_resolution(call, (size_t)surface.lmax);
     if (resolution) {
         (void)api_response_header_text(call->response, "Vary", "Accept");
         (void)snprintf(tag, sizeof tag, "%s.mesh.%zu.%s%s", surface.id, resolution, choice.format,

@@ -26,6 +26,15 @@ void compute_model_clear(struct compute_model *model)
     compute_surface_clear(&model->mean);
 }
 
+static struct srnf_pca view_of(const struct store_model *stored)
+{
+    return (struct srnf_pca){.n = (size_t)stored->subjects,
+                             .components = (size_t)stored->components,
+                             .eigenvalues = stored->arrays[STORE_MODEL_EIGENVALUES],
+                             .modes = stored->arrays[STORE_MODEL_MODES],
+                             .scores = stored->arrays[STORE_MODEL_SCORES]};
+}
+
 int compute_model_load(struct jobs_run *run, const char *id, struct compute_model *model,
                        struct jobs_result *result)
 {
@@ -37,11 +46,7 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
     if (status) {
         return compute_fail_store(result, status, id);
     }
-    model->pca = (struct srnf_pca){.n = (size_t)stored->subjects,
-                                   .components = (size_t)stored->components,
-                                   .eigenvalues = stored->arrays[STORE_MODEL_EIGENVALUES],
-                                   .modes = stored->arrays[STORE_MODEL_MODES],
-                                   .scores = stored->arrays[STORE_MODEL_SCORES]};
+    model->pca = view_of(stored);
     status = compute_surface_load(run, stored->mean, 0.0, &model->mean, result);
     if (status) {
         compute_model_clear(model);
@@ -79,6 +84,28 @@ struct work {
     struct compute_reconstruction *out;
 };
 
+int compute_invert_point(const struct srnf_sht *sht, const struct store_model *stored,
+                         const double *start, const double *scores,
+                         const struct srnf_context *context, struct srnf_inversion *out,
+                         struct srnf_error *error)
+{
+    const struct srnf_pca pca = view_of(stored);
+    struct srnf_invert_options options = srnf_invert_options_defaults();
+    double *q = srnf_alloc(store_model_count(stored, STORE_MODEL_MEAN_Q), sizeof(double));
+    int status = SRNF_ENOMEM;
+
+    if (q) {
+        srnf_pca_reconstruct(srnf_sht_grid(sht), &pca, stored->arrays[STORE_MODEL_MEAN_Q], scores,
+                             q);
+        options.initial = SRNF_INITIAL_SURFACE;
+        options.surface = start;
+        options.certify = false;
+        status = srnf_invert(sht, q, &options, context, out, error);
+    }
+    srnf_free(q);
+    return status;
+}
+
 static void invert_one(void *argument, size_t index)
 {
     struct work *work = argument;
@@ -86,35 +113,24 @@ static void invert_one(void *argument, size_t index)
     struct compute_reconstruction *out = work->out;
     size_t i = work->round[index], before = work->before[i];
     size_t count = 3 * srnf_coefficient_count((size_t)model->stored.lmax);
-    struct srnf_invert_options options = srnf_invert_options_defaults();
+    const double *start =
+        before < out->n ? out->coefficients + before * count : model->mean.coefficients;
     struct srnf_inversion inversion = {0};
     struct point *point = &work->points[i];
-    double *q;
 
     point->done = true;
     if (work->context.canceled(work->context.user)) {
         point->status = SRNF_ECANCELED;
         return;
     }
-    point->status = SRNF_ENOMEM;
-    q = srnf_alloc(store_model_count(&model->stored, STORE_MODEL_MEAN_Q), sizeof(double));
-    if (!q) {
-        return;
-    }
-    srnf_pca_reconstruct(srnf_sht_grid(work->sht), &model->pca,
-                         model->stored.arrays[STORE_MODEL_MEAN_Q],
-                         work->scores + i * model->pca.components, q);
-    options.initial = SRNF_INITIAL_SURFACE;
-    options.surface =
-        before < out->n ? out->coefficients + before * count : model->mean.coefficients;
-    options.certify = false;
-    point->status = srnf_invert(work->sht, q, &options, &work->context, &inversion, &point->error);
+    point->status = compute_invert_point(work->sht, &model->stored, start,
+                                         work->scores + i * model->pca.components, &work->context,
+                                         &inversion, &point->error);
     if (point->status >= 0) {
         memcpy(out->coefficients + i * count, inversion.coefficients, count * sizeof(double));
         out->relative_energy[i] = inversion.relative_energy;
         srnf_inversion_clear(&inversion);
     }
-    srnf_free(q);
 }
 
 /* Fills the next round: the points whose start is there. Returns how many. */

@@ -18,6 +18,20 @@ int compute_model_load(struct jobs_run *run, const char *id, struct compute_mode
                        struct jobs_result *result);
 void compute_model_clear(struct compute_model *model);
 
+/*
+ * Inverts mean_q + sum_k scores[k] mode_k, from a surface nearby, on the calling thread. For those
+ * who have no run.
+ *   sht      [in]  of the model's degree and grid
+ *   stored   [in]  with its arrays
+ *   start    [in]  double[3][(L+1)^2]
+ *   scores   [in]  double[components]
+ *   out      [out] to be cleared by srnf_inversion_clear where the status is not negative
+ */
+int compute_invert_point(const struct srnf_sht *sht, const struct store_model *stored,
+                         const double *start, const double *scores,
+                         const struct srnf_context *context, struct srnf_inversion *out,
+                         struct srnf_error *error);
+
 /* Surfaces of a model, by their scores. */
 struct compute_reconstruction {
     size_t n;

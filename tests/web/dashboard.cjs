@@ -79,8 +79,24 @@ async function main() {
         const before = await page.$eval('figure.shape canvas', (c) => c.toDataURL());
         await page.$eval('#mode-1', (node) => { node.value = '2'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'component 1: \\+2 sd');
-        await waitText(page, 'relative energy');
+        await waitText(page, 'Interpolated: let the slider go');
         await page.waitForFunction((was) => document.querySelector('figure.shape canvas').toDataURL() !== was, {}, before);
+    });
+    await step('and two are shown exactly when the slider is let go', async () => {
+        const answers = [];
+        const listen = (response) => response.url().includes('/shape?coefficients=2,-1.5') && answers.push(response);
+        page.on('response', listen);
+        await page.$eval('#mode-2', (node) => { node.value = '-1.5'; for (const name of ['input', 'change']) node.dispatchEvent(new Event(name, { bubbles: true })); });
+        await waitText(page, 'Computed exactly: ', 30000);
+        page.off('response', listen);
+        const said = await text(page);
+        const energy = Number(answers[0].headers()['srnfd-relative-energy']);
+        const shown = Number(/relative energy ([0-9.e-]+)\)/.exec(said)[1]);
+        return (answers.length === 1 && Math.abs(shown / energy - 1) < 0.06) || `${answers.length}, ${shown}, ${energy}`;
+    });
+    await step('which leaves nothing behind', async () => {
+        const { total } = await api('GET', '/v1/jobs?process=modes');
+        return total === 0 || `${total} jobs`;
     });
     await step('axe-core finds nothing on the results', () => axe(page, modules));
 

@@ -143,7 +143,8 @@ async function main() {
         await page.waitForSelector('#mode-1');
         const move = (value) => page.$eval('#mode-1', (node, v) => { node.value = v; node.dispatchEvent(new Event('input', { bubbles: true })); }, value);
         await move('1');
-        await waitText(page, 'relative energy', 60000);
+        await waitText(page, 'Interpolated', 60000);
+        await page.waitForFunction(() => !document.body.textContent.includes('loading…'), { timeout: 60000 });
         const spent = await meter(page);
         const before = await spent();
         for (let i = 0; i < 30; i++) {

@@ -36,9 +36,22 @@ export function Linked({ id, title, resolution = 24, colour }: { id: string; tit
 
 // ---- Components --------------------------------------------------------------------------------------------------------
 
-const KEYFRAMES = [-3, -2, -1, 0, 1, 2, 3];
+/** Positions at each keyframe, and how far off each is: the nearest shape against the point asked for. */
+interface Frames { positions: Float32Array[]; offsets: number[] }
+interface Exact { at: Record<number, number>; positions: Float32Array; offset: number; energy: number }
 
-interface Frames { shapes: Surface3[]; energies: (number | null)[] }
+const RESOLUTION = 24;
+
+/** The shape at a point of a model, as the service computes it; nothing is stored. */
+async function shapeOf(model: string, coefficients: number[], signal?: AbortSignal): Promise<Omit<Exact, 'at'>> {
+    const response = await api.request(`/v1/models/${model}/shape?coefficients=${coefficients.join(',')}&format=positions&resolution=${RESOLUTION}`, { signal });
+    const number = (name: string) => Number(response.headers.get(name));
+    return { positions: new Float32Array(await response.arrayBuffer()), offset: number('Srnfd-Offset'), energy: number('Srnfd-Relative-Energy') };
+}
+
+const existence = (offset: number): string =>
+    offset < 0.1 ? 'this shape exists' : offset <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * offset)} % of the way off`
+        : 'such a shape does not exist; this is the nearest one';
 
 /** Cubic through four of the keyframes at equal distances. */
 export function weights(t: number): [number, number][] {
@@ -76,38 +89,54 @@ function Modes({ model }: { model: api.Model }) {
     const [version, setVersion] = useState(0);
     const [error, setError] = useState<unknown>();
     const [playing, setPlaying] = useState(0);
+    const [exact, setExact] = useState<Exact | null>(null);
+    const asked = useRef<AbortController | null>(null);
     const moving = useMemo(() => mean.shape && { ...mean.shape, positions: mean.shape.positions.slice(), normals: mean.shape.normals.slice(), fields: [] }, [mean.shape]);
-    const load = async (mode: number): Promise<boolean> => {
-        if (frames.current.has(mode)) return true;
+    const coming = useRef(new Map<number, Promise<boolean>>());
+    const load = (mode: number): Promise<boolean> => {
+        if (!coming.current.has(mode)) coming.current.set(mode, loadFrames(mode));
+        return coming.current.get(mode)!;
+    };
+    const loadFrames = async (mode: number): Promise<boolean> => {
         setLoading(mode);
         try {
-            const answer = await api.run('modes', { model: model.id, mode, coefficients: KEYFRAMES });
-            const shapes = await Promise.all(answer.surfaces.map((s: api.Surface) => shapeAt(surfacePath(s.id))));
-            frames.current.set(mode, { shapes, energies: answer.relativeEnergy });
+            const none = new Array(mode - 1).fill(0);
+            const made: Frames = { positions: [], offsets: [] };
+            // Two at a time: a browser opens six connections to a host, and others want some.
+            for (const pair of [[-3, -2], [-1, 1], [2, 3]])
+                for (const one of await Promise.all(pair.map(async (c) => ({ c, ...(await shapeOf(model.id, [...none, c])) })))) {
+                    made.positions[one.c + 3] = one.positions;
+                    made.offsets[one.c + 3] = one.offset;
+                }
+            made.positions[3] = mean.shape!.positions;
+            made.offsets[3] = 0;
+            frames.current.set(mode, made);
             setLoading(null);
             return true;
         } catch (e) {
             setError(e);
             setLoading(null);
+            coming.current.delete(mode);
             return false;
         }
     };
     useEffect(() => {
         if (!moving || !mean.shape) return;
-        moving.positions.set(mean.shape.positions);
-        for (const [mode, value] of Object.entries(at)) {
+        const found = exact?.at === at ? exact : null;
+        moving.positions.set(found ? found.positions : mean.shape.positions);
+        for (const [mode, value] of found ? [] : Object.entries(at)) {
             const given = frames.current.get(+mode);
             if (!given || value === 0) continue;
-            const middle = given.shapes[3].positions;
+            const middle = given.positions[3];
             for (const [k, w] of weights(value)) {
-                const from = given.shapes[k].positions;
+                const from = given.positions[k];
                 for (let i = 0; i < middle.length; i++) moving.positions[i] += w * (from[i] - middle[i]);
             }
         }
         normalsOf(moving);
         moved(moving);
         setVersion((v) => v + 1);
-    }, [at, moving, loading]);
+    }, [at, moving, loading, exact]);
     useEffect(() => {
         if (!playing) return;
         let frame = 0;
@@ -124,13 +153,26 @@ function Modes({ model }: { model: api.Model }) {
         await load(mode);
     };
     const active = Object.entries(at).filter(([, v]) => v !== 0);
-    // How far the nearest shape is from the point asked for, against how far that point is from the mean.
+    /** A slider was let go: the shape of all coefficients together, without interpolation. */
+    const release = async (mode: number, value: number) => {
+        const where = { ...at, [mode]: value };
+        setAt(where);
+        asked.current?.abort();
+        const coefficients = Array.from({ length: Math.max(...Object.keys(where).map(Number)) }, (_, i) => where[i + 1] ?? 0);
+        if (coefficients.every((c) => c === 0)) return;
+        asked.current = new AbortController();
+        try {
+            setExact({ at: where, ...(await shapeOf(model.id, coefficients, asked.current.signal)) });
+        } catch (e) {
+            if ((e as Error).name !== 'AbortError') setError(e);
+        }
+    };
+    const known = exact?.at === at ? exact : null;
     const doubt = active.map(([mode, v]) => {
         const k = Math.round(v) || Math.sign(v);
-        const energy = frames.current.get(+mode)?.energies[k + 3];
-        if (energy === null || energy === undefined) return null;
-        return { mode, k, energy, off: Math.sqrt((energy * model.mean.area) / model.eigenvalues[+mode - 1]) / Math.abs(k) };
-    }).filter((d): d is { mode: string; k: number; energy: number; off: number } => d !== null);
+        const off = frames.current.get(+mode)?.offsets[k + 3];
+        return off === undefined ? null : { mode, k, off };
+    }).filter((d): d is { mode: string; k: number; off: number } => d !== null);
     return (
         <section aria-label="Components">
             <h2>Mean and components</h2>
@@ -148,7 +190,8 @@ function Modes({ model }: { model: api.Model }) {
                         <div class="field" key={mode}>
                             <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * model.explained[mode - 1])} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
                             <div class="row">
-                                <input id={`mode-${mode}`} class="grow" type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0} onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} />
+                                <input id={`mode-${mode}`} class="grow" type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
+                                    onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} onChange={(e) => void release(mode, +e.currentTarget.value)} />
                                 <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
                             </div>
                         </div>
@@ -157,12 +200,14 @@ function Modes({ model }: { model: api.Model }) {
                         {shown < model.components && <button onClick={() => setShown(shown + 1)}>Add a component</button>}
                         <button onClick={() => { setPlaying(0); setAt({}); }}>Back to the mean</button>
                     </div>
-                    {doubt.map((d) => (
-                        <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>Component {d.mode} at {d.k} sd: {d.off < 0.1 ? 'this shape exists'
-                            : d.off <= 0.5 ? `the shape shown is the nearest that exists, ${Math.round(100 * d.off)} % of the way off`
-                                : 'such a shape does not exist; this is the nearest one'} (relative energy {figure(d.energy, 2)}).</p>
-                    ))}
-                    {active.length > 1 && <p class="quiet">Several components together are shown approximately: displacements are added.</p>}
+                    {known ? (
+                        <p role="status" class={known.offset > 0.5 ? 'wrong' : 'quiet'}>Computed exactly: {existence(known.offset)} (relative energy {figure(known.energy, 2)}).</p>
+                    ) : (
+                        <>
+                            {doubt.map((d) => <p class={d.off > 0.5 ? 'wrong' : 'quiet'}>Component {d.mode} at {d.k} sd: {existence(d.off)}.</p>)}
+                            {active.length > 0 && <p class="quiet">Interpolated{active.length > 1 ? ', with the displacements of several components added' : ''}: let the slider go for the exact shape.</p>}
+                        </>
+                    )}
                     {error ? <ProblemBox error={error} /> : null}
                 </div>
             </div>
