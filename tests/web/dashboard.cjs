@@ -94,6 +94,10 @@ async function main() {
         const shown = Number(/relative energy ([0-9.e-]+)\)/.exec(said)[1]);
         return (answers.length === 1 && Math.abs(shown / energy - 1) < 0.06) || `${answers.length}, ${shown}, ${energy}`;
     });
+    await step('how the members spread along it is drawn, and said', async () => {
+        const said = await page.$eval('svg.spread', (node) => node.getAttribute('aria-label'));
+        return /^Members along component 1.*left: mean .*; right: mean|^Members along component 1.*right: mean .*; left: mean/.test(said) || said;
+    });
     await step('which leaves nothing behind', async () => {
         const { total } = await api('GET', '/v1/jobs?process=modes');
         return total === 0 || `${total} jobs`;

@@ -146,6 +146,28 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
     );
 }
 
+/** Where the members are along one axis from -3 to 3, a line for each group; those beyond stand at its ends. */
+export function Spread({ title, values, at }: { title: string; values: { value: number; name: string; group?: string | null }[]; at: number }) {
+    const groups = [...new Set(values.map((v) => v.group).filter((g): g is string => !!g))];
+    const lines = groups.length ? groups : [null];
+    const x = (v: number) => 8 + ((Math.max(-3, Math.min(3, v)) + 3) / 6) * 304;
+    const mean = (list: number[]) => list.reduce((a, b) => a + b, 0) / list.length;
+    const said = lines.map((g) => {
+        const own = values.filter((v) => !g || v.group === g).map((v) => v.value);
+        return `${g ? `${g}: ` : ''}mean ${figure(mean(own), 2)}, from ${figure(Math.min(...own), 2)} to ${figure(Math.max(...own), 2)}`;
+    });
+    return (
+        <svg class="spread" viewBox={`0 0 320 ${14 * lines.length + 4}`} role="img" aria-label={`${title}. ${said.join('; ')}`}>
+            <path d={`M${x(at)} 0V${14 * lines.length + 4}`} stroke="currentColor" stroke-width="1" />
+            {lines.map((_, i) => <path d={`M8 ${9 + 14 * i}H312`} stroke="currentColor" stroke-opacity=".2" />)}
+            {values.map((v) => {
+                const { colour, path } = groupLook(groups, v.group);
+                return <path transform={`translate(${x(v.value).toFixed(1)} ${9 + 14 * Math.max(0, groups.indexOf(v.group ?? ''))})`} d={path} fill={colour} fill-opacity=".8"><title>{`${v.name}${v.group ? ` (${v.group})` : ''}: ${figure(v.value)}`}</title></path>;
+            })}
+        </svg>
+    );
+}
+
 // ---- Bars, lines, intervals ----------------------------------------------------------------------------------------
 
 export function Variance({ explained, cumulative }: { explained: number[]; cumulative: number[] }) {

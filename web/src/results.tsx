@@ -1,7 +1,7 @@
 // What analyses found, each in the form that answers its question; and the report of it.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import * as api from './api';
-import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Variance, scaling } from './charts';
+import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
 import type { Surface3 } from './glb';
 import { link } from './router';
 import { ColourBar, PictureButtons, View, linked, mapOf, paintedBy, shapeAt, shapePath, surfacePath, useShape } from './shape';
@@ -194,6 +194,8 @@ function Modes({ model }: { model: api.Model }) {
                                     onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} onChange={(e) => void release(mode, +e.currentTarget.value)} />
                                 <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
                             </div>
+                            <Spread title={`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
+                                values={model.scores.map((row, i) => ({ value: row[mode - 1] / (Math.sqrt(model.eigenvalues[mode - 1]) || 1), name: model.labels[i], group: model.groups?.[i] }))} />
                         </div>
                     ))}
                     <div class="actions">
