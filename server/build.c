@@ -22,6 +22,7 @@
 #include <sqlite3.h>
 #include <stdio.h>
 #include <string.h>
+#include <utf8proc.h>
 #include <zlib.h>
 
 /* Set by the Makefile from what decides answers, and the flags. */
@@ -51,6 +52,7 @@ void build_parts(struct build_part parts[BUILD_PARTS])
         {"sqlite", sqlite3_libversion(), ""},
         {"jansson", jansson_version_str(), ""},
         {"libarchive", archive_version_string(), ""},
+        {"utf8proc", utf8proc_version(), ""},
         {"libsodium", sodium_version_string(), ""},
     };
 

@@ -2,12 +2,16 @@
  * fold.c - the SQL function folded(text): small letters for capital ones, of all scripts, by which
  * names are searched and sorted. The daemon sets no locale; the letters are those of C.UTF-8, or of
  * ASCII alone where a system lacks it.
+ *
+ * A letter with its marks is one character before (Unicode's form NFC, by utf8proc), so that names
+ * as macOS writes them, in the form NFD, are found by what a keyboard gives.
  */
 #include "store/internal.h"
 
 #include <locale.h>
 #include <stdlib.h>
 #include <string.h>
+#include <utf8proc.h>
 #include <wctype.h>
 
 /* The character at *at, of which *length bytes are looked at; a byte that begins none stands for
@@ -97,25 +101,44 @@ static size_t fold(const unsigned char *text, size_t size, bool ascii, locale_t 
     return used;
 }
 
+/* The text in the form NFC, to be freed; NULL without memory, and of what is no UTF-8, which stays
+   as it is. */
+static unsigned char *compose(const unsigned char *text, size_t *size, bool *lacking)
+{
+    utf8proc_uint8_t *composed = NULL;
+    utf8proc_ssize_t length =
+        utf8proc_map(text, (utf8proc_ssize_t)*size, &composed, UTF8PROC_STABLE | UTF8PROC_COMPOSE);
+
+    *lacking = length == UTF8PROC_ERROR_NOMEM;
+    *size = length < 0 ? *size : (size_t)length;
+    return length < 0 ? NULL : composed;
+}
+
 /* A small letter may take more bytes than its capital one: up to three for two. */
 static void folded(sqlite3_context *context, int count, sqlite3_value **values)
 {
     const unsigned char *text = sqlite3_value_text(values[0]);
     size_t size = (size_t)sqlite3_value_bytes(values[0]);
-    unsigned char *out;
-    bool ascii;
+    unsigned char *out, *composed = NULL;
+    bool ascii, lacking = false;
 
     (void)count;
     if (!text || is_small(text, size, &ascii)) {
         sqlite3_result_value(context, values[0]);
         return;
     }
-    out = sqlite3_malloc64(2 * size + 4);
+    if (!ascii) {
+        composed = compose(text, &size, &lacking);
+        text = composed ? composed : text;
+    }
+    out = lacking ? NULL : sqlite3_malloc64(2 * size + 4);
     if (!out) {
+        free(composed);
         sqlite3_result_error_nomem(context);
         return;
     }
     size = fold(text, size, ascii, sqlite3_user_data(context), out);
+    free(composed);
     sqlite3_result_text64(context, (char *)out, size, sqlite3_free, SQLITE_UTF8);
 }
 
