@@ -341,7 +341,7 @@ static void conclude(struct drawing *d)
         set_interval(&run->out->test_of[t].part, n, d->shares + (2 * t + 1) * n);
     }
     for (size_t k = 0; k < run->design->points; k++) {
-        struct srnf_prediction *to = &run->out->predicted[k];
+        struct srnf_predicted_shape *to = &run->out->predicted[k];
         double norm = cblas_dnrm2((int)run->n, d->weights + k * run->n, 1);
         double *farthest = d->farthest + k * n;
         double reach;

@@ -119,7 +119,7 @@ static int predict(void *argument, size_t index, const struct srnf_context *cont
 {
     const struct predicting *predicting = argument;
     struct regress_run *run = predicting->run;
-    struct srnf_prediction *to = &run->out->predicted[index];
+    struct srnf_predicted_shape *to = &run->out->predicted[index];
     size_t size = 3 * run->points;
     size_t columns = run->design->columns;
     size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(run->sht));
@@ -165,7 +165,7 @@ static int open_effects(struct regress_run *run)
         }
     }
     for (size_t k = 0; k < run->design->points; k++) {
-        struct srnf_prediction *to = &out->predicted[k];
+        struct srnf_predicted_shape *to = &out->predicted[k];
 
         to->coefficients = srnf_alloc(3 * srnf_coefficient_count(degree), sizeof(double));
         to->standard_error = srnf_alloc(points, sizeof(double));

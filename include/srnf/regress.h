@@ -63,7 +63,7 @@ struct srnf_regression_test {
     double *statistic, *p, *significance, *fdr; /* [P], as in struct srnf_comparison */
 };
 
-struct srnf_prediction {
+struct srnf_predicted_shape {
     double *coefficients;   /* [3][(L+1)^2] the surface */
     double relative_energy; /* what of the SRNF is lost: 0 where the surface exists */
     double leverage;        /* squared standard error over residual variance */
@@ -80,11 +80,11 @@ struct srnf_regression {
     double *coefficients;              /* [columns + 1][3][P] fields, the constant first */
     double *norms;                     /* [columns + 1] of them in L2 */
     /* The displacement of the nodes that a unit of each column means: */
-    double *effect;                       /* [columns][P] its length */
-    double *normal;                       /* [columns][P] along the outward normal of the mean */
-    double *standard_error;               /* [columns][P] of normal */
-    struct srnf_regression_test *test_of; /* [tests] */
-    struct srnf_prediction *predicted;    /* [points] */
+    double *effect;                         /* [columns][P] its length */
+    double *normal;                         /* [columns][P] along the outward normal of the mean */
+    double *standard_error;                 /* [columns][P] of normal */
+    struct srnf_regression_test *test_of;   /* [tests] */
+    struct srnf_predicted_shape *predicted; /* [points] */
 };
 void srnf_regression_clear(struct srnf_regression *regression);
 

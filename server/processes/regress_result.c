@@ -286,7 +286,7 @@ static bool set_coefficients(const struct document *d)
 static json_t *prediction_surface(const struct document *d, size_t k)
 {
     static const char *const names[] = {"standardError", "confidence"};
-    const struct srnf_prediction *point = &d->found->predicted[k];
+    const struct srnf_predicted_shape *point = &d->found->predicted[k];
     const double *const values[] = {point->standard_error, point->confidence};
     const struct group_input *members = d->mean->members;
     const struct compute_group *group = &d->mean->outputs.group;
@@ -329,7 +329,7 @@ static bool set_predictions(const struct document *d)
 
     (void)json_object_set_new(d->root, "predictions", array);
     for (size_t k = 0; k < d->found->points && good; k++) {
-        const struct srnf_prediction *point = &d->found->predicted[k];
+        const struct srnf_predicted_shape *point = &d->found->predicted[k];
         json_t *surface = prediction_surface(d, k);
         double widest = 0.0;
 

@@ -1,0 +1,223 @@
+/*
+ * test_regress_200.c - 200 shuffled covariates beside one that does have an effect: how often a
+ * number, a level of three and an interaction are found at the level .05, over the whole surface
+ * and on the map, how often the share of the variance is told to be more than 0; and how a planted
+ * effect is recovered as subjects become more.
+ *
+ * srnfd-test: nightly
+ * srnfd-test: timeout 3600
+ */
+#include "group.h"
+#include "stats/compare.h"
+
+#define DEGREE 4
+#define N ((size_t)30)
+#define NOISE_DEGREE 3
+#define NOISE ((size_t)(NOISE_DEGREE + 1) * (NOISE_DEGREE + 1))
+#define RUNS ((size_t)200)
+#define TESTS ((size_t)3)
+#define COLUMNS ((size_t)5) /* age, x, two levels of a site, age times x */
+#define SLOPE 0.004
+
+struct study {
+    struct group g;
+    size_t n;
+    double *mean, *q;
+    double age[GROUP_MAX];
+};
+
+static void open_study(struct study *a, size_t n, uint64_t seed)
+{
+    struct test_random random = test_random_seed(seed);
+    double *nodes;
+    double *values;
+    void *workspace;
+
+    a->n = n;
+    group_open(&a->g, DEGREE, n);
+    nodes = shapes_doubles(3 * a->g.points);
+    values = shapes_doubles(3 * a->g.points);
+    workspace = srnf_alloc(1, srnf_surface_workspace_size(a->g.sht));
+    assert_non_null(workspace);
+    stats_nodes(a->g.grid, nodes);
+    a->mean = shapes_doubles(a->g.count);
+    a->q = shapes_doubles(n * 3 * a->g.points);
+    for (size_t i = 0; i < n; i++) {
+        double noise[3 * NOISE];
+
+        a->age[i] = 10.0 * test_random_normal(&random);
+        test_random_normals(&random, 3 * NOISE, noise);
+        assert_int_equal(
+            srnf_harmonics_at_points(NOISE_DEGREE, 3, noise, a->g.points, nodes, values, NULL),
+            SRNF_OK);
+        for (size_t k = 0; k < 3 * a->g.points; k++) {
+            size_t c = k / a->g.points;
+            double axis = 1.2 - 0.2 * (double)c + (c == 2 ? SLOPE * a->age[i] : 0.0);
+
+            values[k] = axis * nodes[3 * (k % a->g.points) + c] + 0.02 * values[k];
+        }
+        srnf_sht_analysis(a->g.sht, 3, values, a->g.f[i], workspace);
+        srnf_field(a->g.sht, a->g.f[i], a->q + i * 3 * a->g.points, workspace);
+        for (size_t k = 0; k < a->g.count; k++) {
+            a->mean[k] += a->g.f[i][k] / (double)n;
+        }
+    }
+    srnf_free(workspace);
+    srnf_free(values);
+    srnf_free(nodes);
+}
+
+static void close_study(struct study *a)
+{
+    srnf_free(a->q);
+    srnf_free(a->mean);
+    group_close(&a->g);
+}
+
+struct columns {
+    double design[COLUMNS * GROUP_MAX];
+    double others[TESTS][4 * GROUP_MAX];
+    double tested[TESTS][2 * GROUP_MAX];
+};
+
+/* x and the site are drawn anew; each is tested beside what does not contain it. */
+static void draw(const struct study *a, struct test_random *random, uint64_t run, struct columns *c)
+{
+    uint32_t order[N];
+
+    compare_permutation(900, run + 1, N, order);
+    for (size_t i = 0; i < N; i++) {
+        double x = test_random_normal(random);
+        double b = order[i] % 3 == 1 ? 1.0 : 0.0;
+        double d = order[i] % 3 == 2 ? 1.0 : 0.0;
+        double product = a->age[i] * x;
+        const double row[COLUMNS] = {a->age[i], x, b, d, product};
+
+        memcpy(c->design + COLUMNS * i, row, sizeof row);
+        memcpy(c->others[0] + 3 * i, (const double[3]){a->age[i], b, d}, 3 * sizeof(double));
+        memcpy(c->tested[0] + i, (const double[1]){x}, sizeof(double));
+        memcpy(c->others[1] + 3 * i, (const double[3]){a->age[i], x, product}, 3 * sizeof(double));
+        memcpy(c->tested[1] + 2 * i, (const double[2]){b, d}, 2 * sizeof(double));
+        memcpy(c->others[2] + 4 * i, (const double[4]){a->age[i], x, b, d}, 4 * sizeof(double));
+        memcpy(c->tested[2] + i, (const double[1]){product}, sizeof(double));
+    }
+}
+
+static void shuffled_covariates(void **state)
+{
+    static const size_t reduced[TESTS] = {3, 3, 4};
+    static const size_t tested[TESTS] = {1, 2, 1};
+    struct srnf_regress_options options = srnf_regress_options_defaults();
+    struct test_random random = test_random_seed(17);
+    struct columns *c = calloc(1, sizeof *c);
+    struct study a;
+    size_t global[TESTS] = {0};
+    size_t map[TESTS] = {0};
+    size_t above[TESTS] = {0};
+
+    (void)state;
+    assert_non_null(c);
+    open_study(&a, N, 12);
+    options.permutations = 199;
+    options.bootstraps = 200;
+    for (size_t run = 0; run < RUNS; run++) {
+        struct srnf_nested nested[TESTS];
+        struct srnf_regression out;
+        const struct srnf_regress_design design = {
+            .columns = COLUMNS, .values = c->design, .tests = TESTS, .nested = nested};
+
+        draw(&a, &random, run, c);
+        for (size_t t = 0; t < TESTS; t++) {
+            nested[t] = (struct srnf_nested){reduced[t], tested[t], c->others[t], c->tested[t]};
+        }
+        options.seed = run;
+        assert_int_equal(srnf_regress(a.g.sht, N, a.mean, a.q, &design, &options, NULL, &out, NULL),
+                         SRNF_OK);
+        for (size_t t = 0; t < TESTS; t++) {
+            global[t] += out.test_of[t].p_value <= 0.05;
+            map[t] += out.test_of[t].max_p_value <= 0.05;
+            above[t] += out.test_of[t].part.interval[0] > 0.02;
+        }
+        srnf_regression_clear(&out);
+    }
+    for (size_t t = 0; t < TESTS; t++) {
+        printf("# %s: p <= .05 %zu, map %zu, share told above .02: %zu of %zu\n",
+               t == 0   ? "number"
+               : t == 1 ? "levels"
+                        : "interaction",
+               global[t], map[t], above[t], RUNS);
+    }
+    for (size_t t = 0; t < TESTS; t++) {
+        /* Binomial(200, .05) is from 3 to 18 with a chance of .98. */
+        assert_in_range(global[t], 3, 18);
+        assert_in_range(map[t], 0, 18);
+        assert_true(above[t] <= 30);
+    }
+    free(c);
+    close_study(&a);
+}
+
+/* The displacement of a year against SLOPE z along the axis: error relative to the truth. */
+static double recovery(size_t n, uint64_t seed)
+{
+    struct srnf_regress_options options = srnf_regress_options_defaults();
+    struct study a;
+    struct srnf_regression out;
+    struct srnf_nested nested;
+    struct srnf_regress_design design = {.columns = 1, .tests = 1, .nested = &nested};
+    double *nodes;
+    double error = 0.0;
+    double truth = 0.0;
+
+    open_study(&a, n, seed);
+    nodes = shapes_doubles(3 * a.g.points);
+    stats_nodes(a.g.grid, nodes);
+    options.permutations = 19;
+    options.bootstraps = 100;
+    nested = (struct srnf_nested){0, 1, NULL, a.age};
+    design.values = a.age;
+    assert_int_equal(srnf_regress(a.g.sht, n, a.mean, a.q, &design, &options, NULL, &out, NULL),
+                     SRNF_OK);
+    for (size_t p = 0; p < a.g.points; p++) {
+        /* The normal of the ellipsoid with the axes 1.2, 1 and 0.8. */
+        double m[3] = {nodes[3 * p] / 1.2, nodes[3 * p + 1], nodes[3 * p + 2] / 0.8};
+        double length = sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+        double planted = SLOPE * nodes[3 * p + 2] * m[2] / length;
+        double w = a.g.grid->weight[p / a.g.grid->n_phi];
+
+        error += w * (out.normal[p] - planted) * (out.normal[p] - planted);
+        truth += w * planted * planted;
+    }
+    srnf_free(nodes);
+    srnf_regression_clear(&out);
+    close_study(&a);
+    return sqrt(error / truth);
+}
+
+/* Four times the subjects, half the error. */
+static void planted_effect_is_recovered(void **state)
+{
+    double few = 0.0;
+    double many = 0.0;
+
+    (void)state;
+    for (uint64_t seed = 0; seed < 8; seed++) {
+        few += recovery(24, 100 + seed) / 8.0;
+        many += recovery(96, 200 + seed) / 8.0;
+    }
+    printf("# relative error of the map of an effect: %.3f of 24 subjects, %.3f of 96\n", few,
+           many);
+    assert_true(few / many > 1.5 && few / many < 2.7);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(shuffled_covariates),
+        cmocka_unit_test(planted_effect_is_recovered),
+    };
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
