@@ -126,6 +126,18 @@ async function main() {
         await waitText(page, 'box mended', 30000);
         await waitText(page, 'closed, 0, 1');
     });
+    await step('landmarks are placed by a click, and without a mouse', async () => {
+        await page.waitForSelector('figure.shape canvas');
+        await page.$$eval('label.check', (nodes) => nodes.find((n) => n.textContent.trim() === 'Landmarks').querySelector('input').click());
+        await page.waitForSelector('ol[aria-label=Landmarks]');
+        const place = await page.$eval('figure.shape canvas', (c) => { c.scrollIntoView({ block: 'center' }); const b = c.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; });
+        await page.mouse.click(...place);
+        await press(page, 'Landmark at the middle of the view');
+        await page.waitForFunction(() => document.querySelectorAll('ol[aria-label=Landmarks] li').length === 2);
+        const said = await page.$$eval('ol[aria-label=Landmarks] li span', (nodes) => nodes.map((n) => n.textContent));
+        // A corner of the box, whichever is nearest.
+        return (said[0] === said[1] && /^(0|3), (0|2), (0|1)$/.test(said[0])) || said.join(' | ');
+    });
     tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
     await browser.close();
     process.exitCode = failures() ? 1 : 0;

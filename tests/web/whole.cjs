@@ -138,6 +138,14 @@ async function main() {
         }
         await page.setViewport({ width: 1280, height: 900 });
     });
+    await step('a map is read under the pointer', async () => {
+        await visit(page, `#/jobs/${of('compare-groups')}`);
+        await waitText(page, 'Point at a map to read it', 30000);
+        await page.waitForSelector('figure.shape canvas');
+        const place = await page.$eval('figure.shape canvas', (c) => { c.scrollIntoView({ block: 'center' }); const b = c.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; });
+        await page.mouse.move(...place);
+        await waitText(page, 'Here p is [0-9.]+, the effect [0-9.e-]+, at vertex', 10000);
+    });
     await step('a slider takes less than a thirtieth of a second a step', async () => {
         await visit(page, `#/jobs/${of('pca')}`);
         await page.waitForSelector('#mode-1');

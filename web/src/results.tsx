@@ -190,12 +190,14 @@ function Modes({ model }: { model: api.Model }) {
                         <div class="field" key={mode}>
                             <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * model.explained[mode - 1])} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
                             <div class="row">
-                                <input id={`mode-${mode}`} class="grow" type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
+                                <div class="grow track">
+                                    <input id={`mode-${mode}`} type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
                                     onInput={(e) => { setPlaying(0); void slide(mode, +e.currentTarget.value); }} onChange={(e) => void release(mode, +e.currentTarget.value)} />
+                                    <Spread title={`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
+                                    values={model.scores.map((row, i) => ({ value: row[mode - 1] / (Math.sqrt(model.eigenvalues[mode - 1]) || 1), name: model.labels[i], group: model.groups?.[i] }))} />
+                                </div>
                                 <button aria-pressed={playing === mode} onClick={async () => { if (playing === mode) setPlaying(0); else if (await load(mode)) setPlaying(mode); }}>{playing === mode ? 'Stop' : 'Play'}</button>
                             </div>
-                            <Spread title={`Members along component ${mode}, in standard deviations`} at={at[mode] ?? 0}
-                                values={model.scores.map((row, i) => ({ value: row[mode - 1] / (Math.sqrt(model.eigenvalues[mode - 1]) || 1), name: model.labels[i], group: model.groups?.[i] }))} />
                         </div>
                     ))}
                     <div class="actions">
@@ -285,6 +287,7 @@ function Groups({ result }: { result: any }) {
     const [threshold, setThreshold] = useState(0.05);
     const [corrected, setCorrected] = useState('significance');
     const [read, setRead] = useState('');
+    const [here, setHere] = useState<number | undefined>();
     if (error) return <ProblemBox error={error} />;
     const least = corrected === 'fdr' ? result.leastFdr : result.leastSignificance;
     const p = shape?.fields.find((f) => f.name.toLowerCase() === corrected);
@@ -310,7 +313,7 @@ function Groups({ result }: { result: any }) {
                     const parts = [{ shape, colours: paintedBy(map) }];
                     return (
                         <figure class="shape">
-                            <View parts={parts} camera={camera} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
+                            <View parts={parts} camera={camera} onHover={setHere} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
                             <ColourBar map={map} threshold={field === p ? threshold : undefined} />
                             <figcaption class="row">{field === p ? 'p at each point' : 'effect'}{field.meaning ? <span class="quiet">{field.meaning}</span> : null}
                                 <span class="no-report"><PictureButtons parts={parts} camera={camera} name={`map-${field.name}`} /></span>
@@ -324,6 +327,7 @@ function Groups({ result }: { result: any }) {
                     );
                 })())}
             </div>
+            <p class="quiet no-report">{here === undefined || !p ? 'Point at a map to read it.' : `Here p is ${figure(p.values[here])}${effect ? `, the effect ${figure(effect.values[here])}` : ''}, at vertex ${here}.`}</p>
             {read && <p role="status">{read}</p>}
             <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Maps as files</a></div>
         </>

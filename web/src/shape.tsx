@@ -7,9 +7,9 @@ import type { Scale } from './colours';
 import { readGlb } from './glb';
 import type { Field, Surface3 } from './glb';
 import { link } from './router';
-import { Camera, boundsOf, coloursOf, draw, forget } from './stage';
+import { Camera, boundsOf, coloursOf, draw, forget, pick } from './stage';
 import type { Look, Part } from './stage';
-import { ProblemBox, figure, save } from './ui';
+import { ProblemBox, csv, figure, save } from './ui';
 
 /** The camera of all views that are linked. */
 export const linked = new Camera();
@@ -58,8 +58,10 @@ for (let n = 0; n <= 6; n++) KEYS[`${n}`] = (c) => c.side(n);
 export const shown = new WeakMap<HTMLCanvasElement, { parts: Part[]; camera: Camera; look: Look }>();
 
 /** A canvas in which parts are seen from a camera; drawn when either changes. */
-export function View({ parts, camera, label, look, version = 0, onLink, className = 'view' }: {
+export function View({ parts, camera, label, look, version = 0, onLink, onHover, onPick, className = 'view' }: {
     parts: Part[]; camera: Camera; label: string; look?: Partial<Look>; version?: number; onLink?: () => void; className?: string;
+    /** Told of the vertex of the first part under the pointer, and of one that was clicked. */
+    onHover?: (vertex: number | undefined) => void; onPick?: (vertex: number) => void;
 }) {
     const canvas = useRef<HTMLCanvasElement>(null);
     const bounds = useMemo(() => boundsOf(parts.map((p) => p.shape)), [parts[0]?.shape, parts.length]);
@@ -94,15 +96,34 @@ export function View({ parts, camera, label, look, version = 0, onLink, classNam
     useEffect(() => paint.current());
     useEffect(() => paint.current(), [version]);
     const hold = useRef<[number, number] | null>(null);
+    const pressed = useRef<[number, number]>([0, 0]);
+    const under = (e: { clientX: number; clientY: number }) => {
+        const box = canvas.current!.getBoundingClientRect();
+        return pick(parts[0].shape, camera, all, box.width / box.height, (e.clientX - box.left) / box.width, (e.clientY - box.top) / box.height);
+    };
+    const hovered = useRef(0);
+    const hover = (e: PointerEvent) => {
+        if (!onHover || hovered.current) return;
+        hovered.current = requestAnimationFrame(() => {
+            hovered.current = 0;
+            if (canvas.current) onHover(under(e));
+        });
+    };
     return (
         <canvas ref={canvas} class={className} tabIndex={0} role="img" aria-label={`${label}. Arrows turn it, + and - change its size, 0 to 6 are views.`}
-            onPointerDown={(e) => { hold.current = [e.clientX, e.clientY]; e.currentTarget.setPointerCapture(e.pointerId); }}
+            onPointerDown={(e) => { hold.current = pressed.current = [e.clientX, e.clientY]; e.currentTarget.setPointerCapture(e.pointerId); }}
             onPointerMove={(e) => {
-                if (!hold.current) return;
+                if (!hold.current) return hover(e);
                 camera.rotate((e.clientY - hold.current[1]) / 120, (e.clientX - hold.current[0]) / 120);
                 hold.current = [e.clientX, e.clientY];
             }}
-            onPointerUp={() => { hold.current = null; }}
+            onPointerUp={(e) => {
+                hold.current = null;
+                if (!onPick || Math.hypot(e.clientX - pressed.current[0], e.clientY - pressed.current[1]) > 4) return;
+                const vertex = under(e);
+                if (vertex !== undefined) onPick(vertex);
+            }}
+            onPointerLeave={() => onHover?.(undefined)}
             onPointerCancel={() => { hold.current = null; }}
             onWheel={(e) => { if (document.activeElement === e.currentTarget) { e.preventDefault(); camera.scale(Math.exp(-e.deltaY / 500)); } }}
             onKeyDown={(e) => {
@@ -188,6 +209,8 @@ async function fetchFile(path: string, name: string): Promise<void> {
 
 // ---- One shape with all there is to set ------------------------------------------------------------------------------
 
+interface Landmark { name: string; vertex: number }
+
 export function Shape({ src, label, name, marks, downloads, over }: {
     src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; over?: string;
 }) {
@@ -197,6 +220,11 @@ export function Shape({ src, label, name, marks, downloads, over }: {
     const [field, setField] = useState('');
     const [cut, setCut] = useState<number | null>(null);
     const [failed, setFailed] = useState<unknown>();
+    const [here, setHere] = useState<number | undefined>();
+    const [placing, setPlacing] = useState(false);
+    const [landmarks, setLandmarks] = useState<Landmark[]>([]);
+    const own = useRef<HTMLElement>(null);
+    useEffect(() => setLandmarks([]), [src]);
     if (error) return <ProblemBox error={error} />;
     if (!shape) return <p class="quiet" aria-busy="true">Loading the shape…</p>;
     const chosen = shape.fields.find((f) => f.name === field);
@@ -205,11 +233,20 @@ export function Shape({ src, label, name, marks, downloads, over }: {
     if (over && other.shape && other.path === over) parts.push({ shape: other.shape, colour: '#0072b2', opacity: 0.45 });
     const first = marks?.find((m) => typeof m.first === 'number')?.first;
     const face = typeof first === 'number' && 3 * first + 2 < shape.indices.length ? shape.indices[3 * first] : undefined;
-    const mark = face !== undefined ? [...shape.positions.slice(3 * face, 3 * face + 3)] : undefined;
-    const look = { cut, mark };
+    const at = (vertex: number) => [...shape.positions.slice(3 * vertex, 3 * vertex + 3)];
+    const mark = face !== undefined ? at(face) : undefined;
+    const look = { cut, mark: landmarks.length ? landmarks.flatMap((l) => at(l.vertex)).concat(mark ?? []) : mark };
+    const add = (vertex: number) => setLandmarks((list) => [...list, { name: `${list.length + 1}`, vertex }]);
+    const centre = () => {
+        const canvas = own.current!.querySelector('canvas')!;
+        const held = shown.get(canvas)!;
+        const vertex = pick(shape, camera, held.look, canvas.clientWidth / canvas.clientHeight, 0.5, 0.5);
+        if (vertex !== undefined) add(vertex);
+    };
     return (
-        <figure class="shape">
-            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${map.field.name}` : label} look={look} />
+        <figure class="shape" ref={own}>
+            <View parts={parts} camera={camera} label={map ? `${label}, coloured by ${map.field.name}` : label} look={look}
+                onHover={map ? setHere : undefined} onPick={placing ? add : undefined} />
             <figcaption class="row">
                 {shape.fields.length > 0 && (
                     <label>Map <select value={field} onChange={(e) => setField(e.currentTarget.value)}>
@@ -218,6 +255,7 @@ export function Shape({ src, label, name, marks, downloads, over }: {
                 )}
                 <label class="check"><input type="checkbox" checked={cut !== null} onChange={(e) => setCut(e.currentTarget.checked ? 0 : null)} /> Cut</label>
                 {cut !== null && <input type="range" min={-1} max={1} step={0.01} value={cut} aria-label="Where it is cut" onInput={(e) => setCut(+e.currentTarget.value)} />}
+                <label class="check"><input type="checkbox" checked={placing} onChange={(e) => setPlacing(e.currentTarget.checked)} /> Landmarks</label>
                 <PictureButtons parts={parts} camera={camera} look={look} name={name} />
                 {downloads && (
                     <details class="menu"><summary>Download</summary><div class="card">
@@ -226,6 +264,23 @@ export function Shape({ src, label, name, marks, downloads, over }: {
                 )}
             </figcaption>
             {map && <ColourBar map={map} />}
+            {map && <p class="quiet">{here === undefined ? 'Point at the shape to read the map.' : `Here ${figure(map.field.values[here])}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}, vertex ${here}.`}</p>}
+            {placing && (
+                <div>
+                    <div class="actions">
+                        <button onClick={centre}>Landmark at the middle of the view</button>
+                        {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>Landmarks as CSV</button>}
+                    </div>
+                    <p class="quiet">Click the shape to place one. Coordinates are those of the shape as it is shown.</p>
+                    <ol aria-label="Landmarks">{landmarks.map((l, i) => (
+                        <li class="row">
+                            <input aria-label={`Name of landmark ${i + 1}`} value={l.name} onInput={(e) => { const text = e.currentTarget.value; setLandmarks((list) => list.map((m, k) => (k === i ? { ...m, name: text } : m))); }} />
+                            <span class="quiet grow">{at(l.vertex).map((v) => figure(v)).join(', ')}</span>
+                            <button aria-label={`Remove landmark ${i + 1}`} onClick={() => setLandmarks((list) => list.filter((_, k) => k !== i))}>Remove</button>
+                        </li>
+                    ))}</ol>
+                </div>
+            )}
             {map?.field.meaning && <p class="quiet">{map.field.meaning}</p>}
             {mark && <p class="quiet">The dot marks the first place of the problem.</p>}
             {failed ? <ProblemBox error={failed} /> : null}

@@ -50,6 +50,8 @@ export interface Part { shape: Surface3; colour?: string; colours?: Float32Array
 export interface Look { background?: string | null; centre: [number, number, number]; radius: number; cut?: number | null; mark?: number[] }
 
 let renderer: Three.WebGLRenderer | undefined;
+/** This browser has no WebGL: asked once, as each try takes its time and leaves errors. */
+let lacking = false;
 const scene = new T.Scene();
 const holder = new T.Group();
 const camera = new T.OrthographicCamera();
@@ -58,13 +60,16 @@ const light = new T.DirectionalLight(0xffffff, 2);
 light.position.set(-0.4, 0.8, 1);
 scene.add(holder, ambient, light);
 
-function context(width: number, height: number): Three.WebGLRenderer {
-    if (!renderer) {
+function context(width: number, height: number): Three.WebGLRenderer | undefined {
+    if (!renderer && !lacking) {
+        lacking = !document.createElement('canvas').getContext('webgl2');
+        if (lacking) return undefined;
         renderer = new T.WebGLRenderer({ antialias: true, alpha: true });
         renderer.setPixelRatio(1);
         renderer.localClippingEnabled = true;
         renderer.setSize(width, height, false);
     }
+    if (!renderer) return undefined;
     const now = renderer.domElement;
     if (now.width < width || now.height < height) renderer.setSize(Math.max(width, now.width), Math.max(height, now.height), false);
     return renderer;
@@ -115,10 +120,59 @@ function materialOf(part: Part, cut: boolean): Three.MeshLambertMaterial {
     return material;
 }
 
+/** In the place of the shape, and for those who hear the page. */
+function sayLacking(to: HTMLCanvasElement): void {
+    const text = 'No shapes: WebGL is off in this browser';
+    const pen = to.getContext('2d')!;
+    pen.clearRect(0, 0, to.width, to.height);
+    pen.fillStyle = getComputedStyle(to).color;
+    pen.textAlign = 'center';
+    pen.font = `${Math.max(10, Math.min(28, Math.round(to.width / 22)))}px sans-serif`;
+    pen.fillText(text, to.width / 2, to.height / 2, to.width);
+    to.setAttribute('aria-label', text);
+}
+
+/** Half the width and half the height of what a view shows. */
+function frame(from: Camera, look: Look, aspect: number): [number, number] {
+    const half = (look.radius * 1.05) / from.zoom;
+    return [half * Math.max(1, aspect), half * Math.max(1, 1 / aspect)];
+}
+
+/** The vertex at a place of a view, both its coordinates from 0 to 1: of the foremost face there the nearest one. */
+export function pick(shape: Surface3, from: Camera, look: Look, aspect: number, x: number, y: number): number | undefined {
+    const [right, top] = frame(from, look, aspect);
+    const px = (2 * x - 1) * right;
+    const py = (1 - 2 * y) * top;
+    const m = from.matrix();
+    const { positions, indices } = shape;
+    const seen = new Float32Array(positions.length);
+    for (let i = 0; i < positions.length; i += 3) {
+        const a = positions[i] - look.centre[0], b = positions[i + 1] - look.centre[1], c = positions[i + 2] - look.centre[2];
+        for (let k = 0; k < 3; k++) seen[i + k] = m[k] * a + m[3 + k] * b + m[6 + k] * c;
+    }
+    const front = look.cut === null || look.cut === undefined ? Infinity : look.cut * look.radius;
+    let best = -Infinity;
+    let found: number | undefined;
+    for (let f = 0; f < indices.length; f += 3) {
+        const corners = [indices[f], indices[f + 1], indices[f + 2]];
+        const [a, b, c] = corners.map((i) => 3 * i);
+        const side = (i: number, j: number) => (seen[j] - seen[i]) * (py - seen[i + 1]) - (seen[j + 1] - seen[i + 1]) * (px - seen[i]);
+        const [u, v, w] = [side(b, c), side(c, a), side(a, b)];
+        const sum = u + v + w;
+        if (!sum || Math.min(u / sum, v / sum, w / sum) < 0) continue;
+        const z = (u * seen[a + 2] + v * seen[b + 2] + w * seen[c + 2]) / sum;
+        if (z <= best || z > front) continue;
+        best = z;
+        found = corners[[u / sum, v / sum, w / sum].reduce((most, value, i, all) => (value > all[most] ? i : most), 0)];
+    }
+    return found;
+}
+
 export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: Look): void {
     const { width, height } = to;
     if (!width || !height) return;
     const gl = context(width, height);
+    if (!gl) return sayLacking(to);
     const mapped = parts.some((p) => p.colours);
     ambient.intensity = mapped ? 2.2 : 1.1;
     light.intensity = mapped ? 0.9 : 2.2;
@@ -151,11 +205,8 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
         point = new T.Points(geometry, new T.PointsMaterial({ color: 0xd55e00, size: 12, sizeAttenuation: false, depthTest: false }));
         middle.add(point);
     }
-    const half = (look.radius * 1.05) / from.zoom;
-    const aspect = width / height;
-    camera.left = -half * Math.max(1, aspect);
-    camera.right = half * Math.max(1, aspect);
-    camera.top = half * Math.max(1, 1 / aspect);
+    [camera.right, camera.top] = frame(from, look, width / height);
+    camera.left = -camera.right;
     camera.bottom = -camera.top;
     camera.near = -10 * look.radius;
     camera.far = 10 * look.radius;
