@@ -107,7 +107,7 @@ async function main() {
             if (bad) return `on ${hash}`;
         }
         await visit(page, '#/meshes');
-        return (await text(page)).includes(PAYLOADS[49]) || 'not shown';
+        await page.waitForFunction((payload) => document.querySelector('main').innerText.includes(payload), {}, PAYLOADS[49]);
     });
 
     const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
