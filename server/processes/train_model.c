@@ -75,8 +75,9 @@ static json_t *keep_mean(struct jobs_run *run, const struct train *train,
     json_t *record = NULL;
 
     view.stored.arrays[STORE_MODEL_MEAN_Q] = answer->trained.mean_q;
+    view.stored.arrays[STORE_MODEL_MODES] = view.pca.modes; /* all of them are borrowed */
     view.stored.arrays[STORE_MODEL_EIGENVALUES] = view.pca.eigenvalues;
-    view.stored.arrays[STORE_MODEL_MODES] = view.pca.modes;
+    view.stored.arrays[STORE_MODEL_SCORES] = view.pca.scores;
     if (!scores) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "inverting the mean");
         return NULL;

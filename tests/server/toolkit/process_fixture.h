@@ -38,7 +38,7 @@
 struct fixture {
     char directory[SCRATCH_MAX];
     struct store *store;
-    char surface[STORE_ID_MAX], model[STORE_ID_MAX];
+    char surface[STORE_ID_MAX], model[STORE_ID_MAX], classifier[STORE_ID_MAX];
     struct api api;
 };
 
@@ -87,24 +87,25 @@ static void put_surface(struct fixture *fixture)
 /* A model of MODEL_COMPONENTS components about the surface, and a cohort "group" of the surface and
    the good mesh. */
 #define MODEL_COMPONENTS 3
-static void put_model(struct fixture *fixture)
+static void put_model(struct fixture *fixture, const char *record, long components,
+                      char id[STORE_ID_MAX])
 {
     struct store_model model = {.lmax = SURFACE_DEGREE,
                                 .n_theta = 15,
                                 .n_phi = 30,
-                                .subjects = MODEL_COMPONENTS + 1,
-                                .components = MODEL_COMPONENTS};
+                                .subjects = components + 1,
+                                .components = components};
     bool created;
 
     memcpy(model.mean, fixture->surface, sizeof model.mean);
-    model.record = strdup("{}");
+    model.record = strdup(record);
     for (size_t a = 0; a < STORE_MODEL_ARRAYS; a++) {
         model.arrays[a] =
             calloc(store_model_count(&model, (enum store_model_array)a), sizeof(double));
         assert_non_null(model.arrays[a]);
     }
     assert_int_equal(store_model_put(fixture->store, &model, &created), 0);
-    memcpy(fixture->model, model.id, sizeof model.id);
+    memcpy(id, model.id, sizeof model.id);
     store_model_clear(&model);
 }
 
@@ -128,15 +129,16 @@ static void put_cohort(struct fixture *fixture)
     store_cohort_clear(&cohort);
 }
 
-/* A cohort "patients" of the surface, six times, in the groups "sick" and "well", with the
+/* A cohort of the surface, n times, in the groups "sick" and "well", with the
    covariates age, treated, and one that is missing for the last. */
-static void put_patients(struct fixture *fixture)
+static void put_patients(struct fixture *fixture, const char *name, size_t n)
 {
-    struct store_cohort cohort = {.name = "patients", .n_members = 6};
+    struct store_cohort cohort = {.n_members = n};
     json_t *members = json_array();
     bool created;
     size_t missing;
 
+    (void)snprintf(cohort.name, sizeof cohort.name, "%s", name);
     cohort.members = calloc(cohort.n_members, sizeof *cohort.members);
     assert_non_null(cohort.members);
     for (size_t i = 0; i < cohort.n_members; i++) {
@@ -144,7 +146,7 @@ static void put_patients(struct fixture *fixture)
                                    i % 2 ? "sick" : "well", "subject", "covariates", "age",
                                    40 + (int)(i * i), "treated", i == 3);
 
-        if (i < 5) {
+        if (i + 1 < cohort.n_members) {
             (void)json_object_set_new(json_object_get(member, "covariates"), "volume",
                                       json_real(1.5));
         }
@@ -175,9 +177,11 @@ static int fixture_open(void **state)
              "{\"analysable\":false,\"route\":null,\"problems\":[{\"code\":\"not-star-shaped\","
              "\"count\":1,\"first\":null,\"detail\":\"no point sees the whole surface\"}]}");
     put_surface(fixture);
-    put_model(fixture);
+    put_model(fixture, "{}", MODEL_COMPONENTS, fixture->model);
+    put_model(fixture, "{\"classifier\":{}}", MODEL_COMPONENTS - 1, fixture->classifier);
     put_cohort(fixture);
-    put_patients(fixture);
+    put_patients(fixture, "patients", 6);
+    put_patients(fixture, "trained", 10);
     put_volume(fixture);
     *state = fixture;
     return 0;
@@ -242,13 +246,17 @@ static struct outcome canonical_outcome(struct fixture *fixture, const char *pro
     return canonical_outcome_as(fixture, api_process_find(&fixture->api, process), inputs);
 }
 
-/* Text in which @ stands for the id of the surface and % for that of the model. */
+/* Text in which @ stands for the id of the surface, % for that of the model and # for that of the
+   classifier. */
 static void expand(const struct fixture *fixture, const char *text, char *out, size_t size)
 {
     size_t n = 0;
 
     for (; *text && n < size - STORE_ID_MAX; text++) {
-        const char *id = *text == '@' ? fixture->surface : *text == '%' ? fixture->model : NULL;
+        const char *id = *text == '@'   ? fixture->surface
+                         : *text == '%' ? fixture->model
+                         : *text == '#' ? fixture->classifier
+                                        : NULL;
         n += (size_t)snprintf(out + n, size - n, id ? "%s" : "%.1s", id ? id : text);
     }
 }

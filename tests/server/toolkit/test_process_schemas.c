@@ -23,6 +23,8 @@ static const struct {
     {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
     {"compare-groups", "{\"cohort\":\"patients\"}"},
     {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
+    {"train", "{\"cohort\":\"trained\"}"},
+    {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
