@@ -198,22 +198,19 @@ static void check_known(const struct api_call *call, const struct api_process *p
 }
 
 bool framing_query(struct api_call *call, const struct api_process *process,
-                   struct framing *framing, bool *given)
+                   struct framing *framing)
 {
     struct problem_list problems = {.errors = NULL};
     char text[STORE_FRAMING_MAX];
     bool refused = false;
 
-    *given = false;
     if (query_get(call, "response", text, sizeof text, &refused)) {
-        *given = true;
         framing->n = 0;
         if (!find_response(text, framing)) {
             problem_add(&problems, "/response", "must be raw, document or plain");
         }
     }
     if (!refused && query_get(call, "outputs", text, sizeof text, &refused)) {
-        *given = true;
         if (!query_outputs(text, framing)) {
             problem_add(&problems, "/outputs", "must be names of outputs, separated by commas");
         } else {

@@ -37,9 +37,9 @@ void framing_write(const struct framing *framing, char text[STORE_FRAMING_MAX]);
 /* What framing_write wrote; anything else is plain. */
 void framing_parse(const char *text, struct framing *framing);
 /* ?response= and ?outputs=, which must be of the process (NULL: not known any more), in the place
-   of what the job has. given: there were any. False when a problem was answered. */
+   of what the job has. False when a problem was answered. */
 bool framing_query(struct api_call *call, const struct api_process *process,
-                   struct framing *framing, bool *given);
+                   struct framing *framing);
 
 /* Answers with the results of a job, whose text it takes over. */
 void framing_respond(struct api_call *call, const char *job, const struct framing *framing,

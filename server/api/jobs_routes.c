@@ -284,14 +284,13 @@ static bool find_framing(struct api_call *call, const struct store_job *job,
 {
     char text[STORE_FRAMING_MAX];
     int status = store_framing_get(call->api->config.store, job->id, text);
-    bool given;
 
     framing_parse(text, framing);
     if (status != 0) {
         (void)problem_respond_store(call, status, "no-such-job", job->id);
         return false;
     }
-    return framing_query(call, api_process_find(call->api, job->process), framing, &given);
+    return framing_query(call, api_process_find(call->api, job->process), framing);
 }
 
 void jobs_results(struct api_call *call)
