@@ -7,9 +7,10 @@
  * what changed meanwhile, then WAITING for the job, for a sign of life, or for the end of its
  * pause, since pieces follow each other no faster than one in STREAM_PAUSE. So a client that does
  * not read holds its piece, the socket's small send buffer, and nothing else; it is cut off like
- * any that does not take its response in time. One that has gone is noticed when something is sent
- * to it, at the latest after two signs of life. Every STREAM_CHECK the api layer is asked even if
- * nothing has changed: it ends the stream of a token that holds no more.
+ * any that does not take its response in time. Every STREAM_CHECK the api layer is asked even if
+ * nothing has changed: it ends the stream of a token that holds no more. One that has gone is
+ * noticed when something is sent to it: who has closed its half gets a sign of life at each check,
+ * so that it counts as a stream of its token for some seconds more, and no longer.
  *
  * The publisher (http_job_changed, http_job_progressed) takes the mutex under which a connection is
  * suspended and entered into the list of waits, and so finds it before or after, never between.
@@ -19,6 +20,7 @@
 #include "clock.h"
 
 #include <math.h>
+#include <poll.h>
 #include <string.h>
 #include <sys/socket.h>
 
@@ -103,6 +105,16 @@ void stream_closed(struct exchange *exchange)
     metrics_add(http->config.metrics, METRIC_HTTP_STREAMS, NULL, -1);
 }
 
+/* Whether the client sends nothing more, and was sent nothing since the last check: most that do so
+   have gone. */
+static bool may_have_gone(const struct exchange *exchange, double now)
+{
+    struct pollfd fd = {.fd = exchange->connection->fd, .events = POLLRDHUP};
+    double sent = exchange->alive_at - exchange->http->config.heartbeat_seconds;
+
+    return now >= sent + STREAM_CHECK && poll(&fd, 1, 0) > 0;
+}
+
 void stream_run(struct exchange *exchange)
 {
     struct api_response *response = &exchange->response;
@@ -114,7 +126,8 @@ void stream_run(struct exchange *exchange)
         response->stream.ended = true;
         return;
     }
-    api_stream_next(exchange->http->config.api, response, now >= exchange->alive_at);
+    api_stream_next(exchange->http->config.api, response,
+                    now >= exchange->alive_at || may_have_gone(exchange, now));
     exchange->pause_until = now + STREAM_PAUSE;
 }
 
