@@ -26,6 +26,7 @@
 
 #define DEVIATIONS_MAX 10.0 /* how far out a point may be: as far as in modes */
 #define TEXT_MAX 4096       /* of the coefficients */
+#define DEGREE_MAX 31       /* an inversion takes a second or two there, and minutes at 127 */
 #define ARRAYS ((1u << STORE_MODEL_ARRAYS) - 1)
 
 /* What is asked for, and what was found. */
@@ -182,6 +183,28 @@ static void answer_mesh(struct api_call *call, const struct shape *shape)
     srnf_mesh_clear(&mesh);
 }
 
+/* What is answered at once must be short: nobody can cancel it. False when a problem was
+   answered. */
+static bool is_answerable(struct api_call *call, const struct store_model *model)
+{
+    struct problem_list list = {.errors = NULL};
+
+    if (strcmp(model_kind(model), "classifier") == 0) {
+        problem_add(&list, "/id",
+                    "is a classifier, made by train: it has no components to move "
+                    "along");
+    } else if (model->lmax > DEGREE_MAX) {
+        problem_add(&list, "/id",
+                    "is of degree %d, and shapes are answered at once up to degree %d only: the "
+                    "process modes computes them as a job",
+                    (int)model->lmax, DEGREE_MAX);
+    } else {
+        return true;
+    }
+    (void)problem_respond_list(call, "invalid-input", &list);
+    return false;
+}
+
 /* Model, mean, and what is asked for. False when a problem was answered. */
 static bool prepare(struct api_call *call, struct shape *shape)
 {
@@ -194,6 +217,9 @@ static bool prepare(struct api_call *call, struct shape *shape)
     }
     if (status) {
         (void)problem_respond_store(call, status, "no-such-model", call->parameters[0]);
+        return false;
+    }
+    if (!is_answerable(call, &shape->model)) {
         return false;
     }
     shape->coefficients = srnf_alloc((size_t)shape->model.components, sizeof(double));

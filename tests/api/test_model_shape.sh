@@ -90,9 +90,13 @@ refused '?coefficients=11' 'within ten standard deviations'
 refused '?coefficients=1,1,1,1,1' 'no more than components'
 refused '?coefficients=1&format=gif' 'in a format that is known'
 refused '?coefficients=1&resolution=0' 'at some resolution'
+execute pca "{\"surfaces\":[${IDS[0]},${IDS[1]}],\"lmax\":32,\"register\":false}" --header 'Prefer: wait=120'
+get "/v1/models/$(json .model.id)/shape?coefficients=1"
+is_problem 422 invalid-input 'a degree that takes long is refused'
+like "$(json '.errors[0].detail')" 'up to degree 31.*modes' 'which says up to where, and what to use'
 get "/v1/models/model-0/shape?coefficients=1"
 is_problem 404 no-such-model 'of a model that is there'
-is "$(count jobs) $(count surfaces)" "$JOBS $SURFACES_BEFORE" 'nothing of all this was kept'
+is "$(count jobs) $(count surfaces)" "$((JOBS + 1)) $((SURFACES_BEFORE + 1))" 'nothing of all this was kept'
 
 # Beside a job that holds the only worker.
 execute geodesic "{\"from\":${IDS[0]},\"to\":${IDS[1]},\"steps\":99,\"register\":false}" --header 'Prefer: respond-async'

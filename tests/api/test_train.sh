@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
 # test_train.sh - classifiers that are kept, against a live server: trained on half of a cohort, asked about the other
 # half, about one surface and about one that is like none; as models they are listed, read, refused where another kind
-# is needed, exported, imported and deleted.
+# is needed, exported, imported and deleted. Under a sanitizer a training takes longer than an answer waits, and
+# core/stats/test_train.c does the same.
+# srnfd-test: release-only
+# srnfd-test: slow
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
@@ -102,6 +105,8 @@ is "$(json '[.items[] | [.kind, .classifier.method, .classifier.means]] | sort |
 execute project "{\"model\":\"$MODEL\",\"surface\":\"$STRANGE\"}"
 is_problem 422 invalid-input 'project takes no classifier'
 like "$(json '.errors[0] | .pointer + " " + .detail')" '/inputs/model is a classifier, made by train, which predict takes' 'and says so'
+get "/v1/models/$MODEL/shape?coefficients=1"
+is_problem 422 invalid-input 'nor has it shapes along components'
 execute pca "$(printf '%s\n' "${SURFACES[@]:0:4}" | jq -Rnc '{surfaces: [inputs]}')"
 COMPONENTS=$(json .model.id)
 is "$(json .model.kind)" components 'a model of pca is of the other kind'
