@@ -368,7 +368,7 @@ static void warn_beyond(const struct document *d)
         warning_add(warnings_of(d->root), "extrapolated", json_deep_copy(first),
                     "Prediction %lld is at %.60s = %.6g, beyond the members, who have %.6g to "
                     "%.6g%s. There the model is nothing but a straight line; predict within.",
-                    (long long)json_integer_value(json_object_get(first, "index")), name, value,
+                    (long long)json_integer_value(json_object_get(first, "index")) + 1, name, value,
                     lowest, highest,
                     json_array_size(beyond) > 1 ? ", and it is not the only one" : "");
     }

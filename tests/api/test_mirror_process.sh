@@ -151,8 +151,8 @@ compare "$NEAR" '<' "$(json '0.9 * .distance')" 'and is nearer to it than it was
 run mirror "{\"surface\":\"$TURNED\"}"
 is "$(json .surface.mirrored)" false 'the image of the registered one is none'
 extent() { # SURFACE
-    curl -fsS -o "$SCRATCH/original.ply" "$URL/v1/surfaces/$1/mesh?format=ply&space=original&resolution=24"
-    vertices "$SCRATCH/original.ply" | awk '{ for (k = 1; k <= 3; k++) s[k] += $k } END { print s[1] / NR, s[2] / NR, s[3] / NR }'
+    curl -fsS -o "$SCRATCH/$1.ply" "$URL/v1/surfaces/$1/mesh?format=ply&space=original&resolution=24"
+    vertices "$SCRATCH/$1.ply" | awk '{ for (k = 1; k <= 3; k++) s[k] += $k } END { print s[1] / NR, s[2] / NR, s[3] / NR }'
 }
 # In the frame of its template it is reflected, so in that of its input by the same turn: as far from the origin.
 paste <(extent "$TURNED") <(extent "$(json .surface.id)") | awk '

@@ -86,6 +86,10 @@ execute compare-groups '{"cohort":"study","register":false,"permutations":99}'
 is "$(json .pValue)" "$P" 'and two of them are what compare-groups compares'
 regress 'shape ~ age' ',"at":[{"age":200}]'
 is "$(json '[.warnings[] | select(.code == "extrapolated") | .figures.covariate] | join(" ")')" age 'a prediction far out is warned of'
+FAR=$(json '.predictions[.warnings[] | select(.code == "extrapolated") | .figures.index].surface.name' |
+    grep -o '[0-9]*$')
+like "$(json '.warnings[] | select(.code == "extrapolated") | .detail')" "^Prediction $FAR is at" \
+    'under the number that its surface has'
 
 # ---- Against numpy --------------------------------------------------------------------------------------
 

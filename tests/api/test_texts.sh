@@ -17,12 +17,12 @@ isnt "$second" "$first" 'another file is another mesh'
 execute encode "{\"mesh\":\"$first\",\"lmax\":8}"
 surface=$(json .surface.id)
 execute encode "{\"mesh\":\"$second\",\"lmax\":8}"
-is "$(json .surface.id)" "$surface" 'the same geometry is the same surface'
+isnt "$(json .surface.id)" "$surface" 'so its surface is another one, which goes when its mesh goes'
 is "$(json .surface.name)" second 'under the name asked for'
 is "$(json .surface.source.mesh)" "$second" 'with the mesh asked for'
 is "$(json .surface.source.job)" "$(header Link | sed 's,.*/jobs/\([^>]*\)>.*,\1,')" 'and the job that ran'
 get "/v1/surfaces/$surface"
-is "$(json .source.mesh)" "$first" 'the record keeps its first source'
+is "$(json .source.mesh)" "$first" 'the first surface keeps its source'
 is "$(json 'keys_unsorted | join(" ")')" \
     'id name tags lmax area volume centroid scale parameterization route source fit starShaped origin frame mirrored smoothing warnings created links' \
     'a record is in the order of the contract'

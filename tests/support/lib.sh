@@ -316,7 +316,7 @@ header() { # NAME
             value=${value#"${value%%[! ]*}"}
         fi
     done <"$HEADERS"
-    printf '%s' "${value%$'\r'}"
+    printf '%s\n' "${value%$'\r'}"
 }
 
 # Passes if the last answer is a problem document of that status and code.

@@ -195,7 +195,7 @@ static void weighs_classes(void **state)
 
 static void refuses(void **state)
 {
-    double evidence[2 * N] = {0}, p[2 * N], priors[2] = {0.5, 0.5};
+    double evidence[3 * N] = {0}, p[2 * N], priors[2] = {0.5, 0.5};
     size_t labels[N], subjects[N] = {0}, only[2];
     bool right[N] = {false};
     struct srnf_platt platt;

@@ -323,7 +323,10 @@ class Study:
         if step in ("distances", "pca", "modes") and count < 2:
             return "there is one member only"
         if step == "distances" and self.options.register == "mean" and count * (count - 1) // 2 > MANY_PAIRS:
-            return f"{count * (count - 1) // 2} pairs would each be registered; ask for it, or register to a template"
+            return (
+                f"{count * (count - 1) // 2} pairs would each be registered; register all to one template "
+                "(--register template), or send the cohort to the process distances"
+            )
         if step in ("groups", "classify"):
             if any(member.label is None for member in self.members):
                 return "some members have no label" if labels else "no member has a label" + self._offer()
