@@ -8,6 +8,7 @@
 
 #include "api/warnings.h"
 #include "toolkit/assessment.h"
+#include "toolkit/handedness.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/typicality.h"
@@ -195,6 +196,7 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
                     "within them may be foreign all the same.",
                     kept->subjects);
     }
+    warnings_put(document, handedness_of_new(run, group->surfaces, group->cohort, kept->made));
     routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
     if (result->problem_code) {
         json_decref(document);

@@ -9,9 +9,11 @@
 #include "toolkit/seconds.h"
 #include "toolkit/table.h"
 #include "api/models.h"
+#include "api/warnings.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
 #include "toolkit/group.h"
+#include "toolkit/handedness.h"
 #include "toolkit/typicality.h"
 
 struct project {
@@ -154,7 +156,11 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     if (compute_project(run, &model, project->surface, registration, &subjects.view, &projection,
                         result) == 0 &&
         process_finite(model.pca.components, projection.scores, "the scores", result)) {
+        json_t *surfaces = json_pack("[s]", project->surface);
+
         document = document_of(&model, registration, &projection);
+        warnings_put(document, handedness_of_new(run, surfaces, NULL, made));
+        json_decref(surfaces);
     }
 out:
     srnf_free(projection.scores);

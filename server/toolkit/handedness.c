@@ -209,6 +209,64 @@ json_t *handedness_of_names(struct jobs_run *run, const json_t *surfaces, const 
     return warnings;
 }
 
+/* The member that new surface i is the other side of, or their number. */
+static size_t find_opposite(const struct group_sides *sides, size_t i,
+                            const struct group_sides *members)
+{
+    struct side_reading readings[2][SIDES_TEXTS];
+    const struct group_sides pair = {.n = 2, .readings = readings};
+    size_t j = 0;
+
+    memcpy(readings[0], sides->readings[i], sizeof readings[0]);
+    for (; j < members->n; j++) {
+        memcpy(readings[1], members->readings[j], sizeof readings[1]);
+        if (group_sides_opposite(&pair, 0, 1)) {
+            break;
+        }
+    }
+    return j;
+}
+
+json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const json_t *cohort,
+                          const json_t *made)
+{
+    const json_t *members = json_object_get(made, "surfaces");
+    json_t *warnings = json_array();
+    struct group_sides sides = {0}, theirs = {0};
+    size_t count = 0, first = 0, second = 0;
+
+    if (!group_sides_read(run, surfaces, cohort, &sides) ||
+        !group_sides_read(run, members, made, &theirs)) {
+        json_memory_fail();
+    }
+    for (size_t i = 0; i < sides.n && theirs.n > 0; i++) {
+        size_t j = find_opposite(&sides, i, &theirs);
+
+        if (j < theirs.n && count++ == 0) {
+            first = i;
+            second = j;
+        }
+    }
+    if (count > 0) {
+        json_t *a = title_of(run, surfaces, cohort, first),
+               *b = title_of(run, members, made, second);
+
+        warning_add(warnings, "mirror-images",
+                    json_pack("{s:I, s:I, s:I}", "members", (json_int_t)count, "first",
+                              (json_int_t)first, "second", (json_int_t)second),
+                    "%.80s: by what it is called, it is the other side of a member that the model "
+                    "was made from, %.80s; so it is for %zu of the surfaces. A mirror image of a "
+                    "shape is another shape here: encode it with mirror = true, as the members of "
+                    "its side were.",
+                    json_string_value(a), json_string_value(b), count);
+        json_decref(a);
+        json_decref(b);
+    }
+    group_sides_clear(&sides);
+    group_sides_clear(&theirs);
+    return warnings;
+}
+
 bool handedness_opposite(struct jobs_run *run, const char *first, const char *second)
 {
     struct side_reading readings[2][SIDES_TEXTS];

@@ -48,6 +48,10 @@ bool group_sides_opposite(const void *sides, size_t i, size_t j);
 json_t *handedness_of_trials(const json_t *labels, const struct compute_handedness *handedness);
 /* The warnings of a group that has left and right ones, by what they are called alone. */
 json_t *handedness_of_names(struct jobs_run *run, const json_t *surfaces, const json_t *cohort);
+/* The warnings of new surfaces that are the other side of what a model was made from (made, its
+   madeFrom), by what they are called. New reference. */
+json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const json_t *cohort,
+                          const json_t *made);
 /* Whether the names of two surfaces or meshes make them the left and the right one of the same. */
 bool handedness_opposite(struct jobs_run *run, const char *first, const char *second);
 /* The warnings of such a pair, or of any; trial may have been left out (distance 0). */

@@ -179,6 +179,15 @@ run distances "{\"surfaces\":[\"$MA\",\"$M\"],\"register\":false}"
 compare "$(json ".matrix[0][1] / $FAR - 1 | fabs")" '<' 1e-9 'images are as far from each other as what they show'
 compare "$PLAIN" '>' 0.1 'and an image is apart from it'
 
+# A new surface is of the side that the members of a model are of, or is another shape.
+run pca "{\"surfaces\":[\"$A\",\"$M\"],\"register\":false}"
+MODEL=$(json .model.id)
+run project "{\"model\":\"$MODEL\",\"surface\":\"$B\"}"
+is "$STATUS $(json '[.warnings[] | select(.code == "mirror-images") | .figures.second] | tojson')" '200 [0]' 'a right one among left ones is told'
+like "$(json '.warnings[] | select(.code == "mirror-images") | .detail')" '^R_.* is the other side of .*L_' 'by both names'
+run project "{\"model\":\"$MODEL\",\"surface\":\"$M\"}"
+is "$STATUS $(json '[.warnings[] | select(.code == "mirror-images")] | length')" '200 0' 'its image is of their side'
+
 # Maps go with the surface.
 run geodesic "{\"from\":\"$A\",\"to\":\"$B\",\"steps\":3,\"method\":\"linear\",\"register\":false}"
 MIDDLE=$(json '.surfaces[1].id')
