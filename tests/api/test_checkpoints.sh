@@ -29,7 +29,7 @@ prepare() {
     a=$(between thalamus)
     b=$(between pallidum)
     post_json /v1/cohorts "$(jq -nc --argjson a "$a" --argjson b "$b" \
-        '{name: "nuclei", members: [(0, 2, 5, 7) as $i | {id: $a[$i], label: "a"}, {id: $b[$i], label: "b"}]}')"
+        '{name: "nuclei", members: [(0, 1, 2, 3, 4, 5, 6, 7) as $i | {id: $a[$i], label: "a"}, {id: $b[$i], label: "b"}]}')"
     is "$STATUS" 201 'a cohort of surfaces'
 }
 CLASSIFY='{"cohort":"nuclei","method":["srnf-nn","srm-nn"],"refit":"shared"}'

@@ -121,7 +121,13 @@ await_place() { # as streams are left when the daemon notices
 }
 await_place
 is $? 0 'who hangs up makes room'
-follow "$SCRATCH/again" "$ADA" '' --header "Last-Event-ID: $SEEN"
+for _ in $(seq 50); do # until what asked for a place has left it
+    follow "$SCRATCH/again" "$ADA" '' --header "Last-Event-ID: $SEEN"
+    await "$SCRATCH/again" '^event: \|quota-exceeded'
+    grep -q quota-exceeded "$SCRATCH/again" || break
+    hang_up "$follower"
+    sleep 0.2
+done
 await "$SCRATCH/again" "\"id\":\"$FOURTH\""
 is $? 0 'who comes back is told what happened meanwhile'
 unlike "$(cat "$SCRATCH/again")" "event: start|$THIRD" 'and nothing that it has seen'
