@@ -53,6 +53,23 @@ M=$(json .model.id)
 A=${S[0]} B=${S[5]} C=${S[11]}
 AS_THEY_ARE='"register":false'
 
+# A segmentation of 16.8 million voxels, half of them of one label.
+python3 - >"$SCRATCH/ball.nrrd" <<'END'
+import sys
+N = 256
+sys.stdout.buffer.write((f'NRRD0004\ntype: uint8\ndimension: 3\nsizes: {N} {N} {N}\nencoding: raw\n'
+                         'space: RAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\n\n').encode())
+for z in range(N):
+    for y in range(N):
+        left = (0.49 * N) ** 2 - (y - N / 2) ** 2 - (z - N / 2) ** 2
+        half = int(left ** 0.5) if left > 0 else 0
+        row = bytearray(N)
+        row[N // 2 - half:N // 2 + half] = b'\1' * (2 * half)
+        sys.stdout.buffer.write(row)
+END
+post /v1/volumes --data-binary "@$SCRATCH/ball.nrrd"
+VOLUME=$(json .id)
+
 worst=0
 printf '%-28s %8s %8s   ms from cancellation to end, of %d\n' process median longest "$ROUNDS"
 while read -r name process inputs; do
@@ -60,6 +77,7 @@ while read -r name process inputs; do
     for _ in $(seq "$ROUNDS"); do
         execute "$process" "$inputs" --header 'Prefer: respond-async'
         id=$(json .id)
+        [ -n "$id" ] || exit 1
         until [ "$(json .status)" != accepted ]; do
             sleep 0.05
             get "/v1/jobs/$id"
@@ -99,6 +117,11 @@ transport transport {"from":"$A","to":"$B","vector":{"toward":"$C"}}
 transport-pullback transport {"from":"$A","to":"$B","vector":{"toward":"$C"},$AS_THEY_ARE,"method":"pullback"}
 transfer transfer {"source":"$A","deformed":"$B","target":"$C"}
 classify classify {"cohort":"sides","method":["srnf-gauss","srm-gauss","icp-nn"],"seed":1}
+extract extract {"volume":"$VOLUME","labels":[1]}
+repair repair {"mesh":"$MESH"}
+mirror mirror {"mesh":"$MESH"}
+regress regress {"cohort":"sides",$AS_THEY_ARE,"formula":"shape ~ label","permutations":1000000,"seed":1}
+train train {"cohort":"sides","method":"srnf-gauss"}
 END
 printf 'longest %d ms, limit %d ms\n' "$worst" "$LIMIT"
 stop_server || exit 1
