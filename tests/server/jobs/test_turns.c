@@ -24,7 +24,7 @@
 
 struct world {
     struct engine engine;
-    atomic_int ended, running[OWNERS], most[OWNERS];
+    atomic_int begun, ended, running[OWNERS], most[OWNERS];
     char order[JOBS]; /* owner's number of the n-th job that ran */
 };
 
@@ -52,8 +52,9 @@ static void run_note(struct jobs_run *run, void *user, const char *inputs,
         atomic_store(&world->most[owner], now);
     }
     engine_wait_at_gate(&world->engine);
-    world->order[atomic_fetch_add(&world->ended, 1)] = (char)owner;
+    world->order[atomic_fetch_add(&world->begun, 1)] = (char)owner;
     atomic_fetch_sub(&world->running[owner], 1);
+    atomic_fetch_add(&world->ended, 1);
     result->results = strdup(inputs);
 }
 
