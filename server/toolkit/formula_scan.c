@@ -1,0 +1,101 @@
+/*
+ * formula_scan.c - the words of a formula, and what is said of one that has others. See
+ * formula_scan.h.
+ */
+#include "toolkit/formula_scan.h"
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+void formula_fail(struct formula_parser *p, const char *format, ...)
+{
+    va_list arguments;
+
+    if (!p->failed) {
+        va_start(arguments, format);
+        (void)vsnprintf(p->problem, FORMULA_PROBLEM_MAX, format, arguments);
+        va_end(arguments);
+    }
+    p->failed = true;
+}
+
+void formula_skip(struct formula_parser *p)
+{
+    while (*p->at && isspace((unsigned char)*p->at)) {
+        p->at++;
+    }
+}
+
+bool formula_take(struct formula_parser *p, const char *what)
+{
+    formula_skip(p);
+    if (p->failed || strncmp(p->at, what, strlen(what)) != 0) {
+        return false;
+    }
+    p->at += strlen(what);
+    return true;
+}
+
+void formula_fail_here(struct formula_parser *p, const char *expected)
+{
+    formula_skip(p);
+    if (*p->at) {
+        formula_fail(p, "has \"%.20s\" at character %zu where %s is expected", p->at,
+                     (size_t)(p->at - p->start) + 1, expected);
+    } else {
+        formula_fail(p, "ends where %s is expected", expected);
+    }
+}
+
+bool formula_is_name(char c, bool first)
+{
+    unsigned char u = (unsigned char)c;
+
+    return isalpha(u) || c == '_' || u >= 0x80 || (!first && (isdigit(u) || c == '.'));
+}
+
+bool formula_take_quoted(struct formula_parser *p, char quote, char name[FORMULA_NAME_MAX])
+{
+    const char *end = strchr(p->at, quote);
+    size_t length = end ? (size_t)(end - p->at) : 0;
+
+    if (!end || length == 0 || length >= FORMULA_NAME_MAX) {
+        formula_fail(p, "has a quotation at character %zu that does not end, or is empty",
+                     (size_t)(p->at - p->start));
+        return false;
+    }
+    memcpy(name, p->at, length);
+    name[length] = '\0';
+    p->at = end + 1;
+    return true;
+}
+
+bool formula_take_word(struct formula_parser *p, char name[FORMULA_NAME_MAX])
+{
+    size_t length = 0;
+
+    formula_skip(p);
+    if (!formula_is_name(*p->at, true)) {
+        return false;
+    }
+    while (formula_is_name(p->at[length], length == 0)) {
+        length++;
+    }
+    if (length >= FORMULA_NAME_MAX) {
+        formula_fail(p, "has a name of %zu bytes", length);
+        return false;
+    }
+    memcpy(name, p->at, length);
+    name[length] = '\0';
+    p->at += length;
+    return true;
+}
+
+bool formula_take_text(struct formula_parser *p, char text[FORMULA_NAME_MAX])
+{
+    formula_skip(p);
+    return (formula_take(p, "\"") && formula_take_quoted(p, '"', text)) ||
+           (formula_take(p, "'") && formula_take_quoted(p, '\'', text));
+}
