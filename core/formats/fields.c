@@ -7,8 +7,7 @@
 
 static bool is_blank(const struct fields *fields, unsigned char c)
 {
-    return c == ' ' || (c >= '\t' && c <= '\r') ||
-           (fields->blanks && c != '\0' && strchr(fields->blanks, c));
+    return scan_is_space(c) || (fields->blanks && c != '\0' && strchr(fields->blanks, c));
 }
 
 static bool next_word(struct fields *fields, struct token *word)

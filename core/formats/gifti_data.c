@@ -182,33 +182,13 @@ static int inflate_bytes(struct gifti_decoder *decoder, unsigned char *bytes, si
     return status;
 }
 
-/* The value of a base64 character, or -1. */
-static int base64_value(unsigned char c)
-{
-    if (c >= 'A' && c <= 'Z') {
-        return c - 'A';
-    }
-    if (c >= 'a' && c <= 'z') {
-        return c - 'a' + 26;
-    }
-    if (c >= '0' && c <= '9') {
-        return c - '0' + 52;
-    }
-    return c == '+' ? 62 : (c == '/' ? 63 : -1);
-}
-
-static bool is_space(unsigned char c)
-{
-    return c == ' ' || (c >= '\t' && c <= '\r');
-}
-
 /* Takes one character; appends the byte that it completes, if any, to bytes[*n]. */
 static int take_base64(struct gifti_decoder *decoder, unsigned char c, unsigned char *bytes,
                        size_t *n)
 {
     int value = base64_value(c);
 
-    if (is_space(c)) {
+    if (scan_is_space(c)) {
         return SRNF_OK;
     }
     if (c == '=' && decoder->n_bits + decoder->padding >= 2 && decoder->padding < 2) {
@@ -275,7 +255,7 @@ static int decode_text(struct gifti_decoder *decoder, const unsigned char *text,
     int status = SRNF_OK;
 
     for (size_t i = 0; i < size && status == SRNF_OK; i++) {
-        if (is_space(text[i])) {
+        if (scan_is_space(text[i])) {
             status = finish_word(decoder);
             status = status == SRNF_OK ? mesh_step(decoder->reader) : status;
         } else if (decoder->n_word < sizeof decoder->word) {

@@ -128,7 +128,7 @@ int pack_append_base64(struct srnf_buffer *out, const void *bytes, size_t size)
     return status;
 }
 
-static int digit_value(unsigned char c)
+int base64_value(unsigned char c)
 {
     if (c >= 'A' && c <= 'Z') {
         return c - 'A';
@@ -142,14 +142,9 @@ static int digit_value(unsigned char c)
     return c == '+' ? 62 : (c == '/' ? 63 : -1);
 }
 
-static bool is_space(unsigned char c)
-{
-    return c == ' ' || (c >= '\t' && c <= '\r');
-}
-
 static void skip_space(struct base64 *cursor)
 {
-    while (cursor->at < cursor->end && is_space(*cursor->at)) {
+    while (cursor->at < cursor->end && scan_is_space(*cursor->at)) {
         cursor->at++;
     }
 }
@@ -167,7 +162,7 @@ static bool next_group(struct base64 *cursor)
         if (cursor->at == cursor->end) {
             return false;
         }
-        value = digit_value(*cursor->at);
+        value = base64_value(*cursor->at);
         padding += *cursor->at == '=';
         if ((value < 0 && *cursor->at != '=') || (value >= 0 && padding > 0)) {
             return false;

@@ -31,6 +31,9 @@ SRNF_CHECKED int pack_append_base64(struct srnf_buffer *out, const void *bytes, 
 /* Replaces the content of `out` by the bytes, packed by zlib. */
 SRNF_CHECKED int pack_deflate(struct srnf_buffer *out, const void *bytes, size_t size);
 
+/* The value of a character of base64, or -1. */
+int base64_value(unsigned char c);
+
 /* A cursor over base64: white space is passed over, and where padding ends a group another may
    follow, as in files that encode a header of its own before the data. */
 struct base64 {

@@ -218,9 +218,7 @@ static void on_doctype(void *user, const XML_Char *name, const XML_Char *system,
     (void)system;
     (void)public;
     if (has_internal_subset) {
-        stop(gifti,
-             srnf_fail(gifti->reader->error, SRNF_EPARSE, -1,
-                       "a document type with declarations (entities) inside the file is refused"));
+        stop(gifti, xml_refuse_declarations(gifti->reader));
     }
 }
 

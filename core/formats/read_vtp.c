@@ -13,8 +13,9 @@
  * name.
  *
  * The parse notes where the bytes of each array are; the arrays of a piece are decoded when all is
- * known. It ends at AppendedData, because raw data are no XML: what is behind the underscore is
- * found by the array's offset. As in GIfTI, a document type with declarations is refused.
+ * known (vtp_piece.c). It ends at AppendedData, because raw data are no XML: what is behind the
+ * underscore is found by the array's offset. As in GIfTI, a document type with declarations is
+ * refused.
  */
 #include "vtp.h"
 #include "xml.h"
@@ -24,23 +25,9 @@
 #define PIECES_MAX 100
 #define SNIFF_BYTES ((size_t)4096)
 
-enum {
-    ARRAY_POINTS,
-    ARRAY_POLY_CORNERS,
-    ARRAY_POLY_ENDS,
-    ARRAY_STRIP_CORNERS,
-    ARRAY_STRIP_ENDS,
-    ARRAY_COUNT
-};
-
-static const char *const array_names[ARRAY_COUNT] = {
+static const char *const array_names[VTP_COUNT] = {
     "points", "the polygons' connectivity", "the polygons' offsets", "the strips' connectivity",
     "the strips' offsets"};
-
-struct piece {
-    int64_t points, polys, strips;
-    struct vtp_array arrays[ARRAY_COUNT];
-};
 
 struct vtp {
     struct vtp_file file;
@@ -49,9 +36,9 @@ struct vtp {
     size_t depth;
     bool polydata; /* the type has been seen */
     size_t n_pieces;
-    struct piece *pieces; /* [PIECES_MAX] */
-    struct piece *piece;  /* that the parser is inside of */
-    int section;          /* of its arrays; -1: none that is needed */
+    struct vtp_piece *pieces; /* [PIECES_MAX] */
+    struct vtp_piece *piece;  /* that the parser is inside of */
+    int section;              /* of its arrays; -1: none that is needed */
     struct vtp_array *array;
 };
 
@@ -136,7 +123,7 @@ static int begin_file(struct vtp *vtp, const XML_Char **pairs)
 
 static int begin_piece(struct vtp *vtp, const XML_Char **pairs)
 {
-    struct piece *piece;
+    struct vtp_piece *piece;
 
     if (vtp->n_pieces == PIECES_MAX) {
         return srnf_fail(vtp->file.reader->error, SRNF_ELIMIT, -1,
@@ -158,8 +145,8 @@ static int which_array(const struct vtp *vtp, const XML_Char **pairs)
 {
     const char *name = attribute(pairs, "Name");
 
-    if (vtp->section == ARRAY_POINTS) {
-        return ARRAY_POINTS;
+    if (vtp->section == VTP_POINTS) {
+        return VTP_POINTS;
     }
     if (vtp->section < 0 || !name) {
         return -1;
@@ -168,18 +155,6 @@ static int which_array(const struct vtp *vtp, const XML_Char **pairs)
         return vtp->section;
     }
     return strcmp(name, "offsets") == 0 ? vtp->section + 1 : -1;
-}
-
-static enum vtp_encoding encoding_of(const char *format)
-{
-    static const char *const names[] = {"", "ascii", "binary", "appended"};
-
-    for (int i = VTP_ASCII; i <= VTP_APPENDED; i++) {
-        if (format && strcmp(format, names[i]) == 0) {
-            return (enum vtp_encoding)i;
-        }
-    }
-    return VTP_NONE;
 }
 
 static int begin_array(struct vtp *vtp, const XML_Char **pairs)
@@ -200,7 +175,7 @@ static int begin_array(struct vtp *vtp, const XML_Char **pairs)
     array->present = true;
     array->what = array_names[which];
     array->type = token_scalar(text_of(type ? type : ""), type_names);
-    array->encoding = encoding_of(attribute(pairs, "format"));
+    array->encoding = vtp_encoding_named(attribute(pairs, "format"));
     array->components = count_of(pairs, "NumberOfComponents", 1);
     array->offset = count_of(pairs, "offset", -1);
     if (array->type == SCALAR_NONE || array->encoding == VTP_NONE) {
@@ -208,7 +183,7 @@ static int begin_array(struct vtp *vtp, const XML_Char **pairs)
                          "DataArray of %s: its type or format is missing or cannot be read",
                          array->what);
     }
-    if (which == ARRAY_POINTS && array->components != 3) {
+    if (which == VTP_POINTS && array->components != 3) {
         return srnf_fail(error, SRNF_EPARSE, -1, "DataArray of points: %lld components, not 3",
                          (long long)array->components);
     }
@@ -225,7 +200,7 @@ static int begin_appended(struct vtp *vtp, const XML_Char **pairs)
     const unsigned char *end = reader->bytes + reader->size;
     const char *encoding = attribute(pairs, "encoding");
 
-    while (at < end && (*at == ' ' || (*at >= '\t' && *at <= '\r'))) {
+    while (at < end && scan_is_space(*at)) {
         at++;
     }
     if (at == end || *at != '_') {
@@ -244,7 +219,7 @@ static int begin_section(struct vtp *vtp, const char *name)
         const char *name;
         int section;
     } sections[] = {
-        {"Points", ARRAY_POINTS}, {"Polys", ARRAY_POLY_CORNERS}, {"Strips", ARRAY_STRIP_CORNERS}};
+        {"Points", VTP_POINTS}, {"Polys", VTP_POLY_CORNERS}, {"Strips", VTP_STRIP_CORNERS}};
 
     vtp->section = -1;
     for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) {
@@ -266,7 +241,7 @@ static void end_text(struct vtp *vtp)
         return;
     }
     for (const unsigned char *p = array->text; p < at; p++) {
-        if (*p != ' ' && (*p < '\t' || *p > '\r')) {
+        if (!scan_is_space(*p)) {
             array->text_end = at;
             return;
         }
@@ -364,115 +339,8 @@ static void on_doctype(void *user, const XML_Char *name, const XML_Char *system,
     (void)system;
     (void)public;
     if (has_internal_subset) {
-        stop(vtp,
-             srnf_fail(vtp->file.reader->error, SRNF_EPARSE, -1,
-                       "a document type with declarations (entities) inside the file is refused"));
+        stop(vtp, xml_refuse_declarations(vtp->file.reader));
     }
-}
-
-/* ---- Cells ----------------------------------------------------------------------------------- */
-
-/* Polygons or strips of a piece; corners and ends are loaded. */
-static int add_cells(struct vtp *vtp, const struct vtp_array *corners, const struct vtp_array *ends,
-                     bool strips, size_t base, int64_t n_points)
-{
-    struct mesh_reader *reader = vtp->file.reader;
-    int64_t begin = 0, end = 0, index = 0;
-    int status = SRNF_OK;
-
-    for (size_t i = 0; i < ends->count && status == SRNF_OK; i++) {
-        if (!vtp_array_index(&vtp->file, ends, i, &end) || end < begin ||
-            (uint64_t)end > corners->count) {
-            return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
-                             "%s %zu: its offset is below the one before or beyond the "
-                             "%zu corners",
-                             strips ? "strip" : "face", i, corners->count);
-        }
-        status = strips ? mesh_step(reader) : mesh_check_corners(reader, i, end - begin);
-        for (int64_t k = begin; k < end && status == SRNF_OK; k++) {
-            size_t corner = (size_t)(k - begin);
-
-            if (!vtp_array_index(&vtp->file, corners, (size_t)k, &index) || index < 0 ||
-                index >= n_points) {
-                status = srnf_fail(reader->error, SRNF_EPARSE, (int64_t)i,
-                                   "%s %zu: an index is not one of the %lld points",
-                                   strips ? "strip" : "face", i, (long long)n_points);
-            } else {
-                status = strips ? mesh_add_strip_corner(reader, i, corner, (int64_t)base + index)
-                                : mesh_add_corner(reader, i, corner, (int64_t)base + index);
-            }
-        }
-        begin = end;
-    }
-    return status;
-}
-
-static int load_cells(struct vtp *vtp, struct piece *piece, bool strips, size_t base)
-{
-    struct mesh_reader *reader = vtp->file.reader;
-    struct vtp_array *corners = &piece->arrays[strips ? ARRAY_STRIP_CORNERS : ARRAY_POLY_CORNERS];
-    struct vtp_array *ends = corners + 1;
-    size_t count = (size_t)(strips ? piece->strips : piece->polys);
-    int status = SRNF_OK;
-
-    if (count == 0) {
-        return SRNF_OK;
-    }
-    if (!corners->present || !ends->present) {
-        return srnf_fail(reader->error, SRNF_EPARSE, -1,
-                         "a Piece with %zu %s has no connectivity or no offsets", count,
-                         strips ? "strips" : "polygons");
-    }
-    status = vtp_array_load(&vtp->file, corners, SIZE_MAX);
-    if (status == SRNF_OK) {
-        status = vtp_array_load(&vtp->file, ends, count);
-    }
-    if (status == SRNF_OK && !strips) {
-        status = mesh_expect(reader, reader->mesh.n_vertices, reader->mesh.n_faces + count);
-    }
-    if (status == SRNF_OK) {
-        status = add_cells(vtp, corners, ends, strips, base, piece->points);
-    }
-    vtp_array_clear(&vtp->file, corners);
-    vtp_array_clear(&vtp->file, ends);
-    return status;
-}
-
-static int load_piece(struct vtp *vtp, struct piece *piece)
-{
-    struct mesh_reader *reader = vtp->file.reader;
-    struct vtp_array *points = &piece->arrays[ARRAY_POINTS];
-    size_t base = reader->mesh.n_vertices, count = (size_t)piece->points, wanted;
-    int status = SRNF_OK;
-
-    if (count == 0) {
-        return SRNF_OK;
-    }
-    if (!points->present || __builtin_mul_overflow(count, 3, &wanted)) {
-        return srnf_fail(reader->error, SRNF_EPARSE, -1, "a Piece has no Points");
-    }
-    if (count > reader->limits.max_vertices - base) {
-        return srnf_fail(reader->error, SRNF_ELIMIT, -1,
-                         "%zu vertices exceed the limit of %zu vertices", base + count,
-                         reader->limits.max_vertices);
-    }
-    status = vtp_array_load(&vtp->file, points, wanted);
-    if (status == SRNF_OK) {
-        status = mesh_expect(reader, base + count, reader->mesh.n_faces);
-    }
-    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
-        double position[3];
-
-        for (size_t k = 0; k < 3; k++) {
-            position[k] = vtp_array_number(&vtp->file, points, 3 * i + k);
-        }
-        status = mesh_add_vertex(reader, position);
-    }
-    vtp_array_clear(&vtp->file, points);
-    if (status == SRNF_OK) {
-        status = load_cells(vtp, piece, false, base);
-    }
-    return status == SRNF_OK ? load_cells(vtp, piece, true, base) : status;
 }
 
 /* ---- The file -------------------------------------------------------------------------------- */
@@ -508,7 +376,7 @@ static int read_pieces(struct vtp *vtp)
     XML_ParserFree(vtp->parser);
     status = vtp->status;
     for (size_t i = 0; i < vtp->n_pieces && status == SRNF_OK; i++) {
-        status = load_piece(vtp, &vtp->pieces[i]);
+        status = vtp_piece_load(&vtp->file, &vtp->pieces[i]);
     }
     return status;
 }

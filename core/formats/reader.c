@@ -276,7 +276,7 @@ int mesh_no_more(struct mesh_reader *reader, const unsigned char *at)
     const unsigned char *end = reader->bytes + reader->size;
 
     for (const unsigned char *p = at; p < end; p++) {
-        if (*p != ' ' && (*p < '\t' || *p > '\r')) {
+        if (!scan_is_space(*p)) {
             return srnf_fail(reader->error, SRNF_EPARSE, (int64_t)(p - reader->bytes),
                              "byte %zu: something follows behind the last element",
                              (size_t)(p - reader->bytes));

@@ -33,6 +33,12 @@ struct quoted {
     char text[28];
 };
 
+/* White space as C's isspace has it in the locale "C". */
+static inline bool scan_is_space(unsigned char c)
+{
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
 /* Starts at the first byte behind a UTF-8 byte order mark, should there be one. */
 void scan_begin(struct scan *scan, const unsigned char *bytes, size_t size);
 

@@ -1,6 +1,7 @@
 /*
- * vtp.h - one data array of a VTP file: where its bytes are, and the decoder that turns them into
- * numbers. read_vtp.c knows the XML, vtp_array.c the encodings.
+ * vtp.h - the pieces of a VTP file and their data arrays: where the bytes are, and what they
+ * become.
+ * read_vtp.c knows the XML, vtp_array.c the encodings, vtp_piece.c the vertices and faces.
  */
 #ifndef SRNF_FORMATS_VTP_H
 #define SRNF_FORMATS_VTP_H
@@ -32,6 +33,9 @@ struct vtp_array {
     size_t count, bytes;
 };
 
+/* The value of format="..", which may be NULL. */
+enum vtp_encoding vtp_encoding_named(const char *format);
+
 /* Loads the numbers; count is their number, and `wanted` what it must be (SIZE_MAX: any).
    vtp_array_clear must follow in any case. */
 SRNF_CHECKED int vtp_array_load(const struct vtp_file *file, struct vtp_array *array,
@@ -39,8 +43,18 @@ SRNF_CHECKED int vtp_array_load(const struct vtp_file *file, struct vtp_array *a
 void vtp_array_clear(const struct vtp_file *file, struct vtp_array *array);
 
 double vtp_array_number(const struct vtp_file *file, const struct vtp_array *array, size_t index);
-/* false: no whole number. */
+/* False: no whole number. */
 bool vtp_array_index(const struct vtp_file *file, const struct vtp_array *array, size_t index,
                      int64_t *value);
+
+enum { VTP_POINTS, VTP_POLY_CORNERS, VTP_POLY_ENDS, VTP_STRIP_CORNERS, VTP_STRIP_ENDS, VTP_COUNT };
+
+struct vtp_piece {
+    int64_t points, polys, strips; /* how many it has */
+    struct vtp_array arrays[VTP_COUNT];
+};
+
+/* Adds the piece to the reader's mesh, behind what that has. */
+SRNF_CHECKED int vtp_piece_load(const struct vtp_file *file, struct vtp_piece *piece);
 
 #endif

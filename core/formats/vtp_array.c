@@ -18,6 +18,18 @@
 
 #include <string.h>
 
+enum vtp_encoding vtp_encoding_named(const char *format)
+{
+    static const char *const names[] = {"", "ascii", "binary", "appended"};
+
+    for (int i = VTP_ASCII; i <= VTP_APPENDED; i++) {
+        if (format && strcmp(format, names[i]) == 0) {
+            return (enum vtp_encoding)i;
+        }
+    }
+    return VTP_NONE;
+}
+
 /* Bytes one after the other, raw or from base64. */
 struct stream {
     bool raw;

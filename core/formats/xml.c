@@ -70,3 +70,9 @@ void xml_parse(struct mesh_reader *reader, XML_Parser parser, int *status)
                               "XML, line %lu: %s", XML_GetCurrentLineNumber(parser),
                               XML_ErrorString(code));
 }
+
+int xml_refuse_declarations(struct mesh_reader *reader)
+{
+    return srnf_fail(reader->error, SRNF_EPARSE, -1,
+                     "a document type with declarations (entities) inside the file is refused");
+}

@@ -19,4 +19,7 @@ SRNF_CHECKED int xml_open(struct mesh_reader *reader, XML_Parser *parser);
    left it; where it is SRNF_OK and the file is no XML, it becomes SRNF_EPARSE or SRNF_ENOMEM. */
 void xml_parse(struct mesh_reader *reader, XML_Parser parser, int *status);
 
+/* What a document type with an internal subset gets, which could declare entities. */
+SRNF_CHECKED int xml_refuse_declarations(struct mesh_reader *reader);
+
 #endif
