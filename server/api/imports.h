@@ -9,6 +9,7 @@
 #include "api/study_table.h"
 #include "compute/prepared.h"
 
+struct labels;      /* api/labels.h */
 struct store_batch; /* store/batch.h */
 
 /* All that an import unpacks, entries of archives and what is packed in files, holds at most so
@@ -100,6 +101,18 @@ void import_read_body(struct import *import);
 bool import_take_manifest(struct import *import, const struct import_given *given);
 /* Takes a file of an export; false where it is a mesh or a volume, taken as others are. */
 bool import_take_study(struct import *import, struct import_given *given);
+/* The tags that the manifest gives one thing, and its name where that is asked for; not given where
+   they are empty. labels_clear must follow. */
+void import_read_labels(const json_t *record, bool with_name, struct labels *labels,
+                        struct problem_list *list);
+/* Takes a surface, a model or a job of an export (imports_restore.c). False where it is not what
+   its record in the manifest says; otherwise *status is that of the store. */
+bool import_restore_surface(struct import *import, const json_t *record, const char *id,
+                            const struct import_given *given, int *status);
+bool import_restore_model(struct import *import, const json_t *record, const char *id,
+                          const struct import_given *given, int *status);
+bool import_restore_job(struct import *import, const json_t *record, const char *id,
+                        const struct import_given *given, int *status);
 /* The members that the manifest names; false when a problem was answered. */
 bool import_study_members(struct import *import, struct cohort_text *members);
 

@@ -1,0 +1,295 @@
+/*
+ * imports_restore.c - surfaces, models and jobs of an export, each held against its record in the
+ * manifest.
+ *
+ * Nothing in it is believed that can be computed: surfaces and models must have the id that follows
+ * from their content, so that nobody can put other content under an id. Results of jobs cannot be
+ * checked without computing them again: they become answers for their owner alone.
+ */
+#include "api/imports.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/archive.h"
+#include "api/auth.h"
+#include "api/json_memory.h"
+#include "api/labels.h"
+#include "api/npy.h"
+#include "api/study.h"
+#include "api/surfaces.h"
+#include "jobs/submit.h"
+#include "store/batch.h"
+#include "store/digest.h"
+#include "store/job.h"
+#include "store/model.h"
+#include "store/surface.h"
+
+#define DEGREE_MAX 1000 /* of a surface: more than any has */
+
+/* ---- Arrays ---------------------------------------------------------------------------------- */
+
+/* What a member of a .npz holds; name borrowed. */
+struct wanted {
+    const char *name;
+    size_t count; /* that it must have */
+    double **values;
+};
+
+static void take_array(const struct archive_file *file, const struct wanted *wanted, size_t n)
+{
+    struct npy_array array;
+    char message[120];
+
+    for (size_t i = 0; i < n; i++) {
+        if (strcmp(file->path, wanted[i].name) == 0 && !*wanted[i].values &&
+            npy_read(file->bytes, file->size, wanted[i].count, &array, message, sizeof message) ==
+                0) {
+            if (array.count == wanted[i].count) {
+                *wanted[i].values = array.values;
+                array.values = NULL;
+            }
+            npy_clear(&array);
+        }
+    }
+}
+
+/* Reads those arrays that a .npz has. */
+static void read_npz(const struct import_given *given, const struct wanted *wanted, size_t n)
+{
+    size_t left = given->size; /* arrays are not packed */
+    const struct archive_limits limits = {.file = given->size, .left = &left};
+    enum archive_status status;
+    struct archive_file file;
+    struct archive_reader *reader =
+        archive_open(given->bytes, given->size, &limits, &status, &file);
+
+    while (reader && (status = archive_next(reader, &file)) == ARCHIVE_FILE) {
+        take_array(&file, wanted, n);
+        srnf_free(file.bytes);
+    }
+    archive_close(reader);
+}
+
+static bool whole(const json_t *record, const char *name, int64_t least, int64_t most,
+                  int64_t *value)
+{
+    const json_t *number = json_object_get(record, name);
+
+    *value = json_integer_value(number);
+    return json_is_integer(number) && *value >= least && *value <= most;
+}
+
+static char *text_of(const json_t *record, const char *name)
+{
+    const char *text = json_string_value(json_object_get(record, name));
+
+    return text ? strdup(text) : NULL;
+}
+
+/* Whether the bytes have the digest of the manifest, which finds damage and edits but no forger;
+   archives of older versions have none. */
+static bool is_unchanged(const json_t *record, const void *bytes, size_t size)
+{
+    const json_t *wanted = json_object_get(record, "sha256");
+    char digest[65];
+
+    store_sha256_hex(digest, bytes, size);
+    return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
+}
+
+/* ---- Surfaces and models --------------------------------------------------------------------- */
+
+/* Whether the mesh that the record names is all that it was made of. */
+static bool is_alone(const char *text)
+{
+    json_t *record = json_loads(text, 0, NULL);
+    const char *process =
+        json_string_value(json_object_get(json_object_get(record, "source"), "process"));
+    bool alone = process && strcmp(process, "encode") == 0;
+
+    json_decref(record);
+    return alone;
+}
+
+static bool read_maps(const json_t *record, struct store_surface *surface)
+{
+    const json_t *names = json_object_get(record, "maps");
+    size_t n = json_array_size(names);
+
+    surface->maps.count = n;
+    if (n == 0) {
+        return true;
+    }
+    for (size_t i = 0; i < n && n <= STORE_MAPS_MAX; i++) {
+        const char *name = json_string_value(json_array_get(names, i));
+
+        if (!name || strlen(name) >= STORE_MAP_NAME_MAX || strchr(name, ',')) {
+            return false;
+        }
+        (void)snprintf(surface->maps.names[i], STORE_MAP_NAME_MAX, "%s", name);
+    }
+    return n <= STORE_MAPS_MAX && whole(record, "nTheta", 1, DEGREE_MAX, &surface->maps.n_theta) &&
+           whole(record, "nPhi", 1, 2 * DEGREE_MAX, &surface->maps.n_phi);
+}
+
+/* Whether all is there, and the id is that of content and place, or of the content as ids were in
+   archives of older versions. */
+static bool check_surface(const struct store_surface *surface, const char *wanted)
+{
+    char id[STORE_ID_MAX];
+
+    if (!surface->coefficients || !surface->record || !surface->name ||
+        (surface->maps.count && !surface->maps.values)) {
+        return false;
+    }
+    surface_record_id(surface, false, id);
+    if (strcmp(id, wanted) != 0) {
+        surface_record_id(surface, true, id);
+    }
+    return strcmp(id, wanted) == 0;
+}
+
+bool import_restore_surface(struct import *import, const json_t *record, const char *id,
+                            const struct import_given *given, int *status)
+{
+    struct store_surface surface = {.owner = call_owner(import->call),
+                                    .name = text_of(record, "name"),
+                                    .record = text_of(record, "record")};
+    bool good = whole(record, "lmax", 0, DEGREE_MAX, &surface.lmax) &&
+                read_maps(record, &surface) && surface.record &&
+                is_unchanged(record, surface.record, strlen(surface.record));
+
+    if (good) {
+        surface.coefficient_count = 3 * (size_t)(surface.lmax + 1) * (size_t)(surface.lmax + 1);
+        const struct wanted wanted[2] = {
+            {"coefficients.npy", surface.coefficient_count, &surface.coefficients},
+            {"maps.npy", surface.maps.count ? store_maps_values(&surface.maps) : 0,
+             &surface.maps.values}};
+
+        read_npz(given, wanted, surface.maps.count ? 2 : 1);
+        good = check_surface(&surface, id);
+    }
+    if (good) {
+        (void)snprintf(surface.id, sizeof surface.id, "%s", id);
+        surface.alone = is_alone(surface.record);
+        *status = store_batch_add_surface(import->batch, &surface);
+    } else {
+        surface.maps.count = surface.maps.values ? surface.maps.count : 0;
+        store_surface_clear(&surface);
+    }
+    return good;
+}
+
+/* What of the record is part of the id: all but the job. */
+static char *identity_of(const char *text)
+{
+    json_t *record = json_loads(text, 0, NULL);
+    char *identity;
+
+    (void)json_object_del(json_object_get(record, "madeFrom"), "job");
+    identity = json_memory_dumps(record, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
+    json_decref(record);
+    return identity;
+}
+
+bool import_restore_model(struct import *import, const json_t *record, const char *id,
+                          const struct import_given *given, int *status)
+{
+    struct store_model model = {.owner = call_owner(import->call),
+                                .record = text_of(record, "record")};
+    const char *mean = json_string_value(json_object_get(record, "mean"));
+    bool good = mean && strlen(mean) < sizeof model.mean && model.record &&
+                whole(record, "lmax", 0, DEGREE_MAX, &model.lmax) &&
+                whole(record, "nTheta", 1, DEGREE_MAX, &model.n_theta) &&
+                whole(record, "nPhi", 1, 2 * DEGREE_MAX, &model.n_phi) &&
+                whole(record, "subjects", 1, 100000, &model.subjects) &&
+                whole(record, "components", 1, 100000, &model.components);
+    struct wanted wanted[STORE_MODEL_ARRAYS];
+    char *identity = NULL;
+
+    if (good) {
+        (void)snprintf(model.mean, sizeof model.mean, "%s", mean);
+        for (size_t i = 0; i < STORE_MODEL_ARRAYS; i++) {
+            wanted[i] = (struct wanted){study_array_file(i),
+                                        store_model_count(&model, (enum store_model_array)i),
+                                        &model.arrays[i]};
+        }
+        read_npz(given, wanted, STORE_MODEL_ARRAYS);
+        for (size_t i = 0; i < STORE_MODEL_CALIBRATION; i++) {
+            good = good && model.arrays[i];
+        }
+    }
+    if (good) {
+        identity = identity_of(model.record);
+        model.identity = identity;
+        *status = store_batch_add_model(import->batch, &model, id);
+        good = *status != STORE_CORRUPT;
+    } else {
+        store_model_clear(&model);
+    }
+    free(identity);
+    return good;
+}
+
+/* ---- Jobs ------------------------------------------------------------------------------------ */
+
+static bool is_job_id(const char *id)
+{
+    return strncmp(id, "job-", 4) == 0 && strlen(id) == 40 &&
+           strspn(id + 4, "0123456789abcdef-") == 36;
+}
+
+/* Whether process, numeric build and inputs have the digest of the manifest. */
+static bool is_asked_unchanged(const json_t *record, const struct store_job *job)
+{
+    const json_t *wanted = json_object_get(record, "askedSha256");
+    char digest[65];
+
+    study_job_digest(digest, job->process, job->numeric_build, job->inputs);
+    return !wanted || (json_is_string(wanted) && strcmp(json_string_value(wanted), digest) == 0);
+}
+
+bool import_restore_job(struct import *import, const json_t *record, const char *id,
+                        const struct import_given *given, int *status)
+{
+    const struct store_owner owner = call_owner(import->call);
+    struct store_job job = {.process = text_of(record, "process"),
+                            .inputs = text_of(record, "inputs"),
+                            .numeric_build = text_of(record, "numericBuild")};
+    json_t *results = json_loadb((const char *)given->bytes, given->size, 0, NULL);
+    struct problem_list list = {.errors = NULL};
+    struct labels labels;
+    bool good, lacking;
+
+    import_read_labels(record, true, &labels, &list);
+    job.name = labels.change.name ? strdup(labels.change.name) : NULL;
+    job.tags = labels.change.tags ? strdup(labels.change.tags) : NULL;
+    lacking = (labels.change.name && !job.name) || (labels.change.tags && !job.tags);
+    good = !list.errors && is_job_id(id) && job.process && job.inputs && job.numeric_build &&
+           json_is_object(results) && is_unchanged(record, given->bytes, given->size) &&
+           is_asked_unchanged(record, &job) &&
+           api_process_find(import->call->api, job.process) != NULL &&
+           whole(record, "createdMs", 1, INT64_MAX / 2, &job.created_ms) &&
+           whole(record, "startedMs", 0, INT64_MAX / 2, &job.started_ms) &&
+           whole(record, "finishedMs", 1, INT64_MAX / 2, &job.finished_ms);
+
+    json_decref(results);
+    json_decref(list.errors);
+    labels_clear(&labels);
+    if (good) {
+        (void)snprintf(job.id, sizeof job.id, "%s", id);
+        (void)snprintf(job.owner, sizeof job.owner, "%s", owner.name ? owner.name : "");
+        *status = jobs_digest(job.process, job.inputs, job.numeric_build, job.owner, job.digest);
+        if (lacking) {
+            *status = STORE_NOMEM;
+        }
+        if (*status == STORE_OK && !json_object_get(import->seen, job.digest)) {
+            (void)json_object_set_new(import->seen, job.digest, json_true());
+            *status = store_batch_add_job(import->batch, &job, (const char *)given->bytes,
+                                          given->size, owner.bytes_max);
+        }
+    }
+    store_job_clear(&job);
+    return good;
+}
