@@ -27,6 +27,7 @@
 #include "store/prepared.h"
 #include "store/store.h"
 #include "store/token.h"
+#include "toolkit/table.h"
 
 #include <cblas.h>
 #include <errno.h>
@@ -140,8 +141,8 @@ static int start_jobs(struct service *service, const struct config *config)
     size_t n = 0;
 
     for (; processes.rows[n] && n < PROCESSES_MAX - 1; n++) {
-        service->table[n].id = processes.rows[n]->id;
-        service->table[n].run = process_run;
+        service->table[n] = (struct jobs_process){
+            .id = processes.rows[n]->id, .run = table_run, .definition = processes.rows[n]->table};
     }
     build_numeric_id(service->numeric_build);
     return jobs_open(&service->jobs, &jobs);

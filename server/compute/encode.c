@@ -1,9 +1,10 @@
 /*
  * encode.c - encodes a stored mesh, or finds that it was done before.
  *
- * An encoding is kept for the jobs that need it later (jobs/encodings.c), whatever process they
- * are of, as long as owner, build and all options are the same. Otherwise it is made from the mesh
- * as that was prepared at its upload (compute/prepared.c). What is repaired in a mesh is repaired
+ * An encoding is kept for the jobs that need it later (store/encoding.h), whatever process they are
+ * of, as long as owner, build and all options are the same: its name covers them, so that nobody
+ * learns from a fast answer what others have. Otherwise it is made from the mesh as that was
+ * prepared at its upload (compute/prepared.c). What is repaired in a mesh is repaired
  * in its sphere too, so that the two still correspond. Every encoding is judged, whoever
  * wants it (core/surface/judge.c): one that has become another shape fails the job, a poor one
  * becomes a doubt of the run, which its results tell (process_finish), or of the caller.
@@ -16,6 +17,8 @@
 
 #include "compute/compute.h"
 #include "compute/prepared.h"
+#include "store/digest.h"
+#include "store/encoding.h"
 
 /* Is the surface still the mesh? If not the job fails; if just about, there is a doubt. */
 static int judge(const struct compute_encode_inputs *inputs, const struct srnf_mesh_report *report,
@@ -91,16 +94,25 @@ struct kept {
     struct compute_doubt doubt;
 };
 
-#define OPTIONS_MAX 400
-
-/* All that decides the encoding of the mesh, as text. */
-static void write_options(const struct compute_encode_inputs *inputs, char text[OPTIONS_MAX])
+/* All that decides the encoding, as 64 hex digits; "" where none is kept, or without memory. */
+static void name_kept(const struct jobs_run *run, const struct compute_encode_inputs *inputs,
+                      char name[65])
 {
     const struct srnf_encode_options *o = &inputs->options;
+    char *text = NULL;
+    int length = -1;
 
-    (void)snprintf(text, OPTIONS_MAX, "%s %d %zu %d %d %a %a %a %d %a", inputs->sphere,
-                   inputs->mirror, o->degree, (int)o->parameterization, o->center_given,
-                   o->center[0], o->center[1], o->center[2], o->unit_area, o->smoothing);
+    name[0] = '\0';
+    if (jobs_run_encodings_limit(run) > 0) {
+        length = asprintf(&text, "%s\n%s\n%s\n%s %d %zu %d %d %a %a %a %d %a", jobs_run_owner(run),
+                          jobs_run_numeric_build(run), inputs->mesh, inputs->sphere, inputs->mirror,
+                          o->degree, (int)o->parameterization, o->center_given, o->center[0],
+                          o->center[1], o->center[2], o->unit_area, o->smoothing);
+    }
+    if (length >= 0) {
+        store_sha256_hex(name, text, (size_t)length);
+        free(text);
+    }
 }
 
 static size_t coefficient_bytes(size_t degree)
@@ -109,19 +121,21 @@ static size_t coefficient_bytes(size_t degree)
 }
 
 static bool recall(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                   const char *options, struct srnf_encoded *encoded, struct compute_doubt *doubt)
+                   const char *name, struct srnf_encoded *encoded, struct compute_doubt *doubt)
 {
     size_t bytes = coefficient_bytes(inputs->options.degree), size = 0;
     unsigned char *value = NULL;
     struct kept kept;
-    bool found = false;
+    bool found = name[0] &&
+                 store_encoding_get(jobs_run_store(run), name, &value, &size) == STORE_OK &&
+                 size == sizeof kept + bytes;
 
-    if (!jobs_run_encoding_recall(run, inputs->mesh, options, sizeof kept, &value, &size)) {
-        return false;
-    }
-    memcpy(&kept, value, sizeof kept);
-    if (size == sizeof kept + bytes && kept.encoded.degree == inputs->options.degree) {
-        kept.encoded.coefficients = srnf_alloc(bytes, 1);
+    if (found) {
+        memcpy(&kept, value, sizeof kept);
+        kept.encoded.coefficients = NULL;
+        if (kept.encoded.degree == inputs->options.degree) {
+            kept.encoded.coefficients = srnf_alloc(bytes, 1);
+        }
         found = kept.encoded.coefficients != NULL;
     }
     if (found) {
@@ -130,23 +144,23 @@ static bool recall(struct jobs_run *run, const struct compute_encode_inputs *inp
         *doubt = kept.doubt;
     }
     free(value);
+    jobs_run_count_encoding(run, found);
     return found;
 }
 
-static void keep(struct jobs_run *run, const struct compute_encode_inputs *inputs,
-                 const char *options, const struct srnf_encoded *encoded,
-                 const struct compute_doubt *doubt)
+static void keep(struct jobs_run *run, const struct compute_encode_inputs *inputs, const char *name,
+                 const struct srnf_encoded *encoded, const struct compute_doubt *doubt)
 {
     size_t bytes = coefficient_bytes(encoded->degree);
-    unsigned char *value = calloc(1, sizeof(struct kept) + bytes);
+    unsigned char *value = name[0] ? calloc(1, sizeof(struct kept) + bytes) : NULL;
     struct kept kept = {.encoded = *encoded, .doubt = *doubt};
 
     if (value) {
         kept.encoded.coefficients = NULL;
         memcpy(value, &kept, sizeof kept);
         memcpy(value + sizeof kept, encoded->coefficients, bytes);
-        jobs_run_encoding_keep(run, inputs->mesh, inputs->sphere, options, value,
-                               sizeof kept + bytes);
+        (void)store_encoding_put(jobs_run_store(run), name, inputs->mesh, inputs->sphere, value,
+                                 sizeof kept + bytes, jobs_run_encodings_limit(run));
         free(value);
     }
 }
@@ -156,14 +170,14 @@ int compute_encode(struct jobs_run *run, const struct srnf_context *context,
                    struct jobs_result *result)
 {
     struct compute_doubt doubt = {.any = false};
-    char options[OPTIONS_MAX];
+    char name[65];
     int status = 0;
 
-    write_options(inputs, options);
-    if (!recall(run, inputs, options, encoded, &doubt)) {
+    name_kept(run, inputs, name);
+    if (!recall(run, inputs, name, encoded, &doubt)) {
         status = make(run, context, inputs, encoded, &doubt, result);
         if (status == 0) {
-            keep(run, inputs, options, encoded, &doubt);
+            keep(run, inputs, name, encoded, &doubt);
         }
     }
     if (status || !doubt.any) {

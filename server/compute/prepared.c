@@ -341,7 +341,7 @@ int compute_prepared_load(struct jobs_run *run, const char *mesh, const char *sp
     }
     key.made = made;
     status = recall(jobs_run_store(run), &key, prepared);
-    jobs_run_mesh_read(run, status == SRNF_OK);
+    jobs_run_count_mesh(run, status == SRNF_OK);
     if (status == SRNF_EFORMAT) {
         status = make(run, &key, mirror, prepared, result);
     } else if (status) {

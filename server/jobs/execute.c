@@ -157,6 +157,7 @@ void jobs_run_execute(struct jobs_run *run)
     if (process) {
         (void)jobs_memory_enter(run->memory);
         fault_enter(run->job->id, run->job->process);
+        run->definition = process->definition;
         process->run(run, jobs->config.user, run->job->inputs, &result);
         fault_enter(NULL, NULL);
         (void)jobs_memory_enter(NULL);

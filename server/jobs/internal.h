@@ -111,6 +111,7 @@ struct jobs_doubts {
 struct jobs_run {
     struct jobs *jobs;
     struct store_job *job;
+    const void *definition; /* of its process */
     struct srnf_context context;
     struct jobs_loop loop;
     atomic_bool cancel;         /* a user has asked for it */

@@ -42,6 +42,7 @@ struct jobs_result {
 struct jobs_process {
     const char *id;
     void (*run)(struct jobs_run *run, void *user, const char *inputs, struct jobs_result *result);
+    const void *definition; /* for run, by jobs_run_definition; may be NULL */
 };
 
 #define JOBS_EXPRESS_SECONDS 1.0
@@ -133,7 +134,8 @@ void jobs_health(struct jobs *jobs, struct jobs_health *health);
 
 struct store *jobs_run_store(struct jobs_run *run);
 const char *jobs_run_job_id(const struct jobs_run *run);
-const char *jobs_run_process(const struct jobs_run *run); /* its id */
+/* That of the row of its process. */
+const void *jobs_run_definition(const struct jobs_run *run);
 /* That its results are computed with. */
 const char *jobs_run_numeric_build(const struct jobs_run *run);
 /* Whose job it is, and so whom its outputs belong to. */
@@ -159,16 +161,11 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
    MiB of them at most, in the run's checkpoint beside what was saved, about every second, and
    recalls those of earlier attempts. */
 void jobs_run_keep_parts(struct jobs_run *run);
-/* The encoding of a mesh that an earlier job of this owner has made with these options, which are
-   any text, and with the same numeric build; value: malloc, at least size_min bytes. keep puts one
-   there, which goes with its mesh and its sphere (an id or ""): what cannot be kept is made
-   again. */
-bool jobs_run_encoding_recall(struct jobs_run *run, const char *mesh, const char *options,
-                              size_t size_min, unsigned char **value, size_t *size);
-void jobs_run_encoding_keep(struct jobs_run *run, const char *mesh, const char *sphere,
-                            const char *options, const void *value, size_t size);
-/* Counts a mesh that was needed: found as it was prepared, or prepared anew. */
-void jobs_run_mesh_read(struct jobs_run *run, bool kept);
+/* Bytes of encodings that may be kept for later jobs; 0: none are. */
+int64_t jobs_run_encodings_limit(const struct jobs_run *run);
+/* Count an encoding, or a prepared mesh, that was needed: found as it was kept, or made anew. */
+void jobs_run_count_encoding(struct jobs_run *run, bool kept);
+void jobs_run_count_mesh(struct jobs_run *run, bool kept);
 /* A mesh whose encoding is an answer, but a poor one (srnf_encode_judge), or whose coordinates are
    coarse. */
 #define JOBS_COARSE 0.1 /* struct srnf_mesh_report: shifts area by some thousandths */

@@ -144,14 +144,30 @@ struct store *jobs_run_store(struct jobs_run *run)
     return run->jobs->config.store;
 }
 
+int64_t jobs_run_encodings_limit(const struct jobs_run *run)
+{
+    return (int64_t)run->jobs->config.kept_encodings;
+}
+
+void jobs_run_count_encoding(struct jobs_run *run, bool kept)
+{
+    metrics_add(run->jobs->config.metrics, METRIC_ENCODINGS, METRIC_LABELS(kept ? "kept" : "made"),
+                1);
+}
+
+void jobs_run_count_mesh(struct jobs_run *run, bool kept)
+{
+    metrics_add(run->jobs->config.metrics, METRIC_MESHES, METRIC_LABELS(kept ? "kept" : "made"), 1);
+}
+
 const char *jobs_run_job_id(const struct jobs_run *run)
 {
     return run->job->id;
 }
 
-const char *jobs_run_process(const struct jobs_run *run)
+const void *jobs_run_definition(const struct jobs_run *run)
 {
-    return run->job->process;
+    return run->definition;
 }
 
 const char *jobs_run_numeric_build(const struct jobs_run *run)

@@ -6,8 +6,6 @@
  */
 #include "processes/processes.h"
 
-#include <string.h>
-
 #include "toolkit/table.h"
 
 #define PROCESSES(row)                                                                        \
@@ -39,17 +37,6 @@ static json_t *outputs_schema(const struct api_process *process)
 }
 
 const struct api_processes processes = {rows, canonicalize, inputs_schema, outputs_schema};
-
-void process_run(struct jobs_run *run, void *user, const char *inputs, struct jobs_result *result)
-{
-    size_t i = 0;
-
-    (void)user;
-    while (strcmp(rows[i]->id, jobs_run_process(run)) != 0) {
-        i++;
-    }
-    table_run(rows[i]->table, run, inputs, result);
-}
 
 char *process_description(const struct api_process *process)
 {

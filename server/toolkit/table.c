@@ -424,12 +424,13 @@ static void echo(const struct process_table *table, json_t *inputs)
     }
 }
 
-void table_run(const struct process_table *table, struct jobs_run *run, const char *text,
-               struct jobs_result *result)
+void table_run(struct jobs_run *run, void *user, const char *text, struct jobs_result *result)
 {
+    const struct process_table *table = jobs_run_definition(run);
     json_t *inputs = process_parse(text, result), *document;
     void *typed = srnf_alloc(1, table->size);
 
+    (void)user;
     if (inputs && (!typed || !table_type(table, inputs, typed))) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     } else if (inputs) {

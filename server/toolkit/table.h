@@ -111,8 +111,8 @@ json_t *table_outputs_schema(const struct process_table *table);
    table. table_clear frees what it owns, also then. */
 bool table_type(const struct process_table *table, const json_t *canonical, void *typed);
 void table_clear(const struct process_table *table, void *typed);
-/* Runs a process of the table on canonical text, and makes its document the result. */
-void table_run(const struct process_table *table, struct jobs_run *run, const char *text,
-               struct jobs_result *result);
+/* The run of a process whose definition is a table (struct jobs_process): runs it on canonical
+   inputs, and makes its document the result. user: not used. */
+void table_run(struct jobs_run *run, void *user, const char *text, struct jobs_result *result);
 
 #endif

@@ -59,7 +59,7 @@ static void run_short(struct jobs_run *run, void *user, const char *inputs,
     result->results = strdup("{}");
 }
 
-static const struct jobs_process table[] = {{"short", run_short}, {NULL, NULL}};
+static const struct jobs_process table[] = {{"short", run_short, NULL}, {NULL, NULL, NULL}};
 
 static int setup(void **state)
 {

@@ -139,9 +139,26 @@ static void run_phases(struct jobs_run *run, void *user, const char *inputs,
     result->results = strdup(text);
 }
 
+/* Answers with the definition of its row. */
+static void run_defined(struct jobs_run *run, void *user, const char *inputs,
+                        struct jobs_result *result)
+{
+    (void)user;
+    (void)inputs;
+    result->results = strdup(jobs_run_definition(run));
+}
+
 static const struct jobs_process table[] = {
-    {"count", run_count}, {"wait", run_wait},       {"slow", run_slow},     {"deaf", run_deaf},
-    {"fail", run_fail},   {"nothing", run_nothing}, {"phases", run_phases}, {NULL, NULL},
+    {"count", run_count, NULL},
+    {"wait", run_wait, NULL},
+    {"slow", run_slow, NULL},
+    {"deaf", run_deaf, NULL},
+    {"fail", run_fail, NULL},
+    {"nothing", run_nothing, NULL},
+    {"phases", run_phases, NULL},
+    {"first", run_defined, "of the first"},
+    {"second", run_defined, "of the second"},
+    {NULL, NULL, NULL},
 };
 
 static void on_changed(void *user, const char *job_id)
@@ -468,6 +485,26 @@ static void progress_never_falls(void **state)
     free(text);
 }
 
+/* Two processes of one function are told apart by what their rows define. */
+static void definition_of_the_row(void **state)
+{
+    static const char *const names[] = {"first", "second"};
+    struct world *world = *state;
+    char id[STORE_ID_MAX], wanted[32], *text = NULL;
+    size_t size;
+
+    open_engine(world, 1, 0);
+    for (size_t i = 0; i < 2; i++) {
+        submit(world, names[i], "same", id);
+        await(world, id, STORE_JOB_SUCCESSFUL);
+        assert_int_equal(store_job_results(world->engine.fixture->store, id, &text, &size),
+                         STORE_OK);
+        (void)snprintf(wanted, sizeof wanted, "of the %s", names[i]);
+        assert_string_equal(text, wanted);
+        free(text);
+    }
+}
+
 /* ---- Cancelling ------------------------------------------------------------------------------ */
 
 static void cancel_in_each_state(void **state)
@@ -725,6 +762,7 @@ int main(void)
         TEST(progress_is_live),
         TEST(lists_are_live),
         TEST(progress_never_falls),
+        TEST(definition_of_the_row),
         TEST(cancel_in_each_state),
         TEST(a_job_being_cancelled_is_not_joined),
         TEST(cancels_at_any_moment),

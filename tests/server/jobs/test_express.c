@@ -63,7 +63,8 @@ static void run_quick(struct jobs_run *run, void *user, const char *inputs,
     atomic_fetch_add(&world->quick, 1);
 }
 
-static const struct jobs_process table[] = {{"hold", run_hold}, {"quick", run_quick}, {NULL, NULL}};
+static const struct jobs_process table[] = {
+    {"hold", run_hold, NULL}, {"quick", run_quick, NULL}, {NULL, NULL, NULL}};
 
 static int setup(void **state)
 {

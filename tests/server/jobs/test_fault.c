@@ -81,7 +81,7 @@ static void run_deadly(struct jobs_run *run, void *user, const char *inputs,
 }
 
 static const struct jobs_process table[] = {
-    {"lasting", run_lasting}, {"deadly", run_deadly}, {NULL, NULL}};
+    {"lasting", run_lasting, NULL}, {"deadly", run_deadly, NULL}, {NULL, NULL, NULL}};
 
 /* The life of a daemon that ends by a fault: of a job, or, without inputs, of a thread without
    one. */

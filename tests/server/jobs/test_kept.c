@@ -1,6 +1,8 @@
 /*
  * What a run keeps for a later attempt: the bytes hold it, damaged bytes hold nothing, and a job
  * whose engine was closed goes on with the numbers that it had.
+ *
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -150,7 +152,7 @@ static void run_numbers(struct jobs_run *run, void *user, const char *inputs,
     }
 }
 
-static const struct jobs_process table[] = {{"numbers", run_numbers}, {NULL, NULL}};
+static const struct jobs_process table[] = {{"numbers", run_numbers, NULL}, {NULL, NULL, NULL}};
 
 static void open_engine(struct world *world, const char *build)
 {

@@ -345,8 +345,8 @@ static void run_transform(struct jobs_run *run, void *user, const char *inputs,
 }
 
 static const struct jobs_process table[] = {
-    {"blocks", run_blocks},       {"hold", run_hold}, {"help", run_help},
-    {"transform", run_transform}, {NULL, NULL},
+    {"blocks", run_blocks, NULL},       {"hold", run_hold, NULL}, {"help", run_help, NULL},
+    {"transform", run_transform, NULL}, {NULL, NULL, NULL},
 };
 
 static void on_log(void *user, const char *event, const char *job_id, const char *trace,

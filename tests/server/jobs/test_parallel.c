@@ -134,7 +134,7 @@ static void run_meeting(struct jobs_run *run, void *user, const char *inputs,
 }
 
 static const struct jobs_process table[] = {
-    {"loops", run_loops}, {"meeting", run_meeting}, {NULL, NULL}};
+    {"loops", run_loops, NULL}, {"meeting", run_meeting, NULL}, {NULL, NULL, NULL}};
 
 static int setup(void **state)
 {

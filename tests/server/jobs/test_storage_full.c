@@ -59,7 +59,7 @@ static bool run_to_end(struct jobs *jobs, const char *inputs, struct store_job *
 /* In the child; returns the number of what failed. */
 static int run_on_a_small_disk(const char *path)
 {
-    static const struct jobs_process table[] = {{"size", run_size}, {NULL, NULL}};
+    static const struct jobs_process table[] = {{"size", run_size, NULL}, {NULL, NULL, NULL}};
     struct jobs_config config = {.workers = 1, .table = table};
     char message[256];
     struct jobs *jobs;

@@ -22,7 +22,7 @@ struct world {
 
 static int setup(void **state)
 {
-    static const struct jobs_process none[] = {{NULL, NULL}};
+    static const struct jobs_process none[] = {{NULL, NULL, NULL}};
     struct world *world = calloc(1, sizeof *world);
     struct jobs_config config = {.workers = 1, .table = none};
     void *fixture;

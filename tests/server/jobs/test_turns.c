@@ -58,7 +58,7 @@ static void run_note(struct jobs_run *run, void *user, const char *inputs,
     result->results = strdup(inputs);
 }
 
-static const struct jobs_process table[] = {{"note", run_note}, {NULL, NULL}};
+static const struct jobs_process table[] = {{"note", run_note, NULL}, {NULL, NULL, NULL}};
 
 static int setup(void **state)
 {
