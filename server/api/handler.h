@@ -1,6 +1,7 @@
 /*
- * handler.h - what the files of api/ share: the route table's row, problems, JSON responses,
- * processes.
+ * handler.h - what every handler works with: the service, the call that it answers, problems,
+ * responses, parts of the request, records, and the table of processes. The handlers themselves are
+ * listed in routes.h.
  */
 #ifndef SRNFD_API_HANDLER_H
 #define SRNFD_API_HANDLER_H
@@ -92,7 +93,7 @@ int problem_respond_store(struct api_call *call, int store_status, const char *n
 /* Answers that a quota is used up: 429 with Retry-After, or 507 for bytes. */
 void quota_respond(struct api_call *call, enum store_quota quota, int retry_seconds);
 
-/* ---- Responses (respond.c) ------------------------------------------------------------------- */
+/* ---- Responses (respond.c; less common ones in respond.h) ------------------------------------ */
 
 /* Takes over the reference; NULL becomes a 500. */
 void respond_json(struct api_call *call, int status, json_t *document);
@@ -102,17 +103,8 @@ void respond_bytes(struct api_call *call, int status, const char *content_type,
 /* The same with bytes that outlive the service. */
 void respond_static(struct api_call *call, int status, const char *content_type, const void *bytes,
                     size_t size);
-/* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered:
-   *refused). */
-bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused);
 /* "2026-01-31T12:00:00.123Z", or JSON null for 0. */
 json_t *json_time(int64_t ms);
-/* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems,
-   answered. */
-json_t *body_json(struct api_call *call);
-/* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;
-   -1: none. */
-int accept_best(const struct api_request *request, const char *const *media_types);
 /* Sets ETag to the tag in quotes and, where If-None-Match of a GET or HEAD names it, answers 304:
    then true, and nothing more is to be done. */
 bool respond_not_modified(struct api_call *call, const char *tag);
@@ -120,28 +112,36 @@ bool respond_not_modified(struct api_call *call, const char *tag);
    true, and nothing more is to be done. NULL: it is there, but has no tag. */
 bool respond_precondition_failed(struct api_call *call, const char *tag);
 
-/* ---- Records, by id -------------------------------------------------------------------------- */
+/* ---- Parts of the request -------------------------------------------------------------------- */
+
+/* Value of a query parameter, percent-decoded into buffer; false if absent (or problem answered:
+   *refused). respond.c; query_next is in respond.h. */
+bool query_get(struct api_call *call, const char *name, char *buffer, size_t size, bool *refused);
+/* Parses a JSON body strictly: duplicate keys, depth, trailing bytes and non-objects are problems,
+   answered (body.c). */
+json_t *body_json(struct api_call *call);
+/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
+   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
+   when a problem was answered. Row and prepared mesh are to be cleared in any case (meshes.c). */
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
+                    struct compute_prepared *prepared, bool *held);
+/* Index of the media type in the list (ended by NULL) that Accept likes best, the first of equals;
+   -1: none (negotiate.c). */
+int accept_best(const struct api_request *request, const char *const *media_types);
+
+/* ---- Records of what is stored, as JSON (meshes.c, surfaces_record.c, jobs_routes.c) --------- */
 
 json_t *mesh_record(const struct store_mesh *mesh);
-/* The report of a mesh record; star is NULL where it was not asked for because the topology already
-   failed, or where the search for a centre broke down. */
-json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
-                         const struct srnf_mesh_read_info *info);
-/* The stored report of a mesh as it reads today (new reference), or NULL. */
+/* The stored report of a mesh as it reads today (new reference), or NULL (mesh_report.c). */
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
-/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
-   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
-   when a problem was answered. Row and prepared mesh are to be cleared in any case. */
-bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
-                    struct compute_prepared *prepared, bool *held);
-/* "model/stl", ... */
+/* The media type of a mesh format: "model/stl", ... */
 const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);
 json_t *job_record(const struct store_job *job, const char *cache);
 
-/* ---- Processes (server/processes): the table of what can be executed ------------------------ */
+/* ---- Processes: what server/processes declares, as this layer sees it ------------------------ */
 
 struct process_table; /* toolkit/table.h */
 
@@ -177,8 +177,7 @@ void api_process_names(const struct api *api, const char *names[API_PROCESSES_MA
 /* Answers that there is none of the id in the path, and which are there. */
 void api_process_missing(struct api_call *call);
 
-/* ---- Handlers, one per route (routes.h) ------------------------------------------------------ */
-
+/* A handler answers one route (routes.h). */
 typedef void api_handler(struct api_call *call);
 
 #endif

@@ -1,19 +1,21 @@
 /*
- * mesh_report.c - the pre-flight report of a mesh as JSON, and the first reason why a stored mesh
- * cannot be analysed.
+ * mesh_report.c - the pre-flight report of a mesh: how it is made of the mesh, as JSON, and how a
+ * stored one is read.
  *
  * A mesh is analysable when the topology is that of a sphere and the faces agree about the outside.
  * The route is the one that encode takes by default, the same for every mesh. starShaped says how
  * far the mesh is from being star-shaped, which the route star needs.
  */
-#include "api/handler.h"
+#include "api/meshes.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "api/json_memory.h"
 #include "api/warnings.h"
 #include "compute/compute.h"
+#include "compute/prepared.h"
 #include "store/mesh.h"
 
 static void set_repair(json_t *repairs, const char *code, size_t count)
@@ -98,8 +100,10 @@ static json_t *route_json(bool analysable)
                       : json_null();
 }
 
-json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
-                         const struct srnf_mesh_read_info *info)
+/* star: NULL where it was not asked for because the topology already failed, or where the search
+   for a centre broke down. */
+static json_t *report_json(const struct srnf_mesh_report *report, const struct srnf_star *star,
+                           const struct srnf_mesh_read_info *info)
 {
     json_t *document = json_object();
 
@@ -134,6 +138,41 @@ json_t *mesh_report_json(const struct srnf_mesh_report *report, const struct srn
                     "Where the other space is meant, apply the matrix before.");
     }
     return document;
+}
+
+/* Where the search for a centre broke down, the mesh cannot be analysed either. */
+static void add_degenerate(struct srnf_mesh_report *report)
+{
+    report->problems[0] =
+        (struct srnf_mesh_problem){.status = SRNF_EDEGENERATE, .count = 1, .first = -1};
+    (void)snprintf(report->problems[0].detail, sizeof report->problems[0].detail,
+                   "the search for a centre that sees the whole surface failed: %s",
+                   srnf_strerror(SRNF_EDEGENERATE));
+    report->n_problems = 1;
+}
+
+int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
+                 const struct srnf_context *context, char **text)
+{
+    struct srnf_mesh_report report;
+    json_t *document;
+    int kernel, status = compute_prepare(mesh, context, &kernel);
+
+    *text = NULL;
+    if (status < 0) {
+        return status;
+    }
+    if (kernel == SRNF_ENOMEM || kernel == SRNF_ECANCELED) {
+        return kernel;
+    }
+    report = mesh->report;
+    if (kernel == SRNF_EDEGENERATE) {
+        add_degenerate(&report);
+    }
+    document = report_json(&report, mesh->kernel_known ? &mesh->kernel : NULL, info);
+    *text = json_memory_dumps(document, JSON_COMPACT);
+    json_decref(document);
+    return *text ? 0 : SRNF_ENOMEM;
 }
 
 /* Reports of a time when star was the only route say of other meshes that they cannot be analysed,

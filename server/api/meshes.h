@@ -19,7 +19,8 @@ bool query_name(struct api_call *call, char *name);
 void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_t size);
 
 /*
- * The report of a mesh, as JSON text, with its topology, size, repairs and star-shapedness.
+ * The report of a mesh (mesh_report.c), as JSON text, with its topology, size, repairs and
+ * star-shapedness.
  *   mesh    [in/out] as it was read: is prepared (compute_prepare)
  *   info    [in]     of its reader; NULL where none read it
  *   context [in]     asked whether to go on

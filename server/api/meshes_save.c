@@ -1,6 +1,5 @@
 /*
- * meshes_save.c - what uploads and meshes that jobs made have in common: the id, and the report;
- * and how one that a job made is kept.
+ * meshes_save.c - the id of a mesh, and how one that a job made is kept.
  *
  * A mesh of a job is written as binary PLY in double precision, read back, and stored as if those
  * bytes had been uploaded. So the mesh that is encoded later, the mesh that the content shows and
@@ -27,41 +26,6 @@ void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_
     store_sha256_hex(digest, bytes, size);
     (void)snprintf(text, sizeof text, "%s:%s", format, digest);
     store_content_id(id, "mesh-", text, strlen(text));
-}
-
-/* Where the search for a centre broke down, the mesh cannot be analysed either. */
-static void add_degenerate(struct srnf_mesh_report *report)
-{
-    report->problems[0] =
-        (struct srnf_mesh_problem){.status = SRNF_EDEGENERATE, .count = 1, .first = -1};
-    (void)snprintf(report->problems[0].detail, sizeof report->problems[0].detail,
-                   "the search for a centre that sees the whole surface failed: %s",
-                   srnf_strerror(SRNF_EDEGENERATE));
-    report->n_problems = 1;
-}
-
-int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
-                 const struct srnf_context *context, char **text)
-{
-    struct srnf_mesh_report report;
-    json_t *document;
-    int kernel, status = compute_prepare(mesh, context, &kernel);
-
-    *text = NULL;
-    if (status < 0) {
-        return status;
-    }
-    if (kernel == SRNF_ENOMEM || kernel == SRNF_ECANCELED) {
-        return kernel;
-    }
-    report = mesh->report;
-    if (kernel == SRNF_EDEGENERATE) {
-        add_degenerate(&report);
-    }
-    document = mesh_report_json(&report, mesh->kernel_known ? &mesh->kernel : NULL, info);
-    *text = json_memory_dumps(document, JSON_COMPACT);
-    json_decref(document);
-    return *text ? 0 : SRNF_ENOMEM;
 }
 
 /* The row of a mesh of these bytes, with its report. Returns an enum srnf_status. */

@@ -1,6 +1,6 @@
 /*
- * respond.h - responses below the level of a call, and small parsers of header and query text.
- * handler.h has what handlers use.
+ * respond.h - what is rarer than the responses of handler.h: a response without a call, and the
+ * parsing of queries, names and lists of tokens.
  */
 #ifndef SRNFD_API_RESPOND_H
 #define SRNFD_API_RESPOND_H

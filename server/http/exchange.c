@@ -3,8 +3,11 @@
  * response.
  *
  * libmicrohttpd calls exchange_step after the headers, then for each piece of the body, then once
- * at its end, and again when a suspended connection was resumed. What is refused early, or takes no
- * body, is answered in the first call, whatever body was announced, and then the connection ends.
+ * at its end, and again when a suspended connection was resumed. A request with a body that is
+ * refused early, or whose route takes no body, is answered in the first call, and then the
+ * connection ends. Every other request is answered at the end of its body. Without a body that is
+ * the second call, because libmicrohttpd closes a connection that is answered in the first.
+ *
  * Closing a socket with unread bytes would reset it and might take the answer with it; so the front
  * gets the socket (dup) and passes over for a moment what still comes (front_linger). In mid-body
  * no response can be queued: a body that grows beyond its limit is passed over up to
