@@ -9,6 +9,7 @@
  */
 #include "store/internal.h"
 #include "store/batch.h"
+#include "store/holdings.h"
 
 #include <stdlib.h>
 
@@ -34,7 +35,7 @@ static void clear_item(struct store_batch *batch, size_t index)
     struct store_batch_item *item = &batch->items[index];
 
     if (item->clear) {
-        item->clear(batch->store, item->argument);
+        item->clear(batch->store, item->owned);
     }
     *item = (struct store_batch_item){.run = NULL};
 }
@@ -56,20 +57,48 @@ struct store *store_batch_store(const struct store_batch *batch)
     return batch->store;
 }
 
-int store_batch_add(struct store_batch *batch, const struct store_batch_item *item)
+static int make_room(struct store_batch *batch)
 {
-    if (batch->count == batch->capacity) {
-        size_t capacity = batch->capacity ? 2 * batch->capacity : 64;
-        struct store_batch_item *items = reallocarray(batch->items, capacity, sizeof *batch->items);
+    size_t capacity = batch->capacity ? 2 * batch->capacity : 64;
+    struct store_batch_item *items;
 
-        if (!items) {
-            return STORE_NOMEM;
-        }
-        batch->items = items;
-        batch->capacity = capacity;
+    if (batch->count < batch->capacity) {
+        return STORE_OK;
     }
-    batch->items[batch->count++] = *item;
+    items = reallocarray(batch->items, capacity, sizeof *batch->items);
+    if (!items) {
+        return STORE_NOMEM;
+    }
+    batch->items = items;
+    batch->capacity = capacity;
     return STORE_OK;
+}
+
+int store_batch_add(struct store_batch *batch, int status, const struct store_batch_item *item)
+{
+    status = status == STORE_OK ? make_room(batch) : status;
+    if (status == STORE_OK) {
+        batch->items[batch->count++] = *item;
+    } else {
+        item->clear(batch->store, item->owned);
+    }
+    return status;
+}
+
+int store_batch_stage(struct store_batch *batch, const char *owner, const char *id,
+                      const void *bytes, size_t size, struct store_content *content, bool *kept)
+{
+    int status = store_owner_has(batch->store, owner, id);
+
+    *kept = false;
+    if (status == STORE_OK) {
+        return store_blob_mend(batch->store, bytes, size);
+    }
+    if (status == STORE_NOT_FOUND) {
+        status = store_blob_stage(batch->store, bytes, size, content);
+        *kept = !content->temporary[0];
+    }
+    return status;
 }
 
 size_t store_batch_count(const struct store_batch *batch)

@@ -356,3 +356,23 @@ int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned
     }
     return status;
 }
+
+int store_blob_find(struct store *store, const char *sql, const char *id, unsigned char **bytes,
+                    size_t *size)
+{
+    char hash[65];
+    struct store_reader *reader = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *bytes = NULL;
+    *size = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_text(reader->db, hash, sizeof hash, sql, id);
+    if (status == STORE_OK) {
+        status = store_blob_read(store, reader->db, hash, bytes, size);
+    }
+    store_reader_return(store, reader);
+    return status;
+}

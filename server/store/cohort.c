@@ -337,7 +337,6 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
                            size_t *missing)
 {
     struct batched *batched = calloc(1, sizeof *batched);
-    int status;
 
     if (!batched) {
         return STORE_NOMEM;
@@ -349,12 +348,8 @@ int store_batch_add_cohort(struct store_batch *batch, struct store_cohort *cohor
     batched->missing = missing;
     *created = false;
     *missing = 0;
-    status =
-        store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-    if (status != STORE_OK) {
-        free(batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, STORE_OK, &(struct store_batch_item){run_batched, batched, clear_batched, batched});
 }
 
 /* ---- Removing -------------------------------------------------------------------------------- */

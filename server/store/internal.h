@@ -180,16 +180,23 @@ int store_write_freeing(struct store *store,
 /* ---- Several as one (batch.c) ---------------------------------------------------------------- */
 
 struct store_batch; /* store/batch.h */
+struct store_content;
 
 /* One put of a batch. */
 struct store_batch_item {
     int (*run)(struct store *store, sqlite3 *db, struct store_write *write); /* NULL: left out */
     void *argument;                                                          /* of run's write */
-    void (*clear)(struct store *store, void *argument);                      /* may be NULL */
+    void (*clear)(struct store *store, void *owned);
+    void *owned; /* all that the put needs until it is done */
 };
 struct store *store_batch_store(const struct store_batch *batch);
-/* Takes the argument over, unless it fails. */
-int store_batch_add(struct store_batch *batch, const struct store_batch_item *item);
+/* Adds a put that was made ready. Clears it where that failed, which is the status given, or where
+   there is no memory. Returns the status. */
+int store_batch_add(struct store_batch *batch, int status, const struct store_batch_item *item);
+/* Makes the content of what has this id ready: mends what is stored of it if the owner has it, and
+   content->hash is then ""; stages it otherwise. kept: the bytes are read until it is stored. */
+int store_batch_stage(struct store_batch *batch, const char *owner, const char *id,
+                      const void *bytes, size_t size, struct store_content *content, bool *kept);
 
 /* ---- Room for that (reserve.c) --------------------------------------------------------------- */
 
@@ -283,6 +290,9 @@ int store_blob_keep(struct store *store, sqlite3 *db, const struct store_content
 int store_blob_mend(struct store *store, const void *bytes, size_t size);
 /* Removes what stage left behind, if anything. */
 void store_blob_unstage(struct store *store, const struct store_content *content);
+/* The blob whose hash the statement finds by an id; bytes as below. */
+int store_blob_find(struct store *store, const char *sql, const char *id, unsigned char **bytes,
+                    size_t *size);
 /* bytes is malloc and zero-terminated beyond size. STORE_CORRUPT: missing, or not what its name
    says. */
 int store_blob_read(struct store *store, sqlite3 *db, const char *hash, unsigned char **bytes,

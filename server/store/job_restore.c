@@ -169,13 +169,6 @@ int store_batch_add_job(struct store_batch *batch, struct store_job *job, const 
     if (status == STORE_OK) {
         status = store_blob_stage(store, batched->results, size, &batched->content);
     }
-    if (status == STORE_OK) {
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-        batched = status == STORE_OK ? NULL : batched;
-    }
-    if (batched) {
-        clear_batched(store, batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, status, &(struct store_batch_item){run_batched, batched, clear_batched, batched});
 }

@@ -167,14 +167,6 @@ struct batched {
     char owner[STORE_OWNER_MAX], id[STORE_ID_MAX], texts[];
 };
 
-static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    struct batched *batched = write->argument;
-    struct store_write one = {.argument = &batched->change};
-
-    return run_change(store, db, &one);
-}
-
 static void clear_batched(struct store *store, void *argument)
 {
     (void)store;
@@ -187,23 +179,20 @@ int store_batch_add_labels(struct store_batch *batch, const char *owner, const c
     size_t name = labels->name ? strlen(labels->name) + 1 : 0;
     size_t tags = labels->tags ? strlen(labels->tags) + 1 : 0;
     struct batched *batched = calloc(1, sizeof *batched + name + tags);
-    int status = STORE_NOMEM;
 
-    if (batched) {
-        if (name) {
-            batched->labels.name = memcpy(batched->texts, labels->name, name);
-        }
-        if (tags) {
-            batched->labels.tags = memcpy(batched->texts + name, labels->tags, tags);
-        }
-        (void)snprintf(batched->owner, sizeof batched->owner, "%s", owner ? owner : "");
-        (void)snprintf(batched->id, sizeof batched->id, "%s", id);
-        batched->change = (struct change){batched->owner, batched->id, &batched->labels};
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
+    if (!batched) {
+        return STORE_NOMEM;
     }
-    if (status != STORE_OK) {
-        free(batched);
+    if (name) {
+        batched->labels.name = memcpy(batched->texts, labels->name, name);
     }
-    return status;
+    if (tags) {
+        batched->labels.tags = memcpy(batched->texts + name, labels->tags, tags);
+    }
+    (void)snprintf(batched->owner, sizeof batched->owner, "%s", owner ? owner : "");
+    (void)snprintf(batched->id, sizeof batched->id, "%s", id);
+    batched->change = (struct change){batched->owner, batched->id, &batched->labels};
+    return store_batch_add(
+        batch, STORE_OK,
+        &(struct store_batch_item){run_change, &batched->change, clear_batched, batched});
 }

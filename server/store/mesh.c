@@ -83,21 +83,7 @@ int store_mesh_get_as(struct store *store, const char *owner, const char *id,
 
 int store_mesh_content(struct store *store, const char *id, unsigned char **content, size_t *size)
 {
-    char hash[65];
-    struct store_reader *reader = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *content = NULL;
-    *size = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status = store_text(reader->db, hash, sizeof hash, "SELECT content FROM mesh WHERE id = ?", id);
-    if (status == STORE_OK) {
-        status = store_blob_read(store, reader->db, hash, content, size);
-    }
-    store_reader_return(store, reader);
-    return status;
+    return store_blob_find(store, "SELECT content FROM mesh WHERE id = ?", id, content, size);
 }
 
 struct put {
@@ -230,20 +216,11 @@ static void clear_batched(struct store *store, void *argument)
     free(batched);
 }
 
-static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    struct batched *batched = write->argument;
-    struct store_write put = {.argument = &batched->put};
-
-    return run_put(store, db, &put);
-}
-
 int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, const void *content,
                          bool *kept)
 {
-    struct store *store = store_batch_store(batch);
     struct batched *batched = calloc(1, sizeof *batched);
-    int status = store_owner_has(store, mesh->owner.name, mesh->id);
+    int status;
 
     *kept = false;
     if (!batched) {
@@ -252,23 +229,16 @@ int store_batch_add_mesh(struct store_batch *batch, struct store_mesh *mesh, con
     }
     batched->mesh = *mesh;
     *mesh = (struct store_mesh){0};
-    batched->put = (struct put){.mesh = &batched->mesh, .content = &batched->content};
-    batched->put.now = store_now_ms();
-    if (status == STORE_OK) {
-        status = store_mesh_mend(store, content, (size_t)batched->mesh.bytes);
-    } else if (status == STORE_NOT_FOUND) {
-        status = store_blob_stage(store, content, (size_t)batched->mesh.bytes, &batched->content);
-        *kept = !batched->content.temporary[0];
+    batched->put =
+        (struct put){.mesh = &batched->mesh, .content = &batched->content, .now = store_now_ms()};
+    status = store_batch_stage(batch, batched->mesh.owner.name, batched->mesh.id, content,
+                               (size_t)batched->mesh.bytes, &batched->content, kept);
+    if (status == STORE_OK && !batched->content.hash[0]) { /* the owner has it */
+        clear_batched(store_batch_store(batch), batched);
+        return STORE_OK;
     }
-    if (status == STORE_OK && batched->content.hash[0]) { /* otherwise the owner has it */
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-        batched = status == STORE_OK ? NULL : batched;
-    }
-    if (batched) {
-        clear_batched(store, batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {

@@ -376,14 +376,6 @@ struct batched {
     struct store_model model;
 };
 
-static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    struct batched *batched = write->argument;
-    struct store_write put = {.argument = &batched->put};
-
-    return run_put(store, db, &put);
-}
-
 static void clear_batched(struct store *store, void *argument)
 {
     struct batched *batched = argument;
@@ -416,13 +408,6 @@ int store_batch_add_model(struct store_batch *batch, struct store_model *model, 
         status = STORE_CORRUPT;
     }
     status = status == STORE_OK ? stage(store, &batched->put, &staged) : status;
-    if (status == STORE_OK) {
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-        batched = status == STORE_OK ? NULL : batched;
-    }
-    if (batched) {
-        clear_batched(store, batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }

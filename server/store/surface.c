@@ -268,14 +268,6 @@ struct batched {
     unsigned char *bytes, *map_bytes;
 };
 
-static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    struct batched *batched = write->argument;
-    struct store_write put = {.argument = &batched->put};
-
-    return run_put(store, db, &put);
-}
-
 static void clear_batched(struct store *store, void *argument)
 {
     struct batched *batched = argument;
@@ -325,15 +317,8 @@ int store_batch_add_surface(struct store_batch *batch, struct store_surface *sur
     batched->put = (struct put){
         .surface = &batched->surface, .content = &batched->content, .now = store_now_ms()};
     status = stage_batched(store, batched);
-    if (status == STORE_OK) {
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-        batched = status == STORE_OK ? NULL : batched;
-    }
-    if (batched) {
-        clear_batched(store, batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {

@@ -68,22 +68,7 @@ int store_volume_get_as(struct store *store, const char *owner, const char *id,
 
 int store_volume_content(struct store *store, const char *id, unsigned char **content, size_t *size)
 {
-    char hash[65];
-    struct store_reader *reader = NULL;
-    int status = store_reader_take(store, &reader);
-
-    *content = NULL;
-    *size = 0;
-    if (status != STORE_OK) {
-        return status;
-    }
-    status =
-        store_text(reader->db, hash, sizeof hash, "SELECT content FROM volume WHERE id = ?", id);
-    if (status == STORE_OK) {
-        status = store_blob_read(store, reader->db, hash, content, size);
-    }
-    store_reader_return(store, reader);
-    return status;
+    return store_blob_find(store, "SELECT content FROM volume WHERE id = ?", id, content, size);
 }
 
 struct put {
@@ -138,12 +123,6 @@ static int adopt(struct store *store, struct store_volume *volume)
     return status;
 }
 
-/* For a volume that is there: content replaces what is stored of it, where that is damaged. */
-static int mend(struct store *store, const void *content, size_t size)
-{
-    return store_blob_mend(store, content, size);
-}
-
 int store_volume_put(struct store *store, struct store_volume *volume, const void *content,
                      bool *created)
 {
@@ -154,7 +133,7 @@ int store_volume_put(struct store *store, struct store_volume *volume, const voi
     *created = false;
     if (status != STORE_NOT_FOUND) {
         status = status == STORE_OK ? adopt(store, volume) : status;
-        return status == STORE_OK ? mend(store, content, (size_t)volume->bytes) : status;
+        return status == STORE_OK ? store_blob_mend(store, content, (size_t)volume->bytes) : status;
     }
     status = store_blob_stage(store, content, (size_t)volume->bytes, &staged);
     if (status != STORE_OK) {
@@ -186,20 +165,11 @@ static void clear_batched(struct store *store, void *argument)
     free(batched);
 }
 
-static int run_batched(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    struct batched *batched = write->argument;
-    struct store_write put = {.argument = &batched->put};
-
-    return run_put(store, db, &put);
-}
-
 int store_batch_add_volume(struct store_batch *batch, struct store_volume *volume,
                            const void *content, bool *kept)
 {
-    struct store *store = store_batch_store(batch);
     struct batched *batched = calloc(1, sizeof *batched);
-    int status = store_owner_has(store, volume->owner.name, volume->id);
+    int status;
 
     *kept = false;
     if (!batched) {
@@ -210,21 +180,14 @@ int store_batch_add_volume(struct store_batch *batch, struct store_volume *volum
     *volume = (struct store_volume){.id = ""};
     batched->put = (struct put){
         .volume = &batched->volume, .content = &batched->content, .now = store_now_ms()};
-    if (status == STORE_OK) {
-        status = mend(store, content, (size_t)batched->volume.bytes);
-    } else if (status == STORE_NOT_FOUND) {
-        status = store_blob_stage(store, content, (size_t)batched->volume.bytes, &batched->content);
-        *kept = !batched->content.temporary[0];
+    status = store_batch_stage(batch, batched->volume.owner.name, batched->volume.id, content,
+                               (size_t)batched->volume.bytes, &batched->content, kept);
+    if (status == STORE_OK && !batched->content.hash[0]) { /* the owner has it */
+        clear_batched(store_batch_store(batch), batched);
+        return STORE_OK;
     }
-    if (status == STORE_OK && batched->content.hash[0]) { /* otherwise the owner has it */
-        status =
-            store_batch_add(batch, &(struct store_batch_item){run_batched, batched, clear_batched});
-        batched = status == STORE_OK ? NULL : batched;
-    }
-    if (batched) {
-        clear_batched(store, batched);
-    }
-    return status;
+    return store_batch_add(
+        batch, status, &(struct store_batch_item){run_put, &batched->put, clear_batched, batched});
 }
 
 struct list {
