@@ -22,6 +22,7 @@
 
 /* Fields that are held for each surface: registrations of all, and of the folds that run. */
 #define COPIES 12
+#define SUBJECTS_MIN 3     /* of each label */
 #define COMPONENTS_KEPT 20 /* of which auto chooses */
 #define SHARE 20.0         /* percent of the job that encoding its meshes takes */
 
@@ -126,59 +127,24 @@ static const struct process_output outputs[] = {
 
 /* ---- What holds between inputs --------------------------------------------------------------- */
 
-static bool is(const struct process_inputs *given, const char *name, const char *choice)
-{
-    const char *text = json_string_value(json_object_get(given->canonical, name));
-
-    return text && strcmp(text, choice) == 0;
-}
-
 /* Whether the folds have training subjects enough for what is asked of them. */
-static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
+static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
+                        size_t smallest)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
-    size_t features = (components ? (size_t)components : 1) + is(given, "scale", "shape-and-size");
-    size_t smallest = 0, freedom;
+    size_t features = (components ? (size_t)components : 1) +
+                      inputs_chose(given->canonical, "scale", "shape-and-size");
+    size_t freedom;
 
-    for (size_t c = 1; c < classes->count; c++) {
-        smallest = classes->subjects[c] < classes->subjects[smallest] ? c : smallest;
-    }
-    if (classes->subjects[smallest] < 3) {
-        problem_add(given->list, "/inputs/cohort",
-                    "has %zu subjects (%zu members) with the label %.60s; each label needs 3",
-                    classes->subjects[smallest], classes->sizes[smallest],
-                    classes->names[smallest]);
-        return;
-    }
-    freedom =
-        is(given, "covariance", "class") ? classes->subjects[smallest] - 2 : classes->determined;
+    freedom = inputs_chose(given->canonical, "covariance", "class")
+                  ? classes->subjects[smallest] - 2
+                  : classes->determined;
     if (features > freedom) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
                     "asks for a covariance of %zu features, size counted; the training subjects of "
                     "a fold determine one of %zu",
                     features, freedom);
     }
-}
-
-static void check_classes(struct process_inputs *given, const json_t *cohort)
-{
-    const json_t *labels = json_object_get(cohort, "labels");
-    struct classify_classes classes = {0};
-    size_t missing, count, largest;
-    size_t *subjects = group_subject_numbers(json_object_get(cohort, "subjects"),
-                                             json_array_size(labels), &count, &largest);
-
-    if (!subjects || !classify_classes_find(cohort, subjects, &classes, &missing)) {
-        problem_add(given->list, "/inputs/cohort", "is too large for the memory there is");
-    } else if (missing < classes.n) {
-        problem_add(given->list, "/inputs/cohort", "member %zu has no label", missing);
-    } else if (classes.count < 2) {
-        problem_add(given->list, "/inputs/cohort", "has one label only: there must be two or more");
-    } else {
-        check_folds(given, &classes);
-    }
-    classify_classes_clear(&classes);
-    srnf_free(subjects);
 }
 
 static void complete(struct process_inputs *given)
@@ -188,7 +154,7 @@ static void complete(struct process_inputs *given)
 
     inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree,
                         COPIES);
-    check_classes(given, cohort);
+    classify_classes_check(given, cohort, SUBJECTS_MIN, check_folds);
     if (json_integer_value(json_object_get(given->canonical, "permutations")) > 0 &&
         !given->list->errors) {
         (void)group_check_labels(given, json_object_get(cohort, "subjects"),

@@ -49,6 +49,12 @@ struct classify_classes {
 bool classify_classes_find(const json_t *cohort, const size_t *subjects,
                            struct classify_classes *classes, size_t *missing);
 void classify_classes_clear(struct classify_classes *classes);
+/* Notes what is wrong with the labels of a canonical cohort: members without one, fewer than two,
+   or one with fewer than `least` subjects. If nothing is, goes on with check; smallest: the class
+   with the fewest subjects. */
+void classify_classes_check(struct process_inputs *given, const json_t *cohort, size_t least,
+                            void (*check)(struct process_inputs *given,
+                                          const struct classify_classes *classes, size_t smallest));
 
 /* What a run has loaded and computed. */
 struct classify_answer {

@@ -54,3 +54,35 @@ bool classify_classes_find(const json_t *cohort, const size_t *subjects,
     return srnf_class_subjects(n, classes->labels, subjects, classes->count, classes->subjects,
                                &classes->determined) == SRNF_OK;
 }
+
+void classify_classes_check(struct process_inputs *given, const json_t *cohort, size_t least,
+                            void (*check)(struct process_inputs *given,
+                                          const struct classify_classes *classes, size_t smallest))
+{
+    const json_t *labels = json_object_get(cohort, "labels");
+    struct classify_classes classes = {0};
+    size_t missing = 0, count, largest, smallest = 0;
+    size_t *subjects = group_subject_numbers(json_object_get(cohort, "subjects"),
+                                             json_array_size(labels), &count, &largest);
+    bool found = subjects && classify_classes_find(cohort, subjects, &classes, &missing);
+
+    for (size_t c = 1; found && c < classes.count; c++) {
+        smallest = classes.subjects[c] < classes.subjects[smallest] ? c : smallest;
+    }
+    if (!found) {
+        problem_add(given->list, "/inputs/cohort", "is too large for the memory there is");
+    } else if (missing < classes.n) {
+        problem_add(given->list, "/inputs/cohort", "member %zu has no label", missing);
+    } else if (classes.count < 2) {
+        problem_add(given->list, "/inputs/cohort", "has one label only: there must be two or more");
+    } else if (classes.subjects[smallest] < least) {
+        problem_add(given->list, "/inputs/cohort",
+                    "has %zu subjects (%zu members) with the label %.60s; each label needs %zu",
+                    classes.subjects[smallest], classes.sizes[smallest], classes.names[smallest],
+                    least);
+    } else {
+        check(given, &classes, smallest);
+    }
+    classify_classes_clear(&classes);
+    srnf_free(subjects);
+}

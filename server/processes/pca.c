@@ -6,14 +6,9 @@
  * how project registers others; and for each member the id of its surface, its distance from the
  * mean and its residual, by which project knows the member again.
  */
-#include <stdlib.h>
-#include <string.h>
-
-#include "api/json_memory.h"
-#include "api/models.h"
 #include "toolkit/mean.h"
+#include "toolkit/model_keep.h"
 #include "toolkit/seconds.h"
-#include "store/model.h"
 
 struct pca {
     struct group_input group;
@@ -49,115 +44,30 @@ static void complete(struct process_inputs *given)
 
 /* ---- The model ------------------------------------------------------------------------------- */
 
-static json_t *ids_json(size_t n, const char (*ids)[STORE_ID_MAX])
+static struct model_parts parts_of(const struct compute_mean_outputs *found)
 {
-    json_t *array = json_array();
-
-    for (size_t i = 0; i < n; i++) {
-        (void)json_array_append_new(array, json_string(ids[i]));
-    }
-    return array;
+    return (struct model_parts){.group = &found->group,
+                                .n_theta = found->n_theta,
+                                .n_phi = found->n_phi,
+                                .pca = &found->pca,
+                                .mean_q = found->mean.mean_q,
+                                .residuals = found->residuals,
+                                .distances = found->mean.distances,
+                                .calibration = &found->calibration};
 }
 
-static char *dump(const json_t *document)
+/* What the record of the model holds beside its numbers. */
+static json_t *record_of(struct jobs_run *run, const struct group_mean *mean,
+                         const struct model_parts *parts)
 {
-    return json_memory_dumps(document, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
-}
+    const struct compute_group *group = &mean->outputs.group;
+    json_t *made_from = model_making(run, "pca", mean->members, parts, mean->inputs.registration,
+                                     (const char(*)[STORE_ID_MAX])group->ids);
 
-/* What the record of the model holds beside its numbers, and what of that is part of the model's
-   id: all but the job. Both to be freed; NULL without memory. */
-static void record_texts(struct jobs_run *run, const struct group_mean *mean, char **text,
-                         char **identity)
-{
-    const struct group_input *members = mean->members;
-    const struct compute_mean_outputs *found = &mean->outputs;
-    const json_t *name = json_object_get(members->cohort, "name");
-    const json_t *subjects = json_object_get(members->cohort, "subjects");
-    const json_t *mirrored = json_object_get(members->cohort, "mirrored");
-    json_t *record = json_pack(
-        "{s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o, s:o}}",
-        "totalVariance", json_finite(found->pca.total_variance), "madeFrom", "process", "pca",
-        "job", jobs_run_job_id(run), "surfaces", members->surfaces, "cohort", name, "subjects",
-        subjects, "mirrored", mirrored, "labels", group_labels(run, members->surfaces, subjects),
-        "groups", group_groups(members->cohort), "registration",
-        registration_json(mean->inputs.registration), "contents",
-        ids_json(found->group.n, (const char(*)[STORE_ID_MAX])found->group.ids), "shapes",
-        ids_json(found->group.n, (const char(*)[STORE_ID_MAX])found->group.contents), "residuals",
-        json_vector(found->residuals, found->mean.n), "distances",
-        json_vector(found->mean.distances, found->mean.n));
-
-    *text = record ? dump(record) : NULL;
-    (void)json_object_del(json_object_get(record, "madeFrom"), "job");
-    *identity = record ? dump(record) : NULL;
-    json_decref(record);
-}
-
-/* A copy that the store can own; false without memory. */
-static bool copy_array(struct store_model *model, enum store_model_array array, const double *from)
-{
-    size_t count = store_model_count(model, array);
-
-    model->arrays[array] = malloc(count ? count * sizeof(double) : 1);
-    if (model->arrays[array]) {
-        memcpy(model->arrays[array], from, count * sizeof(double));
-    }
-    return model->arrays[array] != NULL;
-}
-
-static bool model_sound(const struct compute_mean_outputs *found, struct jobs_result *result)
-{
-    const struct srnf_pca *pca = &found->pca;
-    size_t field = 3 * found->n_theta * found->n_phi;
-
-    return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
-           process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
-           process_finite(pca->components * field, pca->modes, "the modes", result) &&
-           process_finite(field, found->mean.mean_q, "the mean SRNF", result) &&
-           process_finite(SRNF_CALIBRATION_TRAITS * found->calibration.n, found->calibration.values,
-                          "the leave-one-out values", result);
-}
-
-/* Stores the model; its record with the mean surface's (taken over) in it, or NULL with the problem
-   set. */
-static json_t *keep_model(struct jobs_run *run, const struct group_mean *mean, json_t *surface,
-                          struct jobs_result *result)
-{
-    const struct compute_mean_outputs *found = &mean->outputs;
-    struct store_model model = {
-        .lmax = (int64_t)found->group.degree,
-        .n_theta = (int64_t)found->n_theta,
-        .n_phi = (int64_t)found->n_phi,
-        .subjects = (int64_t)found->pca.n,
-        .components = (int64_t)found->pca.components,
-        .owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT}};
-    const char *mean_id = json_string_value(json_object_get(surface, "id"));
-    json_t *record = NULL;
-    char *identity;
-    bool created;
-    int status = STORE_NOMEM;
-
-    record_texts(run, mean, &model.record, &identity);
-    model.identity = identity;
-    if (mean_id && strlen(mean_id) < sizeof model.mean) {
-        memcpy(model.mean, mean_id, strlen(mean_id) + 1);
-    }
-    if (model.record && identity && copy_array(&model, STORE_MODEL_MEAN_Q, found->mean.mean_q) &&
-        copy_array(&model, STORE_MODEL_MODES, found->pca.modes) &&
-        copy_array(&model, STORE_MODEL_EIGENVALUES, found->pca.eigenvalues) &&
-        copy_array(&model, STORE_MODEL_SCORES, found->pca.scores) &&
-        (found->calibration.n == 0 ||
-         copy_array(&model, STORE_MODEL_CALIBRATION, found->calibration.values))) {
-        status = store_model_put(jobs_run_store(run), &model, &created);
-    }
-    if (status) {
-        (void)compute_fail_kept(run, result, status, "the model");
-        json_decref(surface);
-    } else {
-        record = model_record(&model, surface);
-    }
-    free(identity);
-    store_model_clear(&model);
-    return record;
+    (void)json_object_set_new(made_from, "shapes",
+                              model_ids(group->n, (const char(*)[STORE_ID_MAX])group->contents));
+    return json_pack("{s:o, s:o}", "totalVariance", json_finite(parts->pca->total_variance),
+                     "madeFrom", made_from);
 }
 
 /* Variance of the first components together, as Davies has it. */
@@ -179,14 +89,17 @@ static json_t *run_pca(struct jobs_run *run, const void *typed, struct jobs_resu
     const struct pca *asked = typed;
     const struct compute_mean_inputs more = {.fit = true, .components = (size_t)asked->components};
     struct group_mean mean;
+    struct model_parts parts;
     json_t *document = NULL, *record = NULL;
 
-    if (group_mean_compute(run, &asked->group, &asked->mean, more, &mean, result) == 0 &&
-        model_sound(&mean.outputs, result)) {
-        record = mean_keep_surface(run, "pca", "mean", &mean, NULL, result);
+    if (group_mean_compute(run, &asked->group, &asked->mean, more, &mean, result) == 0) {
+        parts = parts_of(&mean.outputs);
+        if (model_is_sound(&parts, result)) {
+            record = mean_keep_surface(run, "pca", "mean", &mean, NULL, result);
+        }
     }
     if (record) {
-        record = keep_model(run, &mean, record, result);
+        record = model_keep(run, &parts, record_of(run, &mean, &parts), record, result);
     }
     if (record) {
         document = json_pack("{s:o, s:o}", "model", record, "compactness",

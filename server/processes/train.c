@@ -86,60 +86,25 @@ static const struct process_output outputs[] = {
 
 /* ---- What holds between inputs --------------------------------------------------------------- */
 
-static bool is(const struct process_inputs *given, const char *name, const char *choice)
-{
-    const char *text = json_string_value(json_object_get(given->canonical, name));
-
-    return text && strcmp(text, choice) == 0;
-}
-
 /* Whether the inner folds have training subjects enough for what is asked of them. */
-static void check_folds(struct process_inputs *given, const struct classify_classes *classes)
+static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
+                        size_t smallest)
 {
     long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
-    bool open = !components || is(given, "covariance", "auto");
-    size_t smallest = 0, determined;
+    bool open = !components || inputs_chose(given->canonical, "covariance", "auto");
+    size_t determined;
 
-    for (size_t c = 1; c < classes->count; c++) {
-        smallest = classes->subjects[c] < classes->subjects[smallest] ? c : smallest;
-    }
-    if (classes->subjects[smallest] < SRNF_TRAIN_SUBJECTS_MIN) {
-        problem_add(given->list, "/inputs/cohort",
-                    "has %zu subjects (%zu members) with the label %.60s; each label needs %d",
-                    classes->subjects[smallest], classes->sizes[smallest], classes->names[smallest],
-                    SRNF_TRAIN_SUBJECTS_MIN);
-        return;
-    }
-    determined = srnf_train_determined(classes->count, classes->subjects,
-                                       !is(given, "covariance", "class"), open);
-    if (is(given, "method", train_methods[0]) &&
+    (void)smallest;
+    determined =
+        srnf_train_determined(classes->count, classes->subjects,
+                              !inputs_chose(given->canonical, "covariance", "class"), open);
+    if (inputs_chose(given->canonical, "method", train_methods[0]) &&
         (size_t)(components ? components : 1) > determined) {
         problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
                     "asks for a covariance of %ld components; the training subjects of an inner "
                     "fold determine one of %zu",
                     components ? components : 1, determined);
     }
-}
-
-static void check_classes(struct process_inputs *given, const json_t *cohort)
-{
-    const json_t *labels = json_object_get(cohort, "labels");
-    struct classify_classes classes = {0};
-    size_t missing, count, largest;
-    size_t *subjects = group_subject_numbers(json_object_get(cohort, "subjects"),
-                                             json_array_size(labels), &count, &largest);
-
-    if (!subjects || !classify_classes_find(cohort, subjects, &classes, &missing)) {
-        problem_add(given->list, "/inputs/cohort", "is too large for the memory there is");
-    } else if (missing < classes.n) {
-        problem_add(given->list, "/inputs/cohort", "member %zu has no label", missing);
-    } else if (classes.count < 2) {
-        problem_add(given->list, "/inputs/cohort", "has one label only: there must be two or more");
-    } else {
-        check_folds(given, &classes);
-    }
-    classify_classes_clear(&classes);
-    srnf_free(subjects);
 }
 
 static void complete(struct process_inputs *given)
@@ -149,7 +114,7 @@ static void complete(struct process_inputs *given)
 
     inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree,
                         COPIES);
-    check_classes(given, cohort);
+    classify_classes_check(given, cohort, SRNF_TRAIN_SUBJECTS_MIN, check_folds);
     if (!given->list->errors) {
         (void)group_check_labels(given, json_object_get(cohort, "subjects"),
                                  json_object_get(cohort, "labels"), WHY_ONE_LABEL);

@@ -9,12 +9,10 @@
 #include "processes/train.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "api/models.h"
 #include "compute/model.h"
 #include "toolkit/assessment.h"
+#include "toolkit/model_keep.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 
@@ -168,127 +166,43 @@ static json_t *classifier_json(const struct train *train, const struct train_ans
     return object;
 }
 
-static json_t *contents_json(const struct compute_group *group)
-{
-    json_t *contents = json_array();
-
-    for (size_t i = 0; i < group->n; i++) {
-        (void)json_array_append_new(contents, json_string(group->contents[i]));
-    }
-    return contents;
-}
-
-static char *dump(const json_t *document)
-{
-    return json_memory_dumps(document, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
-}
-
-/* The record beside the numbers, and what of it is part of the model's id: all but the job. Both to
-   be freed; NULL without memory. */
-static void record_texts(struct jobs_run *run, const struct train *train,
-                         const struct train_answer *answer, const char *template, char **text,
-                         char **identity)
-{
-    const struct group_input *members = &train->group;
-    const struct srnf_trained *trained = &answer->trained;
-    const json_t *name = json_object_get(members->cohort, "name");
-    const json_t *subjects = json_object_get(members->cohort, "subjects");
-    const json_t *mirrored = json_object_get(members->cohort, "mirrored");
-    json_t *record = json_pack(
-        "{s:o, s:o, s:{s:s, s:s, s:O, s:O?, s:O?, s:O?, s:o, s:o, s:o, s:o, s:o, s:o}}",
-        "totalVariance", json_finite(trained->pca.total_variance), "classifier",
-        classifier_json(train, answer, template), "madeFrom", "process", "train", "job",
-        jobs_run_job_id(run), "surfaces", members->surfaces, "cohort", name, "subjects", subjects,
-        "mirrored", mirrored, "labels", group_labels(run, members->surfaces, subjects), "groups",
-        group_groups(members->cohort), "registration",
-        registration_json(&answer->options.registration), "contents", contents_json(&answer->group),
-        "residuals", json_vector(trained->residuals, trained->n), "distances",
-        json_vector(trained->distances, trained->n));
-
-    *text = record ? dump(record) : NULL;
-    (void)json_object_del(json_object_get(record, "madeFrom"), "job");
-    *identity = record ? dump(record) : NULL;
-    json_decref(record);
-}
-
-/* ---- The model ------------------------------------------------------------------------------- */
-
-/* A copy that the store can own; false without memory. */
-static bool copy_array(struct store_model *model, enum store_model_array array, const double *from)
-{
-    size_t count = store_model_count(model, array);
-
-    model->arrays[array] = malloc(count ? count * sizeof(double) : 1);
-    if (model->arrays[array]) {
-        memcpy(model->arrays[array], from, count * sizeof(double));
-    }
-    return model->arrays[array] != NULL;
-}
-
-static bool is_sound(const struct train_answer *answer, struct jobs_result *result)
+static struct model_parts parts_of(const struct train_answer *answer)
 {
     const struct srnf_trained *trained = &answer->trained;
-    const struct srnf_pca *pca = &trained->pca;
-    size_t field = 3 * answer->n_theta * answer->n_phi;
 
-    return process_finite(pca->components, pca->eigenvalues, "the eigenvalues", result) &&
-           process_finite(pca->n * pca->components, pca->scores, "the scores", result) &&
-           process_finite(pca->components * field, pca->modes, "the modes", result) &&
-           process_finite(field, trained->mean_q, "the mean SRNF", result) &&
-           process_finite(trained->n, trained->nearest, "the nearest distances", result) &&
-           process_finite(SRNF_CALIBRATION_TRAITS * trained->calibration.n,
-                          trained->calibration.values, "the leave-one-out values", result);
+    return (struct model_parts){.group = &answer->group,
+                                .n_theta = answer->n_theta,
+                                .n_phi = answer->n_phi,
+                                .pca = &trained->pca,
+                                .mean_q = trained->mean_q,
+                                .residuals = trained->residuals,
+                                .distances = trained->distances,
+                                .calibration = &trained->calibration};
 }
 
-/* Its record with the mean surface's (taken over) in it, or NULL with the problem set. */
-static json_t *keep_model(struct jobs_run *run, const struct train *train,
-                          const struct train_answer *answer, const char *template, json_t *mean,
-                          struct jobs_result *result)
+/* What the record of the model holds beside its numbers. */
+static json_t *record_of(struct jobs_run *run, const struct train *train,
+                         const struct train_answer *answer, const struct model_parts *parts,
+                         const char *template)
 {
-    const struct srnf_trained *trained = &answer->trained;
-    struct store_model model = {
-        .lmax = (int64_t)answer->group.degree,
-        .n_theta = (int64_t)answer->n_theta,
-        .n_phi = (int64_t)answer->n_phi,
-        .subjects = (int64_t)trained->n,
-        .components = (int64_t)trained->pca.components,
-        .owner = {.name = jobs_run_owner(run), .bytes_max = STORE_BYTES_KEPT}};
-    const char *mean_id = json_string_value(json_object_get(mean, "id"));
-    json_t *record = NULL;
-    char *identity;
-    bool created;
-    int status = STORE_NOMEM;
+    const struct srnf_register_options *registration = &answer->options.registration;
+    json_t *made_from = model_making(run, "train", &train->group, parts, registration,
+                                     (const char(*)[STORE_ID_MAX])answer->group.contents);
 
-    record_texts(run, train, answer, template, &model.record, &identity);
-    model.identity = identity;
-    if (mean_id && strlen(mean_id) < sizeof model.mean) {
-        memcpy(model.mean, mean_id, strlen(mean_id) + 1);
-    }
-    if (model.record && identity && copy_array(&model, STORE_MODEL_MEAN_Q, trained->mean_q) &&
-        copy_array(&model, STORE_MODEL_MODES, trained->pca.modes) &&
-        copy_array(&model, STORE_MODEL_EIGENVALUES, trained->pca.eigenvalues) &&
-        copy_array(&model, STORE_MODEL_SCORES, trained->pca.scores) &&
-        copy_array(&model, STORE_MODEL_CALIBRATION, trained->calibration.values)) {
-        status = store_model_put(jobs_run_store(run), &model, &created);
-    }
-    if (status) {
-        (void)compute_fail_kept(run, result, status, "the model");
-        json_decref(mean);
-    } else {
-        record = model_record(&model, mean);
-    }
-    free(identity);
-    store_model_clear(&model);
-    return record;
+    return json_pack("{s:o, s:o, s:o}", "totalVariance", json_finite(parts->pca->total_variance),
+                     "classifier", classifier_json(train, answer, template), "madeFrom", made_from);
 }
 
 json_t *train_keep(struct jobs_run *run, const struct train *train, struct train_answer *answer,
                    struct jobs_result *result)
 {
     const struct srnf_sht *sht = NULL;
+    const struct srnf_trained *trained = &answer->trained;
+    const struct model_parts parts = parts_of(answer);
     json_t *template = NULL, *mean = NULL, *record = NULL;
 
-    if (!is_sound(answer, result)) {
+    if (!model_is_sound(&parts, result) ||
+        !process_finite(trained->n, trained->nearest, "the nearest distances", result)) {
         return NULL;
     }
     if (jobs_transform_acquire(jobs_run_jobs(run), answer->group.degree, SRNF_GRID_GAUSS_LEGENDRE,
@@ -300,8 +214,9 @@ json_t *train_keep(struct jobs_run *run, const struct train *train, struct train
     jobs_transform_release(jobs_run_jobs(run), sht);
     mean = template ? keep_mean(run, train, answer, result) : NULL;
     if (mean) {
-        record = keep_model(run, train, answer, json_string_value(json_object_get(template, "id")),
-                            mean, result);
+        const char *id = json_string_value(json_object_get(template, "id"));
+
+        record = model_keep(run, &parts, record_of(run, train, answer, &parts, id), mean, result);
     }
     json_decref(template);
     return record;

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "toolkit/process.h"
 
 /* Paths and shots (t from -1 to 2) between eight nuclei of tests/data, by area at degree 8, as they
    are and registered: relative energies of 1e-4 to 0.07 and lengths of 1.00 to 1.07 lines, and 0.14
@@ -19,13 +20,6 @@
    for pairs of them. */
 #define REACHED 0.1
 #define JUMPS 1.5
-
-static bool is(const json_t *inputs, const char *name, const char *value)
-{
-    const char *text = json_string_value(json_object_get(inputs, name));
-
-    return text && strcmp(text, value) == 0;
-}
 
 /* ---- Surfaces -------------------------------------------------------------------------------- */
 
@@ -39,9 +33,9 @@ static const json_t *energies_of(const json_t *inputs, const json_t *document)
     if (!json_is_object(all)) {
         return one ? one : all;
     }
-    return json_object_get(all, is(inputs, "method", "closed-form") ? "closedForm"
-                                : is(inputs, "method", "linear")    ? "linear"
-                                                                    : "geodesic");
+    return json_object_get(all, inputs_chose(inputs, "method", "closed-form") ? "closedForm"
+                                : inputs_chose(inputs, "method", "linear")    ? "linear"
+                                                                              : "geodesic");
 }
 
 void answers_warn_energies(const json_t *energies, json_t *document)
@@ -97,7 +91,8 @@ static void warn_jumps(json_t *document)
 
 static void warn_parameters(const json_t *inputs, json_t *document)
 {
-    if (!is(inputs, "metric", "harmonic") || !json_is_true(json_object_get(inputs, "register"))) {
+    if (!inputs_chose(inputs, "metric", "harmonic") ||
+        !json_is_true(json_object_get(inputs, "register"))) {
         return;
     }
     warning_add(warnings_of(document), "parameters-not-registered", NULL,
@@ -108,9 +103,9 @@ static void warn_parameters(const json_t *inputs, json_t *document)
 
 void answers_warn(const json_t *inputs, json_t *document)
 {
-    if (!is(inputs, "method", "pullback")) {
+    if (!inputs_chose(inputs, "method", "pullback")) {
         answers_warn_energies(energies_of(inputs, document), document);
-        if (!is(inputs, "method", "linear")) {
+        if (!inputs_chose(inputs, "method", "linear")) {
             warn_jumps(document);
         }
     }

@@ -83,7 +83,7 @@ bool inputs_open(struct process_inputs *inputs, struct api_call *call, const jso
     return true;
 }
 
-json_t *inputs_close(struct process_inputs *inputs)
+json_t *inputs_canonical(struct process_inputs *inputs)
 {
     if (inputs->answered || inputs->list->errors || !inputs->canonical || !inputs_scales(inputs)) {
         json_decref(inputs->canonical);
@@ -229,6 +229,13 @@ const char *inputs_choice(struct process_inputs *inputs, const char *name,
     pointer_to(pointer, name);
     problem_add(inputs->list, pointer, "must be one of: %s", list);
     return choices[0];
+}
+
+bool inputs_chose(const json_t *canonical, const char *name, const char *choice)
+{
+    const char *text = json_string_value(json_object_get(canonical, name));
+
+    return text && strcmp(text, choice) == 0;
 }
 
 /* prefix and 32 lower-case hex digits? */

@@ -84,8 +84,9 @@ struct process_inputs {
 /* names ends with NULL; members of other names are problems. False when given is no object. */
 bool inputs_open(struct process_inputs *inputs, struct api_call *call, const json_t *given,
                  struct problem_list *list, const char *const *names);
-/* The canonical object (new reference), or NULL where there was any problem. */
-json_t *inputs_close(struct process_inputs *inputs);
+/* Ends the reading: the canonical object (new reference), with the scales of weighted inputs filled
+   in (scales.h), or NULL where there was any problem. */
+json_t *inputs_canonical(struct process_inputs *inputs);
 
 /* A whole number from lowest to highest; absent: fallback. Returns the number. */
 long inputs_integer(struct process_inputs *inputs, const char *name, long lowest, long highest,
@@ -104,6 +105,9 @@ bool inputs_boolean(struct process_inputs *inputs, const char *name, bool fallba
 /* One of the choices (ended by NULL); absent: the first. */
 const char *inputs_choice(struct process_inputs *inputs, const char *name,
                           const char *const *choices);
+
+/* Whether canonical inputs have this choice. */
+bool inputs_chose(const json_t *canonical, const char *name, const char *choice);
 
 /* The id of a mesh that exists and can be analysed; otherwise answers 404, or 422 with the code of
    the mesh's first problem. */

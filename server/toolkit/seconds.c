@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "compute/seconds.h"
+#include "toolkit/process.h"
 
 #define PULLBACK 50.0 /* a path or a mean in the pulled-back metric, in inversions for each step */
 #define LONG 60.0     /* what the inputs leave open */
@@ -22,13 +23,6 @@
 static double number(const json_t *inputs, const char *name)
 {
     return json_number_value(json_object_get(inputs, name));
-}
-
-static bool is(const json_t *inputs, const char *name, const char *value)
-{
-    const char *text = json_string_value(json_object_get(inputs, name));
-
-    return text && strcmp(text, value) == 0;
 }
 
 static double degree_of(const struct api_work *work, const json_t *inputs)
@@ -62,8 +56,8 @@ static double path(const struct api_work *work, const json_t *inputs, double reg
                    double steps)
 {
     double degree = degree_of(work, inputs);
-    double each =
-        seconds_of_inversion(degree) * (is(inputs, "method", "pullback") ? PULLBACK : 0.2);
+    double each = seconds_of_inversion(degree) *
+                  (inputs_chose(inputs, "method", "pullback") ? PULLBACK : 0.2);
 
     return first(work) + steps * each +
            (json_is_true(json_object_get(inputs, "register"))
@@ -114,7 +108,7 @@ double mean_seconds(const struct api_work *work, const json_t *inputs)
 {
     double n = of_members(work), degree = degree_of(work, inputs);
     bool registered = json_is_true(json_object_get(inputs, "register"));
-    bool pullback = is(inputs, "method", "pullback");
+    bool pullback = inputs_chose(inputs, "method", "pullback");
 
     return seconds_of_group(work, registered) +
            seconds_of_inversion(degree) * (1.0 + (pullback ? PULLBACK * n : 0.0)) +
@@ -193,7 +187,7 @@ double shoot_seconds(const struct api_work *work, const json_t *inputs)
 {
     double n = (double)json_array_size(json_object_get(inputs, "times"));
 
-    return is(inputs, "method", "pullback")
+    return inputs_chose(inputs, "method", "pullback")
                ? path(work, inputs, 1.0, n + 4.0)
                : path(work, inputs, 1.0, n) +
                      SHOOT_STEP * shoot_way(inputs) * seconds_of_inversion(degree_of(work, inputs));

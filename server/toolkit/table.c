@@ -151,7 +151,7 @@ json_t *table_canonicalize(const struct process_table *table, struct api_call *c
     if (table->complete && !list->errors && !inputs.answered) {
         table->complete(&inputs);
     }
-    return inputs_close(&inputs);
+    return inputs_canonical(&inputs);
 }
 
 /* ---- Schemas --------------------------------------------------------------------------------- */
