@@ -20,6 +20,7 @@
 #   srnfd-test: alone           runs when no other test does (it measures time)
 #   srnfd-test: nightly         is left out, and runs in make nightly
 #   srnfd-test: slow            is left out of make quick, and starts before the others, so that the last to end is short
+#   srnfd-test: waits           mostly sleeps, for limits of time: it starts first and does not count as one at a time
 #   srnfd-test: timeout N       may take N seconds instead of 300 (twice that in sanitizer builds)
 #
 # Environment: SRNFD_NIGHTLY ("only": the tests marked nightly and no others), SRNFD_QUICK (leave out those marked
@@ -212,7 +213,7 @@ flush() {
 }
 
 number=0
-running=0
+waiting=()
 long=()
 together=()
 alone=()
@@ -234,6 +235,8 @@ while IFS= read -r source; do
     fi
     if marker "$source" alone; then
         alone+=("$source")
+    elif marker "$source" waits; then
+        waiting+=("$source")
     elif marker "$source" slow; then
         long+=("$source")
     else
@@ -253,19 +256,24 @@ start() { # SOURCE
         return
     fi
     run_one "$number" "$1" "$program" &
-    running=$((running + 1))
+    started=$!
 }
 
-for source in ${long[@]+"${long[@]}"} ${together[@]+"${together[@]}"}; do
-    while [ "$running" -ge "$JOBS" ]; do
-        wait -n
-        running=$((running - 1))
-        flush
-    done
+declare -A placed=() # by process id: tests that take a place
+for source in ${waiting[@]+"${waiting[@]}"}; do
     start "$source"
 done
+for source in ${long[@]+"${long[@]}"} ${together[@]+"${together[@]}"}; do
+    while [ "${#placed[@]}" -ge "$JOBS" ]; do
+        wait -n -p ended
+        unset "placed[$ended]"
+        flush
+    done
+    started=
+    start "$source"
+    [ -z "$started" ] || placed[$started]=yes
+done
 wait
-running=0
 flush
 for source in ${alone[@]+"${alone[@]}"}; do
     start "$source"

@@ -181,6 +181,21 @@ export MEETING=$FAKE/meeting
 run 'test_lone'
 is "$LAST" '2 passed, 0 failed' 'a test that wants to be alone is'
 
+script test_waits.sh <<'END'
+# srnfd-test: waits
+echo 1..1
+for _ in $(seq 200); do [ ! -e "$MEETING.came" ] || { echo 'ok 1 - a'; exit; }; sleep 0.05; done
+echo 'not ok 1 - nothing runs beside it'
+END
+script test_waits_not.sh <<'END'
+touch "$MEETING.came" "$MEETING.busy"; sleep 0.3; rm "$MEETING.busy"; echo 1..1; echo 'ok 1 - a'
+END
+script test_waits_turn.sh <<'END'
+[ ! -e "$MEETING.busy" ] && echo 'ok 1 - a'; echo 1..1
+END
+SRNFD_TEST_JOBS=1 run 'test_waits'
+is "$LAST" '3 passed, 0 failed' 'a test that waits takes no place; the others keep to theirs'
+
 script test_release.sh <<'END'
 # srnfd-test: release-only
 echo 1..1; echo 'ok 1 - a'

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # GET /v1/events: all jobs of a caller in one stream; what a client that comes back is told; whose jobs they are; and
 # how many streams a token may have.
+# srnfd-test: waits
 . "$(dirname "$0")/../support/lib.sh"
 
 DATA=$SCRATCH/data

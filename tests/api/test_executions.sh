@@ -2,6 +2,7 @@
 # Executions and jobs: waiting and not waiting, the cache and its time, idempotency keys, results before and after
 # the end, cancel, delete, lists with cursors, entity tags, HEAD and OPTIONS.
 # srnfd-test: slow
+# srnfd-test: waits
 . "$(dirname "$0")/../support/lib.sh"
 
 DATA=tests/data/aal_subcortex

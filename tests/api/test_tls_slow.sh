@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # srnfd-test: release-only
 # srnfd-test: slow
+# srnfd-test: waits
 # TLS by clients who mean harm: handshakes and heads that come byte by byte are cut off in time and keep nobody out,
 # nothing is renegotiated, an end without notice is an end, and neither TLS on a plain port nor plain HTTP on one of TLS
 # gets anywhere.

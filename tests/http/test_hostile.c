@@ -5,6 +5,7 @@
  * none keeps others from being served; memory and threads stay within bounds, which are read from
  * /proc.
  * srnfd-test: slow
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,6 +2,8 @@
  * test_crowds.c - who gives way when all places are taken, and what no one caller may have all of:
  * connections, requests in progress, bytes. Against the api layer of http_fixture.h, in which names
  * that begin with k are known tokens.
+ *
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,6 +1,8 @@
 /*
  * test_half_closes.c - a client that has sent all of its request and closes its half of the
  * connection is answered, whenever its end is seen and however long the answer takes.
+ *
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>

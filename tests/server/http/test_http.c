@@ -3,6 +3,7 @@
  * limits, deadlines, request threads, waiting for jobs, stopping. Clients are raw sockets, because
  * most of what is tried no HTTP library would send.
  * srnfd-test: slow
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>

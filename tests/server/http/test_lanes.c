@@ -3,6 +3,8 @@
  * made for the test: uploads have threads of their own, owners take turns and nobody has all of
  * them, small ones pass, one that needs the memory of all runs alone, and what nobody waits for any
  * more is told to stop.
+ *
+ * srnfd-test: waits
  */
 #include <setjmp.h>
 #include <stdarg.h>
