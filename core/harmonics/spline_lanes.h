@@ -65,6 +65,7 @@ SIMD_INLINE void spline_place(const struct sphere_spline *s, size_t order, const
     theta = SIMD_MIN(theta, SIMD_SET(SRNF_PI - SPLINE_POLE));
     simd_atan2(&p[1], &p[0], &phi);
     phi += SIMD_SELECT(phi < SIMD_SET(0.0), SIMD_SET(2.0 * SRNF_PI), SIMD_SET(0.0));
+    phi = SIMD_MAX(phi, SIMD_SET(0.0)); /* as above, of a point that is none */
     theta *= SIMD_SET(s->per_radian);
     phi *= SIMD_SET(s->per_radian);
     row = __builtin_convertvector(theta, simd_index); /* towards 0, and none is negative */

@@ -10,7 +10,7 @@
  * matrix is diagonal:
  *   <X_k, X_k> + <div X_k, div X_k> / 4 = 1 + l (l + 1) / 4 for gradients, 1 for turned fields.
  */
-#include "registration.h"
+#include "tabulated.h"
 
 #include <cblas.h>
 #include <math.h>
@@ -175,6 +175,11 @@ int registration_matrix(const struct moving *moving, size_t degree, double displ
     size_t rows = (3 * (moving->degree + 1) / 2 + degree) / 2 + 4;
     int status;
 
+    if (moving->table) {
+        status = tabulated_matrix(moving->table, degree, moving_context(moving), matrix);
+        add_displacement(&a, displacement, matrix);
+        return status;
+    }
     rows = rows < ROWS_MIN ? ROWS_MIN : rows;
     status = srnf_sht_create(&sht, degree, SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows);
     if (status) {

@@ -92,7 +92,7 @@ static inline size_t registration_unknowns(size_t degree)
     return 2 * ((degree + 1) * (degree + 1) - 1) + 3;
 }
 /* H of the data term and, times displacement, of the displacement penalty; column-major, lower
-   triangle. */
+   triangle. Of a moving surface that is read from a table: tabulated_matrix. */
 SRNF_CHECKED int registration_matrix(const struct moving *moving, size_t degree,
                                      double displacement, double *matrix);
 
@@ -171,6 +171,9 @@ void registration_objective(const struct problem *problem, struct warp *warp,
 /* The same with the samples as they are. */
 void registration_measure(const struct problem *problem, struct warp *warp,
                           const struct samples *samples, double displacement_rotation[9]);
+/* The penalties alone, of the points of a warp; they do not depend on the moving surface. */
+double registration_penalty(const struct problem *problem, const struct warp *warp,
+                            double displacement_rotation[9]);
 /* R maximizing trace(R' B), B row-major: closest rotation; returns that trace. */
 double registration_closest_rotation(const double b[9], double rotation[9]);
 

@@ -24,9 +24,10 @@
  * what a checkpoint holds (mean_checkpoint.c). A resumed run ends with the same bits as one that
  * was never stopped, and so does a run on any number of threads.
  *
- * Memory, on a working grid of P nodes: 208 P bytes a subject for its q, its warp and what they are
- * computed from; 32 (D+1)^4 bytes for its Gauss-Newton matrix in fields of degree D; the chains.
- * At the default degree, 12, P is 4608 at least and a subject takes 2 MB.
+ * Memory, on a working grid of P nodes: 32 P bytes a subject for its warp, its chain, and 24 bytes
+ * a node of the caller's grid for the field that is handed over. At the default degree, 12, P is
+ * 4608 at least, and a subject takes 0.15 MB beside its chain of some 0.05. Tools, 1.2 MB a subject, are
+ * kept up to options.keep_bytes and made anew for each use beyond: the same bits.
  */
 #include "mean.h"
 
@@ -36,12 +37,15 @@
 #define TOLERANCE 1e-3
 #define MAX_ITERATIONS 20
 #define MAX_ITERATIONS_ALLOWED 10000
+#define KEEP_BYTES ((size_t)256 << 20)
+#define MEDOID_AMONG ((size_t)500) /* members, of larger groups: n^2 distances */
 /* Progress: each iteration is expected to be this part of what is left, the inversion the rest. */
 #define PROGRESS_PART 0.4
 
 struct srnf_mean_options srnf_mean_options_defaults(void)
 {
-    return (struct srnf_mean_options){.tolerance = TOLERANCE, .max_iterations = MAX_ITERATIONS};
+    return (struct srnf_mean_options){
+        .tolerance = TOLERANCE, .max_iterations = MAX_ITERATIONS, .keep_bytes = KEEP_BYTES};
 }
 
 static int check_options(const struct srnf_mean_options *options, struct srnf_error *error)
@@ -80,11 +84,10 @@ static void clear_run(struct mean_run *run)
     srnf_free(run->q);
     srnf_free(run->gamma);
     srnf_free(run->jacobian);
-    srnf_free(run->old_gamma);
-    srnf_free(run->old_jacobian);
     srnf_free(run->history);
-    srnf_free(run->old_mean);
+    srnf_free(run->average);
     srnf_free(run->potentials);
+    srnf_free(run->taken);
     srnf_free(run->centred);
     srnf_free(run->old_centred);
     srnf_sht_destroy(run->analysis);
@@ -115,23 +118,24 @@ static int create_grid(struct mean_run *run)
 /* What registration needs beside the fields. */
 static int create_warps(struct mean_run *run, struct srnf_error *error)
 {
-    size_t all = run->n * run->points; /* three times as much has been allocated */
+    size_t all = run->n * run->points; /* three times as much is not too much */
 
     run->gamma = srnf_alloc(3 * all, sizeof(double));
     run->jacobian = srnf_alloc(all, sizeof(double));
     run->center = srnf_alloc(3 * run->points, sizeof(double));
     run->area = srnf_alloc(run->points, sizeof(double));
     run->reference = srnf_alloc(3 * run->points, sizeof(double));
-    if (!run->gamma || !run->jacobian || !run->center || !run->area || !run->reference) {
+    run->average = srnf_alloc(3 * run->points, sizeof(double));
+    if (!run->gamma || !run->jacobian || !run->center || !run->area || !run->reference ||
+        !run->average) {
         return SRNF_ENOMEM;
     }
     if (mean_is_warped(run)) {
-        run->old_gamma = srnf_alloc(3 * all, sizeof(double));
-        run->old_jacobian = srnf_alloc(all, sizeof(double));
-        run->old_mean = srnf_alloc(3 * run->points, sizeof(double));
-        run->potentials =
-            srnf_alloc(run->n, 2 * srnf_coefficient_count(run->degree) * sizeof(double));
-        if (!run->old_gamma || !run->old_jacobian || !run->old_mean || !run->potentials) {
+        size_t size = 2 * srnf_coefficient_count(run->degree) * sizeof(double);
+
+        run->potentials = srnf_alloc(run->n, size);
+        run->taken = srnf_alloc(run->n, size);
+        if (!run->potentials || !run->taken) {
             return SRNF_ENOMEM;
         }
     }
@@ -172,19 +176,21 @@ static int create_run(struct mean_run *run, const struct srnf_mean_options *opti
     run->previous = srnf_alloc(3 * run->points, sizeof(double));
     run->target = srnf_alloc(3 * run->points, sizeof(double));
     run->subjects = srnf_alloc(run->n, sizeof *run->subjects);
-    run->q = srnf_alloc(all, sizeof(double));
+    run->q = run->registered ? NULL : srnf_alloc(all, sizeof(double));
     run->history = srnf_alloc(run->history_capacity, sizeof *run->history);
     if (!run->nodes || !run->weight || !run->mean_q || !run->previous || !run->target ||
-        !run->subjects || !run->q || !run->history) {
+        !run->subjects || (!run->registered && !run->q) || !run->history) {
         return SRNF_ENOMEM;
     }
+    run->keeps =
+        run->registered && (double)run->n * mean_tools_bytes(run) <= (double)options->keep_bytes;
     registration_nodes(run->grid, run->nodes, run->weight);
     return run->registered ? create_warps(run, error) : SRNF_OK;
 }
 
 /* ---- The mean and the objective -------------------------------------------------------------- */
 
-void mean_set_target(struct mean_run *run)
+static void set_target(struct mean_run *run)
 {
     for (size_t k = 0; k < run->points; k++) {
         for (size_t c = 0; c < 3; c++) {
@@ -193,60 +199,33 @@ void mean_set_target(struct mean_run *run)
     }
 }
 
-static int average_block(void *argument, size_t block, const struct srnf_context *context,
-                         struct srnf_error *error)
-{
-    struct mean_run *run = argument;
-    size_t first = block * MEAN_BLOCK;
-    size_t last = first + MEAN_BLOCK < run->points ? first + MEAN_BLOCK : run->points;
-
-    (void)context;
-    (void)error;
-    for (size_t c = 0; c < 3; c++) {
-        double *mean = run->mean_q + c * run->points;
-
-        for (size_t k = first; k < last; k++) {
-            mean[k] = 0.0;
-        }
-        for (size_t i = 0; i < run->n; i++) {
-            const double *q = run->q + (3 * i + c) * run->points;
-
-            for (size_t k = first; k < last; k++) {
-                mean[k] += q[k];
-            }
-        }
-        for (size_t k = first; k < last; k++) {
-            mean[k] /= (double)run->n;
-            run->target[3 * k + c] = mean[k];
-        }
-    }
-    return SRNF_OK;
-}
-
-int mean_average(struct mean_run *run, struct srnf_error *error)
-{
-    return stats_run(run->context, mean_blocks(run), average_block, run, (struct stats_progress){0},
-                     error);
-}
-
-static double variance(const struct mean_run *run)
+double mean_variance_about(const struct mean_run *run, const double *average)
 {
     double sum = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        sum += stats_distance2(run->grid, run->q + i * 3 * run->points, run->mean_q);
+        sum += run->subjects[i].at.energy / (double)run->n;
     }
-    return sum / (double)run->n;
+    /* fmax would hide what is no number */
+    sum = run->norm2 * sum - stats_distance2(run->grid, average, run->mean_q);
+    return sum < 0.0 ? 0.0 : sum;
 }
 
-double mean_objective(const struct mean_run *run)
+void mean_adopt(struct mean_run *run, double variance)
+{
+    memcpy(run->mean_q, run->average, 3 * run->points * sizeof(double));
+    run->variance = variance;
+    set_target(run);
+}
+
+double mean_objective(const struct mean_run *run, double variance)
 {
     double penalties = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        penalties += run->subjects[i].penalty / (double)run->n;
+        penalties += run->subjects[i].at.penalty / (double)run->n;
     }
-    return variance(run) / run->norm2 + penalties;
+    return variance / run->norm2 + penalties;
 }
 
 double mean_measured(const struct mean_run *run)
@@ -254,60 +233,45 @@ double mean_measured(const struct mean_run *run)
     double sum = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        sum += (run->subjects[i].energy + run->subjects[i].penalty) / (double)run->n;
+        sum += (run->subjects[i].at.energy + run->subjects[i].at.penalty) / (double)run->n;
     }
     return sum;
 }
 
-void mean_remember(struct mean_run *run)
+/* ---- Nothing registered ---------------------------------------------------------------------- */
+
+/* The mean of all as they are parameterized, and the variance. */
+static void average_plain(struct mean_run *run)
 {
-    memcpy(run->old_gamma, run->gamma, 3 * run->n * run->points * sizeof(double));
-    memcpy(run->old_jacobian, run->jacobian, run->n * run->points * sizeof(double));
-    memcpy(run->old_mean, run->mean_q, 3 * run->points * sizeof(double));
+    size_t field = 3 * run->points;
+    double sum = 0.0;
+
+    stats_average(run->grid, run->n, run->q, run->mean_q);
     for (size_t i = 0; i < run->n; i++) {
-        struct mean_subject *subject = &run->subjects[i];
-
-        memcpy(subject->old_rotation, subject->rotation, sizeof subject->rotation);
+        sum += stats_distance2(run->grid, run->q + i * field, run->mean_q);
     }
+    run->variance = sum / (double)run->n;
 }
 
-/* q of a subject at gamma, with the O that it has. */
-static void evaluate_kept(const struct mean_run *run, size_t i)
+/* q of all, and N. */
+static int find_plain(struct mean_run *run, struct srnf_error *error)
 {
-    double rotation[9];
+    int status = stats_fields(run->work, run->n, run->surfaces, run->context, run->q, error);
 
-    memcpy(rotation, run->subjects[i].rotation, sizeof rotation);
-    mean_evaluate(run, i);
-    memcpy(run->subjects[i].rotation, rotation, sizeof rotation);
-    mean_field(run, i);
-}
+    for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
+        const double *q = run->q + i * 3 * run->points;
 
-static int take_back_one(void *argument, size_t i, const struct srnf_context *context,
-                         struct srnf_error *error)
-{
-    const struct mean_run *run = argument;
-    size_t n = run->points;
-
-    (void)context;
-    (void)error;
-    memcpy(run->gamma + 3 * i * n, run->old_gamma + 3 * i * n, 3 * n * sizeof(double));
-    memcpy(run->jacobian + i * n, run->old_jacobian + i * n, n * sizeof(double));
-    memcpy(run->subjects[i].rotation, run->subjects[i].old_rotation, 9 * sizeof(double));
-    evaluate_kept(run, i);
-    return SRNF_OK;
-}
-
-int mean_take_back(struct mean_run *run, struct srnf_error *error)
-{
-    memcpy(run->mean_q, run->old_mean, 3 * run->points * sizeof(double));
-    mean_set_target(run);
-    return stats_run(run->context, run->n, take_back_one, run, (struct stats_progress){0}, error);
+        run->norm2 += srnf_inner_product(run->grid, q, q) / (double)run->n;
+    }
+    return status;
 }
 
 /* ---- Start ----------------------------------------------------------------------------------- */
 
 struct medoid {
     const struct mean_run *run;
+    size_t n;
+    double *q;    /* [n][3][P] */
     double *sums; /* [n] of the distances to all */
 };
 
@@ -321,65 +285,90 @@ static int sum_distances(void *argument, size_t i, const struct srnf_context *co
 
     (void)context;
     (void)error;
-    for (size_t j = 0; j < run->n; j++) {
-        sum += sqrt(stats_distance2(run->grid, run->q + i * field, run->q + j * field));
+    for (size_t j = 0; j < medoid->n; j++) {
+        sum += sqrt(stats_distance2(run->grid, medoid->q + i * field, medoid->q + j * field));
     }
     medoid->sums[i] = sum;
     return SRNF_OK;
 }
 
+/* Among all members, or some of a large group at equal steps. */
 static int find_medoid(const struct mean_run *run, size_t *index, struct srnf_error *error)
 {
-    struct medoid medoid = {run, srnf_alloc(run->n, sizeof(double))};
+    size_t step = (run->n + MEDOID_AMONG - 1) / MEDOID_AMONG;
+    size_t n = (run->n + step - 1) / step;
+    struct medoid medoid = {run, n, srnf_alloc(n, 3 * run->points * sizeof(double)),
+                            srnf_alloc(n, sizeof(double))};
+    const double **surfaces = srnf_alloc(n, sizeof *surfaces);
     int status = SRNF_ENOMEM;
 
-    if (medoid.sums) {
-        status = stats_run(run->context, run->n, sum_distances, &medoid, (struct stats_progress){0},
-                           error);
+    if (medoid.q && medoid.sums && surfaces) {
+        for (size_t i = 0; i < n; i++) {
+            surfaces[i] = run->surfaces[i * step];
+        }
+        status = stats_fields(run->work, n, surfaces, run->context, medoid.q, error);
+    }
+    if (status == SRNF_OK) {
+        status =
+            stats_run(run->context, n, sum_distances, &medoid, (struct stats_progress){0}, error);
     }
     *index = 0;
-    for (size_t i = 1; i < run->n && status == SRNF_OK; i++) {
+    for (size_t i = 1; i < n && status == SRNF_OK; i++) {
         *index = medoid.sums[i] < medoid.sums[*index] ? i : *index;
     }
+    *index *= step;
+    srnf_free(surfaces);
+    srnf_free(medoid.q);
     srnf_free(medoid.sums);
     return status;
 }
 
-/* q of all as they are parameterized, and N. */
+/* q as the subject is parameterized; its square norm in place of its energy. */
+static int field_one(void *argument, size_t i, double *field, const struct srnf_context *context,
+                     struct srnf_error *error)
+{
+    const struct mean_run *run = argument;
+    int status = stats_fields(run->work, 1, run->surfaces + i, context, field, error);
+    double square = status ? 0.0 : srnf_inner_product(run->grid, field, field);
+
+    if (status == SRNF_OK && (!(square > 0.0) || !isfinite(square))) {
+        return srnf_fail(error, SRNF_EINVAL, (int64_t)i,
+                         "the SRNF of surface %zu is zero or not finite", i);
+    }
+    run->subjects[i].at.energy = square;
+    return status;
+}
+
+/* The plain average, and N. */
 static int find_fields(struct mean_run *run, struct srnf_error *error)
 {
-    size_t field = 3 * run->points;
-    int status = stats_fields(run->work, run->n, run->surfaces, run->context, run->q, error);
+    int status = mean_average_of(run, field_one, run, run->points, (struct stats_progress){0},
+                                 run->average, error);
 
-    run->norm2 = 0.0;
-    for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
-        const double *q = run->q + i * field;
-        double square = srnf_inner_product(run->grid, q, q);
-
-        if (run->registered && (!(square > 0.0) || !isfinite(square))) {
-            status = srnf_fail(error, SRNF_EINVAL, (int64_t)i,
-                               "the SRNF of surface %zu is zero or not finite", i);
-        }
-        run->norm2 += square / (double)run->n;
+    for (size_t i = 0; i < run->n; i++) {
+        run->norm2 += run->subjects[i].at.energy / (double)run->n;
     }
     return status;
 }
 
 static int start_run(struct mean_run *run, size_t start, struct srnf_error *error)
 {
-    size_t field = 3 * run->points;
     int status = SRNF_OK;
 
-    if (start == STATS_START_DEFAULT && (!run->registered || run->registration.common_pose)) {
-        return mean_average(run, error);
+    if (!run->registered && start == STATS_START_DEFAULT) {
+        average_plain(run);
+        return SRNF_OK;
+    }
+    if (start == STATS_START_DEFAULT && run->registration.common_pose) {
+        mean_adopt(run, 0.0);
+        return SRNF_OK;
     }
     if (start == STATS_START_DEFAULT) {
         status = find_medoid(run, &start, error);
     }
-    if (status == SRNF_OK) {
-        memcpy(run->mean_q, run->q + start * field, field * sizeof(double));
-    }
-    return status;
+    return status ? status
+                  : stats_fields(run->work, 1, run->surfaces + start, run->context, run->mean_q,
+                                 error);
 }
 
 static int prepare_one(void *argument, size_t i, const struct srnf_context *context,
@@ -393,20 +382,9 @@ static int prepare_one(void *argument, size_t i, const struct srnf_context *cont
 static int replay_one(void *argument, size_t i, const struct srnf_context *context,
                       struct srnf_error *error)
 {
-    const struct mean_run *run = argument;
-    int status = mean_replay(run, i);
-
     (void)context;
     (void)error;
-    if (status == SRNF_OK) {
-        evaluate_kept(run, i);
-    }
-    return status;
-}
-
-int mean_replay_all(struct mean_run *run, struct srnf_error *error)
-{
-    return stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0}, error);
+    return mean_replay(argument, i);
 }
 
 static int resume_run(struct mean_run *run, const struct srnf_mean_options *options,
@@ -417,17 +395,24 @@ static int resume_run(struct mean_run *run, const struct srnf_mean_options *opti
     if (status || !run->started) {
         return status;
     }
-    mean_set_target(run);
+    run->variance = run->history[run->iterations - 1].variance;
+    set_target(run);
     status = mean_place_center(run, error);
-    return status ? status : mean_replay_all(run, error);
+    return status ? status
+                  : stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0},
+                              error);
 }
 
 /* ---- Iterations ------------------------------------------------------------------------------ */
 
-static int register_one(void *argument, size_t i, const struct srnf_context *context,
+static int register_one(void *argument, size_t i, double *field, const struct srnf_context *context,
                         struct srnf_error *error)
 {
-    return mean_register(argument, i, context, error);
+    const struct mean_run *run = argument;
+    int status = mean_register(run, i, context, error);
+
+    status = status ? status : mean_replay(run, i);
+    return status ? status : mean_measure(run, i, field, NULL);
 }
 
 /* The part of the progress that the coming iteration has. */
@@ -446,12 +431,16 @@ static struct stats_progress progress_of(const struct mean_run *run)
 /* All to the mean from nothing, and the mean after it. */
 static int register_all(struct mean_run *run, struct srnf_error *error)
 {
-    int status = stats_run(run->context, run->n, register_one, run, progress_of(run), error);
+    int status;
 
-    mean_set_target(run);
-    status = status ? status : mean_replay_all(run, error);
+    set_target(run);
+    status =
+        mean_average_of(run, register_one, run, run->points, progress_of(run), run->average, error);
     run->started = status == SRNF_OK;
-    return status ? status : mean_average(run, error);
+    if (status == SRNF_OK) {
+        mean_adopt(run, mean_variance_about(run, run->average));
+    }
+    return status;
 }
 
 static int move_all(struct mean_run *run, struct srnf_error *error)
@@ -460,7 +449,8 @@ static int move_all(struct mean_run *run, struct srnf_error *error)
     int status;
 
     if (!run->registered) {
-        return mean_average(run, error);
+        average_plain(run);
+        return SRNF_OK;
     }
     if (!mean_is_warped(run)) {
         return register_all(run, error);
@@ -500,8 +490,8 @@ static int iterate(struct mean_run *run, double seconds, struct srnf_error *erro
     if (status) {
         return status;
     }
-    entry->variance = variance(run);
-    entry->objective = run->norm2 > 0.0 ? mean_objective(run) : 0.0;
+    entry->variance = run->variance;
+    entry->objective = run->norm2 > 0.0 ? mean_objective(run, run->variance) : 0.0;
     entry->seconds = seconds;
     run->iterations++;
     return SRNF_OK;
@@ -579,7 +569,9 @@ int stats_mean(const struct srnf_sht *sht, size_t n, const double *const *surfac
     status = stats_check_surfaces(sht, n, surfaces, &first);
     status = status ? status : check_options(options, &first);
     status = status ? status : create_run(&run, options, &first);
-    status = status ? status : find_fields(&run, &first);
+    if (status == SRNF_OK) {
+        status = run.registered ? find_fields(&run, &first) : find_plain(&run, &first);
+    }
     status = status || !run.registered
                  ? status
                  : stats_run(context, n, prepare_one, &run, (struct stats_progress){0}, &first);

@@ -16,27 +16,42 @@
  *
  * All of it happens on a working grid that the degree of the fields cannot overfit: where the grid
  * of the caller is coarser, fields would match its nodes and fold between them.
+ *
+ * No field of a subject outlives the batch of subjects that it is made in (mean_batch.c). With
+ * E_i = ||m - O_i (q_i, gamma_i)||^2 measured against the mean m from before, the variance about
+ * the average mu needs no second look at the fields: (1/n) sum_i E_i - ||mu - m||^2.
  */
 #ifndef SRNF_STATS_MEAN_H
 #define SRNF_STATS_MEAN_H
 
+#include "registration/tabulated.h"
 #include "stats.h"
-#include "registration/registration.h"
 
 #define MEAN_PROGRESS_LOOP 0.95 /* of all progress: the iterations; then the inversion */
 
 #define MEAN_BLOCK ((size_t)256) /* nodes that one body of a loop over all nodes works on */
 
-/* Where one subject stands: O and its warp. The rest follows from these. */
-struct mean_subject {
-    double rotation[9];
-    struct srnf_warp warp;
-    double old_rotation[9];
+/* What evaluating and moving a subject takes. Must stay where it is. */
+struct mean_tools {
+    struct moving moving;
+    struct tabulated_moving table; /* that moving reads; none in exact mode */
+    struct level level;            /* of the steps; nothing is warped: empty */
+};
+
+/* How a subject stands to the mean. */
+struct mean_stand {
+    double rotation[9];     /* O */
     double displacement[9]; /* O' of the displacement penalty */
     double energy, penalty; /* ||mu - O (q, gamma)||^2 / N and R, as last measured */
-    struct moving moving;
-    struct level level;     /* of the steps; nothing is warped: empty */
-    struct samples samples; /* of q and its derivative at gamma */
+};
+
+/* Where one subject stands: O and its warp. The rest follows from these. */
+struct mean_subject {
+    struct mean_stand at;
+    struct mean_stand before; /* the same, where a step has to be taken back */
+    struct srnf_warp warp;
+    size_t tabulated;        /* its first links, along which points are carried by tables */
+    struct mean_tools tools; /* where they are kept */
 };
 
 struct mean_run {
@@ -48,13 +63,16 @@ struct mean_run {
     struct srnf_register_options registration;
     bool registered; /* false: the surfaces stay as they are parameterized */
     bool started;    /* the subjects hold registrations to start from */
+    bool keeps;      /* tools from one iteration to the next */
     size_t n, points;
     size_t degree; /* of the fields of steps and of centring */
     const double *const *surfaces;
     double *nodes, *weight;    /* [P][3], [P] */
     double *mean_q, *previous; /* [3][P] */
+    double *average;           /* [3][P] of the fields that are tried, before it is the mean */
     double *target;            /* [P][3] mean_q */
     double norm2;              /* N */
+    double variance;           /* of the registered fields about mean_q, mean square */
     struct srnf_warp centring; /* d: see mean_center.c */
     double *center;            /* [P][3] d on the grid; NULL unless registered, like all below */
     double *area;              /* [P] K, the Jacobian of d */
@@ -62,11 +80,10 @@ struct mean_run {
     struct srnf_sht *analysis, *view; /* of the mean; see mean_change.c */
     double *centred, *old_centred;    /* [3][n_theta][n_phi] of view */
     struct mean_subject *subjects;    /* [n] */
-    double *q;                        /* [n][3][P] O sqrt(J) q_i(gamma_i) */
+    double *q;                        /* [n][3][P] where nothing is registered; else NULL */
     double *gamma, *jacobian;         /* [n][P][3], [n][P]: the warps on the grid */
-    double *old_gamma, *old_jacobian; /* the same, where a step has to be taken back */
-    double *old_mean;                 /* [3][P] */
-    double *potentials;               /* [n][2][(D+1)^2] of the step that is tried */
+    double *potentials;               /* [n][2][(D+1)^2] of the Gauss-Newton step of each */
+    double *taken;                    /* what is taken of them */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
     size_t history_capacity;
@@ -83,26 +100,41 @@ static inline size_t mean_blocks(const struct mean_run *run)
     return (run->points + MEAN_BLOCK - 1) / MEAN_BLOCK;
 }
 
+/* ---- mean_batch.c: sums over fields that are made a batch of subjects at a time -------------- */
+
+/* Makes the field of subject i, double[3][P]. */
+typedef int mean_body(void *argument, size_t i, double *field, const struct srnf_context *context,
+                      struct srnf_error *error);
+/* average <- the mean of what body makes of all subjects, in their order. points: P. Bodies of a
+   batch run in parallel, and write nothing but what is their subject's own. */
+SRNF_CHECKED int mean_average_of(const struct mean_run *run, mean_body *body, void *argument,
+                                 size_t points, struct stats_progress progress, double *average,
+                                 struct srnf_error *error);
+
 /* ---- mean_subject.c: one subject, for many at once; each writes only what is its own --------- */
 
-/* What evaluating and moving a subject takes; once. */
+/* Bytes of the tools of one subject, about. */
+double mean_tools_bytes(const struct mean_run *run);
+/* Makes those that are kept. */
 SRNF_CHECKED int mean_prepare(const struct mean_run *run, size_t i);
 void mean_subject_clear(struct mean_subject *subject);
 /* Registers subject i to the mean from nothing: rotation and warp. */
 SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
                                const struct srnf_context *context, struct srnf_error *error);
-/* gamma and J on the grid. */
+/* gamma and J on the grid from the chain. */
 SRNF_CHECKED int mean_replay(const struct mean_run *run, size_t i);
-/* q at gamma: samples, then O, energy and penalty against the mean as it is. */
-void mean_evaluate(const struct mean_run *run, size_t i);
-/* The same with the samples as they are. */
-void mean_measure(const struct mean_run *run, size_t i);
+/* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
+   q(gamma), [3][P]; potentials, or NULL: the Gauss-Newton step of its own objective. */
+SRNF_CHECKED int mean_measure(const struct mean_run *run, size_t i, double *field,
+                              double *potentials);
+/* The same, and the field, where a part of its step would take it, which stays untaken. taken gets
+   what there is of that. */
+SRNF_CHECKED int mean_try(const struct mean_run *run, size_t i, double length,
+                          const struct srnf_context *context, double *field);
+/* Takes it: gamma and J. */
+SRNF_CHECKED int mean_move(const struct mean_run *run, size_t i);
 /* The penalty alone, against the centre as it is. */
 void mean_penalize(const struct mean_run *run, size_t i);
-/* q of the run from samples, J and O. */
-void mean_field(const struct mean_run *run, size_t i);
-/* The Gauss-Newton step of the subject's own objective, O at its best. potentials: [2][(D+1)^2] */
-SRNF_CHECKED int mean_potentials(const struct mean_run *run, size_t i, double *potentials);
 
 /* ---- mean_step.c ----------------------------------------------------------------------------- */
 
@@ -112,19 +144,14 @@ SRNF_CHECKED int mean_descend(struct mean_run *run, struct stats_progress progre
 
 /* ---- mean.c ---------------------------------------------------------------------------------- */
 
-/* mean_q <- the mean of q; target. */
-SRNF_CHECKED int mean_average(struct mean_run *run, struct srnf_error *error);
-/* target <- mean_q */
-void mean_set_target(struct mean_run *run);
-/* G with q, the mean and the penalties as they are. */
-double mean_objective(const struct mean_run *run);
+/* The variance about average, of fields whose energies were measured against mean_q. */
+double mean_variance_about(const struct mean_run *run, const double *average);
+/* mean_q and target <- average, of that variance. */
+void mean_adopt(struct mean_run *run, double variance);
+/* G with a variance, and the penalties as they are. */
+double mean_objective(const struct mean_run *run, double variance);
 /* G as the subjects were last measured. */
 double mean_measured(const struct mean_run *run);
-/* Keeps gamma, J, O and the mean, and goes back to them: q and all that belongs to it as it was. */
-void mean_remember(struct mean_run *run);
-SRNF_CHECKED int mean_take_back(struct mean_run *run, struct srnf_error *error);
-/* gamma, J, samples, q of all subjects from the chains; O is kept. */
-SRNF_CHECKED int mean_replay_all(struct mean_run *run, struct srnf_error *error);
 
 /* ---- mean_center.c --------------------------------------------------------------------------- */
 

@@ -60,7 +60,7 @@ static void average_node(const struct mean_run *run, size_t k, double x[3], doub
 {
     x[0] = x[1] = x[2] = *s = *curvature = 0.0;
     for (size_t i = 0; i < run->n; i++) {
-        const double *o = run->subjects[i].displacement;
+        const double *o = run->subjects[i].at.displacement;
         const double *p = run->gamma + 3 * (i * run->points + k);
         double root = sqrt(run->jacobian[i * run->points + k]) / (double)run->n;
         double u = run->jacobian[i * run->points + k] / run->area[k];
@@ -240,7 +240,7 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
     struct srnf_warp_link link = {SRNF_WARP_EXP_INVERSE, run->degree, center->potentials};
     const struct srnf_warp step = {1, 1, &link};
     const struct srnf_warp none = {0};
-    double before = mean_objective(run);
+    double before = mean_objective(run, run->variance);
     int status;
 
     memcpy(center->old_center, run->center, 3 * run->points * sizeof(double));
@@ -252,7 +252,7 @@ static int take(struct center *center, double *moved, struct srnf_error *error)
             return status;
         }
         if (status == SRNF_OK && is_gentle(center) &&
-            (!center->penalized || mean_objective(run) < before)) {
+            (!center->penalized || mean_objective(run, run->variance) < before)) {
             return warp_append(&run->centring, SRNF_WARP_EXP_INVERSE, run->degree,
                                center->potentials);
         }

@@ -16,7 +16,7 @@
  *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
- *   n times      double[9] rotation, chain
+ *   n times      double[9] rotation, u64 links that tables carry points along, chain
  *   u64          FNV-1a of all bytes before it
  *
  * A chain is the u64 number of its links and, for each, u64 kind, u64 degree, and double[9] for a
@@ -30,7 +30,7 @@
 #include <math.h>
 #include <string.h>
 
-#define VERSION 2
+#define VERSION 3
 #define HEAD_BYTES ((size_t)9 * 8) /* with the sum at the end */
 #define LINK_DEGREE_MAX 64
 #define FNV_START UINT64_C(14695981039346656037)
@@ -136,7 +136,7 @@ static size_t words_needed(const struct mean_run *run)
 
     words += chain_words(&run->centring);
     for (size_t i = 0; i < run->n; i++) {
-        words += 9 + chain_words(&run->subjects[i].warp);
+        words += 10 + chain_words(&run->subjects[i].warp);
     }
     return words;
 }
@@ -166,7 +166,8 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     put_doubles(bytes, 3 * run->points, run->mean_q);
     put_chain(bytes, &run->centring);
     for (size_t i = 0; i < run->n; i++) {
-        put_doubles(bytes, 9, run->subjects[i].rotation);
+        put_doubles(bytes, 9, run->subjects[i].at.rotation);
+        put_u64(bytes, run->subjects[i].tabulated);
         put_chain(bytes, &run->subjects[i].warp);
     }
     put_u64(bytes, hash_bytes(FNV_START, bytes->data, bytes->size));
@@ -263,6 +264,27 @@ static int read_chain(struct reader *reader, struct srnf_warp *warp)
     return SRNF_OK;
 }
 
+static int read_subject(struct reader *reader, struct mean_subject *subject)
+{
+    const struct srnf_warp *warp = &subject->warp;
+    uint64_t tabulated;
+    int status;
+
+    get_doubles(reader, 9, subject->at.rotation);
+    tabulated = get_u64(reader);
+    status = read_chain(reader, &subject->warp);
+    if (status == SRNF_OK && tabulated > warp->n_links) {
+        status = SRNF_EINVAL;
+    }
+    subject->tabulated = status ? 0 : (size_t)tabulated;
+    for (size_t k = 0; k < subject->tabulated; k++) {
+        if (warp->links[k].kind != SRNF_WARP_ROTATION && warp->links[k].kind != SRNF_WARP_EXP) {
+            status = SRNF_EINVAL;
+        }
+    }
+    return status;
+}
+
 /* Why these cannot be the bytes of this run, or NULL. */
 static const char *refuse(const struct mean_run *run, const unsigned char *bytes, size_t size,
                           struct reader *reader)
@@ -319,8 +341,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     get_doubles(&reader, 3 * run->points, run->mean_q);
     status = read_chain(&reader, &run->centring);
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
-        get_doubles(&reader, 9, run->subjects[i].rotation);
-        status = read_chain(&reader, &run->subjects[i].warp);
+        status = read_subject(&reader, &run->subjects[i]);
     }
     if (status == SRNF_OK && (!reader.good || reader.words > 0)) {
         status = SRNF_EINVAL;

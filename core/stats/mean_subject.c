@@ -14,7 +14,12 @@
  * The first registration is a search from nothing. Later ones only move the warp on (mean_step.c).
  * Where the domain is not warped but only rotated, each is a search.
  *
- * A replay costs one evaluation of f at P points and one of a field for each link of the chain.
+ * q_i and its Gauss-Newton matrix come from a table of the normal (registration/tabulated.h), finer
+ * than that of a search: 2e-7 of q at most. The links of the search carry the points by tables as
+ * well, to some 1e-9; later ones exactly. In exact mode nothing is tabulated. What is handed over
+ * in the end is evaluated without tables in either case (mean_surface.c).
+ *
+ * Where tools are not kept, they are made anew for each use: the same bits.
  */
 #include "mean.h"
 
@@ -25,30 +30,93 @@
 /* Damping of the steps, relative to the mean diagonal of H: small, as it is never raised. */
 #define DAMPING 1e-3
 
-int mean_prepare(const struct mean_run *run, size_t i)
-{
-    struct mean_subject *subject = &run->subjects[i];
-    size_t degree = srnf_sht_degree(run->sht);
-    struct problem problem = {.moving = &subject->moving};
-    int status = moving_create(&subject->moving, degree, run->surfaces[i], degree, run->context);
+#define TABLE_ORDER ((size_t)8)
+#define TABLE_FINENESS 2.0
 
-    status = status ? status : samples_create(&subject->samples, run->points);
-    if (status || !mean_is_warped(run)) {
-        return status;
-    }
-    problem.target.norm2 = run->norm2;
-    if (!run->registration.exact) {
+#define STEP_JACOBIAN_MIN 0.5
+#define SHORTENINGS_MAX 8
+
+/* ---- Tools ----------------------------------------------------------------------------------- */
+
+double mean_tools_bytes(const struct mean_run *run)
+{
+    double unknowns = (double)registration_unknowns(run->degree);
+    double rows = 4.0 * (double)srnf_sht_degree(run->sht) + 16.0;
+
+    return 8.0 * (unknowns * unknowns + 8.0 * rows * rows);
+}
+
+static void clear_tools(struct mean_tools *tools)
+{
+    moving_clear(&tools->moving);
+    tabulated_moving_clear(&tools->table);
+    level_clear(&tools->level);
+}
+
+static int create_tools(const struct mean_run *run, size_t i, bool matrix, struct mean_tools *tools)
+{
+    size_t degree = srnf_sht_degree(run->sht);
+    struct problem problem = {.moving = &tools->moving, .target.norm2 = run->norm2};
+    int status;
+
+    *tools = (struct mean_tools){0};
+    status = moving_create(&tools->moving, degree, run->surfaces[i], degree, run->context);
+    if (status == SRNF_OK && !run->registration.exact) {
+        status = tabulated_moving_create(&tools->table, SRNF_REPRESENTATION_SRNF, degree,
+                                         run->surfaces[i], degree, TABLE_ORDER, TABLE_FINENESS);
+        tools->moving.table = &tools->table;
         problem.penalty.displacement = run->registration.penalty_displacement;
     }
-    return level_create(&subject->level, &problem, run->degree);
+    if (status == SRNF_OK && matrix) {
+        status = level_create(&tools->level, &problem, run->degree);
+    } else if (status == SRNF_OK && mean_is_warped(run)) {
+        status = fields_create(&tools->level.fields, run->degree, run->context);
+    }
+    if (status) {
+        clear_tools(tools);
+    }
+    return status;
+}
+
+int mean_prepare(const struct mean_run *run, size_t i)
+{
+    return run->keeps ? create_tools(run, i, mean_is_warped(run), &run->subjects[i].tools)
+                      : SRNF_OK;
+}
+
+/* Those that are kept, or made for now. */
+static int open_tools(const struct mean_run *run, size_t i, bool matrix, struct mean_tools *now,
+                      const struct mean_tools **tools)
+{
+    *tools = run->keeps ? &run->subjects[i].tools : now;
+    return run->keeps ? SRNF_OK : create_tools(run, i, matrix, now);
+}
+
+static void close_tools(const struct mean_run *run, struct mean_tools *now)
+{
+    if (!run->keeps) {
+        clear_tools(now);
+    }
 }
 
 void mean_subject_clear(struct mean_subject *subject)
 {
     srnf_warp_clear(&subject->warp);
-    moving_clear(&subject->moving);
-    level_clear(&subject->level);
-    samples_clear(&subject->samples);
+    clear_tools(&subject->tools);
+}
+
+/* ---- The warp -------------------------------------------------------------------------------- */
+
+static size_t count_tabulated(const struct mean_run *run, const struct srnf_warp *warp)
+{
+    size_t count = 0;
+
+    while (!run->registration.exact && count < warp->n_links &&
+           (warp->links[count].kind == SRNF_WARP_ROTATION ||
+            warp->links[count].kind == SRNF_WARP_EXP)) {
+        count++;
+    }
+    return count;
 }
 
 int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
@@ -72,31 +140,71 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     srnf_warp_clear(&subject->warp);
     subject->warp = found.warp.chain;
     found.warp.chain = (struct srnf_warp){0};
-    memcpy(subject->rotation, found.warp.rotation, sizeof subject->rotation);
+    subject->tabulated = count_tabulated(run, &subject->warp);
+    memcpy(subject->at.rotation, found.warp.rotation, sizeof subject->at.rotation);
     search_result_clear(&found);
     return SRNF_OK;
 }
 
+/* Points, and J which is 1, along links that tables can follow. */
+static int follow_tables(const struct mean_run *run, const struct srnf_warp *warp, double *gamma,
+                         double *jacobian)
+{
+    struct cloud cloud = {0};
+    size_t n = run->points;
+    int status = cloud_create(&cloud, (n + SRNF_LANES - 1) / SRNF_LANES * SRNF_LANES);
+
+    for (size_t k = 0; status == SRNF_OK && k < cloud.n; k++) {
+        const double *p = gamma + 3 * (k < n ? k : n - 1);
+
+        for (size_t c = 0; c < 3; c++) {
+            cloud.point[c][k] = p[c];
+        }
+        cloud.jacobian[k] = 1.0;
+    }
+    status = status ? status : cloud_follow(&cloud, warp, run->context);
+    for (size_t k = 0; status == SRNF_OK && k < n; k++) {
+        for (size_t c = 0; c < 3; c++) {
+            gamma[3 * k + c] = cloud.point[c][k];
+        }
+        jacobian[k] = cloud.jacobian[k];
+    }
+    cloud_clear(&cloud);
+    return status;
+}
+
 int mean_replay(const struct mean_run *run, size_t i)
 {
+    const struct mean_subject *subject = &run->subjects[i];
+    const struct srnf_warp *warp = &subject->warp;
+    const struct srnf_warp first = {.n_links = subject->tabulated, .links = warp->links};
+    const struct srnf_warp rest = {.n_links = warp->n_links - subject->tabulated,
+                                   .links = warp->links + subject->tabulated};
     double *gamma = run->gamma + 3 * i * run->points;
     double *jacobian = run->jacobian + i * run->points;
+    int status = SRNF_OK;
 
     memcpy(gamma, run->nodes, 3 * run->points * sizeof(double));
     for (size_t k = 0; k < run->points; k++) {
         jacobian[k] = 1.0;
     }
-    return warp_follow(&run->subjects[i].warp, run->context, run->points, gamma, jacobian);
+    if (first.n_links > 0) {
+        status = follow_tables(run, &first, gamma, jacobian);
+    }
+    if (status == SRNF_OK && rest.n_links > 0) {
+        status = warp_follow(&rest, run->context, run->points, gamma, jacobian);
+    }
+    return status;
 }
 
 /* ---- Against the mean ------------------------------------------------------------------------ */
 
-static struct problem problem_of(const struct mean_run *run, size_t i)
+static struct problem problem_of(const struct mean_run *run, const struct moving *moving)
 {
     const struct srnf_register_options *o = &run->registration;
     struct problem problem = {.target = {run->points, run->nodes, run->weight, run->target,
                                          run->norm2, run->reference, run->area},
-                              .moving = &run->subjects[i].moving,
+                              .moving = moving,
                               .free_rotation = o->rotation && !o->common_pose};
 
     if (!o->exact) {
@@ -105,81 +213,60 @@ static struct problem problem_of(const struct mean_run *run, size_t i)
     return problem;
 }
 
-/* The subject's points as a warp, which owns nothing. */
-static struct warp warp_of(const struct mean_run *run, size_t i)
+/* Points of the subject as a warp, which owns nothing. */
+static struct warp warp_of(const struct mean_run *run, size_t i, double *points, double *jacobian)
 {
-    struct warp warp = {.n = run->points,
-                        .points = run->gamma + 3 * i * run->points,
-                        .jacobian = run->jacobian + i * run->points};
+    struct warp warp = {.n = run->points, .points = points, .jacobian = jacobian};
 
-    memcpy(warp.rotation, run->subjects[i].rotation, sizeof warp.rotation);
+    memcpy(warp.rotation, run->subjects[i].at.rotation, sizeof warp.rotation);
     return warp;
 }
 
-void mean_measure(const struct mean_run *run, size_t i)
+/* How the subject stands at the points of a warp, and its samples there. */
+static void stand(const struct mean_run *run, size_t i, const struct mean_tools *tools,
+                  struct warp *warp, struct samples *samples)
 {
-    struct mean_subject *subject = &run->subjects[i];
-    struct problem problem = problem_of(run, i);
-    struct warp warp = warp_of(run, i);
+    struct mean_stand *at = &run->subjects[i].at;
+    struct problem problem = problem_of(run, &tools->moving);
 
-    registration_measure(&problem, &warp, &subject->samples, subject->displacement);
-    memcpy(subject->rotation, warp.rotation, sizeof subject->rotation);
-    subject->energy = warp.energy;
-    subject->penalty = warp.objective - warp.energy;
+    registration_objective(&problem, warp, samples, at->displacement);
+    memcpy(at->rotation, warp->rotation, sizeof at->rotation);
+    at->energy = warp->energy;
+    at->penalty = warp->objective - warp->energy;
 }
 
-void mean_penalize(const struct mean_run *run, size_t i)
+/* O sqrt(J) q */
+static void fill_field(const struct warp *warp, const struct samples *samples, double *field)
 {
-    struct mean_subject *subject = &run->subjects[i];
-    struct problem problem = problem_of(run, i);
-    struct warp warp = warp_of(run, i);
-
-    registration_measure(&problem, &warp, &subject->samples, subject->displacement);
-    subject->penalty = warp.objective - warp.energy;
-}
-
-void mean_evaluate(const struct mean_run *run, size_t i)
-{
-    struct mean_subject *subject = &run->subjects[i];
-
-    moving_evaluate(&subject->moving, run->gamma + 3 * i * run->points, &subject->samples);
-    mean_measure(run, i);
-}
-
-void mean_field(const struct mean_run *run, size_t i)
-{
-    const struct mean_subject *subject = &run->subjects[i];
-    const double *jacobian = run->jacobian + i * run->points;
-    double *q = run->q + 3 * i * run->points;
-
-    for (size_t k = 0; k < run->points; k++) {
-        const double *x = subject->samples.q + 3 * k;
-        double root = sqrt(jacobian[k]);
+    for (size_t k = 0; k < warp->n; k++) {
+        const double *x = samples->q + 3 * k;
+        double root = sqrt(warp->jacobian[k]);
 
         for (size_t c = 0; c < 3; c++) {
-            const double *o = subject->rotation + 3 * c;
+            const double *o = warp->rotation + 3 * c;
 
-            q[c * run->points + k] = root * (o[0] * x[0] + o[1] * x[1] + o[2] * x[2]);
+            field[c * warp->n + k] = root * (o[0] * x[0] + o[1] * x[1] + o[2] * x[2]);
         }
     }
 }
 
 /* step <- (H + damping + penalties)^-1 step, for the fields of one subject. */
-static bool solve(const struct mean_subject *subject, size_t unknowns, double curvature,
-                  double *damping, double *factor, double *step)
+static bool solve(const struct level *level, size_t unknowns, double curvature, double *damping,
+                  double *factor, double *step)
 {
     lapack_int n = (lapack_int)unknowns;
 
-    registration_damping(&subject->level, unknowns, damping);
-    return registration_factor(&subject->level, unknowns, curvature, DAMPING, damping, factor) &&
+    registration_damping(level, unknowns, damping);
+    return registration_factor(level, unknowns, curvature, DAMPING, damping, factor) &&
            LAPACKE_dpotrs_work(LAPACK_COL_MAJOR, 'L', n, 1, factor, n, step, n) == 0;
 }
 
-int mean_potentials(const struct mean_run *run, size_t i, double *potentials)
+/* potentials: [2][(D+1)^2], where the subject stands. */
+static int find_potentials(const struct mean_run *run, size_t i, const struct mean_tools *tools,
+                           const struct warp *warp, const struct samples *samples,
+                           double *potentials)
 {
-    const struct mean_subject *subject = &run->subjects[i];
-    struct problem problem = problem_of(run, i);
-    struct warp warp = warp_of(run, i);
+    struct problem problem = problem_of(run, &tools->moving);
     size_t k = registration_unknowns(run->degree);
     double *factor = srnf_alloc(k * k + 2 * k, sizeof(double));
     double *damping = factor ? factor + k * k : NULL;
@@ -188,16 +275,123 @@ int mean_potentials(const struct mean_run *run, size_t i, double *potentials)
     int status = SRNF_ENOMEM;
 
     if (factor) {
-        status = registration_gradient(&problem, &subject->level, &warp, &subject->samples,
-                                       subject->displacement, step, &curvature);
+        status = registration_gradient(&problem, &tools->level, warp, samples,
+                                       run->subjects[i].at.displacement, step, &curvature);
     }
-    if (status == SRNF_OK &&
-        !solve(subject, problem.free_rotation ? k : k - 3, curvature, damping, factor, step)) {
+    if (status == SRNF_OK && !solve(&tools->level, problem.free_rotation ? k : k - 3, curvature,
+                                    damping, factor, step)) {
         status = SRNF_ENUMERIC;
     }
     if (status == SRNF_OK) {
-        registration_potentials(&subject->level.fields, step, potentials);
+        registration_potentials(&tools->level.fields, step, potentials);
     }
     srnf_free(factor);
+    return status;
+}
+
+int mean_measure(const struct mean_run *run, size_t i, double *field, double *potentials)
+{
+    struct warp warp =
+        warp_of(run, i, run->gamma + 3 * i * run->points, run->jacobian + i * run->points);
+    const struct mean_tools *tools;
+    struct mean_tools now = {0};
+    struct samples samples = {0};
+    int status = open_tools(run, i, potentials != NULL, &now, &tools);
+
+    status = status ? status : samples_create(&samples, run->points);
+    if (status == SRNF_OK) {
+        stand(run, i, tools, &warp, &samples);
+    }
+    if (status == SRNF_OK && field) {
+        fill_field(&warp, &samples, field);
+    }
+    if (status == SRNF_OK && potentials) {
+        status = find_potentials(run, i, tools, &warp, &samples, potentials);
+    }
+    samples_clear(&samples);
+    close_tools(run, &now);
+    return status;
+}
+
+void mean_penalize(const struct mean_run *run, size_t i)
+{
+    struct mean_stand *at = &run->subjects[i].at;
+    struct problem problem = problem_of(run, NULL);
+    struct warp warp =
+        warp_of(run, i, run->gamma + 3 * i * run->points, run->jacobian + i * run->points);
+
+    at->penalty = registration_penalty(&problem, &warp, at->displacement);
+}
+
+/* ---- Steps ----------------------------------------------------------------------------------- */
+
+/* to <- the points of subject i, moved by a part of its step. taken: what is left of that, which is
+   nothing where even a short step would fold. */
+static int move_by(const struct mean_run *run, size_t i, const struct fields *fields, double length,
+                   const struct srnf_context *context, struct warp *to)
+{
+    size_t size = 2 * fields->count;
+    size_t n = run->points;
+    double *taken = run->taken + i * size;
+    double *scratch = srnf_alloc(FIELDS_SCRATCH * n, sizeof(double));
+    double least = 0.0;
+
+    if (!scratch) {
+        return SRNF_ENOMEM;
+    }
+    linear_copy(size, run->potentials + i * size, taken);
+    linear_scale(size, length, taken);
+    for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN) && !srnf_is_canceled(context); k++) {
+        least = fields_apply(fields, taken, n, run->gamma + 3 * i * n, run->jacobian + i * n,
+                             to->points, to->jacobian, scratch);
+        if (!(least >= STEP_JACOBIAN_MIN) && k < SHORTENINGS_MAX) {
+            linear_scale(size, 0.5, taken);
+        } else if (!(least >= STEP_JACOBIAN_MIN)) {
+            memset(taken, 0, size * sizeof(double));
+        }
+    }
+    srnf_free(scratch);
+    return SRNF_OK;
+}
+
+int mean_try(const struct mean_run *run, size_t i, double length,
+             const struct srnf_context *context, double *field)
+{
+    size_t n = run->points;
+    double *points = srnf_alloc(4 * n, sizeof(double));
+    const struct mean_tools *tools;
+    struct mean_tools now = {0};
+    struct samples samples = {0};
+    struct warp warp = warp_of(run, i, points, points ? points + 3 * n : NULL);
+    int status = points ? open_tools(run, i, false, &now, &tools) : SRNF_ENOMEM;
+
+    status = status ? status : samples_create(&samples, n);
+    if (status == SRNF_OK) {
+        status = move_by(run, i, &tools->level.fields, length, context, &warp);
+    }
+    if (status == SRNF_OK) {
+        stand(run, i, tools, &warp, &samples);
+        fill_field(&warp, &samples, field);
+    }
+    samples_clear(&samples);
+    close_tools(run, &now);
+    srnf_free(points);
+    return status;
+}
+
+int mean_move(const struct mean_run *run, size_t i)
+{
+    double *gamma = run->gamma + 3 * i * run->points;
+    double *jacobian = run->jacobian + i * run->points;
+    double *scratch = srnf_alloc(FIELDS_SCRATCH * run->points, sizeof(double));
+    struct fields fields = {0};
+    int status = scratch ? fields_create(&fields, run->degree, run->context) : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        (void)fields_apply(&fields, run->taken + 2 * i * fields.count, run->points, gamma, jacobian,
+                           gamma, jacobian, scratch);
+        fields_clear(&fields);
+    }
+    srnf_free(scratch);
     return status;
 }

@@ -19,12 +19,11 @@ struct output {
     double *base,
         *base_jacobian; /* the centre's inverse on that grid: what comes before all warps */
     double *q;          /* [n][3][P] */
-    double *values;     /* [n][3][P] of the registered surfaces */
 };
 
-/* q and values of a subject at gamma. */
+/* q and values of a subject at gamma: [3][P]. */
 static void place(const struct output *o, size_t i, const double *jacobian,
-                  const struct samples *samples, const double *surface)
+                  const struct samples *samples, const double *surface, double *values)
 {
     const struct mean_subject *subject = &o->run->subjects[i];
     size_t n = o->points;
@@ -34,21 +33,22 @@ static void place(const struct output *o, size_t i, const double *jacobian,
         double root = sqrt(jacobian[k]);
 
         for (size_t c = 0; c < 3; c++) {
-            const double *r = subject->rotation + 3 * c;
+            const double *r = subject->at.rotation + 3 * c;
 
             o->q[(3 * i + c) * n + k] = root * (r[0] * q[0] + r[1] * q[1] + r[2] * q[2]);
-            o->values[(3 * i + c) * n + k] =
+            values[c * n + k] =
                 r[0] * surface[k] + r[1] * surface[n + k] + r[2] * surface[2 * n + k];
         }
     }
 }
 
-static int place_one(void *argument, size_t i, const struct srnf_context *context,
+static int place_one(void *argument, size_t i, double *values, const struct srnf_context *context,
                      struct srnf_error *error)
 {
     const struct output *o = argument;
-    struct mean_subject *subject = &o->run->subjects[i];
+    size_t degree = srnf_sht_degree(o->run->sht);
     struct samples samples = {0};
+    struct moving moving = {.table = NULL};
     size_t n = o->points;
     double *gamma = srnf_alloc(7 * n, sizeof(double));
     double *surface = gamma ? gamma + 4 * n : NULL;
@@ -58,15 +58,19 @@ static int place_one(void *argument, size_t i, const struct srnf_context *contex
     if (status == SRNF_OK) {
         memcpy(gamma, o->base, 3 * n * sizeof(double));
         memcpy(gamma + 3 * n, o->base_jacobian, n * sizeof(double));
-        status = warp_follow(&subject->warp, context, n, gamma, gamma + 3 * n);
+        status = warp_follow(&o->run->subjects[i].warp, context, n, gamma, gamma + 3 * n);
     }
     if (status == SRNF_OK) {
-        status = sphere_harmonics_at_points(context, srnf_sht_degree(o->run->sht), 3,
-                                            o->run->surfaces[i], n, gamma, surface, NULL);
+        status = sphere_harmonics_at_points(context, degree, 3, o->run->surfaces[i], n, gamma,
+                                            surface, NULL);
     }
     if (status == SRNF_OK) {
-        moving_evaluate(&subject->moving, gamma, &samples);
-        place(o, i, gamma + 3 * n, &samples, surface);
+        status = moving_create(&moving, degree, o->run->surfaces[i], degree, context);
+    }
+    if (status == SRNF_OK) {
+        moving_evaluate(&moving, gamma, &samples);
+        place(o, i, gamma + 3 * n, &samples, surface, values);
+        moving_clear(&moving);
     }
     samples_clear(&samples);
     srnf_free(gamma);
@@ -83,8 +87,7 @@ static int evaluate(struct output *o, double *coefficients, struct srnf_error *e
     int status = SRNF_ENOMEM;
 
     o->base = srnf_alloc(4 * n, sizeof(double));
-    o->values = srnf_alloc(run->n, 3 * n * sizeof(double));
-    if (!average || !workspace || !o->base || !o->values) {
+    if (!average || !workspace || !o->base) {
         goto out;
     }
     o->base_jacobian = o->base + 3 * n;
@@ -94,10 +97,9 @@ static int evaluate(struct output *o, double *coefficients, struct srnf_error *e
         status = warp_apply(&inverse, run->context, n, o->base, o->base, o->base_jacobian);
     }
     if (status == SRNF_OK) {
-        status = stats_run(run->context, run->n, place_one, o, (struct stats_progress){0}, error);
+        status = mean_average_of(run, place_one, o, n, (struct stats_progress){0}, average, error);
     }
     if (status == SRNF_OK) {
-        stats_average(o->grid, run->n, o->values, average);
         srnf_sht_analysis(run->sht, 3, average, coefficients, workspace);
     }
 out:
@@ -105,7 +107,6 @@ out:
     srnf_free(average);
     srnf_free(workspace);
     srnf_free(o->base);
-    srnf_free(o->values);
     return status;
 }
 

@@ -32,6 +32,10 @@ struct srnf_mean_options {
     double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
                               which the mean is found; default 1e-3 */
     size_t max_iterations; /* default 20 */
+    /* Bytes of what evaluating and moving subjects takes that may be kept from one iteration to the
+       next; beyond it is made anew each time, which takes longer and gives the same bits. Default
+       256 MiB. */
+    size_t keep_bytes;
     /* Called after each iteration with all that is needed to go on from there: a caller that keeps
        the bytes can hand them back as `resume`. Optional. */
     void (*checkpoint)(void *user, const void *bytes, size_t size);
@@ -62,7 +66,8 @@ void srnf_mean_clear(struct srnf_mean *mean);
 /*
  * Karcher mean (the paper, Algorithm 2): register all to the mean SRNF, average, keep the
  * parameterization centred, repeat; one inversion at the end. Starts from the medoid of the
- * unregistered distances, or from the plain mean in a common pose. Subjects run in parallel. Fields
+ * unregistered distances, in groups above 500 that of some 500 of them at equal steps, or from the
+ * plain mean in a common pose. Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
  * The registration's representation is the SRNF.
  * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. SRNF_WNOT_CONVERGED: the mean as

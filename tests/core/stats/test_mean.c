@@ -306,6 +306,58 @@ static void does_not_depend_on_threads(void **state)
     }
 }
 
+/* Tools that are made anew for each use make no difference, and neither does the size of a batch of
+   subjects. */
+static void does_not_depend_on_what_it_keeps(void **state)
+{
+    static const size_t keep_bytes[] = {SIZE_MAX, 0};
+    struct group g;
+    struct srnf_register_options registration = quick(false);
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_mean mean[2];
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 4, 0.3);
+    options.registration = &registration;
+    options.tolerance = 0.0;
+    options.max_iterations = 4;
+    for (size_t k = 0; k < 2; k++) {
+        options.keep_bytes = keep_bytes[k];
+        assert_int_equal(srnf_karcher_mean(g.sht, 4, g.surfaces, &options, NULL, &mean[k], NULL),
+                         SRNF_WNOT_CONVERGED);
+    }
+    assert_memory_equal(mean[0].history, mean[1].history, 4 * sizeof *mean[0].history);
+    assert_memory_equal(mean[0].registered_q, mean[1].registered_q,
+                        4 * 3 * g.points * sizeof(double));
+    assert_memory_equal(mean[0].coefficients, mean[1].coefficients, g.count * sizeof(double));
+    srnf_mean_clear(&mean[0]);
+    srnf_mean_clear(&mean[1]);
+    group_close(&g);
+}
+
+/* The variance, which is found without a second look at the fields, is that of the fields. */
+static void tells_the_variance_of_its_fields(void **state)
+{
+    struct group g;
+    struct srnf_register_options registration = quick(false);
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_mean mean;
+    double sum = 0.0;
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 5, 0.3);
+    options.registration = &registration;
+    assert_true(srnf_karcher_mean(g.sht, 5, g.surfaces, &options, NULL, &mean, NULL) >= 0);
+    for (size_t i = 0; i < 5; i++) {
+        sum += mean.distances[i] * mean.distances[i] / 5.0;
+    }
+    /* on another grid, and without tables */
+    figure_below("variance off that of what is handed over",
+                 fabs(mean.history[mean.iterations - 1].variance / sum - 1.0), 2e-3);
+    srnf_mean_clear(&mean);
+    group_close(&g);
+}
+
 /* ---- Contract -------------------------------------------------------------------------------- */
 
 static void says_when_it_has_not_converged(void **state)
@@ -406,6 +458,8 @@ int main(void)
         cmocka_unit_test(of_one_shape_in_many_poses_is_that_shape),
         cmocka_unit_test(does_not_depend_on_the_start),
         cmocka_unit_test(does_not_depend_on_threads),
+        cmocka_unit_test(does_not_depend_on_what_it_keeps),
+        cmocka_unit_test(tells_the_variance_of_its_fields),
         cmocka_unit_test(says_when_it_has_not_converged),
         cmocka_unit_test(can_be_canceled),
         cmocka_unit_test(refuses_what_it_cannot_take),
