@@ -6,8 +6,10 @@
  * point is each job once, with its newest change. The job that changed first gives its place up;
  * who has not read so far is told that changes were lost, and reads the list of jobs.
  *
- * Nothing of it is written down. Points in time are numbers of this run of the daemon, and their
- * texts begin with its name, which is drawn at the start.
+ * Nothing of it is written down. Points in time are numbers of this run of the daemon, which count
+ * the changes of all owners. So that nobody counts others' by them, their texts are the run's name
+ * and the number enciphered, both by what is drawn at the start: the permutation of Luby and
+ * Rackoff, four rounds with SipHash as their function.
  *
  * Lock: one mutex around all; rank: innermost.
  */
@@ -24,6 +26,7 @@
 #include "owner.h"
 
 #define PLACES 1024
+#define ROUNDS 4
 
 struct place {
     struct place *before, *after;
@@ -35,6 +38,7 @@ struct place {
 struct changes {
     pthread_mutex_t mutex;
     uint32_t run;
+    unsigned char keys[ROUNDS][crypto_shorthash_KEYBYTES];
     uint64_t now, forgotten; /* the newest change, and the newest of those that are not there */
     struct place *first, *last;
     size_t n;
@@ -51,6 +55,7 @@ struct changes *changes_create(void)
     }
     if (changes) {
         changes->run = randombytes_random();
+        randombytes_buf(changes->keys, sizeof changes->keys);
     }
     return changes;
 }
@@ -165,9 +170,48 @@ uint64_t changes_now(struct changes *changes)
     return now;
 }
 
+/* One round's function of half of a number. */
+static uint32_t scramble(const struct changes *changes, int round, uint32_t half)
+{
+    unsigned char hash[crypto_shorthash_BYTES], bytes[sizeof half];
+    uint32_t result;
+
+    memcpy(bytes, &half, sizeof bytes);
+    (void)crypto_shorthash(hash, bytes, sizeof bytes, changes->keys[round]);
+    memcpy(&result, hash, sizeof result);
+    return result;
+}
+
+static uint64_t encipher(const struct changes *changes, uint64_t number)
+{
+    uint32_t left = (uint32_t)(number >> 32), right = (uint32_t)number;
+
+    for (int i = 0; i < ROUNDS; i++) {
+        uint32_t next = left ^ scramble(changes, i, right);
+
+        left = right;
+        right = next;
+    }
+    return (uint64_t)left << 32 | right;
+}
+
+static uint64_t decipher(const struct changes *changes, uint64_t number)
+{
+    uint32_t left = (uint32_t)(number >> 32), right = (uint32_t)number;
+
+    for (int i = ROUNDS - 1; i >= 0; i--) {
+        uint32_t before = right ^ scramble(changes, i, left);
+
+        right = left;
+        left = before;
+    }
+    return (uint64_t)left << 32 | right;
+}
+
 void changes_text(const struct changes *changes, uint64_t at, char text[CHANGES_ID_SIZE])
 {
-    (void)snprintf(text, CHANGES_ID_SIZE, "%08" PRIx32 "-%" PRIu64, changes->run, at);
+    (void)snprintf(text, CHANGES_ID_SIZE, "%08" PRIx32 "-%016" PRIx64, changes->run,
+                   encipher(changes, at));
 }
 
 bool changes_parse(struct changes *changes, const char *text, uint64_t *at)
@@ -175,7 +219,7 @@ bool changes_parse(struct changes *changes, const char *text, uint64_t *at)
     char again[CHANGES_ID_SIZE];
     const char *number = strchr(text, '-');
 
-    *at = number ? strtoull(number + 1, NULL, 10) : 0;
+    *at = number ? decipher(changes, strtoull(number + 1, NULL, 16)) : 0;
     changes_text(changes, *at, again);
     return strcmp(text, again) == 0 && *at <= changes_now(changes);
 }

@@ -38,7 +38,8 @@ bool changes_is_of(struct changes *changes, const char *job_id, const char *owne
 /* The newest point in time. */
 uint64_t changes_now(struct changes *changes);
 
-/* A point in time as a text, and back: false where it is of another run of the daemon, or none. */
+/* A point in time as a text that says nothing of its number, and back: false where it is of another
+   run of the daemon, or none. */
 void changes_text(const struct changes *changes, uint64_t at, char text[CHANGES_ID_SIZE]);
 bool changes_parse(struct changes *changes, const char *text, uint64_t *at);
 

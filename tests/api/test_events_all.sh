@@ -69,7 +69,7 @@ for one in ada ben root; do
     await "$SCRATCH/$one" '^event: start'
     is $? 0 "the stream of $one begins with where it begins"
 done
-like "$(newest_id "$SCRATCH/ada")" '^[0-9a-f]{8}-[0-9]+$' 'which has an id'
+like "$(newest_id "$SCRATCH/ada")" '^[0-9a-f]{8}-[0-9a-f]{16}$' 'which has an id'
 is "$(grep -c '^retry: ' "$SCRATCH/ada")" 1 'and says when to come back'
 FIRST=$(encode "$ADA" "$MESH" 6)
 SECOND=$(encode "$BEN" "$OTHER" 6)
@@ -83,7 +83,7 @@ unlike "$(cat "$SCRATCH/ada")" "$BEFORE|$SECOND" 'and of no other, nor of what w
 is "$(data "$SCRATCH/ben" '.id // empty' | sort -u)" "$SECOND" 'another owner sees its own'
 is "$(data "$SCRATCH/root" '.id // empty' | sort -u | grep -c .)" 3 'an administrator sees all'
 is "$(data "$SCRATCH/ada" "select(.id == \"$FIRST\").status" | tail -n 1)" successful 'up to the end of each'
-is "$(sed -n 's/^id: [0-9a-f]*-//p' "$SCRATCH/ada" | sort -n -u -c 2>&1)" '' 'in their order, each id once'
+is "$(sed -n 's/^id: //p' "$SCRATCH/ada" | sort | uniq -d)" '' 'each id once'
 is "$(grep '^event: ' "$SCRATCH/ada" | sort -u | grep -vE 'start|status|progress')" '' 'by the names that are described'
 
 # ---- Changes by requests -------------------------------------------------------------------------------
@@ -140,7 +140,7 @@ for _ in $(seq 50); do # until the streams that were left have made room
     sleep 0.2
 done
 is "$(data "$SCRATCH/ticket" .id)" "$FOURTH" 'so it is with a ticket, in the address'
-follow "$SCRATCH/strange" "$OVER" '' --header 'Last-Event-ID: 00000000-3'
+follow "$SCRATCH/strange" "$OVER" '' --header 'Last-Event-ID: 00000000-0000000000000003'
 await "$SCRATCH/strange" '^event: start'
 is $? 0 'the id of another run is where a stream begins anew'
 get /v1/events

@@ -126,6 +126,28 @@ static void texts_are_of_this_run(void **state)
     changes_destroy(other);
 }
 
+/* The numbers count everybody's changes: their texts must not. */
+static void texts_tell_no_number(void **state)
+{
+    char text[CHANGES_ID_SIZE], before[CHANGES_ID_SIZE] = "";
+    uint64_t at;
+
+    for (uint64_t i = 1; i <= MANY; i++) {
+        size_t same = 0;
+
+        changes_note(*state, "job-a", "ada", true);
+        changes_text(*state, i, text);
+        assert_int_equal(strlen(text), 8 + 1 + 16);
+        for (size_t k = 9; before[0] && k < strlen(text); k++) {
+            same += text[k] == before[k];
+        }
+        assert_true(same < 12); /* of 16; by chance in one of 10^11 */
+        assert_true(changes_parse(*state, text, &at));
+        assert_int_equal(at, i);
+        memcpy(before, text, sizeof before);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -136,6 +158,7 @@ int main(void)
                                         close_changes),
         cmocka_unit_test_setup_teardown(what_is_forgotten_is_lost, open_changes, close_changes),
         cmocka_unit_test_setup_teardown(texts_are_of_this_run, open_changes, close_changes),
+        cmocka_unit_test_setup_teardown(texts_tell_no_number, open_changes, close_changes),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
