@@ -6,9 +6,9 @@
  * Refused is everything on which two servers in a row might disagree: a line feed without its
  * carriage return or the other way round, control characters and zero bytes anywhere, folded
  * lines, blanks before a colon, several Content-Lengths or one that is no number, Content-Length
- * together with Transfer-Encoding, codings other than chunked; and what is longer than the limits
- * of head.h. The cost is one pass over the bytes. Which Host and which target are meant is not
- * judged here (guard.c).
+ * together with Transfer-Encoding, codings other than chunked; and what is longer, or has more
+ * parts, than the limits of head.h. The cost is one pass over the bytes. Which Host and which
+ * target are meant is not judged here (guard.c).
  */
 #include "http/head.h"
 
@@ -26,6 +26,7 @@
 struct head {
     struct head_refusal *refusal;
     size_t fields, field_bytes;
+    size_t items, copied; /* fields, query parameters and cookies; bytes of cookies */
     size_t lengths, codings;
     uint64_t length;
     bool old;                  /* HTTP/1.0, which knows no chunks */
@@ -79,6 +80,29 @@ static enum head_verdict check_version(struct head *head, const char *text, size
     return HEAD_COMPLETE;
 }
 
+static size_t count(const char *text, size_t length, char mark)
+{
+    size_t found = 0;
+
+    for (size_t i = 0; i < length; i++) {
+        found += text[i] == mark;
+    }
+    return found;
+}
+
+/* The query's parameters. */
+static enum head_verdict check_query(struct head *head, const char *target, size_t length)
+{
+    const char *query = memchr(target, '?', length);
+    size_t parameters = query ? 1 + count(query, length - (size_t)(query - target), '&') : 0;
+
+    if (parameters > HEAD_PARAMETERS_MAX) {
+        return refuse(head, 414, "uri-too-long", "The query has more than 128 parameters.");
+    }
+    head->items += parameters;
+    return HEAD_COMPLETE;
+}
+
 static enum head_verdict check_request_line(struct head *head, const char *line, size_t length)
 {
     const char *first = memchr(line, ' ', length), *second;
@@ -97,6 +121,9 @@ static enum head_verdict check_request_line(struct head *head, const char *line,
     }
     if (target > HEAD_TARGET_MAX) {
         return refuse(head, 414, "uri-too-long", "The request target exceeds 8 KiB.");
+    }
+    if (check_query(head, first + 1, target) == HEAD_REFUSED) {
+        return HEAD_REFUSED;
     }
     return check_version(head, second + 1, length - method - target - 2);
 }
@@ -177,6 +204,11 @@ static enum head_verdict check_field(struct head *head, const char *line, size_t
     value = colon + 1;
     length -= name + 1;
     blanks = trim(&value, &length);
+    head->items++;
+    if (is_called(line, name, "Cookie")) {
+        head->items += 1 + count(value, length, ';');
+        head->copied += length + 1;
+    }
     verdict = check_framing(head, line, name, value, length);
     if (head->lengths + head->codings > framing) {
         head->value = value;
@@ -220,6 +252,19 @@ static enum head_verdict unfinished(struct head *head, bool in_request_line, siz
     return HEAD_INCOMPLETE;
 }
 
+/* Whether libmicrohttpd has room for all its parts, of a head of this size. */
+static enum head_verdict check_memory(struct head *head, size_t size)
+{
+    size_t items = head->items * HEAD_ITEM_BYTES + head->copied;
+
+    if (items > HEAD_ITEMS_BYTES_MAX || size + items > HEAD_MEMORY_MAX) {
+        return refuse(head, 431, "headers-too-large",
+                      "The header fields, cookies and query parameters are too many, or too long, "
+                      "together.");
+    }
+    return HEAD_COMPLETE;
+}
+
 enum head_verdict head_check(const char *bytes, size_t size, struct head_refusal *refusal)
 {
     struct head_end end;
@@ -258,7 +303,7 @@ enum head_verdict head_read(const char *bytes, size_t size, struct head_refusal 
                                      .value = head.value ? (size_t)(head.value - bytes) : 0,
                                      .value_size = head.value_size,
                                      .blanks = head.blanks};
-            return HEAD_COMPLETE;
+            return check_memory(&head, at + 2);
         }
         verdict = request_line ? check_request_line(&head, bytes + at, length)
                                : check_field(&head, bytes + at, length);

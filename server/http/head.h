@@ -12,6 +12,13 @@
 #define HEAD_FIELD_BYTES_MAX ((size_t)16 << 10)
 #define HEAD_TARGET_MAX ((size_t)8 << 10)
 #define HEAD_METHOD_MAX ((size_t)32)
+#define HEAD_PARAMETERS_MAX ((size_t)128)
+/* What libmicrohttpd takes of a connection's 32 KiB for each field, query parameter and cookie, for
+   all of them beside the copy of the cookies, and with the head itself. It reads into half of the
+   32 KiB first, and where it runs out of them it answers by a page of its own, or never. */
+#define HEAD_ITEM_BYTES ((size_t)64)
+#define HEAD_ITEMS_BYTES_MAX ((size_t)15872)
+#define HEAD_MEMORY_MAX ((size_t)31 << 10)
 /* Enough to see that either limit is passed. */
 #define HEAD_BYTES_MAX (HEAD_FIELD_BYTES_MAX + HEAD_TARGET_MAX + 512)
 

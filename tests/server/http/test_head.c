@@ -182,12 +182,56 @@ static void test_limits_are_kept_to_the_byte(void **state)
     assert_int_equal(judge_sized(HEAD_TARGET_MAX, 1, HEAD_FIELD_BYTES_MAX + 1, 4), 431);
 }
 
+/* A query of so many parameters, so many fields, and a cookie of so many parts of 8 bytes. */
+static int judge_parts(size_t parameters, size_t fields, size_t cookies)
+{
+    size_t size = 256 + 2 * parameters + 16 * fields + 8 * cookies, used;
+    char *text = malloc(size);
+    int got;
+
+    assert_non_null(text);
+    used = (size_t)snprintf(text, size, "GET /a&b&c");
+    for (size_t i = 0; i < parameters; i++) {
+        used += (size_t)snprintf(text + used, size - used, "%c1", i == 0 ? '?' : '&');
+    }
+    used += (size_t)snprintf(text + used, size - used, " HTTP/1.1\r\n");
+    for (size_t i = 0; i < fields; i++) {
+        used += (size_t)snprintf(text + used, size - used, "a: b\r\n");
+    }
+    if (cookies > 0) {
+        used += (size_t)snprintf(text + used, size - used, "cookie: ");
+        memset(text + used, 'a', 8 * cookies);
+        for (size_t i = 1; i < cookies; i++) {
+            text[used + 8 * i] = ';';
+        }
+        used += 8 * cookies;
+        used += (size_t)snprintf(text + used, size - used, "\r\n");
+    }
+    used += (size_t)snprintf(text + used, size - used, "\r\n");
+    got = judge(text, used);
+    free(text);
+    return got;
+}
+
+static void test_parts_fit_into_the_librarys_memory(void **state)
+{
+    (void)state;
+    assert_int_equal(judge_parts(HEAD_PARAMETERS_MAX, 1, 0), 0);
+    assert_int_equal(judge_parts(HEAD_PARAMETERS_MAX + 1, 1, 0), 414);
+    assert_int_equal(judge_parts(HEAD_PARAMETERS_MAX, HEAD_FIELDS_MAX, 0), 0);
+    assert_int_equal(judge_parts(HEAD_PARAMETERS_MAX, 1, 40), 0);
+    assert_int_equal(judge_parts(HEAD_PARAMETERS_MAX, 1, 250), 431);
+    assert_int_equal(judge_parts(0, 1, 200), 0);
+    assert_int_equal(judge_parts(0, 1, 230), 431);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_each_head_gets_its_verdict),
         cmocka_unit_test(test_verdicts_do_not_depend_on_pieces),
         cmocka_unit_test(test_limits_are_kept_to_the_byte),
+        cmocka_unit_test(test_parts_fit_into_the_librarys_memory),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
