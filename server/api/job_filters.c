@@ -26,6 +26,36 @@
 
 /* ---- Lists ----------------------------------------------------------------------------------- */
 
+/* Whether there are no more words, and no longer ones, than the description allows. */
+static bool fits(const char *words)
+{
+    size_t count = 1, length = 0;
+
+    for (; *words; words++) {
+        if (*words == ',') {
+            count++;
+            length = 0;
+        } else if (((unsigned char)*words & 0xc0) != 0x80) { /* a character begins */
+            length++;
+        }
+        if (count > LIST_ITEMS_MAX || length > LIST_ITEM_MAX) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool refuse_words(struct api_call *call, const char *name)
+{
+    char pointer[24], detail[96];
+
+    (void)snprintf(pointer, sizeof pointer, "/%s", name);
+    (void)snprintf(detail, sizeof detail,
+                   "%s must have at most %d values of at most %d characters.", name, LIST_ITEMS_MAX,
+                   LIST_ITEM_MAX);
+    return list_refuse(call, pointer, detail);
+}
+
 /* All that is given under the name, with commas between; *given is NULL where nothing is. False
    when a problem was answered. */
 static bool read_words(struct api_call *call, const char *name, char words[LIST_WORDS_MAX],
@@ -41,8 +71,11 @@ static bool read_words(struct api_call *call, const char *name, char words[LIST_
             continue;
         }
         used += *given ? 1 : 0;
-        if (used >= LIST_WORDS_MAX || !percent_decode(pair.value, pair.value_length, true,
-                                                      words + used, LIST_WORDS_MAX - used)) {
+        if (used >= LIST_WORDS_MAX) {
+            return refuse_words(call, name);
+        }
+        if (!percent_decode(pair.value, pair.value_length, true, words + used,
+                            LIST_WORDS_MAX - used)) {
             (void)problem_respond(call, "malformed-request",
                                   "The query parameter %s is too long or not well escaped.", name);
             return false;
@@ -53,7 +86,7 @@ static bool read_words(struct api_call *call, const char *name, char words[LIST_
         used += strlen(words + used);
         *given = words;
     }
-    return true;
+    return !*given || fits(words) || refuse_words(call, name);
 }
 
 /* The first word that is none of those known, into word; false: all are. */

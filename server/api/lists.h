@@ -9,7 +9,9 @@
 #include "api/respond.h"
 #include "store/page.h"
 
-#define LIST_WORDS_MAX 512 /* of processes, or states, with commas */
+#define LIST_ITEMS_MAX 32 /* values of a parameter that is a list */
+#define LIST_ITEM_MAX 64  /* characters of each */
+#define LIST_WORDS_MAX (LIST_ITEMS_MAX * (LIST_ITEM_MAX + 1)) /* all of them, with commas */
 
 /* What the query of a list asks for (list_filters.c); "" where it does not. */
 struct list_filters {

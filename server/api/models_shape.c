@@ -75,10 +75,9 @@ static bool read_coefficients(struct api_call *call, struct shape *shape)
                             "the first components, in standard deviations");
     }
     for (;; at++) {
-        char *end = NULL;
-        double value = strspn(at, "+-0123456789.eE") > 0 ? strtod(at, &end) : NAN;
+        double value;
 
-        if (!end || end == at || !(fabs(value) <= DEVIATIONS_MAX) || (*end && *end != ',')) {
+        if (!query_number(&at, &value) || !(fabs(value) <= DEVIATIONS_MAX) || (*at && *at != ',')) {
             return refuse(call, "coefficients must be numbers from -10 to 10, with commas between "
                                 "them");
         }
@@ -87,7 +86,6 @@ static bool read_coefficients(struct api_call *call, struct shape *shape)
                           "there must not be more coefficients than the model has components");
         }
         shape->coefficients[shape->n++] = value;
-        at = end;
         if (!*at) {
             return true;
         }

@@ -11,6 +11,7 @@
 #include "api/routes.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -377,6 +378,44 @@ bool query_whole(const char *text, long *number)
         return false;
     }
     *number = strtol(text, NULL, 10);
+    return true;
+}
+
+bool query_number(const char **text, double *number)
+{
+    static const char digits[] = "0123456789";
+    const char *at = *text + strspn(*text, "+-");
+    size_t whole = strspn(at, digits), fraction = 0;
+    double value;
+
+    if (at > *text + 1) {
+        return false;
+    }
+    at += whole;
+    if (*at == '.') {
+        fraction = strspn(at + 1, digits);
+        at += 1 + fraction;
+    }
+    if (whole + fraction == 0) {
+        return false;
+    }
+    if (*at == 'e' || *at == 'E') {
+        const char *power = at + 1 + (at[1] == '+' || at[1] == '-');
+
+        if (strspn(power, digits) == 0) {
+            return false;
+        }
+        at = power + strspn(power, digits);
+    }
+    if (*at == 'x' || *at == 'X') { /* strtod goes on there */
+        return false;
+    }
+    value = strtod(*text, NULL);
+    if (!isfinite(value)) {
+        return false;
+    }
+    *number = value;
+    *text = at;
     return true;
 }
 

@@ -34,6 +34,10 @@ bool query_next(const char **cursor, struct query_pair *pair);
 /* A whole number of the query: one to nine digits and nothing else. */
 bool query_whole(const char *text, long *number);
 
+/* A number of the query at *text, decimal as JSON's, with a sign or without, and moves on past it.
+   False where there is none, as for hexadecimal ones, infinities and NaN. */
+bool query_number(const char **text, double *number);
+
 /* What is wrong with a name in UTF-8, or NULL; and the bytes that a good one has at most. */
 #define NAME_CHARACTERS_MAX 255
 #define NAME_SIZE (4 * NAME_CHARACTERS_MAX + 1)

@@ -432,6 +432,7 @@ def test_job_parameters(service):
     everything = listed('')
     check(listed('type=process') == everything, '/req/job-list/type-response: all jobs are of processes')
     check(listed('type=other') == [] and listed('type=other,process') == everything, '/req/job-list/type-response: others')
+    check(listed('type=' + ','.join(32 * ['process'])) == everything, '/req/job-list: as many types as are allowed')
     for query in ('processID=encode&processID=distances', 'processID=encode,distances', 'processID=encode%2Cdistances'):
         check(listed(query) == [one for one in everything if one['processID'] in ('encode', 'distances')],
               f'/req/job-list/processid-response: {query}')
@@ -459,7 +460,8 @@ def test_job_parameters(service):
           '/req/job-list/duration-response: of those of a status')
     for query in ('processID=nosuch', 'processID=', 'status=paused', 'datetime=yesterday', 'datetime=../..', 'datetime=/',
                   'datetime=' + last + '/' + first, 'minDuration=-1', 'minDuration=a', 'maxDuration=1.5',
-                  'minDuration=2&maxDuration=1', 'process=encode&processID=encode'):
+                  'minDuration=2&maxDuration=1', 'process=encode&processID=encode', 'type=' + 33 * 'process,',
+                  '&'.join(33 * ['processID=encode']), 'type=' + 65 * 'a', 'status=' + ','.join(33 * ['running'])):
         answer = service.get('/v1/jobs?' + query)
         valid(answer.json(), EXCEPTIONS, f'/req/job-list: {query.split("Z")[0][:20]} is refused')
         check(answer.status_code == 422, '/req/job-list: with 422', answer.text)
