@@ -3,6 +3,7 @@
 import io
 import pathlib
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -100,6 +101,17 @@ class Records(unittest.TestCase):
         self.assertEqual({len(column) for column in columns.values()}, {4})
         self.assertEqual(columns["component 1"], scores[:, 0].tolist())
         self.assertEqual(model.mean, CLIENT.surface(model.mean.id))
+        mean = model.shape([0, 0])
+        self.assertEqual((mean.coefficients.shape, mean.lmax), ((3, (mean.lmax + 1) ** 2), mean.lmax))
+        stored = model.mean.coefficients()
+        self.assertLess(np.abs(mean.coefficients[:, 1:] - stored[:, 1:]).max(), 1e-3)  # another start
+        ahead = model.shape(np.array([1.5]))  # the same as the process makes
+        made = CLIENT.modes(model, 1, coefficients=[1.5]).surfaces[0].coefficients()
+        self.assertLess(np.abs(ahead.coefficients[:, 1:] - made[:, 1:]).max(), 1e-3)
+        self.assertGreater(np.abs(ahead.coefficients[:, 1:] - mean.coefficients[:, 1:]).max(), 0.01)
+        with tempfile.TemporaryDirectory() as folder:
+            file = model.save_shape(pathlib.Path(folder, "shape.glb"), [1.5], resolution=4)
+            self.assertEqual(file.read_bytes()[:4], b"glTF")
         matrix = CLIENT.distances(shapes, register=False).matrix
         self.assertEqual(matrix.shape, (4, 4))
         self.assertLess(np.abs(matrix - matrix.T).max(), 1e-15)
@@ -124,6 +136,26 @@ class Records(unittest.TestCase):
         with self.assertRaises(TimeoutError):
             late.wait(0)
         late.cancel()
+
+    def test_events(self):
+        """all jobs are followed as one stream, which goes on from an event; a ticket opens one"""
+        mesh = CLIENT.upload(NUCLEI / "L_putamen.ply")
+        events = CLIENT.events()
+        first = next(events)
+        self.assertEqual((first.kind, dict(first.job)), ("start", {}))
+        job = CLIENT.submit("encode", mesh=mesh, lmax=7)
+        ended = next(e for e in events if e.job.raw.get("id") == job.id and e.job.raw.get("status") == "successful")
+        events.close()
+        self.assertEqual(ended.kind, "status")
+        self.assertEqual(next(CLIENT.events(after=first.id)).job.id, job.id)
+        job.delete()
+        gone = next(CLIENT.events(after=ended.id))
+        self.assertEqual((gone.kind, dict(gone.job)), ("deleted", {"id": job.id}))
+        ticket = CLIENT.ticket()
+        self.assertGreater(ticket.expiresInSeconds, 0)
+        with CLIENT.http.lines(f"/v1/events?ticket={ticket.ticket}", {}) as stream:
+            self.assertEqual(stream.status, 200)
+        self.assertEqual(dict(CLIENT.caller()), {"role": "admin", "tokens": False})
 
     def test_pandas(self):
         """a table is what pandas takes"""

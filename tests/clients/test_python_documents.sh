@@ -21,7 +21,7 @@ if /usr/bin/python3 -B document.py >"$SCRATCH/out" 2>"$SCRATCH/err"; then
 else
     not_ok 'all lines of docs/python.md succeed' "$(tail -n 12 "$SCRATCH/err")"
 fi
-for file in thalamus.ply uploaded.glb volume.nii.gz thalamus.gii geodesic.json distances.csv study.zip model.zip members.csv \
+for file in thalamus.ply uploaded.glb volume.nii.gz thalamus.gii geodesic.json distances.csv study.zip model.zip shape.glb members.csv \
     first-study/report.html; do
     check "$file is written" test -s $file
 done
@@ -35,7 +35,7 @@ jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) 
 while read -r method pattern _; do
     expression=$(sed 's/[.]/[.]/g; s/{[a-z]*}/[^\/]+/g' <<<"$pattern")
     check "the document shows $method $pattern" grep -qE "^$method $expression\$" "$SCRATCH/asked"
-done < <("$SRNFD" routes | grep -E ' /v1/(meshes|volumes|surfaces|imports|cohorts|models|processes|jobs)')
+done < <("$SRNFD" routes | grep -vE ' /ui(/|$| )') # the dashboard is for browsers
 while read -r process; do
     check "the document runs $process" grep -q "/v1/processes/$process/execution" "$SERVER_LOG"
 done <"$SCRATCH/processes"

@@ -34,10 +34,10 @@ from .errors import (
     SrnfError,
     Unreachable,
 )
-from .jobs import Job
+from .jobs import Event, Job
 from .labels import Member
 from .ply import Triangles
-from .records import Cohort, Mesh, Model, Surface, Volume
+from .records import Cohort, Mesh, Model, Shape, Surface, Volume
 from .study import Study
 
 
@@ -58,7 +58,7 @@ def _version() -> str:
 __version__ = _version()
 
 __all__ = [
-    "Client", "Cohort", "Document", "FilesRefused", "InputError", "Job", "JobFailed", "Member", "Mesh", "Model",
-    "NotAllowed", "NotFound", "Problem", "QuotaExceeded", "Result", "Rows", "SrnfError", "Study", "Surface",
-    "Triangles", "Unreachable", "Volume", "columns",
+    "Client", "Cohort", "Document", "Event", "FilesRefused", "InputError", "Job", "JobFailed", "Member", "Mesh",
+    "Model", "NotAllowed", "NotFound", "Problem", "QuotaExceeded", "Result", "Rows", "Shape", "SrnfError", "Study",
+    "Surface", "Triangles", "Unreachable", "Volume", "columns",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 from . import envelope
 from .documents import Document, Result, camel
 from .errors import InputError, NotFound, Problem
-from .jobs import Job, wait_all
+from .jobs import Event, Job, follow, wait_all
 from .labels import stem
 from .processes import Processes
 from .progress import Progress, announce
@@ -250,6 +250,25 @@ class Client(Processes):
     def jobs(self, **query: Any) -> list[Job]:
         """All jobs, newest first: ``status="running"``, ``process="pca"``, .. choose."""
         return [Job(one, self) for one in self.pages("/v1/jobs", **query)]
+
+    def events(self, after: str = "") -> Iterator[Event]:
+        """The changes of all jobs that the caller sees, as they happen; a lost connection is taken up again.
+
+        It begins with now, told by an event of kind ``start``, or behind the event of the id ``after``. It does not
+        end by itself. A later ``start`` says that changes were missed: ``jobs()`` has what holds then.
+        """
+        return follow(self, "/v1/events", after)
+
+    def ticket(self) -> Document:
+        """A ``ticket`` for one stream of events, for a page in a browser that must not have the token.
+
+        The page opens ``/v1/events?ticket=..``, or a job's events, within ``expiresInSeconds``, once.
+        """
+        return Document(self.send("POST", "/v1/tickets", None), self)
+
+    def caller(self) -> Document:
+        """Whose token this client has: ``name`` and ``role``; ``tokens`` is whether the server asks for one."""
+        return Document(self.get("/v1/caller"), self)
 
     # ---- processes -----------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
@@ -94,42 +95,68 @@ class Job(Record):
 
     def events(self) -> Iterator[Document]:
         """The job's record at each change, until it has ended; a lost connection is taken up again."""
-        last, pause, deadline = "", 0.25, time.monotonic() + self.client.patience
-        while True:
-            try:
-                for event, data in _events(self.client, f"{self.path}/events", last):
-                    last, pause, deadline = event, 0.25, time.monotonic() + self.client.patience
-                    self.raw = {**self.raw, **data}
-                    yield Document(data, self.client)
-                    if self.ended:
-                        return
-                self.refresh()
-                if self.ended:
-                    return
-            except (Unreachable, OSError) as error:
-                if time.monotonic() > deadline:
-                    raise
-                self.client.notice(f"{error} The job goes on; trying again.")
-            except Problem as problem:
-                if problem.status != 503 or time.monotonic() > deadline:
-                    raise
-            time.sleep(pause)
-            pause = min(2 * pause, 8.0)
+
+        def over() -> bool:
+            self.refresh()
+            return self.ended
+
+        for event in follow(self.client, f"{self.path}/events", "", over):
+            self.raw = {**self.raw, **event.job.raw}
+            yield event.job
+            if self.ended:
+                return
 
 
-def _events(client: "Client", path: str, last: str) -> Iterator[tuple[str, dict[str, Any]]]:
+@dataclass(frozen=True)
+class Event:
+    """A change of a job: ``kind`` is status, progress, deleted, or start, where a stream of all jobs begins.
+
+    ``id`` is what such a stream goes on from, ``job`` the job's record: of a deleted one its id alone, of start nothing.
+    """
+
+    id: str
+    kind: str
+    job: Document
+
+
+def follow(
+    client: "Client", path: str, last: str, over: Callable[[], bool] = lambda: False
+) -> Iterator[Event]:
+    """The events of a stream from ``last`` on. Where it ends or is lost it is taken up again, unless it is ``over``."""
+    pause, deadline = 0.25, time.monotonic() + client.patience
+    while True:
+        try:
+            for event in _events(client, path, last):
+                last, pause, deadline = event.id, 0.25, time.monotonic() + client.patience
+                yield event
+            if over():
+                return
+        except (Unreachable, OSError) as error:
+            if time.monotonic() > deadline:
+                raise
+            client.notice(f"{error} Jobs go on; trying again.")
+        except Problem as problem:
+            if problem.status != 503 or time.monotonic() > deadline:
+                raise
+        time.sleep(pause)
+        pause = min(2 * pause, 8.0)
+
+
+def _events(client: "Client", path: str, last: str) -> Iterator[Event]:
     stream = client.http.lines(path, {"Last-Event-ID": last} if last else {})
     with stream:
-        event, data = "", []
+        event, kind, data = "", "message", []
         for line in stream:
             text = line.decode("utf-8", "replace").rstrip("\r\n")
             if text.startswith("id:"):
                 event = text[3:].strip()
+            elif text.startswith("event:"):
+                kind = text[6:].strip()
             elif text.startswith("data:"):
                 data.append(text[5:].strip())
             elif not text and data:
-                yield event, dict(json.loads("\n".join(data)))
-                data = []
+                yield Event(event, kind, Document(json.loads("\n".join(data)), client))
+                kind, data = "message", []
 
 
 def wait_all(
@@ -167,4 +194,4 @@ def wait_all(
                     job.refresh()
 
 
-__all__ = ["ENDED", "Job", "SrnfError", "wait_all"]
+__all__ = ["ENDED", "Event", "Job", "SrnfError", "follow", "wait_all"]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Union
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -166,6 +167,25 @@ class Surface(Record):
         return self._save(to, f"{self.path}/mesh", format=kind, resolution=resolution, space=space)
 
 
+@dataclass(frozen=True)
+class Shape:
+    """The surface at a point of a model.
+
+    ``coefficients`` are harmonic ones, shape (3, (lmax + 1)^2), in the stored scale. ``relative_energy`` is the squared
+    distance between its SRNF and the point over the squared norm of the point, ``offset`` the distance over that of
+    the point from the mean: where it is a good part of 1, the shape asked for does not exist.
+    """
+
+    coefficients: Floats
+    lmax: int
+    relative_energy: float
+    offset: float
+
+
+def _listed(coefficients: Sequence[float]) -> str:
+    return ",".join(repr(float(one)) for one in coefficients)
+
+
 class Model(Record):
     """Principal components about a mean surface: ``mean``, ``eigenvalues``, ``explained``, ``cumulative``."""
 
@@ -188,6 +208,32 @@ class Model(Record):
     def modes(self) -> Floats:
         """The components as fields on the grid, shape (components, n_theta, n_phi, 3), each of norm 1."""
         return self._array(f"{self.path}/modes")
+
+    def shape(self, coefficients: Sequence[float]) -> Shape:
+        """The surface at a point of the model: one number for each of the first components, in standard deviations.
+
+        Computed while the request waits, and not kept; ``client.modes`` makes surfaces that are.
+        """
+        document = self.client.get(f"{self.path}/shape", coefficients=_listed(coefficients))
+        surface = document["surface"]
+        return Shape(
+            np.array([surface[axis] for axis in "xyz"], dtype=np.float64),
+            int(surface["lmax"]),
+            float(document["relativeEnergy"]),
+            float(document["offset"]),
+        )
+
+    def save_shape(
+        self,
+        to: PathLike,
+        coefficients: Sequence[float],
+        format: Optional[str] = None,
+        resolution: Optional[int] = None,
+    ) -> Path:
+        """Writes the surface at a point of the model as a mesh; the format follows from the name, as for a surface."""
+        kind = format or Path(to).suffix.lstrip(".").lower() or "ply"
+        numbers = _listed(coefficients)
+        return self._save(to, f"{self.path}/shape", coefficients=numbers, format=kind, resolution=resolution)
 
     def export(self, to: PathLike) -> Path:
         """Writes the model and all that it stands on into one zip, which another server restores."""
