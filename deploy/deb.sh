@@ -130,7 +130,7 @@ fi
 SCRIPT
 chmod 755 "$stage/DEBIAN/postinst" "$stage/DEBIAN/prerm" "$stage/DEBIAN/postrm"
 pack srnfd science foreign "$(needs srnfd/usr/bin/srnfd), init-system-helpers (>= 1.54~), \
-systemd | systemd-standalone-sysusers | systemd-sysusers" <<'TEXT'
+systemd | systemd-standalone-sysusers | systemd-sysusers" "$architecture" ca-certificates <<'TEXT'
 elastic shape analysis of closed surfaces as a service
 A daemon that takes triangle meshes over HTTP and computes their square-root
 normal fields, geodesics, registrations, means and principal components.

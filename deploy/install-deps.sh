@@ -33,6 +33,7 @@ libexpat1-dev
 libsodium-dev
 libglpk-dev
 libarchive-dev
+libcurl4-gnutls-dev|libcurl4-openssl-dev
 libutf8proc-dev
 python3-yaml
 curl
@@ -223,7 +224,7 @@ esac
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     say 'this system has no apt (Debian and Ubuntu have). Please install, with their headers:'
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
-    say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive, utf8proc; and the programs curl and jq.'
+    say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive, libcurl, utf8proc; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
     say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, chromium, nginx (its'
     say 'program alone), Python 3 with numpy, matplotlib, pip, setuptools, wheel, venv and mypy.'

@@ -13,6 +13,7 @@
 
 #include <archive.h>
 #include <cblas.h>
+#include <curl/curl.h>
 #include <expat.h>
 #include <fftw3.h>
 #include <glpk.h>
@@ -51,6 +52,7 @@ void build_parts(struct build_part parts[BUILD_PARTS])
         {"libmicrohttpd", MHD_get_version(), ""},
         {"sqlite", sqlite3_libversion(), ""},
         {"jansson", jansson_version_str(), ""},
+        {"libcurl", curl_version(), ""},
         {"libarchive", archive_version_string(), ""},
         {"utf8proc", utf8proc_version(), ""},
         {"libsodium", sodium_version_string(), ""},

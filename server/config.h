@@ -44,6 +44,10 @@ struct config {
     bool insecure;                       /* answer callers from elsewhere without tokens */
     char cors_origins[CONFIG_TEXT_MAX];  /* of pages that may call; "": none */
     char tls_certificate[CONFIG_TEXT_MAX], tls_key[CONFIG_TEXT_MAX]; /* PEM files; "": no TLS */
+    /* Where links in inputs may lead beside the service: addresses under which content lies, and
+       networks that are not public; "": none. What all links of a request may take. */
+    char link_prefixes[CONFIG_TEXT_MAX], link_networks[CONFIG_TEXT_MAX];
+    double link_seconds;
     /* Quotas of tokens that have none of their own; 0: no limit. */
     double quota_queued, quota_running; /* jobs of an owner */
     double quota_bytes;                 /* of an owner */

@@ -13,6 +13,7 @@
 #include "api/handler.h"
 #include "processes/processes.h"
 #include "api/json_memory.h"
+#include "api/remote.h"
 #include "api/routes.h"
 #include "build.h"
 #include "clock.h"
@@ -165,6 +166,9 @@ static struct api_config api_settings(const struct config *config)
                                .least_free_bytes = config->least_free,
                                .upload_memory = (size_t)config->upload_memory,
                                .tokens = config->data,
+                               .link_prefixes = config->link_prefixes,
+                               .link_networks = config->link_networks,
+                               .link_seconds = config->link_seconds,
                                .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
                                           [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
                                           [STORE_QUOTA_BYTES] = (int64_t)config->quota_bytes,
@@ -316,6 +320,15 @@ static int wait_for_signal(const struct service *service, const sigset_t *signal
     return received;
 }
 
+static bool check_links(const struct config *config, char *message, size_t size)
+{
+    struct remote_rules *rules =
+        remote_rules_read(config->link_prefixes, config->link_networks, message, size);
+
+    remote_rules_free(rules);
+    return rules != NULL;
+}
+
 /* Whether the settings are safe together; otherwise a sentence in message. Beyond loopback there
    must be a token, since whoever reaches the address may call; so where hosts are allowed, which is
    how a proxy brings callers from elsewhere. */
@@ -330,6 +343,9 @@ static bool check_settings(const struct config *config, char *message, size_t si
     }
     if ((config->tls_certificate[0] == '\0') != (config->tls_key[0] == '\0')) {
         (void)snprintf(message, size, "--tls-certificate and --tls-key need each other");
+        return false;
+    }
+    if (!check_links(config, message, size)) {
         return false;
     }
     if (config->insecure || (http_is_loopback(config->listen) && !config->allowed_hosts[0])) {

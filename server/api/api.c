@@ -16,6 +16,7 @@
 #include "api/changes.h"
 #include "api/inflight.h"
 #include "api/json_memory.h"
+#include "api/remote.h"
 #include "api/respond.h"
 #include "api/transmit.h"
 #include "store/job.h"
@@ -29,6 +30,7 @@
 #define MAX_BODY_NONE ((size_t)64 << 10) /* of a route that takes no body: read and passed over */
 #define TRIM_FROM ((size_t)1 << 20)      /* bytes of a body whose document is worth giving back */
 #define SYNC_WAIT_DEFAULT 30.0
+#define LINK_SECONDS_DEFAULT 30.0
 /* Bytes that a small upload has: so many, and so many for each of its own, up to a limit at which
  * it
    is read in half a second. A few KiB that unpack to hundreds of thousands of faces are no small
@@ -52,12 +54,19 @@ static const char *const surface_types[] = {"application/json", "application/x-n
 int api_create(struct api **out, const struct api_config *config)
 {
     struct api *api = calloc(1, sizeof *api);
+    char message[300];
 
     *out = NULL;
     if (!api) {
         return -1;
     }
     api->config = *config;
+    if (!(api->config.link_seconds > 0)) {
+        api->config.link_seconds = LINK_SECONDS_DEFAULT;
+    }
+    api->remote = remote_rules_read(config->link_prefixes ? config->link_prefixes : "",
+                                    config->link_networks ? config->link_networks : "", message,
+                                    sizeof message);
     if (api->config.max_body == 0) {
         api->config.max_body = MAX_BODY_DEFAULT;
     }
@@ -71,7 +80,7 @@ int api_create(struct api **out, const struct api_config *config)
     api->inflight = inflight_create();
     api->auth = auth_create(config);
     api->changes = changes_create();
-    if (!api->inflight || !api->auth || !api->changes) {
+    if (!api->inflight || !api->auth || !api->changes || !api->remote) {
         api_destroy(api);
         return -1;
     }
@@ -85,6 +94,7 @@ void api_destroy(struct api *api)
     if (api) {
         inflight_destroy(api->inflight);
         changes_destroy(api->changes);
+        remote_rules_free(api->remote);
         (void)pthread_mutex_destroy(&api->probe.mutex);
         auth_destroy(api->auth, api->config.store);
         free(api);
@@ -285,6 +295,7 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
     request->route_name = match.route->pattern;
     request->probe = (match.route->flags & ROUTE_PROBE) != 0;
     request->bodiless = match.route->body == ROUTE_NO_BODY;
+    request->follows = (match.route->flags & ROUTE_FOLLOWS) && remote_enabled(api->remote);
     if (!auth_admit(&call, request, match.route)) {
         return API_REFUSED;
     }

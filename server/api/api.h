@@ -38,6 +38,9 @@ struct api_config {
     double least_free_bytes; /* of the data directory's file system, for /readyz; 0: no floor */
     size_t
         upload_memory; /* bytes that reading uploads may have in use; 0: a share of the machine */
+    /* Where links in inputs may lead beside this service (remote.h); NULL or "": nowhere. */
+    const char *link_prefixes, *link_networks;
+    double link_seconds;     /* that all links of a request may take; default 30 */
     struct metrics *metrics; /* may be NULL */
 };
 int api_create(struct api **out, const struct api_config *config);
@@ -71,6 +74,7 @@ struct api_request {
     struct api_caller caller; /* the same */
     bool probe;               /* set by api_begin: monitors ask this every few seconds */
     bool bodiless;            /* the same: the route takes no body, and one need not be awaited */
+    bool follows;             /* the same: links in the body may lead to other servers */
     const char *route_name;   /* set by api_begin: the route's pattern, static; NULL: none fits */
     const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
     bool alone;               /* no other upload is handled beside this one, but small ones */

@@ -35,10 +35,22 @@ static bool has_format(const struct api_request *request)
     return found;
 }
 
+/* Whether the body may have a link to another server: it has the name that such a member has, or
+   letters written as escapes. */
+static bool may_fetch(const struct api_request *request)
+{
+    return request->follows && request->body_size > 0 &&
+           (memmem(request->body, request->body_size, "\"href\"", 6) ||
+            memmem(request->body, request->body_size, "\\u", 2));
+}
+
 bool api_is_upload(const struct api_request *request)
 {
     const struct api_route *route = request->route;
 
+    if (may_fetch(request)) {
+        return true;
+    }
     if (route &&
         ((route->flags & ROUTE_LONG) || ((route->flags & ROUTE_PARSES) && has_format(request)))) {
         return true;
@@ -54,7 +66,8 @@ bool api_is_small(const struct api_request *request)
 {
     const struct api_route *route = request->route;
 
-    return request->body_size <= SMALL_BODY && !(route && route->flags & ROUTE_LONG);
+    return request->body_size <= SMALL_BODY && !(route && route->flags & ROUTE_LONG) &&
+           !may_fetch(request);
 }
 
 json_t *body_json(struct api_call *call)

@@ -21,6 +21,7 @@ struct store_surface;    /* store/surface.h */
 
 struct api_auth;     /* auth.c: tokens, and what each has used */
 struct changes;      /* changes.h */
+struct remote_rules; /* remote.h */
 struct api_inflight; /* inflight.c: the Idempotency-Keys of requests in progress */
 
 struct api {
@@ -28,8 +29,9 @@ struct api {
     struct api_inflight *inflight;
     struct api_auth *auth;
     struct changes *changes;
-    struct jobs_memory uploads; /* what reading all uploads has in use */
-    struct {                    /* of the last write that /readyz tried (monitoring.c) */
+    struct remote_rules *remote; /* where links may lead */
+    struct jobs_memory uploads;  /* what reading all uploads has in use */
+    struct {                     /* of the last write that /readyz tried (monitoring.c) */
         pthread_mutex_t mutex;
         int64_t at_ms; /* monotonic; 0: none yet */
         int status;
@@ -136,6 +138,14 @@ json_t *mesh_record(const struct store_mesh *mesh);
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
+/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
+   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
+   when a problem was answered. Row and prepared mesh are to be cleared in any case. */
+bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
+                    struct compute_prepared *prepared, bool *held);
+/* Reads it and keeps it for the caller; *created: it is new there. False when a problem was
+   answered. store_mesh_clear in any case. */
+bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created);
 /* The media type of a mesh format: "model/stl", ... */
 const char *mesh_media_type(const char *format);
 json_t *surface_record(const struct store_surface *surface);

@@ -5,6 +5,7 @@
 #define SRNFD_API_IMPORTS_H
 
 #include "api/cohorts.h"
+#include "api/respond.h"
 #include "api/study.h"
 #include "api/study_table.h"
 #include "compute/prepared.h"
@@ -84,6 +85,10 @@ void import_refuse(struct import *import, const char *path, const char *code, co
 /* The same of a mesh that was taken before. */
 void import_drop(struct import *import, struct import_file *file, const char *code,
                  const char *detail);
+/* Whether it is a label volume, by its bytes or its name. */
+bool import_is_volume(const struct import_given *given);
+/* What a file is called: the last part of its path without its ending; "" where that is no name. */
+void import_name_of(const char *path, char name[NAME_SIZE]);
 /* Takes one file: a mesh, a volume or the table (imports_files.c). */
 void import_take(struct import *import, struct import_given *given);
 

@@ -35,8 +35,7 @@ static bool is_table(const struct import_given *given)
            strcasecmp(given->type, "text/tab-separated-values") == 0;
 }
 
-/* By the bytes, or the names, of label volumes, which are another resource. */
-static bool is_volume(const struct import_given *given)
+bool import_is_volume(const struct import_given *given)
 {
     static const char *const endings[] = {".nii", ".nii.gz", ".nrrd", ".nhdr", ".mgz", ".mgh"};
     const char *kind = srnf_mesh_stranger(given->bytes, given->size);
@@ -72,15 +71,18 @@ static void take_table(struct import *import, const struct import_given *given)
     }
 }
 
-/* The base name without its last ending: what the mesh is called. */
-static void name_of(const char *base, char name[NAME_SIZE])
+void import_name_of(const char *path, char name[NAME_SIZE])
 {
+    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     const char *dot = strrchr(base, '.');
     size_t length = dot && dot > base ? (size_t)(dot - base) : strlen(base);
 
     length = length < NAME_SIZE ? length : NAME_SIZE - 1;
     memcpy(name, base, length);
     name[length] = '\0';
+    if (ends_with(name, ".nii")) { /* of .nii.gz */
+        name[strlen(name) - 4] = '\0';
+    }
     if (name_problem(name)) {
         name[0] = '\0';
     }
@@ -270,7 +272,7 @@ static void take_mesh(struct import *import, struct import_given *given)
         (void)snprintf(query, sizeof query, "format=%s", import->format);
         request.query = query;
     }
-    name_of(strrchr(given->path, '/') ? strrchr(given->path, '/') + 1 : given->path, name);
+    import_name_of(given->path, name);
     if (import->manifest && import->name && strlen(import->name) < sizeof name &&
         !name_problem(import->name)) {
         (void)snprintf(name, sizeof name, "%s", import->name);
@@ -326,10 +328,7 @@ static void take_volume(struct import *import, struct import_given *given)
     bool held, kept = false;
     int status;
 
-    name_of(strrchr(given->path, '/') ? strrchr(given->path, '/') + 1 : given->path, name);
-    if (ends_with(name, ".nii")) { /* of .nii.gz */
-        name[strlen(name) - 4] = '\0';
-    }
+    import_name_of(given->path, name);
     if (import->manifest && import->name && strlen(import->name) < sizeof name &&
         !name_problem(import->name)) {
         (void)snprintf(name, sizeof name, "%s", import->name);
@@ -367,7 +366,7 @@ void import_take(struct import *import, struct import_given *given)
         (import->volume ? take_volume : take_mesh)(import, given);
     } else if (is_table(given)) {
         take_table(import, given);
-    } else if (is_volume(given)) {
+    } else if (import_is_volume(given)) {
         take_volume(import, given);
     } else {
         take_mesh(import, given);

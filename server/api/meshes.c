@@ -350,33 +350,42 @@ static int rename_held(struct store *store, struct store_mesh *row, const char *
     return status;
 }
 
-void meshes_create(struct api_call *call)
+bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created)
 {
     struct store *store = call->api->config.store;
-    struct compute_prepared prepared = {.kernel_known = false};
-    struct store_mesh row = {0};
-    char name[NAME_SIZE];
-    bool held, created = false;
-    int status;
+    struct compute_prepared prepared;
+    bool held;
+    int status = STORE_OK;
 
-    if (!query_name(call, name) || !mesh_read_body(call, name, &row, &prepared, &held)) {
-        goto out;
+    *created = false;
+    if (!mesh_read_body(call, name, row, &prepared, &held)) {
+        compute_prepared_clear(&prepared);
+        return false;
     }
     status = held ? store_mesh_mend(store, call->request->body, call->request->body_size)
-                  : store_mesh_put(store, &row, call->request->body, &created);
+                  : store_mesh_put(store, row, call->request->body, created);
     if (status == 0 && held) {
-        status = rename_held(store, &row, name);
+        status = rename_held(store, row, name);
     }
-    if (status == 0) {
-        if (!held) {
-            compute_prepared_keep(call->api->config.jobs, store, row.owner.name, row.id, &prepared);
-        }
-        respond_mesh(call, created ? 201 : 200, &row);
-    } else {
+    if (status == 0 && !held) {
+        compute_prepared_keep(call->api->config.jobs, store, row->owner.name, row->id, &prepared);
+    }
+    if (status != 0) {
         (void)problem_respond_store(call, status, NULL, "keeping the mesh");
     }
-out:
     compute_prepared_clear(&prepared);
+    return status == 0;
+}
+
+void meshes_create(struct api_call *call)
+{
+    struct store_mesh row = {0};
+    char name[NAME_SIZE];
+    bool created;
+
+    if (query_name(call, name) && mesh_keep_body(call, name, &row, &created)) {
+        respond_mesh(call, created ? 201 : 200, &row);
+    }
     store_mesh_clear(&row);
 }
 

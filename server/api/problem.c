@@ -57,6 +57,7 @@ static const struct problem_kind kinds[] = {
     {"uri-too-long", 414, "The request target is too long"},
     {"unsupported-media-type", 415, "The body's media type is not supported here"},
     {"invalid-input", 422, "An input is not valid"},
+    {"link-failed", 422, "What a link leads to cannot be fetched"},
     {"unparsable-mesh", 422, "The body is not a mesh that can be read"},
     {"unparsable-archive", 422, "The body is no archive or form that can be read"},
     {"import-refused", 422, "Files of the import were refused, and nothing was kept"},

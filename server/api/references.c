@@ -4,7 +4,9 @@
  * A link names a resource of this service: a mesh, surface, model, volume or cohort, or an output
  * of a job, which stands for what it holds: the id of a record, the ids of a list of records, or
  * the value itself. Nothing is fetched from elsewhere, so that a request cannot make the service
- * call into the network that it stands in.
+ * call into the network that it stands in, unless the settings list addresses for it: a link to one
+ * of those stands for the mesh or volume that its content is, which is kept as an upload of it
+ * (remote_input.c). So what a job works on is here before the job is accepted, and stays.
  *
  * An object is a qualified value or a link only if all its members are those of one: inputs of our
  * own are objects, too.
@@ -14,6 +16,7 @@
 #include "api/auth.h"
 #include "api/framing.h"
 #include "api/json_memory.h"
+#include "api/remote.h"
 #include "api/respond.h"
 #include "api/routes.h"
 #include "store/job.h"
@@ -23,14 +26,16 @@
 #include <string.h>
 #include <strings.h>
 
-#define HREF_MAX 512
+#define LOCAL_MAX 512  /* bytes of a path here */
 #define OUTPUTS_MAX 16 /* links to outputs in one request: each reads the results of a job */
+#define REMOTE_MAX 16  /* links to other servers in one request */
 
 /* What is being resolved. */
 struct resolving {
     struct api_call *call;
     struct problem_list *list;
-    size_t n_outputs;
+    size_t n_outputs, n_remote;
+    double seconds; /* left for what is elsewhere */
 };
 
 static const char *const value_members[] = {"value",  "mediaType", "encoding",
@@ -147,27 +152,46 @@ static json_t *resource(struct resolving *r, const char *pointer, const char *pa
     return output_value(r->call, parameters[0], parameters[1]);
 }
 
-/* What a link means (new reference), or NULL with a problem noted or answered. */
-static json_t *follow(struct resolving *r, const char *href, const char *pointer)
+/* The id of what lies on another server, or NULL with a problem noted or answered. */
+static json_t *fetched(struct resolving *r, const json_t *link, const char *pointer)
 {
-    const char *path = href ? local_path(r->call, href) : NULL;
-    size_t n_outputs = r->n_outputs;
-    char decoded[HREF_MAX];
-    json_t *value = NULL;
+    const char *href = json_string_value(json_object_get(link, "href"));
 
-    if (!path) {
+    if (!href || !remote_enabled(r->call->api->remote)) {
         problem_add(r->list, pointer,
                     "href must be the address of a resource of this service, such as "
                     "/v1/surfaces/{id}; nothing is fetched from elsewhere: upload it first");
-    } else {
-        if (percent_decode(path, strlen(path), false, decoded, sizeof decoded)) {
-            value = resource(r, pointer, decoded);
-        }
-        if (!value && r->call->response->status == 0 &&
-            (r->n_outputs == n_outputs || r->n_outputs <= OUTPUTS_MAX)) {
-            problem_add(r->list, pointer,
-                        "href names no mesh, volume, surface, cohort, model or output of a job");
-        }
+        return NULL;
+    }
+    if (++r->n_remote > REMOTE_MAX) {
+        problem_add(r->list, pointer,
+                    "a request has at most %d links to other servers; upload what they lead to",
+                    REMOTE_MAX);
+        return NULL;
+    }
+    return remote_input(r->call, href, json_string_value(json_object_get(link, "type")), pointer,
+                        &r->seconds, r->list);
+}
+
+/* What a link means (new reference), or NULL with a problem noted or answered. */
+static json_t *follow(struct resolving *r, const json_t *link, const char *pointer)
+{
+    const char *href = json_string_value(json_object_get(link, "href"));
+    const char *path = href ? local_path(r->call, href) : NULL;
+    size_t n_outputs = r->n_outputs;
+    char decoded[LOCAL_MAX];
+    json_t *value = NULL;
+
+    if (!path) {
+        return fetched(r, link, pointer);
+    }
+    if (percent_decode(path, strlen(path), false, decoded, sizeof decoded)) {
+        value = resource(r, pointer, decoded);
+    }
+    if (!value && r->call->response->status == 0 &&
+        (r->n_outputs == n_outputs || r->n_outputs <= OUTPUTS_MAX)) {
+        problem_add(r->list, pointer,
+                    "href names no mesh, volume, surface, cohort, model or output of a job");
     }
     return value;
 }
@@ -182,14 +206,14 @@ static json_t *meaning(struct resolving *r, json_t *value, const char *pointer)
         return json_incref(json_object_get(value, "value"));
     }
     if (is_of(value, link_members)) {
-        return follow(r, json_string_value(json_object_get(value, "href")), pointer);
+        return follow(r, value, pointer);
     }
     return json_incref(value);
 }
 
 bool references_resolve(struct api_call *call, json_t *inputs, struct problem_list *list)
 {
-    struct resolving r = {.call = call, .list = list};
+    struct resolving r = {.call = call, .list = list, .seconds = call->api->config.link_seconds};
     const char *name;
     json_t *value, *element;
     void *next;
@@ -203,7 +227,7 @@ bool references_resolve(struct api_call *call, json_t *inputs, struct problem_li
         (void)snprintf(pointer, sizeof pointer, "/inputs/%.120s", name);
         new = meaning(&r, value, pointer);
         for (i = 0; call->response->status == 0 && r.n_outputs <= OUTPUTS_MAX &&
-                    (element = json_array_get(new, i)) != NULL;
+                    r.n_remote <= REMOTE_MAX && (element = json_array_get(new, i)) != NULL;
              i++) {
             json_t *one = json_is_object(element) ? meaning(&r, element, pointer) : NULL;
 

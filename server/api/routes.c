@@ -154,7 +154,13 @@ const struct api_route api_routes[] = {
 
     {"GET", "/v1/processes", processes_list, QUICK, ROUTE_NO_BODY, "limit,cursor", {JSON}},
     {"GET", "/v1/processes/{id}", processes_get, QUICK, ROUTE_NO_BODY, "", {JSON}},
-    {"POST", "/v1/processes/{id}/execution", executions_create, SLOW, ROUTE_INPUTS, "", {JSON}},
+    {"POST",
+     "/v1/processes/{id}/execution",
+     executions_create,
+     SLOW | ROUTE_FOLLOWS,
+     ROUTE_INPUTS,
+     "",
+     {JSON}},
 
     {"GET",
      "/v1/jobs",

@@ -32,6 +32,7 @@ enum route_flag {
     ROUTE_READS = 64,    /* changes nothing that anyone has, whatever its method */
     ROUTE_TICKETS = 128, /* takes a ticket in the place of a token (tickets.h) */
     ROUTE_PARSES = 16,   /* with ?format=, parses a stored mesh, as an upload does */
+    ROUTE_FOLLOWS = 256, /* its body may have links to other servers (remote.h) */
 };
 
 #define ROUTE_JSON_MAX ((size_t)8 << 20)

@@ -186,23 +186,35 @@ static int rename_held(struct store *store, struct store_volume *row, const char
     return status;
 }
 
+bool volume_keep_body(struct api_call *call, const char *name, struct store_volume *row,
+                      bool *created)
+{
+    struct store *store = call->api->config.store;
+    bool held;
+    int status;
+
+    *created = false;
+    if (!volume_read_body(call, name, row, &held)) {
+        return false;
+    }
+    status = store_volume_put(store, row, call->request->body, created);
+    if (status == 0 && !*created) {
+        status = rename_held(store, row, name);
+    }
+    if (status != 0) {
+        (void)problem_respond_store(call, status, NULL, "keeping the volume");
+    }
+    return status == 0;
+}
+
 void volumes_create(struct api_call *call)
 {
     struct store_volume row = {.id = ""};
     char name[NAME_SIZE];
-    bool held, created = false;
-    int status;
+    bool created;
 
-    if (query_name(call, name) && volume_read_body(call, name, &row, &held)) {
-        status = store_volume_put(call->api->config.store, &row, call->request->body, &created);
-        if (status == 0 && !created) {
-            status = rename_held(call->api->config.store, &row, name);
-        }
-        if (status == 0) {
-            respond_volume(call, created ? 201 : 200, &row);
-        } else {
-            (void)problem_respond_store(call, status, NULL, "keeping the volume");
-        }
+    if (query_name(call, name) && volume_keep_body(call, name, &row, &created)) {
+        respond_volume(call, created ? 201 : 200, &row);
     }
     store_volume_clear(&row);
 }

@@ -14,6 +14,10 @@ json_t *volume_record(const struct store_volume *volume, bool with_labels);
    answered. store_volume_clear in any case. */
 bool volume_read_body(struct api_call *call, const char *name, struct store_volume *row,
                       bool *held);
+/* Reads it and keeps it for the caller; *created: it is new there. False when a problem was
+   answered. store_volume_clear in any case. */
+bool volume_keep_body(struct api_call *call, const char *name, struct store_volume *row,
+                      bool *created);
 /* Whether the media type may be that of a volume. */
 bool volume_type_known(const char *value, size_t length);
 

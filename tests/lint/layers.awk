@@ -8,7 +8,7 @@
 #            layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
 #            server/ (embedded.h, ..), which in turn includes no layer's header; processes and toolkit pass
 #            http over. Each library has its home: libmicrohttpd in http, jansson in api and the two before
-#            it, SQLite and utf8proc in store, libarchive in api; only what lies directly in server/ may name them
+#            it, SQLite and utf8proc in store, libarchive and libcurl in api; only what lies directly in server/ may name them
 #            too, as it tells their versions.
 #   core/    harmonics -> linear -> mesh -> formats -> volume -> sphere_map -> srnf -> surface -> inversion ->
 #            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
@@ -25,6 +25,7 @@ BEGIN {
     home["jansson.h"] = "api toolkit processes"
     home["sqlite3.h"] = "store"
     home["utf8proc.h"] = "store"
+    home["curl/curl.h"] = "api"
     home["archive.h"] = home["archive_entry.h"] = "api"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
               "fcntl.h dirent.h syslog.h omp.h", list, " ")

@@ -1,0 +1,132 @@
+#!/usr/bin/env bash
+# test_links.sh - links in inputs to another server: off by default; what the settings allow and what they do not; what
+# a server may do to a request; what was fetched belongs to the caller, and a job needs that server no more.
+. "$(dirname "$0")/../support/lib.sh"
+
+mkdir "$SCRATCH/files"
+cp tests/data/aal_subcortex/L_thalamus.ply "$SCRATCH/files/thalamus.ply"
+cp tests/data/aal_subcortex/L_putamen.ply "$SCRATCH/files/putamen.ply"
+cp tests/data/aal_volume/subcortex.nii.gz "$SCRATCH/files/subcortex.nii.gz"
+: >"$SCRATCH/asked"
+/usr/bin/python3 tests/api/link_server.py "$SCRATCH/files" "$SCRATCH/asked" >"$SCRATCH/port" &
+SERVES=$!
+SERVER_PIDS+=("$SERVES") # ended with the script
+for _ in $(seq 100); do
+    [ -s "$SCRATCH/port" ] && break
+    sleep 0.05
+done
+PORT=$(cat "$SCRATCH/port")
+THERE=http://127.0.0.1:$PORT/meshes
+
+encode() { # HREF [CURL ARGUMENTS..]
+    execute encode "{\"mesh\":{\"href\":\"$1\"},\"lmax\":4}" "${@:2}"
+}
+refused() { # HREF STATUS CODE DETAIL-REGEX NAME
+    encode "$1"
+    is_problem "$2" "$3" "$5"
+    like "$(json '[.detail, (.errors // [])[].detail] | join(" ")')" "$4" "$5: and why"
+}
+
+# ---- Off ------------------------------------------------------------------------------------------------
+
+start_server "$SCRATCH/data" --workers 1 || exit 1
+refused "$THERE/thalamus.ply" 422 invalid-input 'nothing is fetched from elsewhere' 'by default a link stays here'
+stop_server
+start_server "$SCRATCH/data" --workers 1 --link-prefixes "$THERE/" || exit 1
+refused "$THERE/thalamus.ply" 422 link-failed 'not public.*--link-networks' 'an address that is not public must be listed'
+stop_server
+is "$(wc -l <"$SCRATCH/asked")" 0 'so far nobody was asked'
+for wrong in "$THERE" ftp://127.0.0.1/ http://ada:secret@127.0.0.1/ 'http://127.0.0.1/?a/' 127.0.0.1/ "$THERE/,,$THERE/"; do
+    timeout 20 "$SRNFD" serve --data "$SCRATCH/none" --listen 127.0.0.1:0 --link-prefixes "$wrong" 2>"$SCRATCH/refused"
+    is "$?" 2 "$wrong is no prefix"
+done
+for wrong in localhost 10.0.0.0/33 10.0.0.0/x ::1/129; do
+    timeout 20 "$SRNFD" serve --data "$SCRATCH/none" --listen 127.0.0.1:0 --link-networks "$wrong" 2>"$SCRATCH/refused"
+    is "$?" 2 "$wrong is no network"
+done
+
+# ---- On -------------------------------------------------------------------------------------------------
+
+serve() { # ARGUMENTS..
+    start_server "$SCRATCH/data" --workers 1 --link-prefixes "$THERE/" --link-networks 127.0.0.0/8 "$@" || exit 1
+}
+serve --link-seconds 2 --max-body 4000000 --grace-seconds 2
+encode "$THERE/thalamus.ply"
+is "$STATUS" 200 'a mesh of another server is encoded'
+SURFACE=$(json .surface.id) MESH=$(json .surface.source.mesh)
+get "/v1/meshes/$MESH"
+is "$(json .name)" thalamus 'it is a mesh of the caller, by its name'
+post /v1/meshes --data-binary @tests/data/aal_subcortex/L_thalamus.ply
+is "$STATUS $(json .id)" "200 $MESH" 'the same as one that is uploaded'
+encode "$THERE/near"
+is "$STATUS $(json .surface.id)" "200 $SURFACE" 'redirections within the prefix are followed'
+execute distances "{\"surfaces\":[{\"href\":\"$THERE/thalamus.ply\",\"type\":\"model/ply\"},
+    {\"href\":\"$THERE/putamen.ply\"}],\"register\":false}"
+is "$STATUS $(json '.matrix | length')" '200 2' 'lists of links too'
+execute extract "{\"volume\":{\"href\":\"$THERE/subcortex.nii.gz\"},\"labels\":[77],\"smoothing\":0}"
+is "$STATUS" 200 'and a volume is one'
+execute encode "{\"\\u006desh\":{\"\\u0068ref\":\"$THERE/thalamus.ply\"},\"lmax\":4}"
+is "$STATUS $(json .surface.id)" "200 $SURFACE" 'however the names are written'
+
+# ---- Where links lead ------------------------------------------------------------------------------------
+
+asked=$(wc -l <"$SCRATCH/asked")
+for elsewhere in "${THERE%/*}/elsewhere/thalamus.ply" "$THERE/../elsewhere/thalamus.ply" \
+    "$THERE/%2e%2e/elsewhere/thalamus.ply" "$THERE/..%2felsewhere/thalamus.ply" "$THERE/..%5celsewhere" \
+    "http://localhost:$PORT/meshes/thalamus.ply" "http://ada@127.0.0.1:$PORT/meshes/thalamus.ply" \
+    "https://127.0.0.1:$PORT/meshes/thalamus.ply" "http://127.0.0.1/meshes/thalamus.ply" file:///etc/passwd \
+    "http://127.0.0.1:$PORT/meshe" "//127.0.0.1:$PORT/meshes/thalamus.ply" "$THERE/a b" "gopher://127.0.0.1:$PORT/meshes/"; do
+    refused "$elsewhere" 422 invalid-input '--link-prefixes' "nothing is fetched from $elsewhere"
+done
+is "$(wc -l <"$SCRATCH/asked")" "$asked" 'and nobody was asked for it'
+refused "$THERE/away" 422 link-failed 'redirects to where' 'nor by a redirection'
+refused "$THERE/file" 422 link-failed 'redirects to where' 'nor from a file'
+unlike "$(cat "$SCRATCH/asked")" elsewhere 'which was not asked for'
+refused "$THERE/round" 422 link-failed 'more than 5' 'a server that sends round in circles'
+
+# ---- What servers do ---------------------------------------------------------------------------------------
+
+refused "$THERE/missing" 422 link-failed 'status 404' 'what is not there'
+refused "$THERE/page" 422 unparsable-mesh '/inputs/mesh' 'a page is no mesh'
+refused "$THERE/heads" 422 link-failed 'link' 'an endless head'
+refused "$THERE/long" 413 body-too-large '4000000' 'more than a body may have, as announced'
+refused "$THERE/endless" 413 body-too-large '4000000' 'and as it comes'
+began=$(date +%s)
+refused "$THERE/slow" 422 link-failed 'link-seconds' 'a server that takes its time'
+compare $(($(date +%s) - began)) '<=' 10 'which is given up'
+many=$(jq -nc --arg there "$THERE" '[range(20) | {href: "\($there)/thalamus.ply"}]')
+execute distances "{\"surfaces\":$many}"
+is_problem 422 invalid-input 'more links than a request may have'
+like "$(json '.errors[0].detail')" 'at most 16' 'with their number'
+like "$(grep link-failed "$SERVER_LOG" | head -n 1)" '"host":"127.0.0.1:' 'the log has the host'
+unlike "$(cat "$SERVER_LOG")" 'thalamus' 'and no name'
+get /v1/version
+is "$STATUS" 200 'and the service goes on'
+stop_server
+
+# ---- A job needs nobody else ---------------------------------------------------------------------------------
+
+serve --link-seconds 60 --grace-seconds 20
+curl --silent --max-time 1 "$URL/v1/processes/encode/execution" --header 'Content-Type: application/json' \
+    --data "{\"inputs\":{\"mesh\":{\"href\":\"$THERE/slow\"}}}" >/dev/null
+for _ in $(seq 100); do
+    grep -q '"event":"link-failed"' "$SERVER_LOG" && break
+    sleep 0.1
+done
+check 'who hangs up ends what is fetched' grep -q '"event":"link-failed"' "$SERVER_LOG"
+execute encode "{\"mesh\":{\"href\":\"$THERE/putamen.ply\"},\"lmax\":40}" --header 'Prefer: respond-async'
+is "$STATUS" 201 'a job of a link is accepted'
+JOB=$(json .id)
+get "/v1/jobs/$JOB"
+like "$(json '.inputs.mesh | tojson')" 'mesh-' 'with what the link led to'
+kill_server
+kill "$SERVES"
+start_server "$SCRATCH/data" --workers 1 || exit 1
+for _ in $(seq 400); do
+    get "/v1/jobs/$JOB"
+    [ "$(json .status)" = accepted ] || [ "$(json .status)" = running ] || break
+    sleep 0.1
+done
+is "$(json .status)" successful 'it ends after kill -9, without the other server and the setting'
+stop_server || not_ok 'the server ends well'
+done_testing
