@@ -55,5 +55,7 @@
 #include "srnf/likeness.h"
 #include "srnf/covariates.h"
 #include "srnf/regress.h"
+#include "srnf/norms.h"
+#include "srnf/paired.h"
 
 #endif

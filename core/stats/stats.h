@@ -121,7 +121,9 @@ enum stats_kept {
     STATS_KEPT_ALIGNED = 1,
     STATS_KEPT_PRODUCTS = 2,
     STATS_KEPT_FOLDS = 3,
-    STATS_KEPT_SAMPLES = 4
+    STATS_KEPT_SAMPLES = 4,
+    STATS_KEPT_NORMS = 5,
+    STATS_KEPT_VISITS = 6
 };
 /* The series of what is computed of surfaces so registered, for the two below. what tells apart
    what else is computed of them. */

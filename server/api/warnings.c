@@ -18,6 +18,7 @@
 static const char *const codes[] = {
     "closed-form-inapplicable",
     "column-is-text",
+    "components-missing",
     "coordinates-coarse",
     "covariates-collinear",
     "duplicate-content",

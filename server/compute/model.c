@@ -376,12 +376,14 @@ static int judge(const struct compute_model *model, const double *weights, size_
 }
 
 /* What the model tells of its subject. */
-static void project_known(const struct compute_model *model,
+static void project_known(const struct compute_model *model, const struct srnf_grid *grid,
                           const struct compute_subjects *subjects, size_t subject,
                           struct compute_projection *out)
 {
     size_t components = model->pca.components;
 
+    srnf_pca_reconstruct(grid, &model->pca, model->stored.arrays[STORE_MODEL_MEAN_Q],
+                         model->pca.scores + subject * components, out->q);
     memcpy(out->scores, model->pca.scores + subject * components, components * sizeof(double));
     out->residual = subjects->residuals[subject];
     out->distance = subjects->distances[subject];
@@ -399,6 +401,7 @@ static int project_anew(struct jobs_run *run, const struct compute_model *model,
     if (status == 0) {
         srnf_pca_project(srnf_sht_grid(sht), &model->pca, mean_q, q, out->scores, &out->residual);
         status = out->poses ? compare_pose(model, srnf_sht_grid(sht), q, out) : 0;
+        memcpy(out->q, q, count * sizeof(double));
         out->distance = distance_of(srnf_sht_grid(sht), q, mean_q, count);
         if (status) {
             (void)compute_fail(result, status, NULL, "comparing poses");
@@ -420,11 +423,12 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
 
     *out = (struct compute_projection){
         .scores = srnf_alloc(model->pca.components, sizeof(double)),
+        .q = srnf_alloc(count, sizeof(double)),
         .poses = !registration || registration->common_pose,
         .subjects = subjects->count,
         .counted = srnf_mahalanobis_components(subjects->count, model->pca.components,
                                                model->pca.eigenvalues)};
-    if (!q || !out->scores) {
+    if (!q || !out->scores || !out->q) {
         (void)compute_fail(result, status, NULL, "projecting");
         goto out;
     }
@@ -434,11 +438,12 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
         goto out;
     }
     out->training_subject = subject < subjects->n;
+    out->member = out->training_subject ? subject : model->pca.n;
     status = make_field(run, model, sht, coefficients, NULL, q, result);
     if (status == 0) {
         out->distance_before = distance_of(srnf_sht_grid(sht), q, mean_q, count);
         if (registration && out->training_subject) {
-            project_known(model, subjects, subject, out);
+            project_known(model, srnf_sht_grid(sht), subjects, subject, out);
         } else {
             status = project_anew(run, model, sht, coefficients, registration, q, out, result);
         }
@@ -453,8 +458,14 @@ out:
     srnf_free(q);
     srnf_free(coefficients);
     if (status) {
-        srnf_free(out->scores);
-        out->scores = NULL;
+        compute_projection_clear(out);
     }
     return status;
+}
+
+void compute_projection_clear(struct compute_projection *projection)
+{
+    srnf_free(projection->scores);
+    srnf_free(projection->q);
+    projection->scores = projection->q = NULL;
 }

@@ -63,7 +63,9 @@ struct compute_subjects {
 };
 
 struct compute_projection {
-    double *scores; /* [components], owned: srnf_free */
+    double *scores; /* [components], owned */
+    double *q;      /* [3][n_theta][n_phi] the surface as it lies beside the mean, owned */
+    size_t member;  /* of the model that the surface is, or their number */
     double residual, distance, distance_before;
     size_t subjects;       /* of the model */
     bool training_subject; /* the surface is one of the model's members */
@@ -92,5 +94,6 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
                     const struct srnf_register_options *registration,
                     const struct compute_subjects *subjects, struct compute_projection *out,
                     struct jobs_result *result);
+void compute_projection_clear(struct compute_projection *projection);
 
 #endif

@@ -12,7 +12,7 @@
 #include "api/warnings.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
-#include "toolkit/group.h"
+#include "toolkit/model_members.h"
 #include "toolkit/handedness.h"
 #include "toolkit/typicality.h"
 
@@ -54,69 +54,6 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 
-/* The members of a model, from its record; srnf_free releases what subjects points to. */
-struct subjects {
-    struct compute_subjects view;
-    double *weights;
-    const char **contents;
-    double *numbers; /* residuals, then distances */
-};
-
-static void subjects_clear(struct subjects *subjects)
-{
-    srnf_free(subjects->weights);
-    srnf_free(subjects->contents);
-    srnf_free(subjects->numbers);
-}
-
-/* How much each member counts. A record that names no subjects is of members that are their own. */
-static int read_weights(const json_t *made, size_t n, struct subjects *subjects)
-{
-    size_t largest;
-    size_t *numbers = group_subject_numbers(json_object_get(made, "subjects"), n,
-                                            &subjects->view.count, &largest);
-
-    subjects->weights = numbers ? typicality_weights(n, numbers) : NULL;
-    subjects->view.weights = subjects->weights;
-    srnf_free(numbers);
-    return subjects->weights ? 0 : SRNF_ENOMEM;
-}
-
-/* made is borrowed for as long as subjects is used. No contents where the record does not tell. */
-static int read_subjects(const json_t *made, size_t n, struct subjects *subjects)
-{
-    const json_t *shapes = json_object_get(made, "shapes"); /* older models have none */
-    const json_t *contents = shapes ? shapes : json_object_get(made, "contents");
-    const json_t *residuals = json_object_get(made, "residuals");
-    const json_t *distances = json_object_get(made, "distances");
-
-    *subjects = (struct subjects){0};
-    if (read_weights(made, n, subjects)) {
-        return SRNF_ENOMEM;
-    }
-    if (json_array_size(contents) != n || json_array_size(residuals) != n ||
-        json_array_size(distances) != n) {
-        return 0;
-    }
-    subjects->contents = srnf_alloc(n, sizeof *subjects->contents);
-    subjects->numbers = srnf_alloc(2 * n, sizeof(double));
-    if (!subjects->contents || !subjects->numbers) {
-        return SRNF_ENOMEM;
-    }
-    for (size_t i = 0; i < n; i++) {
-        const char *content = json_string_value(json_array_get(contents, i));
-
-        subjects->contents[i] = content ? content : "";
-        subjects->numbers[i] = json_number_value(json_array_get(residuals, i));
-        subjects->numbers[n + i] = json_number_value(json_array_get(distances, i));
-    }
-    subjects->view.n = n;
-    subjects->view.contents = subjects->contents;
-    subjects->view.residuals = subjects->numbers;
-    subjects->view.distances = subjects->numbers + n;
-    return 0;
-}
-
 static json_t *document_of(const struct compute_model *model,
                            const struct srnf_register_options *registration,
                            const struct compute_projection *projection)
@@ -139,7 +76,7 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     struct srnf_register_options options;
     struct compute_model model = {0};
     struct compute_projection projection = {0};
-    struct subjects subjects = {0};
+    struct model_members members = {0};
     json_t *made = NULL, *document = NULL;
 
     if (compute_model_load(run, project->model, &model, result)) {
@@ -149,11 +86,11 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     if (registration_read(json_object_get(made, "registration"), &options)) {
         registration = &options;
     }
-    if (read_subjects(made, model.pca.n, &subjects)) {
+    if (model_members_read(made, model.pca.n, &members)) {
         (void)compute_fail(result, SRNF_ENOMEM, NULL, "reading the model");
         goto out;
     }
-    if (compute_project(run, &model, project->surface, registration, &subjects.view, &projection,
+    if (compute_project(run, &model, project->surface, registration, &members.view, &projection,
                         result) == 0 &&
         process_finite(model.pca.components, projection.scores, "the scores", result)) {
         json_t *surfaces = json_pack("[s]", project->surface);
@@ -163,8 +100,8 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
         json_decref(surfaces);
     }
 out:
-    srnf_free(projection.scores);
-    subjects_clear(&subjects);
+    compute_projection_clear(&projection);
+    model_members_clear(&members);
     json_decref(made);
     compute_model_clear(&model);
     return document;

@@ -231,7 +231,7 @@ def make_inputs(service):
         'sample': {'model': link(f'models/{model}'), 'count': 1},
         'project': {'model': model, 'surface': link(f'surfaces/{a}')},
         'neighbours': {'surfaces': [a, b, c], 'k': 1},
-        'score': {'model': model, 'surface': a},
+        'score': {'model': model, 'surface': link(f'surfaces/{a}'), 'map': False},
         'evaluate-model': {'cohort': 'six', 'register': False, 'samples': 10},
         'compare-groups': {'cohort': link('cohorts/six'), 'register': False, 'permutations': 10},
         'regress': {'cohort': link('cohorts/six'), 'formula': 'shape ~ label', 'register': False, 'permutations': 9,

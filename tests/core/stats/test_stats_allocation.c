@@ -168,6 +168,37 @@ static int run_regression(void)
     return status;
 }
 
+static int run_score(void)
+{
+    static const double ages[COMPARED] = {1.0, 2.0, 4.0, 3.0, 7.0, 6.0};
+    const struct srnf_norm_model norm = {.pca = &repeated_model,
+                                         .mean = g.f[0],
+                                         .mean_q = fields,
+                                         .complete = true,
+                                         .columns = 1,
+                                         .values = ages};
+    struct srnf_norm_options options = srnf_norm_options_defaults();
+    struct srnf_score score = {0};
+    int status;
+
+    options.at = ages;
+    status = srnf_score(g.sht, &norm, compared, &options, NULL, &score, NULL);
+    assert_true((status < 0) == (score.z == NULL));
+    srnf_score_clear(&score);
+    return status;
+}
+
+static int run_ranks(void)
+{
+    static const double values[4] = {1.0, 2.0, 4.0, 3.0};
+    struct srnf_norm_rank rank;
+    double distance;
+    double p;
+    int status = srnf_norm_rank_together(2, 2, values, NULL, values, &rank);
+
+    return status ? status : srnf_norm_uniform(4, values, &distance, &p);
+}
+
 static int run_interval(void)
 {
     static const size_t subjects[4] = {1, 1, 0, 3};
@@ -315,6 +346,8 @@ static void typicality_survives(void **state)
     refusing_sweep("leave-one-out values", run_calibration, EACH, 1);
     assert_int_equal(srnf_pca_fit(g.grid, COMPARED, fields, compared, 0, &repeated_model), SRNF_OK);
     refusing_sweep("leave-one-out values of repeated subjects", run_repeated_calibration, EACH, 1);
+    refusing_sweep("a surface beside the norm", run_score, EACH, 3);
+    refusing_sweep("ranks and their uniformity", run_ranks, 2, 1);
     srnf_pca_clear(&repeated_model);
     refusing_sweep("distances of registered members", run_twins_distances, EACH, 1);
     refusing_sweep("members that repeat", run_twins, EACH, 1);

@@ -25,6 +25,7 @@ static const struct {
     {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
     {"train", "{\"cohort\":\"trained\"}"},
     {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
+    {"score", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},

@@ -84,6 +84,10 @@ class Processes:
         """Scores of a surface in a model, and whether it belongs: ``scores``, ``residual``, ``typicality``."""
         return self.run("project", model=model, surface=surface, **options)
 
+    def score(self, model: Union[Model, str], surface: Shape, **options: Any) -> Result:
+        """How odd a surface is beside a model's members: ``percentile``, ``pValue``, ``zMap`` (a surface with maps)."""
+        return self.run("score", model=model, surface=surface, **options)
+
     def evaluate_model(self, model: Union[Model, str], **options: Any) -> Result:
         """``compactness``, ``generalisation`` and ``specificity`` over the number of components."""
         return self.run("evaluate-model", model=model, **options)

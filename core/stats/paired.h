@@ -1,0 +1,36 @@
+/*
+ * paired.h - what the files of differences within subjects share.
+ */
+#ifndef SRNF_STATS_PAIRED_H
+#define SRNF_STATS_PAIRED_H
+
+#include "maps.h"
+#include "stats.h"
+#include "srnf/paired.h"
+
+struct paired_run {
+    const struct srnf_sht *sht;
+    const struct srnf_pairs *pairs;
+    const struct srnf_paired_options *options;
+    const struct srnf_context *context;
+    size_t n, points, permutations;
+    struct stats_embedding embedding;
+    double *parts;   /* [n][3][3][P]: difference of SRNFs; of displacements times the roots of the
+                        areas; mean of both surfaces, as those */
+    double *normal;  /* [3][P] of the mean surface */
+    double *vectors; /* [n][3][P] the displacements again, one after another */
+    double *along;   /* [n][P] of them along the normal, less their mean over subjects */
+    double *gram[3]; /* [n][n] of the three parts */
+    struct srnf_paired *out;
+};
+
+/* paired_align.c: fills parts. */
+SRNF_CHECKED int paired_align(struct paired_run *run, struct stats_progress progress,
+                              struct srnf_error *error);
+/* paired_flip.c: all that sign flips tell. */
+SRNF_CHECKED int paired_flip(struct paired_run *run, struct stats_progress progress,
+                             struct srnf_error *error);
+/* paired_bootstrap.c: intervals. */
+SRNF_CHECKED int paired_bootstrap(struct paired_run *run, struct srnf_error *error);
+
+#endif

@@ -1,0 +1,131 @@
+/*
+ * paired_bootstrap.c - intervals of what is estimated of the differences of subjects, by drawing
+ * subjects with replacement (B. Efron 1979).
+ *
+ * Squares are what is estimated: |mean|^2, and squared deviations. With c_i how often subject i was
+ * drawn and G the Gram matrix, the mean of a sample has the square c'Gc / n^2 and the squares about
+ * it the sum c'diag(G) - c'Gc / n. The square of a mean is too large by what noise adds, that of a
+ * sample by twice that: its intervals, and that of its share, are basic ones, 2 r - (quantiles of
+ * r*) (A. Davison, D. Hinkley 1997). Those of deviations are of log-normal kind, as of variances:
+ * r^2 / (quantiles of r*). All are extended to hold the estimate.
+ */
+#include "paired.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdlib.h>
+
+#define LEVEL 0.95
+#define NUMBER (UINT64_C(1) << 41) /* of the first drawing: beyond those of other draws */
+#define ESTIMATES 4                /* squares of change, fluctuating, individual; share */
+
+/* Of counts: the square of their mean, and the sum of squares about it. */
+static void squares_of(size_t n, const double *gram, const double *counts, double *scratch,
+                       double *mean2, double *about)
+{
+    double inside = 0.0;
+    double all = 0.0;
+
+    cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, gram, (int)n, counts, 1, 0.0,
+                scratch, 1);
+    for (size_t i = 0; i < n; i++) {
+        inside += counts[i] * scratch[i];
+        all += counts[i] * gram[i * n + i];
+    }
+    *mean2 = fmax(inside, 0.0) / ((double)n * (double)n);
+    *about = fmax(all - inside / (double)n, 0.0);
+}
+
+static void estimate(const struct paired_run *run, const double *counts, double *scratch,
+                     double values[ESTIMATES])
+{
+    size_t n = run->n;
+    double mean2;
+    double about;
+
+    squares_of(n, run->gram[1], counts, scratch, &values[0], &about);
+    values[1] = about / (double)(n - 1);
+    squares_of(n, run->gram[2], counts, scratch, &mean2, &about);
+    values[2] = about / (double)(n - 1);
+    squares_of(n, run->gram[0], counts, scratch, &mean2, &about);
+    values[3] = mean2 > 0.0 ? (double)n * mean2 / ((double)n * mean2 + about) : 0.0;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a;
+    double y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+static double quantile(size_t n, const double *sorted, double part)
+{
+    double at = part * (double)(n - 1);
+    size_t below = (size_t)at;
+    size_t above = below + 1 < n ? below + 1 : below;
+
+    return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
+}
+
+/* value and drawn are squares where `root`, of which the roots are told. */
+static void set_estimate(struct srnf_estimate *to, double value, bool basic, bool root, size_t n,
+                         double *drawn)
+{
+    double ends[2];
+    double half = 0.5 * (1.0 - LEVEL);
+
+    qsort(drawn, n, sizeof(double), compare_doubles);
+    for (size_t k = 0; k < 2; k++) {
+        double q = quantile(n, drawn, k ? half : 1.0 - half);
+
+        ends[k] = basic ? 2.0 * value - q : q > 0.0 ? value * value / q : value;
+    }
+    ends[0] = fmax(fmin(ends[0], value), 0.0);
+    ends[1] = fmax(ends[1], value);
+    to->value = root ? sqrt(value) : value;
+    to->interval[0] = root ? sqrt(ends[0]) : ends[0];
+    to->interval[1] = root ? sqrt(ends[1]) : fmin(ends[1], 1.0);
+}
+
+int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
+{
+    struct srnf_paired *out = run->out;
+    struct srnf_estimate *const to[ESTIMATES] = {&out->change, &out->fluctuating, &out->individual,
+                                                 &out->share};
+    size_t n = run->n;
+    size_t samples = run->options->bootstraps;
+    double *counts = srnf_alloc(2, n * sizeof(double));
+    double *drawn = srnf_alloc(ESTIMATES, samples * sizeof(double));
+    double observed[ESTIMATES];
+    double values[ESTIMATES];
+    int status = counts && drawn ? SRNF_OK : SRNF_ENOMEM;
+
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        counts[i] = 1.0;
+    }
+    if (status == SRNF_OK) {
+        estimate(run, counts, counts + n, observed);
+    }
+    for (size_t k = 0; k < samples && status == SRNF_OK; k++) {
+        for (size_t i = 0; i < n; i++) {
+            counts[i] = 0.0;
+        }
+        for (size_t i = 0; i < n; i++) {
+            counts[stats_below(run->options->seed, NUMBER + k, (uint32_t)i, (uint32_t)n)] += 1.0;
+        }
+        estimate(run, counts, counts + n, values);
+        for (size_t e = 0; e < ESTIMATES; e++) {
+            drawn[e * samples + k] = values[e];
+        }
+        if (k % 64 == 0 && srnf_is_canceled(run->context)) {
+            status = srnf_fail(error, SRNF_ECANCELED, -1, "%s", srnf_strerror(SRNF_ECANCELED));
+        }
+    }
+    for (size_t e = 0; e < ESTIMATES && status == SRNF_OK; e++) {
+        set_estimate(to[e], observed[e], e == 0 || e == 3, e < 3, samples, drawn + e * samples);
+    }
+    srnf_free(counts);
+    srnf_free(drawn);
+    return status;
+}

@@ -1,0 +1,192 @@
+/*
+ * score_result.c - the result document of the process score, and the surface with its maps.
+ */
+#include "processes/score.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/warnings.h"
+#include "store/surface.h"
+#include "toolkit/handedness.h"
+#include "toolkit/registration_options.h"
+#include "toolkit/routes.h"
+#include "toolkit/typicality.h"
+
+static json_t *rank_json(const struct srnf_norm_rank *rank)
+{
+    return json_pack("{s:o, s:f, s:[f, f], s:f, s:f}", "value", json_finite(rank->value),
+                     "percentile", rank->percentile, "interval", rank->interval[0],
+                     rank->interval[1], "asOdd", rank->as_odd, "pValue", rank->p_value);
+}
+
+static json_t *check_json(const struct srnf_norm_check *check)
+{
+    static const char *const names[SRNF_NORM_CHECKS] = {"residual", "mahalanobis", "overall"};
+    json_t *object;
+
+    if (check->n == 0) {
+        return json_null();
+    }
+    object = json_pack("{s:I}", "subjects", (json_int_t)check->n);
+    for (size_t c = 0; c < SRNF_NORM_CHECKS; c++) {
+        (void)json_object_set_new(
+            object, names[c],
+            json_pack("{s:o, s:f, s:f}", "percentiles",
+                      json_vector(check->percentiles + c * check->n, check->n), "distance",
+                      check->distance[c], "pValue", check->p_value[c]));
+    }
+    return object;
+}
+
+/* ---- The surface ----------------------------------------------------------------------------- */
+
+/* Lengths in units of the input; count 0: no memory, with the problem set. */
+static struct store_maps maps_of(const struct compute_model *model, const struct srnf_score *found,
+                                 double scale, struct jobs_result *result)
+{
+    static const char *const names[] = {"deviation", "spread", "zScore", "significance"};
+    const double *const values[] = {found->deviation, found->spread, found->z, found->significance};
+    struct store_maps maps = {.n_theta = model->stored.n_theta, .n_phi = model->stored.n_phi};
+    size_t count = sizeof names / sizeof names[0], points = found->n_points;
+
+    maps.values = malloc(count * points * sizeof(double));
+    for (size_t k = 0; maps.values && k < count; k++) {
+        (void)snprintf(maps.names[k], sizeof maps.names[k], "%s", names[k]);
+        for (size_t p = 0; p < points; p++) {
+            maps.values[k * points + p] = values[k][p] * (k < 2 ? scale : 1.0);
+        }
+    }
+    maps.count = maps.values ? count : 0;
+    if (!maps.values) {
+        (void)compute_fail(result, SRNF_ENOMEM, NULL, "keeping the maps");
+    }
+    return maps;
+}
+
+static json_t *keep_surface(struct jobs_run *run, const struct compute_model *model,
+                            struct srnf_score *found, struct jobs_result *result)
+{
+    const double origin[3] = {0.0, 0.0, 0.0};
+    const char *mean = model->stored.mean;
+    size_t degree = (size_t)model->stored.lmax;
+    struct srnf_surface_measures measures;
+    struct surface_description description = {
+        .name = "a surface beside the norm",
+        .degree = degree,
+        .coefficients = found->coefficients,
+        .scale = process_scale(run, mean, 0.0),
+        .measures = &measures,
+        .parameterization = "inherited",
+        .route = routes_common(run, 1, &mean, NULL),
+    };
+    struct store_maps maps;
+    json_t *surface = NULL;
+
+    if (compute_measure(run, degree, 1, found->coefficients, &measures, result)) {
+        return NULL;
+    }
+    srnf_surface_move(degree, found->coefficients, &measures, origin);
+    maps = maps_of(model, found, description.scale, result);
+    if (maps.count) {
+        description.source = process_source(run, "score", NULL, mean);
+        description.maps = &maps;
+        surface = process_keep_surface(run, &description, "the surface", result);
+    }
+    store_maps_clear(&maps);
+    return surface;
+}
+
+/* ---- The document ---------------------------------------------------------------------------- */
+
+static void warn(struct jobs_run *run, const struct score *asked,
+                 const struct compute_projection *projection, const json_t *made,
+                 const struct srnf_score *found, json_t *document)
+{
+    const json_t *beyond = json_array_get(json_object_get(asked->expected.told, "beyond"), 0);
+    json_t *surfaces = json_pack("[s]", asked->surface);
+
+    if (beyond) {
+        warning_add(warnings_of(document), "extrapolated", json_deep_copy(beyond),
+                    "The surface has %.60s = %.6g, beyond the members, who have %.6g to %.6g. What "
+                    "is expected of it there is nothing but a straight line.",
+                    json_string_value(json_object_get(beyond, "covariate")),
+                    json_number_value(json_object_get(beyond, "value")),
+                    json_number_value(json_object_get(beyond, "lowest")),
+                    json_number_value(json_object_get(beyond, "highest")));
+    }
+    if ((asked->map && found->n_points == 0)) {
+        warning_add(warnings_of(document), "components-missing",
+                    json_pack("{s:I}", "members", (json_int_t)found->n),
+                    "The model keeps a part of the components of its %zu members, so that their "
+                    "shapes are not in it: there is no map and no calibration. Make it by pca "
+                    "without components.",
+                    found->n);
+    }
+    if (projection->training_subject) {
+        warning_add(warnings_of(document), "training-subject", json_object(),
+                    "The surface is a member of the model. It is judged as if it were not, but it "
+                    "took part in the mean that it is registered to.");
+    }
+    warnings_put(document, handedness_of_new(run, surfaces, NULL, made));
+    json_decref(surfaces);
+}
+
+static json_t *figures(const struct srnf_score *found)
+{
+    static const char *const names[SRNF_NORM_TRAITS] = {[SRNF_TRAIT_RESIDUAL] = "residual",
+                                                        [SRNF_TRAIT_DISTANCE] = "distance",
+                                                        [SRNF_TRAIT_MAHALANOBIS] = "mahalanobis"};
+    json_t *ranks = json_object();
+    json_t *document =
+        json_pack("{s:f, s:[f, f], s:f, s:f, s:I, s:I}", "percentile", found->overall.percentile,
+                  "percentileInterval", found->overall.interval[0], found->overall.interval[1],
+                  "pValue", found->overall.p_value, "asOdd", found->overall.as_odd, "subjects",
+                  (json_int_t)found->compared, "components", (json_int_t)found->counted);
+
+    for (size_t t = 0; t < SRNF_NORM_TRAITS; t++) {
+        (void)json_object_set_new(document, names[t], json_finite(found->trait[t].value));
+        (void)json_object_set_new(ranks, names[t], rank_json(&found->trait[t]));
+    }
+    if (found->n_points) {
+        (void)json_object_set_new(ranks, "largestZ", rank_json(&found->largest));
+    }
+    (void)json_object_set_new(document, "ranks", ranks);
+    return document;
+}
+
+json_t *score_document(struct jobs_run *run, const struct score *asked,
+                       const struct compute_model *model,
+                       const struct compute_projection *projection,
+                       const struct srnf_register_options *registration, const json_t *made,
+                       struct srnf_score *found, struct jobs_result *result)
+{
+    json_t *at = json_array_get(json_object_get(asked->expected.told, "at"), 0);
+    json_t *document = json_object(), *own = figures(found), *surface = json_null();
+
+    if (found->n_points) {
+        surface = keep_surface(run, model, found, result);
+        if (!surface) {
+            json_decref(document);
+            json_decref(own);
+            return NULL;
+        }
+    }
+    if (asked->expected.given) {
+        (void)json_object_set_new(document, "typicality", json_null());
+    } else {
+        typicality_set_projection(document, projection);
+    }
+    (void)json_object_update(document, own); /* of a member, mahalanobis without it */
+    json_decref(own);
+    (void)json_object_set_new(document, "zMap", surface);
+    (void)json_object_set_new(document, "calibration", check_json(&found->check));
+    (void)json_object_set_new(document, "trainingSubject",
+                              json_boolean(projection->training_subject));
+    (void)json_object_set_new(document, "at", at ? json_incref(at) : json_null());
+    (void)json_object_set_new(document, "registration", registration_json(registration));
+    warn(run, asked, projection, made, found, document);
+    return document;
+}
