@@ -2,7 +2,9 @@
 //
 //   NODE_PATH=build/web/node_modules node web/build.mjs [FOLDER]
 //
-// The same sources and packages give the same bytes. Every file but index.html has a hash of its content in its name.
+// The same sources and packages give the same bytes. Every file but index.html and
+// report.html has a hash of its content in its name.
+import { createHash } from 'node:crypto';
 import { createRequire } from 'node:module';
 import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
@@ -44,6 +46,22 @@ const page = readFileSync(join(web, 'src/index.html'), 'utf8')
     .replace('app.js', named('app-', '.js'))
     .replace('style.css', named('style-', '.css'));
 writeFileSync(join(out, 'index.html'), page);
+
+// The frame of a report: one file with its style and its program, which its policy knows by their hashes. The service
+// (server/processes/report_page.c) and the dashboard (src/report.ts) put title, body and data into it.
+const frame = await build({
+    absWorkingDir: web, entryPoints: ['src/report_view.tsx', 'src/report.css'], bundle: true, format: 'iife',
+    target: 'es2022', minify: true, legalComments: 'none', jsx: 'automatic', jsxImportSource: 'preact', nodePaths: [modules],
+    charset: 'utf8', outdir: out, write: false, logLevel: 'warning',
+});
+const textOf = (ending) => frame.outputFiles.find((file) => file.path.endsWith(ending)).text.trim();
+const hash = (text) => `sha256-${createHash('sha256').update(text).digest('base64')}`;
+const [program, style] = [textOf('.js'), textOf('.css')];
+for (const text of [program, style])
+    if (/<!--|<\/?(script|style)/i.test(text)) throw new Error('the program or style of reports would end its element');
+const parts = { STYLE: hash(style), SCRIPT: hash(program), 'style.css': style, 'program.js': program };
+writeFileSync(join(out, 'report.html'), readFileSync(join(web, 'src/report.html'), 'utf8')
+    .replace(/STYLE|SCRIPT|style\.css|program\.js/g, (name) => parts[name]));
 
 // What is bundled of others, with their licences, goes along.
 const used = new Set();

@@ -18,4 +18,11 @@ struct framing; /* framing.h */
 void job_respond_results(struct api_call *call, const struct store_job *job,
                          const struct framing *framing);
 
+struct framing_member; /* framing.h */
+
+/* Answers with an output of a successful job as a file, where its schema says that it is one
+   (jobs_content.c); otherwise false. */
+bool job_respond_content(struct api_call *call, const struct store_job *job,
+                         const struct framing_member *member);
+
 #endif

@@ -346,7 +346,7 @@ void jobs_output(struct api_call *call)
                !framing_find(results, size, call->parameters[1], &member)) {
         (void)problem_respond(call, "no-such-output", "%s has no output \"%.60s\".", job.id,
                               call->parameters[1]);
-    } else {
+    } else if (!job_respond_content(call, &job, &member)) {
         memcpy(framing.outputs[0].name, call->parameters[1], strlen(call->parameters[1]) + 1);
         framing_respond(call, job.id, &framing, results, size);
         results = NULL;

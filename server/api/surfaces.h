@@ -85,6 +85,10 @@ void surface_record_id(const struct store_surface *surface, bool older, char id[
 /* Whether the record of a stored surface says that it is a mirror image. */
 bool surface_record_mirrored(const struct store_surface *surface);
 
+/* What a map of this name is: its unit, and a sentence. Both stay as they are where it is not
+   known. */
+void surface_map_meaning(const char *name, const char **unit, const char **meaning);
+
 /* Members of records and results. */
 json_t *surface_fit_json(const struct srnf_fit *fit);
 json_t *surface_star_json(const struct srnf_star *star);

@@ -163,18 +163,23 @@ static const struct {
     {"statistic", "1", "statistic of the test here"},
 };
 
+void surface_map_meaning(const char *name, const char **unit, const char **meaning)
+{
+    for (size_t k = 0; k < sizeof meanings / sizeof meanings[0]; k++) {
+        if (strcmp(name, meanings[k].name) == 0) {
+            *unit = meanings[k].unit;
+            *meaning = meanings[k].meaning;
+        }
+    }
+}
+
 /* The names, units and meanings of the fields; lengths are in the space of the coordinates. */
 static void describe_riders(struct riders *riders, bool original, const double scale)
 {
     for (size_t i = 0; i < riders->count; i++) {
         struct srnf_mesh_field *field = &riders->fields[i];
 
-        for (size_t k = 0; k < sizeof meanings / sizeof meanings[0]; k++) {
-            if (strcmp(field->name, meanings[k].name) == 0) {
-                field->unit = meanings[k].unit;
-                field->meaning = meanings[k].meaning;
-            }
-        }
+        surface_map_meaning(field->name, &field->unit, &field->meaning);
         if (original && strcmp(field->name, "deformation") == 0) {
             for (size_t v = 0; v < riders->n_vertices; v++) {
                 riders->values[i][v] *= scale;

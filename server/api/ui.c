@@ -12,6 +12,7 @@
  */
 #include "api/respond.h"
 #include "api/routes.h"
+#include "api/ui.h"
 
 #include "embedded.h"
 #include "store/digest.h"
@@ -130,6 +131,14 @@ static unsigned char *unpack(const struct embedded_file *file, size_t size)
         return NULL;
     }
     return bytes;
+}
+
+unsigned char *ui_unpacked(const char *name, size_t *size)
+{
+    const struct embedded_file *file = find(name);
+
+    *size = file ? unpacked_size(file) : 0;
+    return file ? unpack(file, *size) : NULL;
 }
 
 static void add_fields(struct api_call *call, const char *name)

@@ -379,6 +379,9 @@ const struct api_process evaluate_process = {
     .title = "Quality of a model",
     .description = "Compactness, generalisation and specificity of a model or of the model that a "
                    "group makes, as curves over the number of components with standard errors.",
+    .methods =
+        "Compactness, generalisation (leave-one-out over subjects) and specificity of the model "
+        "were measured over the number of its components",
     .table = &table,
     .seconds = evaluate_seconds,
 };

@@ -123,6 +123,10 @@ const struct api_process pca_process = {
     .title = "Principal components of a group",
     .description = "The mean and the principal components of the registered SRNFs about it, as a "
                    "model that is kept.",
+    .methods =
+        "Principal components were taken of the square-root normal fields (SRNFs) of the shapes "
+        "about their mean, to which the shapes were registered elastically unless register "
+        "is no",
     .table = &table,
     .seconds = mean_seconds,
 };

@@ -334,6 +334,9 @@ const struct api_process predict_process = {
     .title = "Prediction by a classifier",
     .description = "The class of surfaces by a classifier that is kept, with calibrated "
                    "probabilities, and whether they are like those that it was trained on.",
+    .methods =
+        "Labels with calibrated probabilities were predicted by a classifier that had been trained "
+        "before; each shape was registered to its template alone",
     .table = &table,
     .seconds = seconds,
 };

@@ -152,6 +152,11 @@ const struct api_process regress_process = {
     .title = "Linear model of shape",
     .description = "How shape depends on covariates, by a formula: permutation tests, shares of "
                    "the variance and maps of each term, and predicted surfaces.",
+    .methods =
+        "A linear model of the square-root normal fields (SRNFs) of the shapes was fitted; terms "
+        "were tested by permutation of residuals under the reduced model (Freedman and Lane), "
+        "maps controlled by the maximum statistic and by the false discovery rate, and "
+        "shares of the variance have intervals by bootstrap",
     .table = &table,
     .seconds = regress_seconds,
 };

@@ -239,6 +239,7 @@ def make_inputs(service):
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'train': kept,
         'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},
+        'report': {'cohort': link('cohorts/six'), 'modes': 1},
         'shoot': {'surface': a, 'velocity': {'value': {'toward': b}}, 'times': [0.5], 'register': False},
         'transport': {**pair, 'vector': {'toward': c}},
         'transfer': {'source': a, 'deformed': b, 'target': c, 'register': False},

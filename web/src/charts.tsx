@@ -1,9 +1,8 @@
 // Charts as SVG of our own, so that what is taken away is what is seen. Each has its figures as a table too.
 import type { ComponentChildren } from 'preact';
 import { useRef } from 'preact/hooks';
-import { colourText } from './colours';
-import { groupLook } from './shape';
-import { csv, figure, save } from './ui';
+import { colourText, groupLook } from './colours';
+import { csv, figure, save } from './text';
 
 type Rows = (string | number | null)[][];
 
@@ -322,6 +321,31 @@ export function HeatMap({ labels, matrix, chosen, onChoose }: { labels: string[]
                 ))}
                 {Array.from({ length: 20 }, (_, i) => <rect x={10 + 15 * i} y="372" width="15" height="9" fill={colourText('cividis', i / 19)} />)}
                 <text x="10" y="394" font-size="11" fill="currentColor">0</text><text x="310" y="394" font-size="11" text-anchor="end" fill="currentColor">{figure(most)}</text>
+            </svg>
+        </Chart>
+    );
+}
+
+// ---- Probabilities ---------------------------------------------------------------------------------------------------
+
+interface Bin { members: number; meanProbability: number | null; observed: number | null; interval: [number | null, number | null] }
+
+/** What was said against what was so, with intervals; on the line both agree. */
+export function Reliability({ title, name, bins }: { title: string; name: string; bins: Bin[] }) {
+    const seen = bins.filter((b) => typeof b.meanProbability === 'number' && typeof b.observed === 'number');
+    const px = (v: number) => 60 + v * 270;
+    const py = (v: number) => 290 - v * 270;
+    return (
+        <Chart title={title} name={name} rows={[['said', 'so', 'low', 'high', 'members'], ...seen.map((b) => [b.meanProbability, b.observed, b.interval?.[0] ?? null, b.interval?.[1] ?? null, b.members])]}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={`${title}. ${seen.map((b) => `said ${figure(b.meanProbability, 2)}, so ${figure(b.observed, 2)} of ${b.members}`).join('; ')}`}>
+                <Axes x={[0, 1]} y={[0, 1]} box={[60, 20, 330, 290]} labels={['probability that was said', 'share that was so']} />
+                <path d={`M${px(0)} ${py(0)}L${px(1)} ${py(1)}`} stroke="currentColor" stroke-dasharray="4 3" stroke-opacity=".6" />
+                {seen.map((b) => (
+                    <g>
+                        {typeof b.interval?.[0] === 'number' && <path d={`M${px(b.meanProbability!)} ${py(b.interval[0]!)}V${py(b.interval[1]!)}`} stroke="currentColor" />}
+                        <circle cx={px(b.meanProbability!)} cy={py(b.observed!)} r={3 + Math.min(6, Math.sqrt(b.members))} fill="#0072b2" fill-opacity=".8"><title>{`${b.members} members`}</title></circle>
+                    </g>
+                ))}
             </svg>
         </Chart>
     );

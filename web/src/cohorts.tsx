@@ -33,6 +33,8 @@ const QUESTIONS: [id: string, title: string, text: string, labels: boolean][] = 
     ['distances', 'Distances', 'Which shapes are alike?', false],
     ['mean', 'Mean', 'The shape in the middle', false],
     ['evaluate-model', 'Quality', 'How well does a model describe them?', false],
+    ['regress', 'Linear model', 'How does shape depend on covariates?', false],
+    ['report', 'Report', 'All that was found, as one page', false],
 ];
 
 type Row = api.Member & { name: string };

@@ -25,3 +25,30 @@ export function colourAt(scale: Scale, t: number): Rgb {
 export const css = ([r, g, b]: Rgb): string => `rgb(${[r, g, b].map((c) => Math.round(255 * c)).join(' ')})`;
 export const colourText = (scale: Scale, t: number): string => css(colourAt(scale, t));
 export const grey = rgb(GREY);
+
+/** Vertex colours, linear as three wants them; grey where the test says so. */
+export function coloursOf(values: Float32Array, at: (value: number) => [number, number, number]): Float32Array {
+    const colours = new Float32Array(3 * values.length);
+    const table = new Map<number, [number, number, number]>();
+    const linear = (c: number) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    for (let i = 0; i < values.length; i++) {
+        let colour = table.get(values[i]);
+        if (!colour) {
+            colour = at(values[i]).map(linear) as [number, number, number];
+            if (table.size < 4096) table.set(values[i], colour);
+        }
+        colours.set(colour, 3 * i);
+    }
+    return colours;
+}
+
+export const PATHS: Record<(typeof MARKS)[number], string> = {
+    circle: 'M5 0A5 5 0 1 1 -5 0A5 5 0 1 1 5 0Z', square: 'M-4.5-4.5H4.5V4.5H-4.5Z', triangle: 'M0-6L5.5 4.5H-5.5Z',
+    diamond: 'M0-6L5 0L0 6L-5 0Z', cross: 'M-2-6H2V-2H6V2H2V6H-2V2H-6V-2H-2Z', star: 'M0-6L1.8-1.8L6-1.8L2.6 1.2L4 6L0 3.2L-4 6L-2.6 1.2L-6-1.8L-1.8-1.8Z',
+};
+
+/** The mark and the colour of a group. */
+export function groupLook(groups: string[], group?: string | null): { colour: string; path: string } {
+    const i = group ? groups.indexOf(group) : -1;
+    return i < 0 ? { colour: GROUPS[7], path: PATHS.circle } : { colour: GROUPS[i % 7], path: PATHS[MARKS[i % MARKS.length]] };
+}

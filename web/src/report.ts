@@ -1,24 +1,12 @@
-// A report of one page that opens offline: what is on the page, with shapes that turn, and a paragraph on methods.
+// A report of one page that opens offline. The service makes it (the process report); for those who may not start
+// anything the page makes one of what it shows, in the same frame.
+import * as api from './api';
 import type { Job } from './api';
 import { svgText } from './charts';
 import type { Surface3 } from './glb';
-import { VIEWER } from './report_viewer';
+import { mayChange } from './state';
 import { shown } from './shape';
-import { save } from './ui';
-
-const STYLE = `body{font:15px/1.5 Georgia,serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
-h1,h2,h3{font-family:Helvetica,Arial,sans-serif}figure{display:inline-block;margin:.5rem;vertical-align:top;max-width:28rem}figcaption span{margin-left:.4em}
-img,svg,canvas{max-width:100%}svg{width:26rem}svg.bar{width:15rem}table{border-collapse:collapse;font-size:13px}td,th{border:1px solid #ccc;padding:.15rem .5rem;text-align:left}
-dt{font-weight:bold}dd{margin:0 0 .3rem 1rem;overflow-wrap:anywhere}code,pre{font-size:12px;overflow-wrap:anywhere;white-space:pre-wrap}.big{font-size:1.3em}.quiet{color:#555}`;
-
-const METHODS: Record<string, string> = {
-    pca: 'Shapes were registered elastically to their mean in the space of square-root normal fields (SRNFs), and principal components were taken there.',
-    mean: 'The mean was taken in the space of square-root normal fields (SRNFs), with all shapes registered to it elastically.',
-    'compare-groups': 'Two groups were compared by a permutation test of the distance between their means in the space of square-root normal fields (SRNFs); p at each point is corrected for all points.',
-    classify: 'Labels were predicted by leave-one-out over subjects.',
-    distances: 'Pairs of shapes were compared by distances of their square-root normal fields (SRNFs).',
-    geodesic: 'The path between both shapes is a geodesic of square-root normal fields (SRNFs), inverted at each step.',
-};
+import { save } from './text';
 
 const escaped = (text: string): string => text.replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' })[c]!);
 
@@ -34,7 +22,7 @@ function base64(data: ArrayBuffer): string {
     return btoa(text);
 }
 
-/** Shapes as a report carries them: positions in 16 bits about the centre, colours in 8, lists of faces once each. */
+/** Shapes as a report carries them (report_view.tsx), with the colours that they have on the page. */
 class Carried {
     private lists: string[] = [];
     private shapes: object[] = [];
@@ -56,14 +44,19 @@ class Carried {
         const back = (c: number) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055);
         const bright = colours && Uint8Array.from(colours, (c) => Math.round(255 * back(c)));
         this.turn = held.camera.matrix();
-        return this.shapes.push({ list, positions: base64(positions.buffer), colours: bright && base64(bright.buffer) }) - 1;
+        return this.shapes.push({ list, centre, radius, positions: base64(positions.buffer), colours: bright && base64(bright.buffer) }) - 1;
     }
     text(): string {
-        return JSON.stringify({ turn: this.turn, lists: this.lists, shapes: this.shapes });
+        const lists = this.lists.map((data) => ({ bits: 32, data }));
+        return JSON.stringify({ turn: this.turn, lists, shapes: this.shapes, views: this.shapes.map((_, i) => ({ shapes: [i] })), sections: [] });
     }
 }
 
-export async function makeReport(title: string, from: HTMLElement, job?: Job): Promise<void> {
+const fileName = (title: string): string => `${title.replace(/[^A-Za-z0-9._-]+/g, '-')}.html`;
+
+/** What is on the page, in the frame of reports. */
+async function makeOfPage(title: string, from: HTMLElement, job?: Job): Promise<void> {
+    const frame = await (await api.request('/ui/report.html')).text();
     const copy = from.cloneNode(true) as HTMLElement;
     const carried = new Carried();
     const canvases = from.querySelectorAll('canvas');
@@ -71,11 +64,11 @@ export async function makeReport(title: string, from: HTMLElement, job?: Job): P
         const image = document.createElement('img');
         image.src = canvases[i].toDataURL('image/png');
         image.alt = (canvases[i].getAttribute('aria-label') ?? '').replace(/ Arrows turn it.*$/, '');
-        image.width = canvases[i].clientWidth;
-        image.height = canvases[i].clientHeight;
         const number = carried.add(canvases[i]);
-        if (number !== null) image.dataset.shape = `${number}`;
-        canvas.replaceWith(image);
+        const holder = document.createElement('div');
+        if (number !== null) holder.dataset.view = `${number}`;
+        holder.append(image);
+        canvas.replaceWith(holder);
     });
     const charts = from.querySelectorAll<SVGElement>('svg');
     copy.querySelectorAll('svg').forEach((svg, i) => {
@@ -87,11 +80,18 @@ export async function makeReport(title: string, from: HTMLElement, job?: Job): P
         svg.replaceWith(made);
     });
     copy.querySelectorAll('.no-report, button, input, select, details.menu').forEach((node) => node.remove());
+    copy.querySelectorAll('[style]').forEach((node) => node.removeAttribute('style'));
     const methods = job
-        ? `<h2>Methods</h2><p>${escaped(`${METHODS[job.process] ?? `The process ${job.process} was used.`}${optionsOf(job)} Computed with ${job.build ?? 'srnfd'}, job ${job.id}, ${job.finished ?? ''}.`)}</p>` : '';
-    const page = `<!doctype html><html lang="en"><head><meta charset="utf-8"><title>${escaped(title)}</title>
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"><style>${STYLE}</style></head>
-<body><h1>${escaped(title)}</h1><p class="quiet">srnfd, ${new Date().toISOString().slice(0, 10)}</p>${copy.innerHTML}${methods}
-<script type="application/json" id="shapes">${carried.text()}</script><script>${VIEWER}</script></body></html>`;
-    save(`${title.replace(/[^A-Za-z0-9._-]+/g, '-')}.html`, page, 'text/html;charset=utf-8');
+        ? `<h2>Methods</h2><p>${escaped(`Process ${job.process} of srnfd.${optionsOf(job)} Numeric build ${job.build ?? 'unknown'}, job ${job.id}, ${job.finished ?? ''}.`)}</p>` : '';
+    const parts: Record<string, string> = {
+        title: escaped(title), body: `<h1>${escaped(title)}</h1>${copy.innerHTML}${methods}`, data: carried.text(),
+    };
+    save(fileName(title), frame.replace(/<!--(title|body|data)-->/g, (_, name) => parts[name]), 'text/html;charset=utf-8');
+}
+
+/** The report of a job, or of what the page shows. */
+export async function makeReport(title: string, from: HTMLElement, job?: Job, id = job?.id): Promise<void> {
+    if (!id || !mayChange()) return makeOfPage(title, from, job);
+    const made = await api.run('report', { jobs: [id], title });
+    save(fileName(title), made.html, 'text/html;charset=utf-8');
 }

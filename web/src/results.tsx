@@ -2,11 +2,13 @@
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
-import type { Surface3 } from './glb';
 import { link } from './router';
-import { ColourBar, PictureButtons, View, linked, mapOf, paintedBy, shapeAt, shapePath, surfacePath, useShape } from './shape';
+import { normalsOf } from './geometry';
+import { ColourBar, mapOf, paintedBy } from './maps';
+import { PictureButtons, Shape, View, linked, shapeAt, shapePath, surfacePath, useShape } from './shape';
 import { Camera, moved } from './stage';
-import { Page, ProblemBox, Shown, csv, figure, save, useLoad } from './ui';
+import { Findings } from './findings';
+import { Page, ProblemBox, Shown, csv, figure, plural, save, size, useLoad } from './ui';
 import { makeReport } from './report';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
@@ -62,22 +64,6 @@ export function weights(t: number): [number, number][] {
         for (let j = 0; j < 4; j++) if (j !== k) w *= (x - first - j) / (k - j);
         return [first + k, w];
     });
-}
-
-function normalsOf(shape: Surface3): void {
-    const { positions: p, indices, normals } = shape;
-    normals.fill(0);
-    for (let f = 0; f < indices.length; f += 3) {
-        const [a, b, c] = [3 * indices[f], 3 * indices[f + 1], 3 * indices[f + 2]];
-        const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
-        const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
-        const n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
-        for (const i of [a, b, c]) for (let k = 0; k < 3; k++) normals[i + k] += n[k];
-    }
-    for (let i = 0; i < normals.length; i += 3) {
-        const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
-        for (let k = 0; k < 3; k++) normals[i + k] /= length;
-    }
 }
 
 function Modes({ model }: { model: api.Model }) {
@@ -266,7 +252,7 @@ export function ModelPage({ id }: { id: string }) {
     const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
     return (
         <Shown of={model} page label="the model">{(m) => (
-            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} />}>
+            <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />}>
                 <p class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</p>
                 <div class="results"><Components model={m} /></div>
             </Page>
@@ -454,6 +440,89 @@ function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; texts: s
     );
 }
 
+// ---- Linear models -----------------------------------------------------------------------------------------------------
+
+const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(test.pValue)}`;
+const shareOf = (test: any): string => `${figure(test.r2)} (${test.r2Interval?.map((v: number) => figure(v)).join(' to ') ?? '–'})`;
+const pointOf = (at: Record<string, unknown>): string => Object.entries(at).map(([name, v]) => `${name} ${typeof v === 'number' ? figure(v) : v}`).join(', ');
+
+/** Predictions in the order of the covariate that differs among them, if it is one number. */
+export function alongOne(predictions: any[]): any[] {
+    const names = Object.keys(predictions[0]?.at ?? {}).filter((name) => new Set(predictions.map((p) => p.at[name])).size > 1);
+    const numeric = names.length === 1 && predictions.every((p) => typeof p.at[names[0]] === 'number');
+    return numeric ? [...predictions].sort((a, b) => a.at[names[0]] - b.at[names[0]]) : predictions;
+}
+
+function Regression({ result }: { result: any }) {
+    const [chosen, setChosen] = useState(Math.min(1, result.coefficients.length - 1));
+    const sorted = useMemo(() => alongOne(result.predictions ?? []), [result]);
+    const surfaces = useMemo(() => sorted.map((p: any) => p.surface), [sorted]);
+    const rows = [...result.terms.map((t: any) => [t.name, t]), ['all terms', result.model]].filter(([, t]) => t) as [string, any][];
+    const coefficient = result.coefficients[chosen];
+    return (
+        <>
+            <p class="big"><code>{result.formula}</code></p>
+            <p class="quiet">{plural(result.subjects, 'subject')}, {result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}, {result.bootstraps} bootstrap samples.</p>
+            <DataTable rows={[['term', 'p', 'share of the variance (95 %)', 'least p on the map', 'F', 'degrees of freedom'],
+                ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), figure(t.leastSignificance), figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
+            {result.pairwise?.length > 0 && <><h3>Pairs of levels</h3><DataTable rows={[['term', 'levels', 'p', 'corrected p'], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
+            {sorted.length > 0 && (
+                <><h2>Predicted shapes</h2>
+                    <Path surfaces={surfaces} texts={sorted.map((p: any) => pointOf(p.at))} energies={sorted.map((p: any) => p.relativeEnergy)} /></>
+            )}
+            <h2>What a unit moves</h2>
+            <label class="no-report">Coefficient <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
+                {result.coefficients.map((c: any, i: number) => <option value={i}>{c.name}</option>)}
+            </select></label>
+            {coefficient?.surface ? <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={`Mean with the maps of ${coefficient.name}`} name={coefficient.name} />
+                : <p class="quiet">This coefficient has no maps.</p>}
+        </>
+    );
+}
+
+// ---- Classifiers -------------------------------------------------------------------------------------------------------
+
+const doubtful = (typicality: any): string => Object.entries<any>(typicality ?? {}).filter(([, t]) => t && t.value > t.limit).map(([name]) => api.words(name).toLowerCase()).join(', ');
+
+function Trained({ result }: { result: any }) {
+    const missed = result.perSubject.filter((s: any) => s.predicted !== s.label);
+    return (
+        <>
+            <p class="big">{result.validation.correct} of {plural(result.validation.members, 'member')} right, each without its subject.</p>
+            <Findings result={result} />
+            <h2>Missed: {missed.length}</h2>
+            <DataTable rows={[['subject', 'is', 'taken for', ...result.classes.map((c: string) => `probability of ${c}`)],
+                ...missed.map((s: any) => [s.subject, s.label, s.predicted, ...result.classes.map((c: string) => s.probabilities[c])])]} />
+            <div class="actions no-report"><a class="button" href={`${link('analyses', 'predict')}?model=${result.model.id}`}>A new subject</a></div>
+        </>
+    );
+}
+
+function Predicted({ result }: { result: any }) {
+    const [chosen, setChosen] = useState(0);
+    const one = result.predictions[chosen];
+    const far = doubtful(one.typicality);
+    return (
+        <>
+            <div class="split">
+                <div class="scroll" tabIndex={0} role="region" aria-label="Predictions"><table>
+                    <thead><tr><th scope="col">Subject</th><th scope="col">Label</th>{result.classes.map((c: string) => <th scope="col">{c}</th>)}<th scope="col">Unlike all by</th></tr></thead>
+                    <tbody>{result.predictions.map((p: any, i: number) => (
+                        <tr><td><button class="plain-button" aria-pressed={i === chosen} onClick={() => setChosen(i)}>{p.subject}</button></td><td>{p.label}</td>
+                            {result.classes.map((c: string) => <td>{figure(100 * p.probabilities[c])} %</td>)}<td>{doubtful(p.typicality) || '–'}</td></tr>
+                    ))}</tbody>
+                </table></div>
+                <div>
+                    <Linked id={one.surface} title={`${one.subject}: ${one.label}`} />
+                    {far ? <p class="wrong">It is unlike the members of every class ({far}): its label and its probabilities say nothing.</p>
+                        : <p>Probability of {one.label}: {figure(100 * one.probabilities[one.label])} %, against {figure(100 * result.priors[one.label])} % before it was seen.</p>}
+                </div>
+            </div>
+            <Findings result={result} />
+        </>
+    );
+}
+
 // ---- Any result ----------------------------------------------------------------------------------------------------------
 
 const isRecord = (v: any, kind: string): boolean => !!v && typeof v === 'object' && typeof v.id === 'string' && v.id.startsWith(kind);
@@ -480,6 +549,18 @@ function AnyResult({ result }: { result: any }) {
                 const columns = Object.keys(rows[0]);
                 return <><h3>{name}</h3><DataTable rows={[columns, ...rows.map((r) => columns.map((c) => (typeof r[c] === 'number' ? r[c] : text(r[c] ?? '–'))))]} /></>;
             })}
+        </>
+    );
+}
+
+function Written({ result, job }: { result: any; job: api.Job }) {
+    const title = result.inputs?.title ?? job.name;
+    return (
+        <>
+            <p class="big">{title}</p>
+            <p>{plural(result.sections.length, 'section')}, {plural(result.shapes, 'shape')}, {size(result.bytes)}.</p>
+            <ul>{result.sections.map((s: any) => <li><a href={link('jobs', s.job)}>{s.name || s.process}</a></li>)}</ul>
+            <button class="main" onClick={() => save(`${title.replace(/[^A-Za-z0-9._-]+/g, '-')}.html`, result.html, 'text/html;charset=utf-8')}>Save the report</button>
         </>
     );
 }
@@ -520,13 +601,20 @@ function Projection({ result, job }: { result: any; job: api.Job }) {
     );
 }
 
-function ReportButton({ title, job }: { title: string; job?: api.Job }) {
+function ReportButton({ title, job, id }: { title: string; job?: api.Job; id?: string }) {
     const [busy, setBusy] = useState(false);
-    return <button class="no-report" disabled={busy} onClick={async () => {
-        setBusy(true);
-        await makeReport(title, document.querySelector<HTMLElement>('.results')!, job);
-        setBusy(false);
-    }}>Report as one page</button>;
+    const [error, setError] = useState<unknown>();
+    return (
+        <>
+            <button class="no-report" disabled={busy} onClick={async () => {
+                setBusy(true);
+                setError(undefined);
+                await makeReport(title, document.querySelector<HTMLElement>('.results')!, job, id).catch(setError);
+                setBusy(false);
+            }}>{busy ? 'Writing the report…' : 'Report as one page'}</button>
+            {error ? <ProblemBox error={error} /> : null}
+        </>
+    );
 }
 
 export function Results({ job }: { job: api.Job }) {
@@ -539,6 +627,10 @@ export function Results({ job }: { job: api.Job }) {
             else if (process === 'compare-groups') view = <Groups result={result} />;
             else if (process === 'classify') view = <Classification result={result} job={job} />;
             else if (process === 'distances') view = <Distances result={result} job={job} />;
+            else if (process === 'regress') view = <Regression result={result} />;
+            else if (process === 'train') view = <Trained result={result} />;
+            else if (process === 'predict') view = <Predicted result={result} />;
+            else if (process === 'report') view = <Written result={result} job={job} />;
             else if (process === 'project') view = <Projection result={result} job={job} />;
             else if (process === 'evaluate-model') view = <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>;
             else if (process === 'geodesic') view = <><Path surfaces={result.surfaces} texts={result.times.map((t: number) => `t = ${figure(t)}`)} energies={result.relativeEnergies} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>;
@@ -549,7 +641,7 @@ export function Results({ job }: { job: api.Job }) {
                 <>
                     <div class="results"><Warnings list={result.warnings} />{view}</div>
                     <div class="actions">
-                        <ReportButton title={job.name || job.process} job={job} />
+                        {process !== 'report' && <ReportButton title={job.name || job.process} job={job} />}
                         <button onClick={() => save(`${job.process}.json`, JSON.stringify(result, null, 2), 'application/json')}>Results as JSON</button>
                         {process === 'distances' && <button onClick={async () => save('distances.csv', await (await api.request(`/v1/jobs/${job.id}/results?format=csv`)).blob())}>Matrix as CSV</button>}
                     </div>

@@ -2,12 +2,13 @@
 // gallery of many.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import * as api from './api';
-import { GROUPS, MARKS, colourAt, colourText, grey } from './colours';
-import type { Scale } from './colours';
+import { groupLook } from './colours';
+import { boundsOf } from './geometry';
 import { readGlb } from './glb';
-import type { Field, Surface3 } from './glb';
+import type { Surface3 } from './glb';
+import { ColourBar, mapOf, paintedBy } from './maps';
 import { link } from './router';
-import { Camera, boundsOf, coloursOf, draw, forget, pick } from './stage';
+import { Camera, draw, forget, pick } from './stage';
 import type { Look, Part } from './stage';
 import { ProblemBox, csv, figure, save } from './ui';
 
@@ -133,50 +134,6 @@ export function View({ parts, camera, label, look, version = 0, onLink, onHover,
                     e.preventDefault();
                 } else if (e.key.toLowerCase() === 'l' && onLink) onLink();
             }} />
-    );
-}
-
-// ---- Maps ------------------------------------------------------------------------------------------------------------
-
-export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
-
-/** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
-export function mapOf(field: Field): Map3 {
-    if (field.low < 0 && field.high > 0) {
-        const most = Math.max(-field.low, field.high);
-        return { field, scale: 'signed', low: -most, high: most };
-    }
-    if (/significance|fdr|pvalue/i.test(field.name)) return { field, scale: 'cividis', low: 0, high: 1 };
-    return { field, scale: 'cividis', low: field.low, high: field.high > field.low ? field.high : field.low + 1 };
-}
-
-export function paintedBy(map: Map3): Float32Array {
-    const part = (v: number) => (v - map.low) / (map.high - map.low);
-    const flip = /significance|fdr|pvalue/i.test(map.field.name);
-    const at = (v: number) => colourAt(map.scale, flip ? 1 - part(v) : part(v));
-    if (!map.keep) return coloursOf(map.field.values, at);
-    const { keep } = map;
-    const colours = coloursOf(map.field.values, at);
-    const dull = coloursOf(new Float32Array(1), () => grey);
-    for (let i = 0; i < map.field.values.length; i++) if (!keep(map.field.values[i], i)) colours.set(dull, 3 * i);
-    return colours;
-}
-
-export function ColourBar({ map, threshold }: { map: Map3; threshold?: number }) {
-    const flip = /significance|fdr|pvalue/i.test(map.field.name);
-    const stops = Array.from({ length: 11 }, (_, i) => i / 10);
-    const tick = threshold === undefined ? null : (threshold - map.low) / (map.high - map.low);
-    const title = map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
-    const id = `bar-${map.field.name}-${map.scale}${flip ? '-f' : ''}`;
-    return (
-        <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
-            <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourText(map.scale, flip ? 1 - s : s)} />)}</linearGradient></defs>
-            <text x="8" y="12" font-size="11" fill="currentColor">{title}</text>
-            <rect x="8" y="17" width="224" height="11" fill={`url(#${id})`} />
-            {tick !== null && tick >= 0 && tick <= 1 && <path d={`M${8 + 224 * tick} 14V31`} stroke="currentColor" stroke-width="2" />}
-            <text x="8" y="42" font-size="11" fill="currentColor">{figure(map.low)}</text>
-            <text x="232" y="42" font-size="11" fill="currentColor" text-anchor="end">{figure(map.high)}</text>
-        </svg>
     );
 }
 
@@ -321,17 +278,6 @@ function Thumbnail({ id, name, colour, mark }: { id: string; name: string; colou
             <span>{mark && <svg viewBox="-7 -7 14 14" width="12" height="12" aria-hidden="true"><path d={mark} fill={colour} /></svg>} {name}{lost ? ' (cannot be shown)' : ''}</span>
         </a>
     );
-}
-
-export const PATHS: Record<(typeof MARKS)[number], string> = {
-    circle: 'M5 0A5 5 0 1 1 -5 0A5 5 0 1 1 5 0Z', square: 'M-4.5-4.5H4.5V4.5H-4.5Z', triangle: 'M0-6L5.5 4.5H-5.5Z',
-    diamond: 'M0-6L5 0L0 6L-5 0Z', cross: 'M-2-6H2V-2H6V2H2V6H-2V2H-6V-2H-2Z', star: 'M0-6L1.8-1.8L6-1.8L2.6 1.2L4 6L0 3.2L-4 6L-2.6 1.2L-6-1.8L-1.8-1.8Z',
-};
-
-/** The mark and the colour of a group. */
-export function groupLook(groups: string[], group?: string | null): { colour: string; path: string } {
-    const i = group ? groups.indexOf(group) : -1;
-    return i < 0 ? { colour: GROUPS[7], path: PATHS.circle } : { colour: GROUPS[i % 7], path: PATHS[MARKS[i % MARKS.length]] };
 }
 
 export function Gallery({ members }: { members: { id: string; name: string; group?: string }[] }) {

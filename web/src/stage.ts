@@ -229,36 +229,3 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
         (point.material as Three.PointsMaterial).dispose();
     }
 }
-
-/** Vertex colours, linear as three wants them; grey where the test says so. */
-export function coloursOf(values: Float32Array, at: (value: number) => [number, number, number]): Float32Array {
-    const colours = new Float32Array(3 * values.length);
-    const table = new Map<number, [number, number, number]>();
-    const linear = (c: number) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
-    for (let i = 0; i < values.length; i++) {
-        let colour = table.get(values[i]);
-        if (!colour) {
-            colour = at(values[i]).map(linear) as [number, number, number];
-            if (table.size < 4096) table.set(values[i], colour);
-        }
-        colours.set(colour, 3 * i);
-    }
-    return colours;
-}
-
-export function boundsOf(shapes: Surface3[]): { centre: [number, number, number]; radius: number } {
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    for (const { positions } of shapes)
-        for (let i = 0; i < positions.length; i++) {
-            const k = i % 3;
-            if (positions[i] < low[k]) low[k] = positions[i];
-            if (positions[i] > high[k]) high[k] = positions[i];
-        }
-    const centre = low.map((l, k) => (l + high[k]) / 2) as [number, number, number];
-    let radius = 0;
-    for (const { positions } of shapes)
-        for (let i = 0; i < positions.length; i += 3)
-            radius = Math.max(radius, Math.hypot(positions[i] - centre[0], positions[i + 1] - centre[1], positions[i + 2] - centre[2]));
-    return { centre, radius: radius || 1 };
-}

@@ -5,6 +5,8 @@ import { useCallback, useEffect, useRef, useState } from 'preact/hooks';
 import { Failure, offline } from './api';
 import type { Problem } from './api';
 
+export { csv, figure, plural, save, size, span, when } from './text';
+
 export function problemOf(error: unknown): Problem {
     if (error instanceof Failure) return error.problem;
     return { ...offline().problem, code: 'page', title: 'The page failed', detail: `${error}` };
@@ -104,27 +106,6 @@ export const Meter = ({ value, label }: { value: number; label: string }) => (
     <progress max={100} value={Math.max(0, Math.min(100, value))} aria-label={label} />
 );
 
-// ---- Figures in texts ------------------------------------------------------------------------------------------------
-
-export const plural = (n: number, one: string, many = `${one}s`): string => `${n.toLocaleString('en')} ${n === 1 ? one : many}`;
-
-export function figure(x: number | null | undefined, digits = 3): string {
-    if (x === null || x === undefined || !Number.isFinite(x)) return '–';
-    if (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e6)) return x.toExponential(digits - 1);
-    return `${+x.toPrecision(digits)}`;
-}
-
-export function size(n: number): string {
-    return n < 1000 ? `${n} B` : n < 1e6 ? `${Math.round(n / 1000)} kB` : `${(n / 1e6).toFixed(1)} MB`;
-}
-
-export function span(seconds: number): string {
-    const s = Math.max(0, Math.round(seconds));
-    return s < 60 ? `${s} s` : s < 3600 ? `${Math.floor(s / 60)} min ${s % 60} s` : `${Math.floor(s / 3600)} h ${Math.floor((s % 3600) / 60)} min`;
-}
-
-export const when = (text?: string): string => (text ? new Date(text).toLocaleString(undefined, { dateStyle: 'medium', timeStyle: 'short' }) : '–');
-
 // ---- Long tables -----------------------------------------------------------------------------------------------------
 
 const ROW = 34;
@@ -185,26 +166,4 @@ export function Sure({ children, title, onYes, question }: {
             </dialog>
         </>
     );
-}
-
-// ---- Files out -------------------------------------------------------------------------------------------------------
-
-export function save(name: string, body: Blob | string, type = 'text/plain;charset=utf-8'): void {
-    const url = URL.createObjectURL(body instanceof Blob ? body : new Blob([body], { type }));
-    const anchor = document.createElement('a');
-    anchor.href = url;
-    anchor.download = name;
-    anchor.click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
-}
-
-/** A cell that begins as a formula does is text to a spreadsheet too. */
-export function csv(rows: (string | number | null | undefined)[][]): string {
-    const cell = (c: string | number | null | undefined) => {
-        if (c === null || c === undefined) return '';
-        if (typeof c === 'number') return `${c}`;
-        const text = /^[=+\-@\t\r]/.test(c) ? `'${c}` : c;
-        return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
-    };
-    return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
 }

@@ -22,6 +22,8 @@
 #include "toolkit/process.h"
 #include "support/scratch.h"
 #include "store/cohort.h"
+#include "store/digest.h"
+#include "store/job.h"
 #include "store/mesh.h"
 #include "store/model.h"
 #include "store/surface.h"
@@ -33,6 +35,9 @@
 #define VOLUME "vol-00000000000000000000000000000001"
 #define ABSENT_MESH "mesh-000000000000000000000000000000ff"
 #define ABSENT_SURFACE "surf-000000000000000000000000000000ff"
+#define DONE_JOB "job-00000000-0000-7000-8000-000000000001" /* successful, named */
+#define WAITING_JOB "job-00000000-0000-7000-8000-000000000002"
+#define ABSENT_JOB "job-00000000-0000-7000-8000-0000000000ff"
 #define SURFACE_DEGREE 9
 
 struct fixture {
@@ -159,6 +164,31 @@ static void put_patients(struct fixture *fixture, const char *name, size_t n)
     store_cohort_clear(&cohort);
 }
 
+/* A mean of the cohort "group" that has ended, and one that waits. */
+static void put_jobs(struct fixture *fixture)
+{
+    char process[] = "mean", empty[] = "", build[] = "test build";
+    char inputs[] = "{\"cohort\":{\"name\":\"group\"},\"lmax\":9}";
+    struct store_job job = {.process = process,
+                            .inputs = inputs,
+                            .message = empty,
+                            .numeric_build = build,
+                            .created_ms = 1000,
+                            .id = DONE_JOB};
+    struct store_job claimed = {0};
+
+    store_sha256_hex(job.digest, DONE_JOB, sizeof DONE_JOB);
+    assert_int_equal(store_job_insert(fixture->store, &job, NULL, NULL, NULL), 0);
+    assert_int_equal(store_job_claim(fixture->store, &claimed), 0);
+    assert_int_equal(store_job_transition(fixture->store, DONE_JOB, claimed.attempt,
+                                          STORE_JOB_SUCCESSFUL, "{}", NULL, NULL),
+                     0);
+    store_job_clear(&claimed);
+    memcpy(job.id, WAITING_JOB, sizeof WAITING_JOB);
+    store_sha256_hex(job.digest, WAITING_JOB, sizeof WAITING_JOB);
+    assert_int_equal(store_job_insert(fixture->store, &job, NULL, NULL, NULL), 0);
+}
+
 static int fixture_open(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
@@ -183,6 +213,7 @@ static int fixture_open(void **state)
     put_patients(fixture, "patients", 6);
     put_patients(fixture, "trained", 10);
     put_volume(fixture);
+    put_jobs(fixture);
     *state = fixture;
     return 0;
 }

@@ -33,6 +33,7 @@ static const struct {
     {"extract", "{\"volume\":\"" VOLUME "\",\"labels\":[1]}"},
     {"repair", "{\"mesh\":\"" GOOD_MESH "\"}"},
     {"mirror", "{\"mesh\":\"" GOOD_MESH "\"}"},
+    {"report", "{\"jobs\":[\"" DONE_JOB "\"]}"},
 };
 
 static json_t *least_inputs(const struct fixture *fixture, const char *process)

@@ -112,6 +112,12 @@ class Processes:
         """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``."""
         return self.run("predict", {"model": model, **_group(group)}, **options)
 
+    def report(self, of: Union[Cohort, Sequence[str]], **options: Any) -> Result:
+        """Jobs, by their ids, or all analyses of a cohort as one page that opens offline: ``html``, ``bytes``."""
+        if isinstance(of, Cohort):
+            return self.run("report", cohort=of, **options)
+        return self.run("report", jobs=list(of), **options)
+
     def shoot(self, surface: Shape, velocity: Any, **options: Any) -> Result:
         """A geodesic followed from a surface; ``velocity`` a surface to go toward, or coefficients (3, n)."""
         return self.run("shoot", surface=surface, velocity=_vector(velocity), **options)

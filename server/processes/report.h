@@ -1,0 +1,82 @@
+/*
+ * report.h - what the files of the process report share (report.c).
+ */
+#ifndef SRNFD_PROCESSES_REPORT_H
+#define SRNFD_PROCESSES_REPORT_H
+
+#include <stdio.h>
+
+#include "api/respond.h"
+#include "toolkit/table.h"
+
+#define REPORT_JOBS_MAX 20
+#define REPORT_MODES_MAX 10
+#define REPORT_RESOLUTION_MIN 8
+#define REPORT_RESOLUTION_DEFAULT 24
+#define REPORT_RESOLUTION_MAX 64
+#define REPORT_SHAPES_MAX ((size_t)16 << 20) /* bytes of shapes; others are named only */
+#define REPORT_ROWS_MAX 500                  /* of a table */
+
+struct report_jobs {
+    size_t n;
+    char ids[REPORT_JOBS_MAX][STORE_ID_MAX];
+};
+
+struct report {
+    struct report_jobs jobs;
+    char title[NAME_SIZE];
+    long modes, resolution;
+};
+
+/* ---- Inputs (report_inputs.c) ---------------------------------------------------------------- */
+
+extern const struct input_own report_jobs_own, report_cohort_own, report_title_own;
+/* The title where none was given: the name of the only job, or of the cohort. */
+void report_complete(struct process_inputs *given);
+
+/* ---- A page (report_page.c) ------------------------------------------------------------------ */
+
+/* A report while it is written: its body, the shapes and views that the body refers to by their
+   numbers, and the results that charts are drawn from. */
+struct report_page {
+    struct jobs_run *run;
+    const struct report *asked;
+    struct jobs_result *result;
+    FILE *body, *shapes, *views, *sections;
+    char *texts[4]; /* of these, in their order */
+    size_t sizes[4];
+    size_t n_shapes, n_views, n_sections;
+    struct srnf_mesh sphere; /* that surfaces are triangulated over */
+};
+
+/* False without memory; to be cleared in any case. */
+bool report_page_open(struct report_page *page, struct jobs_run *run, const struct report *asked,
+                      struct jobs_result *result);
+void report_page_clear(struct report_page *page);
+/* The page as one document (malloc), or NULL with the problem set. Nothing can be written after. */
+char *report_page_close(struct report_page *page, size_t *size);
+
+/* Text with all that has a meaning in HTML escaped, and without control characters. */
+void report_text(FILE *out, const char *text);
+/* "maxIterations" as people write it: "max iterations". */
+void report_words(FILE *out, const char *name);
+/* A scalar as text: numbers with six digits. */
+void report_scalar(FILE *out, const json_t *value);
+/* A document as JSON that can stand in a script element: without < and >. */
+bool report_json(FILE *out, const json_t *document);
+
+/* ---- Its parts ------------------------------------------------------------------------------- */
+
+/* The members of a result, whatever its process: tables, figures of shapes (report_values.c). False
+   with the problem set, or where the run is canceled. */
+bool report_members(struct report_page *page, const json_t *object, int depth);
+
+/* Figures of a surface, of several along a path, and of a model's mean and modes, by the records of
+   a result (report_shapes.c). As report_members. */
+bool report_surface(struct report_page *page, const json_t *record);
+bool report_path(struct report_page *page, const json_t *records);
+bool report_model(struct report_page *page, const json_t *record);
+/* The faces that all shapes share: numbers of 16 bits, in base64. */
+void report_faces(FILE *out, const struct srnf_mesh *sphere);
+
+#endif

@@ -1,0 +1,193 @@
+#!/usr/bin/env bash
+# test_report.sh - the process report end to end: one file whose numbers are those of the API, with its policy, small, and
+# with every name escaped.
+# srnfd-test: slow
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+HOSTILE='</script><img src=x onerror=hit=1>"'\''&amp;<!--'
+MEMBERS=()
+I=0
+for name in L_thalamus L_putamen L_pallidum R_thalamus R_putamen R_pallidum; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+    MEMBERS+=("$(jq -nc --arg id "$(json .id)" --arg side "${name:0:1}" --arg subject "$I $HOSTILE" --argjson age $((40 + I * I)) \
+        '{id: $id, label: $side, subject: $subject, covariates: {age: $age}}')")
+    I=$((I + 1))
+done
+post_json /v1/cohorts "{\"name\":\"nuclei\",\"members\":[$(IFS=, && echo "${MEMBERS[*]}")]}"
+is "$STATUS" 201 'a cohort whose subjects have hostile names'
+
+analyse() { # PROCESS INPUTS: its results go to SCRATCH/PROCESS.json, its id to JOB
+    execute "$1" "$2" --header 'Prefer: respond-async, wait=200'
+    is "$STATUS" 200 "$1 ends"
+    cp "$BODY" "$SCRATCH/$1.json"
+    get "/v1/jobs?process=$1"
+    JOB=$(json '.jobs[0].id')
+}
+analyse pca '{"cohort":"nuclei","lmax":6,"register":false}'
+PCA=$JOB
+analyse compare-groups '{"cohort":"nuclei","lmax":6,"register":false,"permutations":99}'
+COMPARED=$JOB
+analyse distances '{"cohort":"nuclei","register":false}'
+analyse regress '{"cohort":"nuclei","lmax":6,"register":false,"permutations":19,"bootstraps":100,"formula":"shape ~ age","at":[{"age":50}]}'
+analyse classify '{"cohort":"nuclei","lmax":6,"method":["harmonic-nn"]}'
+
+# ---- Of one job ----------------------------------------------------------------------------------------
+
+execute report "$(jq -nc --arg job "$COMPARED" --arg title "A $HOSTILE" '{jobs: [$job], title: $title}')"
+is "$STATUS" 200 'a report of a comparison'
+is "$(json '.sections | map(.process) | join(" ")')" compare-groups 'says what it is of'
+is "$(json .shapes)" 1 'it carries the mean with its maps'
+like "$(json .html)" 'A &lt;/script&gt;&lt;img' 'under its title, as text'
+REPORT=$(json '.inputs.jobs[0]')
+is "$REPORT" "$COMPARED" 'and its inputs'
+post_json "/v1/processes/report/execution" "{\"inputs\":{\"jobs\":[\"$COMPARED\"]}}" --header 'Prefer: respond-async'
+is "$STATUS" 201 'in the background too'
+ID=$(json .id)
+get "/v1/jobs/$ID/results" # waits for nobody: the job may still run
+for _ in $(seq 100); do
+    [ "$STATUS" = 200 ] && break
+    sleep 0.1
+    get "/v1/jobs/$ID/results"
+done
+jq -j .html "$BODY" >"$SCRATCH/two.html"
+get "/v1/jobs/$ID/results/html"
+is "$STATUS $(header Content-Type)" '200 text/html; charset=utf-8' 'the file is had by itself'
+like "$(header Content-Security-Policy)" '^sandbox allow-scripts' 'as a page of no origin'
+unlike "$(header Content-Security-Policy)" 'same-origin' 'whatever is in it'
+check 'and is the same' cmp "$BODY" "$SCRATCH/two.html"
+get "/v1/jobs/$ID/results/html" --header "If-None-Match: $(header ETag)"
+is "$STATUS" 304 'which is asked for again by its tag'
+get "/v1/jobs/$ID/results/bytes"
+is "$STATUS $(header Content-Type)" '200 application/json' 'other outputs are JSON'
+
+# ---- Of a cohort ---------------------------------------------------------------------------------------
+
+execute report '{"cohort":"nuclei","modes":1,"resolution":16}'
+is "$STATUS" 200 'a report of a cohort'
+is "$(json '.sections | map(.process) | join(" ")')" 'distances pca compare-groups classify regress' 'has all analyses of it'
+is "$(json '.shapes')" 10 'the mean, five along a component, two means, a coefficient and a prediction'
+jq -j .html "$BODY" >"$SCRATCH/all.html"
+compare "$(json .bytes)" '<' 5000000 'and is small'
+is "$(json .bytes)" "$(wc -c <"$SCRATCH/all.html")" 'as it says'
+
+python3 - "$SCRATCH" >"$SCRATCH/checks" 2>&1 <<'PYTHON'
+import base64, hashlib, html.parser, json, re, struct, sys
+
+folder = sys.argv[1]
+page = open(f'{folder}/all.html', encoding='utf-8').read()
+results = {name: json.load(open(f'{folder}/{name}.json')) for name in ('pca', 'compare-groups', 'distances', 'regress', 'classify')}
+
+
+class Reader(html.parser.HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.texts, self.scripts, self.styles, self.cells, self.inside, self.row = [], [], [], [], [], [], []
+        self.attributes = []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, *one) for one in attrs]
+        self.inside.append(tag)
+        if tag == 'tr':
+            self.row = []
+        if tag in ('td', 'th'):
+            self.row.append('')
+        if tag == 'script':
+            self.scripts.append([dict(attrs).get('type', ''), ''])
+        if tag == 'style':
+            self.styles.append('')
+        if tag in ('meta', 'input', 'img', 'br', 'link'):
+            self.inside.pop()
+
+    def handle_endtag(self, tag):
+        if tag == 'tr':
+            self.cells.append(self.row)
+        self.inside.pop()
+
+    def handle_data(self, data):
+        last = self.inside[-1] if self.inside else ''
+        if last == 'script':
+            self.scripts[-1][1] += data
+        elif last == 'style':
+            self.styles[-1] += data
+        else:
+            self.texts.append(data)
+            if {'td', 'th'} & set(self.inside):
+                self.row[-1] += data
+
+
+def check(good, what, detail=''):
+    print('ok' if good else 'not ok', what, detail, sep='\t')
+
+
+reader = Reader()
+reader.feed(page)
+policy = next(value for tag, name, value in reader.attributes if tag == 'meta' and name == 'content' and value.startswith('default'))
+digest = lambda text: "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() + "'"
+programs = [text for kind, text in reader.scripts if kind != 'application/json']
+check(policy.startswith("default-src 'none'") and 'unsafe' not in policy and 'http' not in policy, 'the policy allows nothing from elsewhere', policy)
+check(len(programs) == 1 and digest(programs[0]) in policy, 'one program, by its hash')
+check(len(reader.styles) == 1 and digest(reader.styles[0]) in policy, 'one style, by its hash')
+check(not {'img', 'iframe', 'link', 'object', 'base', 'form', 'svg'} & set(reader.tags), 'no element that a name has made', sorted(set(reader.tags)))
+check(not [a for a in reader.attributes if a[1].startswith('on') or a[1] in ('style', 'src', 'href')], 'and no attribute')
+subject = results['distances']['labels'][0]
+check('<img src=x' in subject and any(subject in text for text in [''.join(row) for row in reader.cells]), 'names are text', subject)
+data = json.loads(next(text for kind, text in reader.scripts if kind == 'application/json'))
+sections = {one['process']: one['results'] for one in data['sections']}
+check(sections['distances']['matrix'] == results['distances']['matrix'], 'distances are those of the API, to the last bit')
+check(sections['pca']['model']['scores'] == results['pca']['model']['scores'], 'and so are scores')
+check(sections['compare-groups']['pValue'] == results['compare-groups']['pValue'], 'and p')
+
+six = lambda value: f'{value:.6g}'
+has = lambda *row: list(row) in [one[:len(row)] for one in reader.cells]
+check(has('p value', six(results['compare-groups']['pValue'])) and has('distance', six(results['compare-groups']['distance'])),
+      'p and the distance of the means are those of the API')
+check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca']['model']['explained'][0])), 'eigenvalues too')
+accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
+check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
+matrix = results['distances']['matrix']
+check([row[1:] for row in reader.cells if row and row[0] == subject][0][1] == six(matrix[0][1]), 'distances too')
+
+first = data['shapes'][0]
+points = struct.unpack(f"<{3 * (10 * 16 * 16 + 2)}h", base64.b64decode(first['positions']))
+faces = struct.unpack(f"<{3 * 20 * 16 * 16}H", base64.b64decode(data['lists'][0]['data']))
+at = lambda v: [first['centre'][k] + first['radius'] * points[3 * v + k] / 32767 for k in range(3)]
+volume = 0.0
+for f in range(0, len(faces), 3):
+    a, b, c = (at(v) for v in faces[f:f + 3])
+    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
+said = results['pca']['model']['mean']['volume']
+check(abs(volume / said - 1) < 0.02, 'the mean that it carries has the volume of the mean', f'{volume} {said}')
+maps = {name: one for shape in data['shapes'] for one in shape['maps'] for name in [one['name']]}
+check({'significance', 'effect'} <= set(maps), 'the maps of the comparison are there', sorted(maps))
+least = results['compare-groups']['leastSignificance']
+check(min(one['low'] for shape in data['shapes'] for one in shape['maps'] if one['name'] == 'significance') >= least - 1e-6, 'with p no less than the least', least)
+text = ' '.join(reader.texts)
+check('Freedman and Lane' in text and 'permutations = 99' in text and 'numeric build srnf' in text, 'methods name test, options and build')
+PYTHON
+[ -s "$SCRATCH/checks" ] || not_ok 'the report is read' 'nothing came'
+while IFS=$'\t' read -r verdict name detail; do
+    case $verdict in
+    ok) ok "$name" ;;
+    *) not_ok "$name" "$verdict $detail" ;;
+    esac
+done <"$SCRATCH/checks"
+
+# ---- What is refused -----------------------------------------------------------------------------------
+
+execute report "{\"jobs\":[\"$ID\"]}"
+is_problem 422 invalid-input 'a report of a report is refused'
+like "$(json '.errors[0].detail')" 'is a report itself' 'by name'
+execute report '{"cohort":"nobody"}'
+is_problem 404 no-such-cohort 'so is a cohort that is not there'
+EYE=$("$SRNFD" token add --data "$SCRATCH/data" --name ada 2>/dev/null)
+post_json /v1/processes/report/execution "{\"inputs\":{\"jobs\":[\"$PCA\"]}}" --header "Authorization: Bearer $EYE"
+is_problem 404 no-such-job "and a stranger's job"
+
+stop_server
+is $? 0 'the daemon ends well'
+done_testing

@@ -1,0 +1,67 @@
+// Charts of results by what these hold: the same on the page and in a report.
+import { Confusion, Curve, HeatMap, Intervals, Reliability, Scatter, Variance, scaling } from './charts';
+import { useMemo, useState } from 'preact/hooks';
+
+/** Scores of a model's members on two components, in standard deviations. */
+function Scores({ model }: { model: any }) {
+    const second = Math.min(1, model.eigenvalues.length - 1);
+    const sd = (k: number) => Math.sqrt(model.eigenvalues[k]) || 1;
+    const dots = model.scores.map((s: number[], i: number) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: model.labels?.[i] ?? `${i + 1}`, group: model.groups?.[i] }));
+    return <Scatter title="Scores" name="scores" dots={dots} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} />;
+}
+
+function Distances({ result }: { result: any }) {
+    const [chosen, setChosen] = useState<number | undefined>();
+    const { points, share } = useMemo(() => scaling(result.matrix), [result]);
+    return (
+        <>
+            <HeatMap labels={result.labels} matrix={result.matrix} chosen={chosen} onChoose={setChosen} />
+            <Scatter equal title={`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={['first', 'second']} chosen={chosen} onChoose={setChosen}
+                dots={points.map(([x, y], i) => ({ x, y, name: result.labels[i], group: result.groups?.[i] }))} />
+        </>
+    );
+}
+
+const QUALITY: [string, string][] = [
+    ['generalisation', 'Generalisation: how far left-out shapes stay'], ['specificity', 'Specificity: how far random shapes are from real ones'],
+    ['compactness', 'Compactness: variance so far'],
+];
+
+/** What a classifier is worth: shares with their intervals, what was taken for what, and whether its probabilities hold. */
+export function Assessment({ of, classes }: { of: any; classes: string[] }) {
+    const rates: [string, any][] = [['accuracy', of.accuracy], ['balanced accuracy', of.balancedAccuracy], ...Object.entries<any>(of.auc ?? {}).map(([name, rate]) => [`AUC of ${name}`, rate] as [string, any])];
+    const rows = rates.filter(([, rate]) => typeof rate?.value === 'number' && typeof rate.interval?.[0] === 'number')
+        .map(([name, rate]) => ({ name, value: rate.value, low: rate.interval[0], high: rate.interval[1] }));
+    return (
+        <div class="split">
+            {rows.length > 0 && <Intervals chance={Math.max(of.chance ?? 0, of.majorityRate ?? 0)} rows={rows} />}
+            {of.confusion && <Confusion classes={classes} counts={of.confusion} title={`${of.correct} of ${of.members} right`} />}
+            {Object.entries<any>(of.calibration ?? {}).map(([name, bins]) => <Reliability key={name} title={`Probability of ${name}: said and so`} name={`calibration-${name}`} bins={bins} />)}
+        </div>
+    );
+}
+
+/** All charts that can be drawn of a result. */
+export function Findings({ result }: { result: any }) {
+    const model = result.model;
+    const curves = QUALITY.map(([name, title]) => {
+        const points = (result[name] ?? []).filter((p: any) => typeof p?.value === 'number').map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
+        return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
+    });
+    return (
+        <>
+            {model?.eigenvalues?.length > 0 && model.scores?.length > 0 && model.kind !== 'classifier' && (
+                <div class="split"><Scores model={model} /><Variance explained={model.explained} cumulative={model.cumulative} /></div>
+            )}
+            {result.methods && (
+                <div class="split">
+                    <Intervals chance={Math.max(result.chance, result.majorityRate)} rows={Object.entries<any>(result.methods).map(([name, m]) => ({ name, value: m.accuracy, low: m.confidenceInterval[0], high: m.confidenceInterval[1], p: m.pValue }))} />
+                    {Object.entries<any>(result.methods).map(([name, m]) => <Confusion key={name} classes={result.classes} counts={m.confusion} title={`${name}: ${m.correct} of ${m.perSubject.length} right`} />)}
+                </div>
+            )}
+            {result.matrix?.length > 1 && result.labels && <div class="split"><Distances result={result} /></div>}
+            {curves.some(Boolean) && <div class="split">{curves}</div>}
+            {(result.validation ?? result.assessment) && <Assessment of={result.validation ?? result.assessment} classes={result.classes} />}
+        </>
+    );
+}

@@ -1,0 +1,36 @@
+// Normals and bounds of shapes whose vertices moved.
+import type { Surface3 } from './glb';
+
+/** Of the corners, weighted by the area of their faces; in place. */
+export function normalsOf(shape: Surface3): void {
+    const { positions: p, indices, normals } = shape;
+    normals.fill(0);
+    for (let f = 0; f < indices.length; f += 3) {
+        const [a, b, c] = [3 * indices[f], 3 * indices[f + 1], 3 * indices[f + 2]];
+        const ux = p[b] - p[a], uy = p[b + 1] - p[a + 1], uz = p[b + 2] - p[a + 2];
+        const vx = p[c] - p[a], vy = p[c + 1] - p[a + 1], vz = p[c + 2] - p[a + 2];
+        const n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+        for (const i of [a, b, c]) for (let k = 0; k < 3; k++) normals[i + k] += n[k];
+    }
+    for (let i = 0; i < normals.length; i += 3) {
+        const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
+        for (let k = 0; k < 3; k++) normals[i + k] /= length;
+    }
+}
+
+export function boundsOf(shapes: Surface3[]): { centre: [number, number, number]; radius: number } {
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    for (const { positions } of shapes)
+        for (let i = 0; i < positions.length; i++) {
+            const k = i % 3;
+            if (positions[i] < low[k]) low[k] = positions[i];
+            if (positions[i] > high[k]) high[k] = positions[i];
+        }
+    const centre = low.map((l, k) => (l + high[k]) / 2) as [number, number, number];
+    let radius = 0;
+    for (const { positions } of shapes)
+        for (let i = 0; i < positions.length; i += 3)
+            radius = Math.max(radius, Math.hypot(positions[i] - centre[0], positions[i + 1] - centre[1], positions[i + 2] - centre[2]));
+    return { centre, radius: radius || 1 };
+}

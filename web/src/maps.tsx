@@ -1,0 +1,47 @@
+// Maps on shapes: their colours, and the bar that says what these mean.
+import { colourAt, colourText, coloursOf, grey } from './colours';
+import type { Scale } from './colours';
+import type { Field } from './glb';
+import { figure } from './text';
+
+export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
+
+/** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
+export function mapOf(field: Field): Map3 {
+    if (field.low < 0 && field.high > 0) {
+        const most = Math.max(-field.low, field.high);
+        return { field, scale: 'signed', low: -most, high: most };
+    }
+    if (/significance|fdr|pvalue/i.test(field.name)) return { field, scale: 'cividis', low: 0, high: 1 };
+    return { field, scale: 'cividis', low: field.low, high: field.high > field.low ? field.high : field.low + 1 };
+}
+
+export function paintedBy(map: Map3): Float32Array {
+    const part = (v: number) => (v - map.low) / (map.high - map.low);
+    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const at = (v: number) => colourAt(map.scale, flip ? 1 - part(v) : part(v));
+    if (!map.keep) return coloursOf(map.field.values, at);
+    const { keep } = map;
+    const colours = coloursOf(map.field.values, at);
+    const dull = coloursOf(new Float32Array(1), () => grey);
+    for (let i = 0; i < map.field.values.length; i++) if (!keep(map.field.values[i], i)) colours.set(dull, 3 * i);
+    return colours;
+}
+
+export function ColourBar({ map, threshold }: { map: Map3; threshold?: number }) {
+    const flip = /significance|fdr|pvalue/i.test(map.field.name);
+    const stops = Array.from({ length: 11 }, (_, i) => i / 10);
+    const tick = threshold === undefined ? null : (threshold - map.low) / (map.high - map.low);
+    const title = map.title ?? `${map.field.name}${map.field.unit && map.field.unit !== '1' ? ` (${map.field.unit})` : ''}`;
+    const id = `bar-${map.field.name}-${map.scale}${flip ? '-f' : ''}`;
+    return (
+        <svg class="bar" viewBox="0 0 240 46" role="img" aria-label={`Colours of ${title}: from ${figure(map.low)} to ${figure(map.high)}`}>
+            <defs><linearGradient id={id}>{stops.map((s) => <stop offset={s} stop-color={colourText(map.scale, flip ? 1 - s : s)} />)}</linearGradient></defs>
+            <text x="8" y="12" font-size="11" fill="currentColor">{title}</text>
+            <rect x="8" y="17" width="224" height="11" fill={`url(#${id})`} />
+            {tick !== null && tick >= 0 && tick <= 1 && <path d={`M${8 + 224 * tick} 14V31`} stroke="currentColor" stroke-width="2" />}
+            <text x="8" y="42" font-size="11" fill="currentColor">{figure(map.low)}</text>
+            <text x="232" y="42" font-size="11" fill="currentColor" text-anchor="end">{figure(map.high)}</text>
+        </svg>
+    );
+}
