@@ -72,6 +72,11 @@ study --skip-refused --steps encode,distances,pca
 is "$RESULT" 0 'what the members allow ends well'
 like "$OUT" 'components [0-9]+ %' 'and says what came out'
 is "$(sed 1d "$SCRATCH/out/tables/distances.csv" | wc -l)" 6 'tables are written'
+study --skip-refused --steps distances --no-figures
+like "$OUT" 'distances +[0-9.e-]+ \([LR]_[a-z]+, [LR]_[a-z]+\) to [0-9.]+ \(' 'distances alone say which members are nearest and farthest'
+study --skip-refused --steps register --register none --no-figures
+is "$RESULT" 3 'steps that the study does not have are no study'
+like "$SAID" 'Nothing was computed.*register: register is' 'with the reason'
 check 'figures' test -s "$SCRATCH/out/figures/distances.png"
 check 'and the report' grep -q 'data:image/png;base64' "$SCRATCH/out/report.html"
 is "$(grep -cE '(src|href)="?(http|//)' "$SCRATCH/out/report.html")" 0 'which needs no network'
@@ -134,7 +139,7 @@ unlike "$(cat "$SCRATCH/slow.err")" Traceback 'without a traceback'
 srnf "${slow[@]}"
 is "$RESULT" 0 'the same command goes on'
 AFTER=$(misses)
-is "$(sed 's/.*encode \([0-9]*\).*/\1/' <<<"$AFTER")" $(($(sed 's/.*encode \([0-9]*\).*/\1/' <<<"$BEFORE") + 6)) 'six encodings were made'
+is "$(sed 's/.*encode \([0-9]*\).*/\1/' <<<"$AFTER")" $(($(sed 's/.*encode \([0-9]*\).*/\1/' <<<"$BEFORE") + 1)) 'one job has encoded all six'
 like "$AFTER" 'register 5$' 'and five registrations, none of them twice'
 
 # ---- no server, no token, a quota -----------------------------------------------------------------------------

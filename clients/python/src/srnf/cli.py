@@ -97,6 +97,9 @@ def _study(sub: Any, common: argparse.ArgumentParser) -> None:
     one.add_argument("--degree", type=int, help="of the registration to a template")
     one.add_argument("--common-pose", action="store_true", help="the meshes share a pose: rotate nothing")
     one.add_argument("--mirror-right", action="store_true", help="mirror the members whose side is right")
+    one.add_argument(
+        "--extract", metavar="VALUE", type=int, help="the files are label volumes: the label that is the shape"
+    )
     one.add_argument("--skip-refused", action="store_true", help="leave out files that cannot be used")
     one.add_argument("--steps", metavar="LIST", type=_steps, default=STEPS, help=f"of {','.join(STEPS)} (all)")
     one.add_argument("--method", metavar="LIST", type=lambda text: text.split(","), help="of the classification")

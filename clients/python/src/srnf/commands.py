@@ -55,12 +55,15 @@ def study(client: Client, given: argparse.Namespace) -> int:
         common_pose=given.common_pose,
         mirror_right=given.mirror_right,
         skip_refused=given.skip_refused,
+        extract=given.extract,
     )
     given.after = (
         f"What was queued goes on at the server. The same command goes on where it was; srnf status {one.out} shows"
         f" the jobs, srnf cancel {one.out} stops them."
     )
-    one.run(given.steps, given.permutations, given.method, given.covariates)
+    steps = one.run(given.steps, given.permutations, given.method, given.covariates)
+    if steps and all(step.status == "left out" for step in steps):
+        raise InputError("\n".join(["Nothing was computed.", *(f"  {step.name}: {step.detail}" for step in steps)]))
     tables = one.tables()
     report = None if given.no_figures else one.report()
     document = {
@@ -100,7 +103,12 @@ def _summary(one: Study, report: Optional[Path]) -> Iterable[str]:
 def _figures(one: Study) -> Iterable[str]:
     for name, result in one.results.items():
         raw = result.raw
-        if name == "pca":
+        if name == "distances":
+            matrix, called = result.matrix, one.names()
+            pairs = sorted((matrix[i, j], i, j) for i in range(len(matrix)) for j in range(i))
+            (least, a, b), (most, c, d) = pairs[0], pairs[-1]
+            yield f"distances  {least:.3g} ({called[b]}, {called[a]}) to {most:.3g} ({called[d]}, {called[c]})"
+        elif name == "pca":
             shares = ", ".join(f"{100 * share:.0f} %" for share in raw["model"]["explained"][:3])
             converged = "" if raw.get("converged") else "; the mean did NOT converge"
             yield f"components {shares} of the variance{converged}"

@@ -24,6 +24,10 @@ ALONE, BESIDE = 24, 12
 #: Colors of labels that people with color blindness tell apart (Okabe and Ito).
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 _STONE = np.array([0.80, 0.77, 0.72])
+#: Whence surfaces are looked at, in degrees.
+_ELEVATION, _AZIMUTH = 20, -60
+#: Below it a value of a map of significance is told by a line.
+SIGNIFICANT = 0.05
 
 
 def plotting() -> Any:
@@ -37,8 +41,18 @@ def plotting() -> Any:
     return plot
 
 
-def draw(axes: Any, shape: Triangles, values: Optional[Floats] = None, scale: Any = None, color_map: str = "viridis") -> Any:
-    """Draws triangles into 3-D axes, shaded; ``values`` at the vertices color it, between the two of ``scale``."""
+def draw(
+    axes: Any,
+    shape: Triangles,
+    values: Optional[Floats] = None,
+    scale: Any = None,
+    color_map: str = "viridis",
+    level: Optional[float] = None,
+) -> Any:
+    """Draws triangles into 3-D axes, shaded; ``values`` at the vertices color it, between the two of ``scale``.
+
+    ``level``: a line is drawn where the values cross it.
+    """
     import matplotlib
     from matplotlib.colors import Normalize
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -64,8 +78,45 @@ def draw(axes: Any, shape: Triangles, values: Optional[Floats] = None, scale: An
         getattr(axes, f"set_{name}lim")(middle[k] - half, middle[k] + half)
     axes.set_box_aspect((1, 1, 1), zoom=1.35)
     axes.set_axis_off()
-    axes.view_init(elev=20, azim=-60)
+    axes.view_init(elev=_ELEVATION, azim=_AZIMUTH)
+    if level is not None and values is not None:
+        _draw_level(axes, shape, values, level, normal, half)
     return mapped
+
+
+def level_lines(shape: Triangles, values: Floats, level: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Where values at the vertices cross a level: segments, shape (n, 2, 3), and the triangle of each."""
+    below = values[shape.faces] < level
+    crossed = np.flatnonzero(below.any(axis=1) & ~below.all(axis=1))
+    ends = []
+    for k in range(3):
+        a, b = shape.faces[crossed, k], shape.faces[crossed, (k + 1) % 3]
+        cut = below[crossed, k] != below[crossed, (k + 1) % 3]
+        part = (level - values[a]) / np.where(cut, values[b] - values[a], 1.0)
+        ends.append(np.where(cut[:, None], shape.vertices[a] + part[:, None] * (shape.vertices[b] - shape.vertices[a]), np.nan))
+    points = np.stack(ends, axis=1)
+    there = ~np.isnan(points[:, :, 0])  # two of three sides of each
+    segments: Floats = points[there].reshape(-1, 2, 3)
+    return segments, crossed
+
+
+def _draw_level(axes: Any, shape: Triangles, values: Floats, level: float, normal: Floats, size: float) -> None:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    segments, faces = level_lines(shape, values, level)
+    up, round_ = np.radians(_ELEVATION), np.radians(_AZIMUTH)
+    eye = np.array([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)])
+    seen = normal[faces] @ eye > 0  # lines are drawn over what is before them
+    lifted = segments[seen] + 0.01 * size * normal[faces[seen], None, :]
+    if len(lifted):
+        axes.add_collection3d(Line3DCollection(lifted, colors="#d55e00", linewidths=1.4))
+
+
+def share_below(shape: Triangles, values: Floats, level: float) -> float:
+    """The part of the area whose triangles have a mean value below a level."""
+    a, b, c = (shape.vertices[shape.faces[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return float(areas[values[shape.faces].mean(axis=1) < level].sum() / areas.sum())
 
 
 def draw_surfaces(
@@ -82,8 +133,9 @@ def draw_surfaces(
     maps = [shape.fields.get(field) if field else None for shape in shapes]
     there = [values for values in maps if values is not None]
     scale = (min(float(v.min()) for v in there), max(float(v.max()) for v in there)) if there else None
+    level = None
     if field in ("significance", "fdr"):
-        scale = (0.0, 1.0)  # they are p-values
+        scale, level = (0.0, 1.0), SIGNIFICANT  # they are p-values
     wide = min(columns, len(shapes))
     rows = -(-len(shapes) // wide)
     side = 3.4 if len(shapes) == 1 else 1.9
@@ -92,12 +144,18 @@ def draw_surfaces(
     mapped = None
     for k, (shape, values) in enumerate(zip(shapes, maps)):
         axes = figure.add_subplot(rows, wide, k + 1, projection="3d")
-        mapped = draw(axes, shape, values, scale, color_map) or mapped
-        axes.set_title(titles[k], fontsize=8, pad=0)
+        mapped = draw(axes, shape, values, scale, color_map, level) or mapped
+        below = ""
+        if level is not None and values is not None:
+            below = f"\nbelow .05 on {100 * share_below(shape, values, level):.0f} % of the area"
+        axes.set_title(titles[k] + below, fontsize=8, pad=0)
     figure.subplots_adjust(0, 0, side * wide / width, 1 - (0.5 if title else 0.2) / height, 0, 0.12)
     if mapped is not None:
         bar = figure.colorbar(mapped, cax=figure.add_axes((1 - 1.0 / width, 0.15, 0.15 / width, 0.7)))
         bar.set_label(field)
+        if level is not None:
+            bar.set_ticks([level, 0.25, 0.5, 0.75, 1.0])
+            bar.ax.axhline(level, color="#d55e00", linewidth=1.6)
     if title:
         figure.suptitle(title, fontsize=10)
     return figure

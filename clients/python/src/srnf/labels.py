@@ -57,14 +57,30 @@ class Member:
         return row
 
 
-def mesh_files(folder: Path) -> list[Path]:
-    """The files of a folder whose names are those of meshes, in the order of their names; hidden files are not."""
+def mesh_files(folder: Path, volumes: bool = False) -> list[Path]:
+    """The files of a folder whose names are those of meshes, in the order of their names; hidden files are not.
+
+    ``volumes``: those whose names are of label volumes instead.
+    """
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder" if folder.exists() else f"There is no folder {folder}")
-    found = [p for p in folder.rglob("*") if p.is_file() and _is_mesh(p) and not _hidden(p, folder)]
+    there = [p for p in folder.rglob("*") if p.is_file() and not _hidden(p, folder)]
+    found = [p for p in there if (is_volume(p) if volumes else _is_mesh(p))]
+    if not found and volumes:
+        raise InputError(f"{folder} has no label volumes: no file ends in .{', .'.join(sorted(_VOLUMES))} or .nii.gz")
+    if not found and any(is_volume(p) for p in there):
+        raise InputError(
+            f"{folder} has label volumes, and no meshes: say which label of them is the shape (extract, --extract VALUE)"
+        )
     if not found:
         raise InputError(f"{folder} has no meshes: no file ends in .{', .'.join(sorted(MESHES)[:12])}, ..")
     return sorted(found)
+
+
+def is_volume(path: Path) -> bool:
+    """Whether the name of a file is that of a label volume."""
+    name = path.name.lower()
+    return name.endswith(".nii.gz") or name.rpartition(".")[2] in _VOLUMES
 
 
 def _hidden(path: Path, folder: Path) -> bool:
@@ -140,14 +156,17 @@ def _choose_label(rows: Sequence[dict[str, str]], column: str, file: Path) -> No
         row["label"] = row.pop(chosen)
 
 
-def read_members(folder: Path, labels: Optional[Path], label_column: Optional[str] = None) -> list[Member]:
+def read_members(
+    folder: Path, labels: Optional[Path], label_column: Optional[str] = None, volumes: bool = False
+) -> list[Member]:
     """The members of a study: the meshes of a folder, with what a table knows of them, in its order.
 
     Every mesh needs a row, and every row its mesh. ``label_column`` is the column of the labels, if not ``label``.
+    ``volumes``: the members are the label volumes of the folder.
     """
     if label_column is not None and labels is None:
         raise InputError("label_column is a column of a table of labels, and there is none")
-    files = mesh_files(folder)
+    files = mesh_files(folder, volumes)
     if labels is None:
         return [Member(path) for path in files]
     rows = read_table(labels)

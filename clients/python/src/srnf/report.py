@@ -23,8 +23,8 @@ td.text { white-space: normal; min-width: 24rem; } td.number { text-align: right
 img { max-width: 100%; } figure { margin: 1rem 0; } .doubt { background: #fff6e5; padding: .5rem 1rem; }
 @media print { .wide { overflow: visible; } }
 """
-#: Rows of a table that the report shows; the CSV files have all.
-_ROWS = 200
+#: Rows and columns of a table that the report shows; the CSV files have all, and the report says what it leaves out.
+_ROWS, _COLUMNS = 200, 60
 _TITLES = {
     "members": "Members",
     "distances": "Distances",
@@ -46,7 +46,8 @@ _FIGURES = {
 _NOTES = {
     "members": "Area and volume are in the units of the files. The fit is the distance between mesh and surface over the"
     " diagonal of the mesh.",
-    "groups": "p is that of the global test, with Wilson's interval of 95 % for the relabellings that were drawn; least significance is the smallest corrected value of the map over the surface.",
+    "groups": "p is that of the global test, with Wilson's interval of 95 % for the relabellings that were drawn; least significance is the smallest corrected value of the map over the surface. The line on the surface and the mark"
+    " at its scale are at .05.",
     "classification": "Intervals are Wilson's, of 95 %. Compare the accuracy with the majority rate. If the interval holds the majority rate, the data do"
     " not show that the label can be predicted.",
 }
@@ -67,11 +68,16 @@ def _table(table: Mapping[str, Sequence[Any]]) -> str:
     rows = list(zip(*table.values()))
     if not rows:
         return "<p>None.</p>"
-    names = list(table)[:12]
+    names = list(table)[:_COLUMNS]
     head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
-    body = "".join("<tr>" + "".join(_cell(value) for value in row[:12]) + "</tr>\n" for row in rows[:_ROWS])
-    cut = len(rows) > _ROWS or len(table) > 12
-    more = "<p>The CSV file has all rows and columns.</p>" if cut else ""
+    body = "".join("<tr>" + "".join(_cell(value) for value in row[:_COLUMNS]) + "</tr>\n" for row in rows[:_ROWS])
+    left = []
+    if len(rows) > _ROWS:
+        left.append(f"{len(rows) - _ROWS} more rows")
+    if len(table) > _COLUMNS:
+        last = list(table)[-1]
+        left.append(f"{len(table) - _COLUMNS} more columns, up to {html.escape(last)}")
+    more = f"<p>The CSV file has {' and '.join(left)}.</p>" if left else ""
     return f'<div class="wide"><table><tr>{head}</tr>\n{body}</table></div>{more}'
 
 

@@ -39,7 +39,8 @@ class Options:
     ``lmax``: harmonic degree, 4..127. ``register``: "mean" lays all on the mean in each statistic; "template" lays all
     on one member once, ``template`` (a file's name) or else the first, with ``degree``; "none" takes them as they are
     parameterized. ``common_pose``: the meshes share a pose, and nothing is rotated. ``mirror_right``: right sides are
-    mirrored. ``skip_refused``: files that cannot be used are left out instead of ending the study.
+    mirrored. ``skip_refused``: files that cannot be used are left out instead of ending the study. ``extract``: the
+    files are label volumes (NIfTI, NRRD), and this label's value is the shape of each.
     """
 
     lmax: Optional[int] = None
@@ -50,6 +51,7 @@ class Options:
     common_pose: bool = False
     mirror_right: bool = False
     skip_refused: bool = False
+    extract: Optional[int] = None
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,8 @@ class Study:
             there = ", ".join(Options.__dataclass_fields__)
             raise InputError(f"a study has no option {unknown[0]!r}; it has: {there}")
         path = Path(folder)
-        members = read_members(path, Path(labels) if labels is not None else None, label_column)
+        table = Path(labels) if labels is not None else None
+        members = read_members(path, table, label_column, options.get("extract") is not None)
         called = name or re.sub(r"[^A-Za-z0-9._-]+", "-", path.resolve().name)[:80] or "study"
         return cls(members, out or f"{path.resolve()}-study", called, client, Options(**options))
 
@@ -133,7 +136,8 @@ class Study:
         """
         if self.members and all(member.mesh for member in self.members):
             return [member.mesh for member in self.members]
-        digests = {member.path: file_digest(member.path) for member in self.members}
+        label = "" if self.options.extract is None else f"-{self.options.extract}"
+        digests = {member.path: file_digest(member.path) + label for member in self.members}
         for member in self.members:
             known = self.state.get("meshes", digests[member.path])
             member.mesh = known if known and self._there("meshes", known) else ""
@@ -148,15 +152,54 @@ class Study:
             else:
                 self.state.put("meshes", {digests[Path(path)]: got.id})
 
-        if wanted:
+        if wanted and self.options.extract is not None:
+            self._extract([member.path for member in wanted], self.options.extract, keep)
+        elif wanted:
             self.client.upload_all([member.path for member in wanted], keep)
         for member in wanted:
             member.mesh = self.state.get("meshes", digests[member.path])
         self._refuse(refusals)
         return [member.mesh for member in self.members]
 
+    def _extract(
+        self, paths: Sequence[Path], label: int, keep: Callable[[PathLike, Union[Mesh, Problem]], None]
+    ) -> None:
+        """Uploads label volumes and makes a mesh of one label of each."""
+        volumes: dict[Path, str] = {}
+        for path in paths:
+            try:
+                volumes[path] = self.client.upload_volume(path).id
+            except Problem as problem:
+                if problem.status not in (413, 415, 422):
+                    raise
+                keep(path, problem)
+        asked = [{"volume": volume, "labels": [label]} for volume in volumes.values()]
+        for path, job in zip(volumes, self._jobs_of("extract", asked)):
+            keep(path, job if isinstance(job, Problem) else job.result(progress=False).mesh)
+
+    def _jobs_of(self, process: str, asked: Sequence[Mapping[str, Any]]) -> list[Union[Job, Problem]]:
+        """The jobs when all have ended, each well, or the problem instead."""
+        try:
+            jobs: list[Union[Job, Problem]] = list(self.client.submit_all(process, asked))
+        except Problem as problem:  # one is refused at once: which one?
+            if problem.status != 422:
+                raise
+            jobs = []
+            for inputs in asked:
+                try:
+                    jobs.append(self.client.submit(process, inputs).wait())
+                except Problem as refused:
+                    jobs.append(refused)
+        for i, job in enumerate(jobs):
+            try:
+                if isinstance(job, Job):
+                    job.check()
+            except JobFailed as failed:
+                jobs[i] = failed
+        return jobs
+
     def encode(self) -> list[Surface]:
-        """The members as surfaces, in order."""
+        """The members as surfaces, in order, made by one job."""
         if self.encoded:
             return self.encoded
         meshes = self.upload()
@@ -166,7 +209,7 @@ class Study:
             asked.append({k: v for k, v in given.items() if v is not None})
             if member.mirror:
                 asked[-1]["mirror"] = True
-        made, failures = self._surfaces_of("encode", asked)
+        made, failures = self._encode_all(asked)
         self._refuse({self.members[i].path: (p.code, p.detail) for i, p in failures.items()})
         self.encoded = [made[i] for i in sorted(made)]
         return self.encoded
@@ -298,7 +341,7 @@ class Study:
         for name in STEPS:
             if name not in steps:
                 continue
-            reason = self._why_not(name)
+            reason = self._why_not(name, tuple(steps) != STEPS)
             if reason:
                 self.steps.append(Step(name, "left out", reason))
                 continue
@@ -316,16 +359,18 @@ class Study:
         """The pairs of labels that are compared."""
         return list(itertools.combinations(self.labels(), 2))
 
-    def _why_not(self, step: str) -> str:
+    def _why_not(self, step: str, asked: bool = False) -> str:
+        """Why a step is left out, or nothing; ``asked``: by its name."""
         count, labels = len(self.members), self.labels()
         if step == "register" and self.options.register != "template":
             return f"register is {self.options.register!r}: no template"
         if step in ("distances", "pca", "modes") and count < 2:
             return "there is one member only"
-        if step == "distances" and self.options.register == "mean" and count * (count - 1) // 2 > MANY_PAIRS:
+        pairs = count * (count - 1) // 2
+        if step == "distances" and self.options.register == "mean" and pairs > MANY_PAIRS and not asked:
             return (
-                f"{count * (count - 1) // 2} pairs would each be registered; register all to one template "
-                "(--register template), or send the cohort to the process distances"
+                f"{pairs} pairs would each be registered; register all to one template (--register template), or ask"
+                " for it by name (--steps distances)"
             )
         if step in ("groups", "classify"):
             if any(member.label is None for member in self.members):
@@ -410,16 +455,63 @@ class Study:
             return None
         return None if job is None or job.status in ("failed", "dismissed") else job
 
-    def _surfaces_of(
-        self, process: str, asked: Sequence[Mapping[str, Any]]
-    ) -> tuple[dict[int, Surface], dict[int, Problem]]:
-        keys = [digest([process, dict(one)]) for one in asked]
-        made: dict[int, Surface] = {}
+    def _known_surfaces(self, keys: Sequence[str]) -> dict[int, Surface]:
+        found: dict[int, Surface] = {}
         for i, key in enumerate(keys):
             known = self.state.get("surfaces", key)
             there = self._there("surfaces", known) if known else None
             if there is not None:
-                made[i] = Surface(there, self.client)
+                found[i] = Surface(there, self.client)
+        return found
+
+    def _encode_all(
+        self, asked: Sequence[Mapping[str, Any]]
+    ) -> tuple[dict[int, Surface], dict[int, Problem]]:
+        """Surfaces of meshes: those that are not there yet by one job, of a cohort that goes away again."""
+        keys = [digest(["encode", dict(one)]) for one in asked]
+        made = self._known_surfaces(keys)
+        left = [i for i in range(len(asked)) if i not in made]
+        failures: dict[int, Problem] = {}
+        if not left:
+            return made, failures
+        members = {keys[i]: {"id": asked[i]["mesh"], "mirror": asked[i].get("mirror", False)} for i in left}
+        options = {k: v for k, v in asked[0].items() if k not in ("mesh", "mirror")}
+        result = self._encoded_cohort(list(members.values()), options)
+        for key, row in zip(members, result.raw["rows"]):
+            for i in (i for i in left if keys[i] == key):
+                if row.get("surface"):
+                    made[i] = self.client.surface(row["surface"])
+                else:
+                    failures[i] = JobFailed(result.job, row.get("problem") or {})
+        self.state.put("surfaces", {keys[i]: made[i].id for i in left if i in made})
+        return made, failures
+
+    def _encoded_cohort(self, members: Sequence[Mapping[str, Any]], options: Mapping[str, Any]) -> Result:
+        key = digest(["encode", list(members), dict(options)])
+        job = self._known_job(key)
+        if job is not None:
+            return job.result()
+        name = f"{self.name[:70]}-meshes-{key}"
+        try:
+            cohort = self.client.cohort(name, members)
+        except Problem as problem:
+            if problem.code != "cohort-exists":
+                raise
+            cohort = self.client.cohort(name)  # of a run that was interrupted
+        job = self.client.submit("encode", cohort=name, **options)
+        self.state.put("jobs", {key: job.id})
+        self.state.note(steps={**self.state.data.get("steps", {}), "encode": job.id})
+        try:
+            return job.result()
+        finally:
+            if job.ended:
+                cohort.delete()
+
+    def _surfaces_of(
+        self, process: str, asked: Sequence[Mapping[str, Any]]
+    ) -> tuple[dict[int, Surface], dict[int, Problem]]:
+        keys = [digest([process, dict(one)]) for one in asked]
+        made = self._known_surfaces(keys)
         left = [i for i in range(len(asked)) if i not in made]
         failures: dict[int, Problem] = {}
         if left:
