@@ -118,6 +118,22 @@ SRNF_CHECKED int srnf_pca_fit(const struct srnf_grid *grid, size_t n, const doub
 SRNF_CHECKED int srnf_pca_fit_within(const struct srnf_grid *grid, size_t n, const double *mean_q,
                                      const double *registered_q, size_t max_components,
                                      const struct srnf_context *context, struct srnf_pca *pca);
+/*
+ * The largest components of a group too large for its n x n Gram matrix, by randomized subspace
+ * iteration (core/stats/pca_largest.c): the same bits each time, on any number of threads.
+ *   components  [in]  how many, 1 .. the lesser of n and the 3 n_theta n_phi numbers of a field;
+ *                     fewer come out where those beyond are rounding
+ *   bounds      [out] [components] of each eigenvalue: the covariance has an eigenvalue so near,
+ *                     norm of its residual; 0 beyond those that come out
+ * Cost: some 5 to 40 rounds of 4 n 3 n_theta n_phi (3/2 components) operations. Memory beside the
+ * result: 1.5 components (n + 6 n_theta n_phi) numbers.
+ * Errors: SRNF_EINVAL (n or components out of range, data that are not finite), SRNF_ENOMEM,
+ * SRNF_ENUMERIC, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_pca_fit_largest(const struct srnf_grid *grid, size_t n, const double *mean_q,
+                                      const double *registered_q, size_t components,
+                                      const struct srnf_context *context, struct srnf_pca *pca,
+                                      double *bounds);
 /* Scores of another q in the frozen model, and the norm of what the modes cannot represent. */
 void srnf_pca_project(const struct srnf_grid *grid, const struct srnf_pca *pca,
                       const double *mean_q, const double *q, double *scores, double *residual);

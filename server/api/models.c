@@ -135,9 +135,23 @@ static void set_spectrum(json_t *record, const struct store_model *model)
     (void)json_object_set_new(record, "cumulative", cumulative);
 }
 
+/* [subjects][components], of as many components as SURFACE_JSON_NUMBERS_MAX numbers allow. */
+static json_t *first_scores(const struct store_model *model)
+{
+    const double *scores = model->arrays[STORE_MODEL_SCORES];
+    size_t n = (size_t)model->subjects, k = (size_t)model->components;
+    size_t most = SURFACE_JSON_NUMBERS_MAX / (n ? n : 1);
+    json_t *rows = json_array();
+
+    most = most < 1 ? 1 : most;
+    for (size_t i = 0; i < n; i++) {
+        (void)json_array_append_new(rows, json_vector(scores + i * k, k < most ? k : most));
+    }
+    return rows;
+}
+
 json_t *model_record(const struct store_model *model, json_t *mean)
 {
-    const size_t shape[2] = {(size_t)model->subjects, (size_t)model->components};
     json_t *record = model_head(model);
 
     if (!record) {
@@ -148,8 +162,7 @@ json_t *model_record(const struct store_model *model, json_t *mean)
     set_spectrum(record, model);
     (void)json_object_set_new(record, "labels", labels_of(model));
     (void)json_object_set_new(record, "groups", groups_of(model));
-    (void)json_object_set_new(record, "scores",
-                              json_nested(model->arrays[STORE_MODEL_SCORES], 2, shape));
+    (void)json_object_set_new(record, "scores", first_scores(model));
     return record;
 }
 
@@ -304,7 +317,7 @@ void models_scores(struct api_call *call)
                      json_pack("{s:I, s:I, s:o, s:o, s:o}", "subjects", (json_int_t)model.subjects,
                                "components", (json_int_t)model.components, "labels",
                                labels_of(&model), "groups", groups_of(&model), "scores",
-                               json_nested(model.arrays[STORE_MODEL_SCORES], 2, shape)));
+                               first_scores(&model)));
     }
 out:
     store_model_clear(&model);

@@ -28,6 +28,7 @@ static const char *const codes[] = {
     "far-from-model",
     "few-subjects",
     "label-at-border",
+    "members-not-compared",
     "mirror-images",
     "mixed-degrees",
     "mixed-routes",

@@ -6,7 +6,11 @@
 
 #include "compute/bridge.h"
 
-#define COMPUTE_GROUP_MAX 500
+#define COMPUTE_GROUP_MAX 10000
+
+/* Members of a group of which all pairs are compared, for warnings of what is there twice or stands
+   out, and each is left out of a model of components once: n^2 numbers and n^3 operations. */
+#define COMPUTE_PAIRS_MAX 4000
 
 /* Which members of a group are replaced by their mirror images. */
 struct compute_mirrored {

@@ -67,13 +67,41 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     return status;
 }
 
+/* By the Gram matrix, or of a large group its largest components. */
+static int fit_any(struct jobs_run *run, const struct srnf_sht *sht,
+                   const struct compute_mean_inputs *inputs, struct compute_mean_outputs *outputs)
+{
+    const struct srnf_mean *mean = &outputs->mean;
+    size_t most = 3 * srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
+    size_t components = inputs->components < most ? inputs->components : most;
+    double worst = 0.0;
+    double *bounds;
+    int status;
+
+    if (mean->n <= COMPUTE_PAIRS_MAX) {
+        return srnf_pca_fit_within(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
+                                   inputs->components, jobs_run_context(run), &outputs->pca);
+    }
+    bounds = srnf_alloc(components ? components : 1, sizeof(double));
+    if (!bounds) {
+        return SRNF_ENOMEM;
+    }
+    status = srnf_pca_fit_largest(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
+                                  components, jobs_run_context(run), &outputs->pca, bounds);
+    for (size_t k = 0; status == 0 && k < components; k++) {
+        worst = bounds[k] > worst ? bounds[k] : worst;
+    }
+    outputs->eigenvalue_bound = worst;
+    srnf_free(bounds);
+    return status;
+}
+
 static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
                           const struct compute_mean_inputs *inputs,
                           struct compute_mean_outputs *outputs, struct jobs_result *result)
 {
     const struct srnf_mean *mean = &outputs->mean;
-    int status = srnf_pca_fit_within(srnf_sht_grid(sht), mean->n, mean->mean_q, mean->registered_q,
-                                     inputs->components, jobs_run_context(run), &outputs->pca);
+    int status = fit_any(run, sht, inputs, outputs);
 
     if (status == 0 && outputs->pca.components == 0) {
         return compute_fail(result, SRNF_EDEGENERATE, NULL,
@@ -86,7 +114,8 @@ static int fit_components(struct jobs_run *run, const struct srnf_sht *sht,
                                           mean->registered_q, outputs->residuals)
                      : SRNF_ENOMEM;
     }
-    if (status >= 0 && srnf_subject_count(mean->n, inputs->subjects) >= 3) {
+    if (status >= 0 && mean->n <= COMPUTE_PAIRS_MAX &&
+        srnf_subject_count(mean->n, inputs->subjects) >= 3) {
         struct srnf_context quiet = *jobs_run_context(run);
 
         quiet.progress = NULL;
@@ -120,6 +149,9 @@ static int measure_pairs(const struct srnf_grid *grid, struct compute_mean_outpu
     const struct srnf_mean *mean = &outputs->mean;
     int status = SRNF_ENOMEM;
 
+    if (mean->n > COMPUTE_PAIRS_MAX) {
+        return 0;
+    }
     outputs->pairs = srnf_alloc(mean->n, mean->n * sizeof(double));
     if (outputs->pairs) {
         status = srnf_twins_distances(grid, mean->n, mean->registered_q, outputs->pairs);

@@ -11,7 +11,7 @@ struct compute_mean_inputs {
     double tolerance;
     size_t max_iterations;
     bool fit;               /* principal components as well */
-    size_t components;      /* of those; 0: all above rounding */
+    size_t components;      /* of those; 0: all above rounding, of up to COMPUTE_PAIRS_MAX */
     double share;           /* percent of the job that the mean is; 0: all that is left */
     bool pullback;          /* the mean in the pulled-back metric instead */
     const size_t *subjects; /* [n] as in srnf/subjects.h; NULL: each member its own */
@@ -23,9 +23,12 @@ struct compute_mean_outputs {
     struct srnf_pullback_mean pullback;    /* when asked for; n 0 otherwise */
     struct srnf_surface_measures measures; /* of the mean, centred at its area centroid */
     struct srnf_pca pca;                   /* where they are asked for */
+    double eigenvalue_bound; /* within it of each there is one of the covariance; 0 where they are
+                                those of the Gram matrix */
     double *residuals; /* [n] of each surface beyond the components, owned; NULL without them */
     struct srnf_calibration calibration; /* the same, of 3 subjects or more; n 0 otherwise */
-    double *pairs;                       /* [n][n] distances of the registered members, owned */
+    double *pairs; /* [n][n] distances of the registered members, owned; NULL of more than
+                      COMPUTE_PAIRS_MAX, which have no calibration either */
     double
         *angles; /* [n] turns against the mean of other subjects, owned; NULL where values rotate,
                        and of one subject */

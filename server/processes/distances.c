@@ -70,8 +70,14 @@ static const struct process_output outputs[] = {
 static void complete(struct process_inputs *given)
 {
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
+    bool listed = json_is_null(json_object_get(given->canonical, "cohort"));
 
-    inputs_check_memory(given, n, given->degree, 1);
+    if (n > PROCESS_MATRIX_MAX) {
+        problem_add(given->list, listed ? "/inputs/surfaces" : "/inputs/cohort",
+                    "has %zu surfaces; a matrix of distances is made of up to %d", n,
+                    PROCESS_MATRIX_MAX);
+    }
+    inputs_check_memory(given, n, given->degree, 1, 3.0 * 8.0 * (double)n * (double)n);
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */

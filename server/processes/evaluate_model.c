@@ -25,7 +25,8 @@ struct evaluate {
     long components, samples, seed; /* components 0: COMPONENTS or what there is */
 };
 
-static const struct input_own surfaces = GROUP_SURFACES_OWN("[\"array\",\"null\"]", 3);
+static const struct input_own surfaces =
+    GROUP_SURFACES_OWN("[\"array\",\"null\"]", 3, PROCESS_GROUP_MAX);
 
 static const struct process_input inputs[] = {
     {"model", INPUT_MODEL, offsetof(struct evaluate, model),

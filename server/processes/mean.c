@@ -38,8 +38,8 @@ static const struct process_output outputs[] = {
     {NULL, NULL, NULL},
 };
 
-/* Fields that are held for each surface: q and the warp on the grid. */
-#define COPIES 4
+/* Fields that are held for each surface: registered, and weighted. */
+#define COPIES 3
 /* Of the pulled-back mean: 200 bytes for each point of each surface of its 8 segments
    (srnf_pullback_mean), in fields of 24. */
 #define COPIES_PULLBACK (COPIES + 8 * 200 / 24)

@@ -21,7 +21,7 @@ static const struct process_input inputs[] = {
     MEAN_INPUTS(pca, NULL),
     MEAN_SRNF_METHOD(pca, "srnf: components are straight lines in the space of SRNFs.", NULL),
     {"components", INPUT_INTEGER, offsetof(struct pca, components),
-     "How many to keep at most; null: all above rounding.", .lowest = 1,
+     "How many to keep at most; null: all above rounding, 499 of them at most.", .lowest = 1,
      .highest = PROCESS_COMPONENTS_MAX, .nullable = true},
     {.name = NULL},
 };
@@ -31,11 +31,15 @@ static const struct process_output outputs[] = {
      "Record of the model: mean, eigenvalues, explained, cumulative, scores."},
     {"compactness", OUTPUT_OBJECTS,
      "[{components, value}]: variance of the first components together."},
+    {"eigenvalueBound", OUTPUT_NUMBER,
+     "Within it of each eigenvalue there is one of the covariance. 0 where they are those of the "
+     "Gram matrix, to rounding; above 4000 members they are found by randomized subspace "
+     "iteration."},
     MEAN_RESULT_OUTPUTS,
     {NULL, NULL, NULL},
 };
 
-#define COPIES 6 /* fields of each surface: those of the mean, modes and their copy */
+#define COPIES 5 /* fields of each surface: registered, weighted, modes and their copy */
 
 static void complete(struct process_inputs *given)
 {
@@ -87,7 +91,10 @@ static json_t *compactness_json(const struct srnf_pca *pca)
 static json_t *run_pca(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct pca *asked = typed;
-    const struct compute_mean_inputs more = {.fit = true, .components = (size_t)asked->components};
+    /* All that there are of groups that have no more. */
+    size_t most = asked->group.n > PROCESS_COMPONENTS_MAX + 1 ? PROCESS_COMPONENTS_MAX : 0;
+    const struct compute_mean_inputs more = {
+        .fit = true, .components = asked->components > 0 ? (size_t)asked->components : most};
     struct group_mean mean;
     struct model_parts parts;
     json_t *document = NULL, *record = NULL;
@@ -102,8 +109,9 @@ static json_t *run_pca(struct jobs_run *run, const void *typed, struct jobs_resu
         record = model_keep(run, &parts, record_of(run, &mean, &parts), record, result);
     }
     if (record) {
-        document = json_pack("{s:o, s:o}", "model", record, "compactness",
-                             compactness_json(&mean.outputs.pca));
+        document = json_pack("{s:o, s:o, s:o}", "model", record, "compactness",
+                             compactness_json(&mean.outputs.pca), "eigenvalueBound",
+                             json_finite(mean.outputs.eigenvalue_bound));
         document = mean_finish(run, &mean, document, result);
     }
     group_mean_clear(&mean);

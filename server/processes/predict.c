@@ -83,7 +83,7 @@ static const struct input_own priors_own = {
     .type = type_priors,
     .clear = clear_priors,
 };
-static const struct input_own surfaces_own = GROUP_SURFACES_OWN("\"array\"", 1);
+static const struct input_own surfaces_own = GROUP_SURFACES_OWN("\"array\"", 1, PROCESS_GROUP_MAX);
 
 static const struct process_input inputs[] = {
     {"model", INPUT_MODEL, offsetof(struct predict, model), "A classifier, made by train.",
@@ -162,7 +162,7 @@ static void complete(struct process_inputs *given)
 
     if (id && store_model_get_as(given->call->api->config.store, given->call->request->caller.name,
                                  id, 0, &model) == 0) {
-        inputs_check_memory(given, n, (long)model.lmax, COPIES);
+        inputs_check_memory(given, n, (long)model.lmax, COPIES, 0.0);
         if (json_is_object(json_object_get(given->canonical, "priors"))) {
             check_priors(given, &model);
         }

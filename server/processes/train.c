@@ -112,8 +112,8 @@ static void complete(struct process_inputs *given)
     const json_t *cohort = json_object_get(given->canonical, "cohort");
     long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
 
-    inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree,
-                        COPIES);
+    inputs_check_memory(given, json_array_size(json_object_get(cohort, "surfaces")), degree, COPIES,
+                        0.0);
     classify_classes_check(given, cohort, SRNF_TRAIN_SUBJECTS_MIN, check_folds);
     if (!given->list->errors) {
         (void)group_check_labels(given, json_object_get(cohort, "subjects"),

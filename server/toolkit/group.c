@@ -58,28 +58,36 @@ static json_t *name_of(struct jobs_run *run, const char *id)
     return name ? name : json_string(id);
 }
 
-/* Whether another name is the same as the i-th. */
-static bool is_taken(const json_t *names, size_t i)
+/* How often each of the names is there (new reference). */
+static json_t *count_names(const json_t *names)
 {
-    for (size_t k = 0; k < json_array_size(names); k++) {
-        if (k != i && json_equal(json_array_get(names, k), json_array_get(names, i))) {
-            return true;
-        }
+    json_t *counts = json_object();
+
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        const char *name = json_string_value(json_array_get(names, i));
+        json_int_t count = json_integer_value(json_object_get(counts, name));
+
+        (void)json_object_set_new(counts, name, json_integer(count + 1));
     }
-    return false;
+    return counts;
+}
+
+static bool is_shared(const json_t *counts, const json_t *name)
+{
+    return json_integer_value(json_object_get(counts, json_string_value(name))) > 1;
 }
 
 /* Names that several members have, each with what follows it in brackets, and that which is still
    the same with the number of the member. */
 static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const json_t *names)
 {
-    json_t *parted = json_array(), *distinct = json_array();
+    json_t *parted = json_array(), *distinct = json_array(), *counts = count_names(names);
 
     for (size_t i = 0; i < json_array_size(names); i++) {
         json_t *name = json_array_get(names, i);
         const char *id = json_string_value(json_array_get(surfaces, i));
 
-        if (is_taken(names, i)) {
+        if (is_shared(counts, name)) {
             json_t *own = name_of(run, id);
 
             (void)json_array_append_new(
@@ -90,16 +98,19 @@ static json_t *part_names(struct jobs_run *run, const json_t *surfaces, const js
             (void)json_array_append(parted, name);
         }
     }
+    json_decref(counts);
+    counts = count_names(parted);
     for (size_t i = 0; i < json_array_size(parted); i++) {
         json_t *name = json_array_get(parted, i);
 
-        if (is_taken(parted, i)) {
+        if (is_shared(counts, name)) {
             name = json_sprintf("%s #%zu", json_string_value(name), i);
             (void)json_array_append_new(distinct, name);
         } else {
             (void)json_array_append(distinct, name);
         }
     }
+    json_decref(counts);
     json_decref(parted);
     return distinct;
 }
@@ -139,28 +150,41 @@ json_t *group_groups(const json_t *cohort)
 
 /* ---- Subjects -------------------------------------------------------------------------------- */
 
+/* The member that a name came with first: i, where it is new or NULL. good: false without memory. */
+static size_t first_of(json_t *firsts, const char *name, size_t i, bool *good)
+{
+    const json_t *known = name ? json_object_get(firsts, name) : NULL;
+
+    if (known) {
+        return (size_t)json_integer_value(known);
+    }
+    if (name && json_object_set_new(firsts, name, json_integer((json_int_t)i))) {
+        *good = false;
+    }
+    return i;
+}
+
 size_t *group_subject_numbers(const json_t *subjects, size_t n, size_t *count, size_t *largest)
 {
     size_t *numbers = srnf_alloc(n ? n : 1, 2 * sizeof *numbers);
     size_t *sizes = numbers ? numbers + n : NULL;
+    json_t *firsts = json_object(); /* member that a subject came with first */
+    bool good = numbers && firsts;
 
     *count = *largest = 0;
-    for (size_t i = 0; numbers && i < n; i++) {
+    for (size_t i = 0; good && i < n; i++) {
         const char *own = json_string_value(json_array_get(subjects, i));
-        size_t first = own ? 0 : i;
+        size_t first = first_of(firsts, own, i, &good);
 
-        while (first < i) {
-            const char *other = json_string_value(json_array_get(subjects, first));
-
-            if (other && strcmp(own, other) == 0) {
-                break;
-            }
-            first++;
-        }
         numbers[i] = first;
         *count += first == i;
         sizes[first]++;
         *largest = sizes[first] > *largest ? sizes[first] : *largest;
+    }
+    json_decref(firsts);
+    if (!good) {
+        srnf_free(numbers);
+        return NULL;
     }
     return numbers;
 }
@@ -234,11 +258,6 @@ static void find_content(struct jobs_run *run, const char *id, bool mirrored, co
     store_surface_clear(&surface);
 }
 
-static bool is_same(const char *a, const char *b)
-{
-    return a[0] && strcmp(a, b) == 0;
-}
-
 static void warn_duplicate(json_t *warnings, const json_t *subjects, size_t first, size_t i,
                            const char *content)
 {
@@ -271,28 +290,28 @@ void group_warn_duplicates(struct jobs_run *run, json_t *document, const json_t 
 {
     const json_t *mirrored = json_object_get(cohort, "mirrored");
     size_t n = json_array_size(surfaces);
-    struct content *all = srnf_alloc(n ? n : 1, sizeof *all);
+    json_t *of_surface = json_object(), *of_mesh = json_object();
+    bool good = of_surface && of_mesh;
 
-    if (!all) {
-        json_memory_fail(); /* a warning may be missing */
-    }
-    for (size_t i = 0; all && i < n; i++) {
+    for (size_t i = 0; good && i < n; i++) {
         const char *id = json_string_value(json_array_get(surfaces, i));
-        size_t first = 0;
+        struct content content = {.surface = ""};
+        size_t surface, mesh, first;
 
         find_content(run, id ? id : "", json_is_true(json_array_get(mirrored, i)),
-                     contents ? contents[i] : NULL, &all[i]);
-        while (first < i && !is_same(all[first].surface, all[i].surface) &&
-               !is_same(all[first].mesh, all[i].mesh)) {
-            first++;
-        }
-        if (first < i) {
-            bool surface = is_same(all[first].surface, all[i].surface);
-
+                     contents ? contents[i] : NULL, &content);
+        surface = first_of(of_surface, content.surface[0] ? content.surface : NULL, i, &good);
+        mesh = first_of(of_mesh, content.mesh[0] ? content.mesh : NULL, i, &good);
+        first = surface < mesh ? surface : mesh;
+        if (good && first < i) {
             warn_duplicate(warnings_of(document), json_object_get(cohort, "subjects"), first, i,
-                           surface ? json_string_value(json_array_get(surfaces, first))
-                                   : all[i].mesh + 1);
+                           surface == first ? json_string_value(json_array_get(surfaces, first))
+                                            : content.mesh + 1);
         }
     }
-    srnf_free(all);
+    if (!good) {
+        json_memory_fail(); /* a warning may be missing */
+    }
+    json_decref(of_surface);
+    json_decref(of_mesh);
 }

@@ -12,7 +12,7 @@
 
 struct store_model; /* store/model.h */
 
-_Static_assert(PROCESS_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed");
+_Static_assert(PROCESS_LARGE_GROUP_MAX <= COMPUTE_GROUP_MAX, "a group can be computed");
 
 /* ---- Inputs (group_inputs.c) ----------------------------------------------------------------- */
 
@@ -35,14 +35,21 @@ struct group_input {
     "beside others by area are encoded again by area (bridgedSurfaces); of what differs all the " \
     "same the result has the warning mixed-routes."
 
-/* Rows of a table whose typed inputs have a struct group_input called group. Surfaces or a cohort
-   must be given, and not both: */
+/* Rows of a table whose typed inputs have a struct group_input called group, of up to
+   PROCESS_LARGE_GROUP_MAX members. Surfaces or a cohort must be given, and not both: */
 #define GROUP_INPUTS(typed)                                                           \
-    {"surfaces", INPUT_OWN, offsetof(struct typed, group),                            \
+    {"surfaces",                                                                      \
+     INPUT_OWN,                                                                       \
+     offsetof(struct typed, group),                                                   \
      "The surfaces, or cohort instead. Meshes are encoded with the default options.", \
-     .own = &group_surfaces},                                                         \
-        {"cohort", INPUT_OWN, offsetof(struct typed, group),                          \
-         "Name of a cohort, instead of surfaces.", .own = &group_cohort},             \
+     .own = &group_surfaces,                                                          \
+     .highest = PROCESS_LARGE_GROUP_MAX},                                             \
+        {"cohort",                                                                    \
+         INPUT_OWN,                                                                   \
+         offsetof(struct typed, group),                                               \
+         "Name of a cohort, instead of surfaces.",                                    \
+         .own = &group_cohort,                                                        \
+         .highest = PROCESS_LARGE_GROUP_MAX},                                         \
     {                                                                                 \
         "mixedRoutes", INPUT_BOOLEAN, offsetof(struct typed, group.mixed_routes),     \
             GROUP_MIXED_ROUTES_TEXT, .fallback = 0                                    \
@@ -69,13 +76,12 @@ bool group_type_surfaces(const json_t *value, void *member);
 bool group_type_members(const json_t *value, void *member);
 void group_input_clear(void *member); /* struct group_input */
 /* type: "\"array\"", or a list of types. */
-#define GROUP_SURFACES_OWN(types, least)                                                          \
+#define GROUP_SURFACES_OWN(types, least, most)                                                    \
     {                                                                                             \
         .schema =                                                                                 \
             "\"type\":" types ",\"minItems\":" PROCESS_TEXT(least) ",\"maxItems\":" PROCESS_TEXT( \
-                PROCESS_GROUP_MAX) ",\"items\":{"                                                 \
-                                   "\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN   \
-                                   "\"}",                                                         \
+                most) ",\"items\":{"                                                              \
+                      "\"type\":\"string\",\"pattern\":\"" PROCESS_SURFACE_PATTERN "\"}",         \
         .refers = true, .read = group_read_surfaces, .type = group_type_surfaces,                 \
         .clear = group_input_clear,                                                               \
     }
@@ -88,9 +94,10 @@ bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
 /* The members of the canonical cohort as the store has them, with all that it says of them (new
    reference; NULL where it is gone by now, or answered). */
 json_t *group_stored_members(struct process_inputs *inputs);
-/* Notes a problem where n fields of that degree, `copies` of them for each surface, are beyond the
-   limit on memory. */
-void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies);
+/* Notes a problem where n fields of that degree, `copies` of them for each surface, and `more` bytes
+   are beyond the memory of a job. */
+void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies,
+                         double more);
 
 /* Reads "model": canonical, and the stored model without its arrays (store_model_clear). kind: that
    it must be of (api/models.h); NULL: components. False with a problem noted or answered. */

@@ -15,6 +15,7 @@
 #include "store/cohort.h"
 
 #define MIB 1048576.0
+#define MEMORY_WITHOUT_ENGINE (2048.0 * MIB) /* of a job that nothing would run */
 
 /* ---- Reading --------------------------------------------------------------------------------- */
 
@@ -38,19 +39,25 @@ static size_t least_of(const struct process_input *input)
     return input->lowest > 0.0 ? (size_t)input->lowest : PROCESS_GROUP_MIN;
 }
 
-static bool check_count(struct process_inputs *inputs, size_t least, const char *pointer,
-                        size_t count)
+/* The most of them: highest, where that is set. */
+static size_t most_of(const struct process_input *input)
 {
-    if (count < least || count > PROCESS_GROUP_MAX) {
-        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %zu to %d", count,
-                    least, PROCESS_GROUP_MAX);
+    return input->highest > 0.0 ? (size_t)input->highest : PROCESS_GROUP_MAX;
+}
+
+static bool check_count(struct process_inputs *inputs, const struct process_input *input,
+                        const char *pointer, size_t count)
+{
+    if (count < least_of(input) || count > most_of(input)) {
+        problem_add(inputs->list, pointer, "has %zu surfaces; it must have from %zu to %zu", count,
+                    least_of(input), most_of(input));
         return false;
     }
     return true;
 }
 
-static void read_list(struct process_inputs *inputs, size_t least, const json_t *value,
-                      json_t *surfaces)
+static void read_list(struct process_inputs *inputs, const struct process_input *input,
+                      const json_t *value, json_t *surfaces)
 {
     char pointer[64];
     size_t count = json_array_size(value);
@@ -59,7 +66,7 @@ static void read_list(struct process_inputs *inputs, size_t least, const json_t 
         problem_add(inputs->list, "/inputs/surfaces", "must be an array of ids");
         return;
     }
-    if (!check_count(inputs, least, "/inputs/surfaces", count)) {
+    if (!check_count(inputs, input, "/inputs/surfaces", count)) {
         return;
     }
     for (size_t i = 0; i < count && !inputs->answered; i++) {
@@ -94,14 +101,14 @@ bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
     return status == 0;
 }
 
-static void read_cohort(struct process_inputs *inputs, size_t least, const json_t *value,
-                        json_t *surfaces)
+static void read_cohort(struct process_inputs *inputs, const struct process_input *input,
+                        const json_t *value, json_t *surfaces)
 {
     struct store_cohort cohort = {.record = NULL};
     json_t *members = NULL, *labels = json_array(), *subjects = json_array();
     json_t *mirrored = json_array();
     bool good = group_find_cohort(inputs, value, &cohort) &&
-                check_count(inputs, least, "/inputs/cohort", cohort.n_members);
+                check_count(inputs, input, "/inputs/cohort", cohort.n_members);
 
     if (good) {
         members = cohort_members(&cohort);
@@ -138,7 +145,7 @@ void group_read_surfaces(struct process_inputs *inputs, const struct process_inp
                     "surfaces or a cohort must be given, and not both");
     } else if (listed) {
         surfaces = json_array();
-        read_list(inputs, least_of(input), listed, surfaces);
+        read_list(inputs, input, listed, surfaces);
         (void)inputs_routes(inputs, surfaces);
         (void)json_object_set_new(inputs->canonical, "cohort", json_null());
         (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
@@ -152,7 +159,7 @@ static void group_read_cohort(struct process_inputs *inputs, const struct proces
 
     if (cohort && !json_object_get(inputs->given, "surfaces")) {
         surfaces = json_array();
-        read_cohort(inputs, least_of(input), cohort, surfaces);
+        read_cohort(inputs, input, cohort, surfaces);
         (void)inputs_routes(inputs, surfaces);
         (void)json_object_set_new(inputs->canonical, "surfaces", surfaces);
     }
@@ -168,7 +175,7 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
         return;
     }
     surfaces = json_array();
-    read_cohort(inputs, least_of(input), cohort, surfaces);
+    read_cohort(inputs, input, cohort, surfaces);
     (void)inputs_routes(inputs, surfaces);
     (void)json_object_set_new(json_object_get(inputs->canonical, "cohort"), "surfaces", surfaces);
 }
@@ -192,16 +199,20 @@ json_t *group_stored_members(struct process_inputs *inputs)
     return members;
 }
 
-void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies)
+void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies,
+                         double more)
 {
+    const struct jobs *jobs = inputs->call->api->config.jobs;
+    double limit = jobs ? (double)jobs_memory_limit(jobs) : MEMORY_WITHOUT_ENGINE;
     size_t rows = srnf_working_rows((size_t)degree);
-    double bytes = (double)n * (double)copies * 3.0 * (double)rows * 2.0 * (double)rows * 8.0;
+    double bytes =
+        (double)n * (double)copies * 3.0 * (double)rows * 2.0 * (double)rows * 8.0 + more;
 
-    if (bytes > PROCESS_MEMORY_MAX) {
+    if (bytes > limit) {
         problem_add(inputs->list, "/inputs",
-                    "%zu surfaces of degree %ld need about %.0f MiB; the limit is %.0f MiB: take "
-                    "fewer of them or a lower degree",
-                    n, degree, bytes / MIB, PROCESS_MEMORY_MAX / MIB);
+                    "%zu surfaces of degree %ld need about %.0f MiB; a job may have %.0f MiB: take "
+                    "fewer of them or a lower degree, or let jobs have more (--job-memory)",
+                    n, degree, bytes / MIB, limit / MIB);
     }
 }
 
@@ -279,7 +290,8 @@ void group_input_clear(void *member)
     *group = (struct group_input){0};
 }
 
-const struct input_own group_surfaces = GROUP_SURFACES_OWN("\"array\"", PROCESS_GROUP_MIN);
+const struct input_own group_surfaces =
+    GROUP_SURFACES_OWN("\"array\"", PROCESS_GROUP_MIN, PROCESS_LARGE_GROUP_MAX);
 const struct input_own group_cohort = {
     .schema =
         "\"type\":[\"string\",\"null\"],\"pattern\":\"" COHORT_NAME_PATTERN "\",\"default\":null",

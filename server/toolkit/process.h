@@ -41,8 +41,9 @@
 #define PROCESS_PENALTY_MAX 1000
 #define PROCESS_GROUP_MIN 2 /* surfaces of a group */
 #define PROCESS_GROUP_MAX 500
-#define PROCESS_PULLBACK_GROUP_MAX 100  /* surfaces of a pulled-back mean */
-#define PROCESS_MEMORY_MAX 2147483648.0 /* bytes of the fields of a group */
+#define PROCESS_LARGE_GROUP_MAX 10000  /* where a surface more costs the same as those before */
+#define PROCESS_MATRIX_MAX 1000        /* surfaces of a matrix in a result: a million numbers */
+#define PROCESS_PULLBACK_GROUP_MAX 100 /* surfaces of a pulled-back mean */
 #define PROCESS_MEAN_TOLERANCE_DEFAULT 1e-3
 #define PROCESS_MEAN_TOLERANCE_MIN 1e-8
 #define PROCESS_MEAN_TOLERANCE_MAX 1

@@ -179,7 +179,7 @@ get "/v1/cohorts/many.2/members?limit=1&cursor=$CURSOR"
 is_problem 412 precondition-failed 'and after a change a cursor begins again'
 execute mean '{"cohort":"many.2"}'
 is_problem 422 invalid-input 'a group that is computed has fewer'
-like "$(json .detail)" 'to 500' 'which the problem says'
+like "$(json .detail)" 'to 10000' 'which the problem says'
 
 if stop_server "$SERVER_PID"; then
     ok 'the server ends cleanly'

@@ -282,8 +282,118 @@ static void samples_have_the_covariance_of_the_model(void **state)
     close_model(&m);
 }
 
+/* ---- The largest components of a large group ------------------------------------------------- */
+
+#define MANY ((size_t)100)
+#define LARGEST ((size_t)12)
+
+/* Fields without much structure: a slope of variances that no few components exhaust. mean_q:
+   their average. */
+static double *open_many(const struct group *g, double *mean_q)
+{
+    struct test_random random = test_random_seed(5);
+    size_t size = 3 * g->points;
+    double *q = shapes_doubles(MANY * size);
+
+    for (size_t i = 0; i < MANY * size; i++) {
+        q[i] = test_random_uniform(&random, -1.0, 1.0) / (1.0 + 0.2 * (double)(i % size));
+    }
+    stats_average(g->grid, MANY, q, mean_q);
+    return q;
+}
+
+/* As many as there are: those of the Gram matrix. */
+static void the_largest_are_those_of_the_gram_matrix(void **state)
+{
+    double bounds[MANY], values = 0.0, kept = 0.0;
+    struct srnf_pca gram, largest;
+    struct group g;
+    double *mean_q, *q;
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 1, 0.0);
+    mean_q = shapes_doubles(3 * g.points);
+    q = open_many(&g, mean_q);
+    assert_int_equal(srnf_pca_fit(g.grid, MANY, mean_q, q, LARGEST, &gram), SRNF_OK);
+    assert_int_equal(srnf_pca_fit_largest(g.grid, MANY, mean_q, q, LARGEST, NULL, &largest, bounds),
+                     SRNF_OK);
+    assert_int_equal(largest.components, LARGEST);
+    assert_true(fabs(largest.total_variance / gram.total_variance - 1.0) <= 1e-13);
+    for (size_t k = 0; k < LARGEST; k++) {
+        values = compare_max(values, fabs(largest.eigenvalues[k] / gram.eigenvalues[k] - 1.0));
+        for (size_t i = 0; i < MANY; i++) {
+            kept = compare_max(
+                kept, fabs(largest.scores[i * LARGEST + k] - gram.scores[i * LARGEST + k]) /
+                          sqrt(gram.eigenvalues[0]));
+        }
+        assert_true(bounds[k] <= 1e-8 * gram.eigenvalues[0]);
+    }
+    figure_below("eigenvalues off those of the Gram matrix", values, 1e-10);
+    figure_below("scores off those of the Gram matrix", kept, 1e-6);
+    srnf_pca_clear(&gram);
+    srnf_pca_clear(&largest);
+    srnf_free(q);
+    srnf_free(mean_q);
+    group_close(&g);
+}
+
+/* All of few, in one round; and the bounds hold there too, to rounding. */
+static void the_largest_may_be_all(void **state)
+{
+    double bounds[N];
+    struct srnf_pca largest;
+    struct model m;
+
+    (void)state;
+    open_model(&m, 0);
+    assert_int_equal(srnf_pca_fit_largest(m.g.grid, N, m.mean.mean_q, m.mean.registered_q, N, NULL,
+                                          &largest, bounds),
+                     SRNF_OK);
+    assert_int_equal(largest.components, N - 1);
+    for (size_t k = 0; k < N - 1; k++) {
+        assert_true(fabs(largest.eigenvalues[k] - m.pca.eigenvalues[k]) <=
+                    bounds[k] + 1e-12 * m.pca.eigenvalues[0]);
+    }
+    srnf_pca_clear(&largest);
+    close_model(&m);
+}
+
+static void the_largest_do_not_depend_on_threads(void **state)
+{
+    struct srnf_pca first = {0};
+    double bounds[LARGEST];
+    struct group g;
+    double *mean_q, *q;
+
+    (void)state;
+    group_open_stars(&g, DEGREE, 1, 0.0);
+    mean_q = shapes_doubles(3 * g.points);
+    q = open_many(&g, mean_q);
+    for (size_t s = 0; s < GROUP_SPREADS; s++) {
+        struct group_watch watch;
+        struct srnf_context context = group_context(&watch, group_threads[s]);
+        struct srnf_pca pca;
+
+        assert_int_equal(
+            srnf_pca_fit_largest(g.grid, MANY, mean_q, q, LARGEST, &context, &pca, bounds),
+            SRNF_OK);
+        if (s == 0) {
+            first = pca;
+            continue;
+        }
+        assert_memory_equal(pca.scores, first.scores, MANY * LARGEST * sizeof(double));
+        assert_memory_equal(pca.modes, first.modes, LARGEST * 3 * g.points * sizeof(double));
+        srnf_pca_clear(&pca);
+    }
+    srnf_pca_clear(&first);
+    srnf_free(q);
+    srnf_free(mean_q);
+    group_close(&g);
+}
+
 static void refuses_what_it_cannot_take(void **state)
 {
+    double bounds[N + 1];
     struct model m;
     struct srnf_pca pca;
 
@@ -291,7 +401,17 @@ static void refuses_what_it_cannot_take(void **state)
     open_model(&m, RANK);
     assert_int_equal(srnf_pca_fit(m.g.grid, 1, m.mean.mean_q, m.mean.registered_q, 0, &pca),
                      SRNF_EINVAL);
+    assert_int_equal(srnf_pca_fit_largest(m.g.grid, 1, m.mean.mean_q, m.mean.registered_q, 1, NULL,
+                                          &pca, bounds),
+                     SRNF_EINVAL);
+    assert_int_equal(srnf_pca_fit_largest(m.g.grid, N, m.mean.mean_q, m.mean.registered_q, N + 1,
+                                          NULL, &pca, bounds),
+                     SRNF_EINVAL);
     m.mean.registered_q[17] = INFINITY;
+    assert_int_equal(srnf_pca_fit_largest(m.g.grid, N, m.mean.mean_q, m.mean.registered_q, 2, NULL,
+                                          &pca, bounds),
+                     SRNF_EINVAL);
+    assert_null(pca.modes);
     assert_int_equal(srnf_pca_fit(m.g.grid, N, m.mean.mean_q, m.mean.registered_q, 0, &pca),
                      SRNF_EINVAL);
     assert_null(pca.modes);
@@ -309,6 +429,9 @@ int main(void)
         cmocka_unit_test(the_residual_is_what_is_left),
         cmocka_unit_test(finds_the_rank),
         cmocka_unit_test(samples_have_the_covariance_of_the_model),
+        cmocka_unit_test(the_largest_are_those_of_the_gram_matrix),
+        cmocka_unit_test(the_largest_may_be_all),
+        cmocka_unit_test(the_largest_do_not_depend_on_threads),
         cmocka_unit_test(refuses_what_it_cannot_take),
     };
 

@@ -179,15 +179,44 @@ static void test_memory(void **state)
     const struct fixture *fixture = *state;
     const char *detail;
 
-    for (int i = 0; i < PROCESS_GROUP_MAX; i++) {
+    for (int i = 0; i < PROCESS_LARGE_GROUP_MAX; i++) {
         (void)json_array_append_new(json_object_get(inputs, "surfaces"),
                                     json_string(fixture->surface));
     }
     outcome = canonical_outcome(*state, "pca", inputs);
     assert_true(has_error(&outcome, "/inputs"));
     detail = json_string_value(json_object_get(json_array_get(outcome.errors, 0), "detail"));
-    assert_non_null(strstr(detail, "500 surfaces of degree 127"));
-    assert_non_null(strstr(detail, "the limit is 2048 MiB"));
+    assert_non_null(strstr(detail, "10000 surfaces of degree 127"));
+    assert_non_null(strstr(detail, "a job may have 2048 MiB"));
+    outcome_clear(&outcome);
+    (void)json_object_set_new(inputs, "lmax", json_integer(6));
+    (void)json_object_set_new(inputs, "register", json_false());
+    outcome = canonical_outcome(*state, "mean", inputs);
+    assert_non_null(outcome.canonical);
+    outcome_clear(&outcome);
+    json_decref(inputs);
+}
+
+/* A matrix of distances is made of fewer than a mean is, and a mean of no more than this. */
+static void test_sizes(void **state)
+{
+    struct outcome outcome;
+    json_t *inputs = json_pack("{s:[]}", "surfaces");
+    const struct fixture *fixture = *state;
+
+    for (int i = 0; i <= PROCESS_MATRIX_MAX; i++) {
+        (void)json_array_append_new(json_object_get(inputs, "surfaces"),
+                                    json_string(fixture->surface));
+    }
+    outcome = canonical_outcome(*state, "distances", inputs);
+    assert_true(has_error(&outcome, "/inputs/surfaces"));
+    outcome_clear(&outcome);
+    for (int i = PROCESS_MATRIX_MAX; i < PROCESS_LARGE_GROUP_MAX; i++) {
+        (void)json_array_append_new(json_object_get(inputs, "surfaces"),
+                                    json_string(fixture->surface));
+    }
+    outcome = canonical_outcome(*state, "mean", inputs);
+    assert_true(has_error(&outcome, "/inputs/surfaces"));
     outcome_clear(&outcome);
     json_decref(inputs);
 }
@@ -259,6 +288,7 @@ int main(void)
         cmocka_unit_test(test_bridges_take_time),
         cmocka_unit_test(test_degree),
         cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_pullback),
         cmocka_unit_test(test_model),
         cmocka_unit_test(test_classify),
