@@ -545,6 +545,9 @@ static int iterate_all(struct mean_run *run, const struct srnf_mean_options *opt
         status = iterate(run, 0.0, error);
         if (status == SRNF_OK) {
             run->history[run->iterations - 1].seconds = before + srnf_seconds(run->context) - start;
+            if (run->registered && run->iterations == 1 && options->checkpoint) {
+                stats_keep(run->context, run->series, 0, 0, NULL); /* the checkpoint has them */
+            }
             status = tell_checkpoint(run, options);
         }
         if (status == SRNF_OK && srnf_is_canceled(run->context)) {
@@ -577,6 +580,9 @@ int stats_mean(const struct srnf_sht *sht, size_t n, const double *const *surfac
                  : stats_run(context, n, prepare_one, &run, (struct stats_progress){0}, &first);
     if (status) {
         goto out;
+    }
+    if (run.registered) {
+        run.series = mean_series(&run, start);
     }
     status = options->resume ? resume_run(&run, options, &first) : start_run(&run, start, &first);
     if (status == SRNF_OK && mean_is_warped(&run)) {

@@ -84,6 +84,7 @@ struct mean_run {
     double *gamma, *jacobian;         /* [n][P][3], [n][P]: the warps on the grid */
     double *potentials;               /* [n][2][(D+1)^2] of the Gauss-Newton step of each */
     double *taken;                    /* what is taken of them */
+    uint64_t series;                  /* of the first registrations, as they are kept */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
     size_t history_capacity;
@@ -173,6 +174,15 @@ double mean_change(const struct mean_run *run);
 
 SRNF_CHECKED int mean_hand_over(struct mean_run *run, struct srnf_mean *mean,
                                 struct srnf_error *error);
+
+/* ---- mean_kept.c: the first registration of each subject as parts of a run ------------------- */
+
+uint64_t mean_series(const struct mean_run *run, size_t start);
+/* Offers the registration of subject i to be kept. */
+void mean_keep_registered(const struct mean_run *run, size_t i, const struct srnf_context *context);
+/* Rotation and chain as an earlier attempt has left them; false: it has left none. */
+bool mean_recall_registered(const struct mean_run *run, size_t i,
+                            const struct srnf_context *context);
 
 /* ---- mean_checkpoint.c: a run between two iterations as bytes, and back ---------------------- */
 

@@ -125,8 +125,14 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     struct mean_subject *subject = &run->subjects[i];
     struct search_result found = {.iterations = 0};
     struct search search;
-    int status = search_create(&search, run->work, run->mean_q, NULL, run->surfaces[i],
-                               &run->registration, NULL, context);
+    int status;
+
+    if (run->iterations == 0 && mean_recall_registered(run, i, context)) {
+        subject->tabulated = count_tabulated(run, &subject->warp);
+        return SRNF_OK;
+    }
+    status = search_create(&search, run->work, run->mean_q, NULL, run->surfaces[i],
+                           &run->registration, NULL, context);
 
     if (status == SRNF_OK) {
         search.full.target.norm2 = run->norm2;
@@ -143,6 +149,9 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     subject->tabulated = count_tabulated(run, &subject->warp);
     memcpy(subject->at.rotation, found.warp.rotation, sizeof subject->at.rotation);
     search_result_clear(&found);
+    if (run->iterations == 0) {
+        mean_keep_registered(run, i, context);
+    }
     return SRNF_OK;
 }
 

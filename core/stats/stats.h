@@ -115,7 +115,8 @@ SRNF_CHECKED int stats_invert_near(const struct srnf_sht *sht, const double *q, 
 #define STATS_HASH_START UINT64_C(14695981039346656037)
 uint64_t stats_hash(uint64_t hash, uint64_t x);
 uint64_t stats_hash_doubles(uint64_t hash, size_t count, const double *x);
-/* What a series is of; one of folds has the number of its template in the bits from 8 on. */
+/* What a series is of; one of folds has the number of its template in the bits from 8 on, and
+   registrations to the start of a mean that start, if it is of choice. */
 enum stats_kept {
     STATS_KEPT_DISTANCES = 0,
     STATS_KEPT_ALIGNED = 1,
@@ -123,7 +124,8 @@ enum stats_kept {
     STATS_KEPT_FOLDS = 3,
     STATS_KEPT_SAMPLES = 4,
     STATS_KEPT_NORMS = 5,
-    STATS_KEPT_VISITS = 6
+    STATS_KEPT_VISITS = 6,
+    STATS_KEPT_REGISTERED = 7
 };
 /* The series of what is computed of surfaces so registered, for the two below. what tells apart
    what else is computed of them. */

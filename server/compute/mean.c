@@ -51,6 +51,7 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     options.max_iterations = inputs->max_iterations;
     options.checkpoint = keep_checkpoint;
     options.checkpoint_user = run;
+    jobs_run_keep_parts(run); /* the registrations of the first iteration */
     if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
         options.resume = bytes;
         options.resume_size = size;

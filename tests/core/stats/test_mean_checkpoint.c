@@ -302,10 +302,98 @@ static void bytes_of_another_group_or_other_options(void **state)
     close_setting(&s);
 }
 
+/* ---- Registrations of the first iteration ---------------------------------------------------- */
+
+#define PARTS (2 * N)
+
+struct shelf {
+    double *values[2 * 8];
+    size_t count[2 * 8], asked, recalled, stop_after; /* stop_after: parts */
+    size_t n;
+};
+
+static bool shelf_recall(void *user, uint64_t series, uint64_t index, size_t count, double *values)
+{
+    struct shelf *shelf = user;
+
+    (void)series;
+    shelf->asked++;
+    if (index >= PARTS || !shelf->values[index] || shelf->count[index] != count) {
+        return false;
+    }
+    memcpy(values, shelf->values[index], count * sizeof(double));
+    shelf->recalled++;
+    return true;
+}
+
+static void shelf_keep(void *user, uint64_t series, uint64_t index, size_t count,
+                       const double *values)
+{
+    struct shelf *shelf = user;
+
+    (void)series;
+    assert_true(index < PARTS);
+    if (count == 0) { /* the checkpoint has them */
+        for (size_t k = 0; k < PARTS; k++) {
+            free(shelf->values[k]);
+            shelf->values[k] = NULL;
+        }
+        return;
+    }
+    free(shelf->values[index]);
+    shelf->values[index] = malloc(count * sizeof(double));
+    assert_non_null(shelf->values[index]);
+    memcpy(shelf->values[index], values, count * sizeof(double));
+    shelf->count[index] = count;
+    shelf->n++;
+}
+
+static bool shelf_stop(void *user)
+{
+    const struct shelf *shelf = user;
+
+    return shelf->n >= shelf->stop_after;
+}
+
+/* Stopped after two registrations, it ends with the bits of a run that was not; and registrations
+   that are not what was kept are made anew. */
+static void goes_on_within_the_first_iteration(void **state)
+{
+    struct setting s;
+    struct shelf shelf = {.stop_after = 4};
+    struct srnf_context context = {
+        .user = &shelf, .canceled = shelf_stop, .recall = shelf_recall, .keep = shelf_keep};
+    struct srnf_mean whole, resumed;
+
+    (void)state;
+    open_setting(&s, 1);
+    assert_true(srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, NULL, &whole, NULL) >= 0);
+    forget(&s.keeper);
+    assert_int_equal(
+        srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, &context, &resumed, NULL),
+        SRNF_ECANCELED);
+    assert_int_equal(shelf.n, 4);
+    assert_int_equal(shelf.recalled, 0);
+    shelf.values[3][9] = 7.5; /* the kind of its first link: made anew */
+    shelf.stop_after = SIZE_MAX;
+    assert_true(srnf_karcher_mean(s.g.sht, N, s.g.surfaces, &s.options, &context, &resumed, NULL) >=
+                0);
+    assert_int_equal(shelf.recalled, 4);
+    assert_int_equal(shelf.n, 4 + 2 * (N - 1));
+    assert_same(&s.g, &whole, &resumed);
+    for (size_t k = 0; k < PARTS; k++) {
+        assert_null(shelf.values[k]);
+    }
+    srnf_mean_clear(&whole);
+    srnf_mean_clear(&resumed);
+    close_setting(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(goes_on_from_any_iteration),
+        cmocka_unit_test(goes_on_within_the_first_iteration),
         cmocka_unit_test(killed_after_the_third_iteration),
         cmocka_unit_test(damaged_bytes),
         cmocka_unit_test(bytes_that_do_not_hold_what_they_say),
