@@ -90,7 +90,7 @@ api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one,
 api_handler tickets_create_one;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
-    system_readyz, system_version, system_openapi, system_metrics, system_caller;
+    system_readyz, system_version, system_openapi, system_metrics, system_caller, users_list;
 api_handler ui_redirect, ui_index, ui_file, ui_example;
 
 /* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */
