@@ -12,7 +12,7 @@
 
 #define DEPTH_MAX 4
 #define SHORT_MAX 8   /* elements of what fits into a cell */
-#define TEXTS_MAX 40  /* the same of texts */
+#define TEXTS_MAX 200 /* the same of texts */
 #define MATRIX_MAX 24 /* rows of a matrix that is shown as a table */
 #define COLUMNS_MAX 16
 

@@ -64,7 +64,7 @@ async function main() {
         const { jobs, items } = await call('GET', '/v1/jobs?process=compare-groups');
         compare = (jobs ?? items)[0];
         const results = await call('GET', `/v1/jobs/${compare.id ?? compare.jobID}/results`);
-        const p = `${+results.pValue.toPrecision(3)}`;
+        const p = `${+results.pValue.toPrecision(6)}`;
         if (!report.includes(p)) return `the report has no ${p}`;
         const other = await browser.newPage();
         const wrong = [];
@@ -85,6 +85,11 @@ async function main() {
         await waitText(page, 'No point is significant: the least p is');
         await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
         await waitText(page, 'are in colour');
+    });
+    await step('the path between the means is computed and shown', async () => {
+        await press(page, 'Path between the means');
+        await waitText(page, 'mean of (left|right)', 400000);
+        await page.waitForFunction(() => document.querySelectorAll('.gallery canvas').length === 7);
     });
     await step('the other answers of the example come', async () => {
         await visit(page, '#/cohorts/example');
@@ -165,7 +170,7 @@ async function main() {
     const surface = (await call('GET', '/v1/surfaces?limit=1')).items[0].id;
     const model = (await call('GET', '/v1/models?limit=1')).items[0].id;
     const pages = ['#/', '#/meshes', `#/meshes/${mesh}`, '#/cohorts', '#/cohorts/example', '#/analyses', '#/analyses/classify?cohort=example', '#/analyses/geodesic',
-        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('report')}`, `#/models/${model}`, '#/settings', '#/nowhere'];
+        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('report')}`, `#/models/${model}`, '#/settings', '#/admin', '#/nowhere'];
     if (of('distances')) pages.push(`#/jobs/${of('distances')}`);
     for (const scheme of ['light', 'dark']) {
         await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);

@@ -20,6 +20,7 @@ const Jobs = later(() => import('./jobs').then((m) => m.Jobs));
 const JobPage = later<{ id: string }>(() => import('./jobs').then((m) => m.JobPage));
 const ModelPage = later<{ id: string }>(() => import('./results').then((m) => m.ModelPage));
 const Surfaces = later(() => import('./shapes').then((m) => m.Surfaces));
+const Admin = later(() => import('./admin').then((m) => m.Admin));
 const SurfacePage = later<{ id: string }>(() => import('./shapes').then((m) => m.SurfacePage));
 
 const PLACES: [path: string, title: string, key: string][] = [
@@ -37,6 +38,7 @@ const PAGES: Record<string, (id: string | undefined) => preact.JSX.Element> = {
     models: (id) => <ModelPage id={id ?? ''} key={id} />,
     jobs: (id) => (id ? <JobPage id={id} key={id} /> : <Jobs />),
     settings: () => <Settings />,
+    admin: () => <Admin />,
 };
 
 function Content({ route }: { route: Route }) {
@@ -111,7 +113,7 @@ function App() {
         if (!first.current) document.querySelector<HTMLElement>('main h1')?.focus();
         first.current = false;
     }, [address]);
-    const here = { volumes: 'meshes', models: 'analyses' }[route.path[0]] ?? route.path[0] ?? '';
+    const here = { volumes: 'meshes', models: 'analyses', admin: 'settings' }[route.path[0]] ?? route.path[0] ?? '';
     return (
         <div class="frame">
             <a class="skip" href="#main" onClick={(e) => { e.preventDefault(); document.querySelector<HTMLElement>('main h1')?.focus(); }}>Skip to the page</a>

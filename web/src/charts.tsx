@@ -107,6 +107,24 @@ const padded = (values: number[]): [number, number] => {
 
 export interface Dot { x: number; y: number; name: string; group?: string | null }
 
+const LEGEND_COLUMNS = 4;
+const LEGEND_MAX = 2 * LEGEND_COLUMNS;
+
+/** Marks of groups, below a chart: two lines of them, and of long names the beginning. */
+function Legend({ groups }: { groups: string[] }) {
+    const shown = groups.length > LEGEND_MAX ? groups.slice(0, LEGEND_MAX - 1) : groups;
+    const place = (i: number) => `translate(${70 + 88 * (i % LEGEND_COLUMNS)} ${342 + 16 * Math.floor(i / LEGEND_COLUMNS)})`;
+    return (
+        <>
+            {shown.map((g, i) => {
+                const { colour, path } = groupLook(groups, g);
+                return <g transform={place(i)}><title>{g}</title><path d={path} fill={colour} /><text x="10" y="4" font-size="11" fill="currentColor">{g.length > 12 ? `${g.slice(0, 11)}…` : g}</text></g>;
+            })}
+            {groups.length > shown.length && <text transform={place(shown.length)} y="4" font-size="11" fill="currentColor">and {groups.length - shown.length} more</text>}
+        </>
+    );
+}
+
 export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: {
     title: string; name: string; dots: Dot[]; labels: [string, string]; chosen?: number; onChoose?: (i: number) => void; equal?: boolean;
 }) {
@@ -122,7 +140,7 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
     const py = (v: number) => 290 - ((v - y[0]) / (y[1] - y[0])) * 270;
     return (
         <Chart title={title} name={name} rows={[['name', 'group', ...labels], ...dots.map((d) => [d.name, d.group ?? '', d.x, d.y] as Rows[0])]}>
-            <svg viewBox="0 0 420 350" role="group" aria-label={`${title}: ${dots.length} shapes${onChoose ? '; Enter on one shows it' : ''}`}>
+            <svg viewBox={`0 0 420 ${groups.length > LEGEND_COLUMNS ? 366 : 350}`} role="group" aria-label={`${title}: ${dots.length} shapes${onChoose ? '; Enter on one shows it' : ''}`}>
                 <Axes x={x} y={y} box={[60, 20, 410, 290]} labels={labels} />
                 {dots.map((d, i) => {
                     const { colour, path } = groupLook(groups, d.group);
@@ -136,10 +154,7 @@ export function Scatter({ title, name, dots, labels, chosen, onChoose, equal }: 
                         </g>
                     );
                 })}
-                {groups.map((g, i) => {
-                    const { colour, path } = groupLook(groups, g);
-                    return <g transform={`translate(${70 + 90 * i} 342)`}><path d={path} fill={colour} /><text x="10" y="4" font-size="11" fill="currentColor">{g}</text></g>;
-                })}
+                <Legend groups={groups} />
             </svg>
         </Chart>
     );

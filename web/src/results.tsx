@@ -3,6 +3,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import * as api from './api';
 import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
 import { link } from './router';
+import { mayChange, refreshJobs } from './state';
 import { normalsOf } from './geometry';
 import { ColourBar, mapOf, paintedBy } from './maps';
 import { PictureButtons, Shape, View, linked, shapeAt, shapePath, surfacePath, useShape } from './shape';
@@ -267,6 +268,39 @@ function pText(r: any): string {
     return `${r.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(p)}`;
 }
 
+/** The geodesic from one mean to the other: both are predictions of a linear model of the labels, so that they are registered to each other. */
+function Between({ result }: { result: any }) {
+    const [path, setPath] = useState<any>();
+    const [busy, setBusy] = useState(false);
+    const [error, setError] = useState<unknown>();
+    const given = result.inputs;
+    const find = async () => {
+        setBusy(true);
+        setError(undefined);
+        try {
+            const model = await api.run('regress', {
+                cohort: given.cohort.name, formula: 'shape ~ label', at: result.groups.map((label: string) => ({ label })), permutations: 19, bootstraps: 100,
+                ...Object.fromEntries(['register', 'commonPose', 'lmax', 'mixedRoutes'].filter((name) => given[name] !== undefined && given[name] !== null).map((name) => [name, given[name]])),
+            });
+            const [from, to] = model.predictions.map((p: any) => p.surface.id);
+            setPath(await api.run('geodesic', { from, to, register: false }));
+            refreshJobs();
+        } catch (e) {
+            setError(e);
+        }
+        setBusy(false);
+    };
+    return (
+        <section aria-label="Between the means">
+            <h2>From {result.groups[0]} to {result.groups[1]}</h2>
+            {path ? <Path surfaces={path.surfaces} texts={path.times.map((t: number) => (t === 0 ? `mean of ${result.groups[0]}` : t === 1 ? `mean of ${result.groups[1]}` : `${Math.round(100 * t)} % of the way`))} energies={path.relativeEnergies} />
+                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation. It takes about as long as the comparison did.</p>
+                    {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? 'Computing the path…' : 'Path between the means'}</button>}</div>}
+            {error ? <ProblemBox error={error} /> : null}
+        </section>
+    );
+}
+
 function Groups({ result }: { result: any }) {
     const { shape, error } = useShape(surfacePath(result.surface.id, 32));
     const camera = linked;
@@ -316,6 +350,7 @@ function Groups({ result }: { result: any }) {
             <p class="quiet no-report">{here === undefined || !p ? 'Point at a map to read it.' : `Here p is ${figure(p.values[here])}${effect ? `, the effect ${figure(effect.values[here])}` : ''}, at vertex ${here}.`}</p>
             {read && <p role="status">{read}</p>}
             <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Maps as files</a></div>
+            {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}
         </>
     );
 }

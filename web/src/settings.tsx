@@ -55,6 +55,7 @@ export function Settings() {
                     {who.tokens
                         ? <p>{who.name}, with the role {who.role}{who.role === 'viewer' ? ': you may look at everything of yours, and change nothing' : ''}.</p>
                         : <p>This service asks for no token: whoever reaches it may do everything.</p>}
+                    {who.role === 'admin' && <p><a href="#/admin">Administration: users, queue, storage</a></p>}
                     {api.hasToken() && <button onClick={forget}>Forget the token</button>}
                 </section>
             ) : null}

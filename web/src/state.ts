@@ -21,8 +21,13 @@ export class Value<T> {
 
 export function useValue<T>(value: Value<T>): T {
     const [, again] = useState(0);
-    useEffect(() => value.listen(() => again((n) => n + 1)), [value]);
-    return value.get();
+    const shown = value.get();
+    useEffect(() => {
+        const stop = value.listen(() => again((n) => n + 1));
+        if (value.get() !== shown) again((n) => n + 1); // it has changed since this was drawn
+        return stop;
+    }, [value]);
+    return shown;
 }
 
 /** up: it answers. down: it does not. token: it asks for one. */

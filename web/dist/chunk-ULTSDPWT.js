@@ -1,4 +1,4 @@
-import{$ as G,A as D,B as v,D as B,E as N,G as R,H as F,K as U,N as h,O as V,P as y,R as q,T as E,W as n,X as T,Y as k,Z as H,aa as x,c as w,e as $,g as z,k as M,l as A,n as d,o as C,p as I,x as O}from"./chunk-MNLRUQDI.js";function Y(e,c){let o=[],m=[],s="",t=!1;for(let a=0;a<e.length;a++){let i=e[a];t?i!=='"'?s+=i:e[a+1]==='"'?s+=e[++a]:t=!1:i==='"'&&s===""?t=!0:i===c||i===`
+import{$ as G,A as D,B as v,D as B,E as N,G as R,H as F,K as U,N as h,O as V,P as y,R as q,T as E,W as n,X as T,Y as k,Z as H,aa as x,c as w,e as $,g as z,k as M,l as A,n as d,o as C,p as I,x as O}from"./chunk-VOZEOLWW.js";function Y(e,c){let o=[],m=[],s="",t=!1;for(let a=0;a<e.length;a++){let i=e[a];t?i!=='"'?s+=i:e[a+1]==='"'?s+=e[++a]:t=!1:i==='"'&&s===""?t=!0:i===c||i===`
 `?(m.push(s.trim()),s="",i===`
 `&&(o.push(m),m=[])):s+=i}return(s||m.length)&&o.push([...m,s.trim()]),o.filter(a=>a.some(i=>i!==""))}function S(e){let c=e.replace(/^\uFEFF/,"").replace(/\r\n?/g,`
 `),o=c.slice(0,c.indexOf(`
