@@ -115,6 +115,8 @@ int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
             counts[stats_below(run->options->seed, NUMBER + k, (uint32_t)i, (uint32_t)n)] += 1.0;
         }
         estimate(run, counts, counts + n, values);
+        values[1] *= (double)n / (double)(n - 1); /* a sample varies less than those it is of */
+        values[2] *= (double)n / (double)(n - 1);
         for (size_t e = 0; e < ESTIMATES; e++) {
             drawn[e * samples + k] = values[e];
         }

@@ -29,7 +29,7 @@
 #define WHY_NOT_PERMUTED                                                                      \
     "A permutation test exchanges the labels of whole subjects, which is not possible here. " \
     "Take permutations 0 (leaving whole subjects out is right all the same), or one member "  \
-    "of each subject. A test of changes within subjects, change, is planned and not there yet."
+    "of each subject. Changes within subjects are tested by change."
 
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
 

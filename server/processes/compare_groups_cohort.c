@@ -14,8 +14,8 @@
 
 #define WHY_NOT_COMPARED                                                                          \
     "compare-groups compares groups of different subjects: members of one subject are averaged, " \
-    "and whole subjects exchange their labels. Take members of one label of each subject. A "     \
-    "comparison of pairs within subjects, change, is planned and not there yet."
+    "and whole subjects exchange their labels. Take members of one label of each subject. Two "   \
+    "visits of each subject, told apart by their time, are compared by change."
 
 /* ---- Typed ----------------------------------------------------------------------------------- */
 

@@ -12,7 +12,7 @@
     row(extract) row(encode) row(invert) row(geodesic) row(register) row(distances) row(mean) \
         row(pca) row(modes) row(sample) row(project) row(evaluate) row(compare) row(shoot)    \
             row(transport) row(transfer) row(classify) row(repair) row(mirror) row(regress)   \
-                row(train) row(predict) row(score) row(report)
+                row(train) row(predict) row(score) row(report) row(change) row(asymmetry)
 
 #define DECLARE(name) extern const struct api_process name##_process;
 #define ADDRESS(name) &name##_process,

@@ -199,19 +199,24 @@ class Service:
 
 
 def make_inputs(service):
+    def link(path):
+        return {'href': f'{service.url}/v1/{path}', 'type': 'application/json'}
+
     mesh = service.send('/v1/meshes?format=ply', data=octahedron(8))['id']
     volume = service.send('/v1/volumes', data=ball(16))['id']
     a, b, c, d, e, f = (service.send('/v1/surfaces', json=coefficients(bump))['id'] for bump in (0, 1, 2, 3, 4, 5))
     members = [{'id': one, 'label': label, 'subject': one[-6:]} for one, label in zip((a, b, c, d, e, f), 'ppphhh')]
     service.send('/v1/cohorts', json={'name': 'six', 'members': members})
 
+    sided = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + side))['id'], 'subject': f's{i}',
+              'time': side, 'side': ('left', 'right')[side]} for i in range(5) for side in (0, 1)]
+    service.send('/v1/cohorts', json={'name': 'pairs', 'members': sided})
+    pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
+
     ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
     service.send('/v1/cohorts', json={'name': 'ten', 'members': [
         {'id': one, 'label': 'pr'[i % 2]} for i, one in enumerate(ten)]})
     kept = {'cohort': 'ten', 'method': 'srnf-nn'}
-
-    def link(path):
-        return {'href': f'{service.url}/v1/{path}', 'type': 'application/json'}
 
     group = {'surfaces': [a, {'value': b}, link(f'surfaces/{c}')], 'register': {'value': False}}
     pair = {'from': link(f'surfaces/{a}'), 'to': {'value': b}, 'register': False}
@@ -236,6 +241,8 @@ def make_inputs(service):
         'compare-groups': {'cohort': link('cohorts/six'), 'register': False, 'permutations': 10},
         'regress': {'cohort': link('cohorts/six'), 'formula': 'shape ~ label', 'register': False, 'permutations': 9,
                     'bootstraps': 100},
+        'change': pairs,
+        'asymmetry': pairs,
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'train': kept,
         'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},

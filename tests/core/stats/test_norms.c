@@ -232,7 +232,7 @@ static void covariates_predict(void **state)
     normals_close(&a);
 }
 
-/* ---- Others of the same kind, and odd ones ---------------------------------------------------- */
+/* ---- Others of the same kind, and odd ones --------------------------------------------------- */
 
 static void others_have_uniform_percentiles(void **state)
 {

@@ -188,6 +188,22 @@ static int run_score(void)
     return status;
 }
 
+static int run_pairs(void)
+{
+    static const double sizes[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
+    const struct srnf_pairs pairs = {5, g.f[0], compared, compared + 3 * g.points, sizes, sizes};
+    struct srnf_paired_options options = srnf_paired_options_defaults();
+    struct srnf_paired paired = {0};
+    int status;
+
+    options.permutations = 20;
+    options.bootstraps = 100;
+    status = srnf_paired_differences(g.sht, &pairs, &options, NULL, &paired, NULL);
+    assert_true((status < 0) == (paired.statistic == NULL));
+    srnf_paired_clear(&paired);
+    return status;
+}
+
 static int run_ranks(void)
 {
     static const double values[4] = {1.0, 2.0, 4.0, 3.0};
@@ -367,6 +383,7 @@ static void judging_survives(void **state)
     refusing_sweep("comparison of groups", run_comparison, EACH, 3);
     refusing_sweep("interval of a proportion", run_interval, 4, 1);
     refusing_sweep("linear model", run_regression, EACH, 3);
+    refusing_sweep("differences within subjects", run_pairs, EACH, 3);
     refusing_sweep("comparison with a subject twice", run_repeated_comparison, EACH, 3);
 }
 

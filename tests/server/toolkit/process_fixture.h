@@ -189,6 +189,31 @@ static void put_jobs(struct fixture *fixture)
     assert_int_equal(store_job_insert(fixture->store, &job, NULL, NULL, NULL), 0);
 }
 
+/* A cohort "pairs" of the surface, a left one at time 0 and a right one at time 1 of each subject. */
+static void put_pairs(struct fixture *fixture)
+{
+    struct store_cohort cohort = {.name = "pairs", .n_members = 10};
+    json_t *members = json_array();
+    bool created;
+    size_t missing;
+
+    cohort.members = calloc(cohort.n_members, sizeof *cohort.members);
+    assert_non_null(cohort.members);
+    for (size_t i = 0; i < cohort.n_members; i++) {
+        const char subject[3] = {'s', (char)('0' + i / 2), '\0'};
+
+        (void)json_array_append_new(members, json_pack("{s:s, s:n, s:s, s:{}, s:i, s:s}", "id",
+                                                       fixture->surface, "label", "subject",
+                                                       subject, "covariates", "time", (int)(i % 2),
+                                                       "side", i % 2 ? "right" : "left"));
+        memcpy(cohort.members[i], fixture->surface, STORE_ID_MAX);
+    }
+    cohort.record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS);
+    json_decref(members);
+    assert_int_equal(store_cohort_put(fixture->store, &cohort, &created, &missing), 0);
+    store_cohort_clear(&cohort);
+}
+
 static int fixture_open(void **state)
 {
     struct fixture *fixture = calloc(1, sizeof *fixture);
@@ -212,6 +237,7 @@ static int fixture_open(void **state)
     put_cohort(fixture);
     put_patients(fixture, "patients", 6);
     put_patients(fixture, "trained", 10);
+    put_pairs(fixture);
     put_volume(fixture);
     put_jobs(fixture);
     *state = fixture;

@@ -26,6 +26,8 @@ static const struct {
     {"train", "{\"cohort\":\"trained\"}"},
     {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
     {"score", "{\"model\":\"%\",\"surface\":\"@\"}"},
+    {"change", "{\"cohort\":\"pairs\"}"},
+    {"asymmetry", "{\"cohort\":\"pairs\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
     {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},

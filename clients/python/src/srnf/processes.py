@@ -100,6 +100,14 @@ class Processes:
         """A linear model of shape, ``shape ~ age + sex``: ``terms``, ``coefficients``, ``predictions`` (``at=[..]``)."""
         return self.run("regress", cohort=cohort, formula=formula, **options)
 
+    def change(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """What happens between two times, within subjects: ``pValue``, ``change``, ``perSubject``, ``surface`` with maps."""
+        return self.run("change", cohort=cohort, **options)
+
+    def asymmetry(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """How left and right differ: ``directional``, ``fluctuating``, ``pValue``, ``surface`` with maps."""
+        return self.run("asymmetry", cohort=cohort, **options)
+
     def classify(self, cohort: Union[Cohort, str], **options: Any) -> Result:
         """Labels predicted, each subject left out in turn: ``methods`` with ``accuracy`` and its interval."""
         return self.run("classify", cohort=cohort, **options)

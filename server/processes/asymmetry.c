@@ -1,0 +1,61 @@
+/*
+ * asymmetry.c - the process asymmetry: how the left and the right side of subjects differ, one of
+ * them mirrored.
+ *
+ * What all subjects have in common is directional asymmetry, what is left fluctuating asymmetry.
+ * Differences go from the left side to the right one, on the side that is not mirrored.
+ */
+#include "processes/paired.h"
+
+static const struct process_input inputs[] = {
+    {"cohort", INPUT_OWN, offsetof(struct paired, group),
+     "A cohort whose members have a subject and a side: a left and a right one of each subject. "
+     "Where the cohort does not bring all to one hand by mirror, the right ones are mirrored.",
+     .required = true, .own = &paired_cohort},
+    {"mixedRoutes", INPUT_BOOLEAN, offsetof(struct paired, group.mixed_routes),
+     GROUP_MIXED_ROUTES_TEXT, .fallback = 0},
+    PAIRED_INPUTS("asymmetry"),
+    {.name = NULL},
+};
+
+static const struct process_output outputs[] = {
+    {"directional", OUTPUT_OBJECT,
+     "{value, interval}: root of the mean square over the surface of the mean displacement from "
+     "left to right, in the units of the input, 95 % by bootstrap of subjects."},
+    {"fluctuating", OUTPUT_OBJECT,
+     "{value, interval}: standard deviation of the subjects' displacements about it, as those. "
+     "What each surface is measured wrongly by is in it."},
+    PAIRED_OUTPUTS("asymmetry", "the sides of a subject"),
+    {NULL, NULL, NULL},
+};
+
+static void complete(struct process_inputs *given)
+{
+    mean_complete(given, PAIRED_COPIES);
+    if (!given->list->errors) {
+        paired_describe_sides(given);
+    }
+}
+
+static json_t *run_asymmetry(struct jobs_run *run, const void *typed, struct jobs_result *result)
+{
+    return paired_run(run, typed, "asymmetry", "directional", "fluctuating", result);
+}
+
+static const struct process_table table = {
+    .inputs = inputs,
+    .outputs = outputs,
+    .size = sizeof(struct paired),
+    .complete = complete,
+    .run = run_asymmetry,
+};
+
+const struct api_process asymmetry_process = {
+    .id = "asymmetry",
+    .title = "Asymmetry of sides",
+    .description = "Differences between the left and the right side of each subject, one of them "
+                   "mirrored, after registering the two: directional asymmetry with a test by sign "
+                   "flips and a map, fluctuating asymmetry, and what each subject has.",
+    .table = &table,
+    .seconds = paired_seconds,
+};

@@ -1,0 +1,103 @@
+/*
+ * paired.h - what the processes change and asymmetry share: cohorts with two surfaces of each
+ * subject, and what their differences come to.
+ */
+#ifndef SRNFD_PROCESSES_PAIRED_H
+#define SRNFD_PROCESSES_PAIRED_H
+
+#include "toolkit/mean.h"
+#include "toolkit/permutation_test.h"
+
+struct paired {
+    struct group_input group; /* both members of each subject, and nobody else */
+    struct mean_input mean;
+    long permutations, bootstraps, seed;
+    size_t n, *first, *second; /* [n] members, of each subject */
+    int scale;                 /* enum paired_scale */
+    bool fields;
+};
+enum paired_scale { PAIRED_SHAPE_AND_SIZE, PAIRED_SHAPE };
+extern const char *const paired_scales[];
+
+/* paired_cohort.c: the rows of a table whose typed inputs are a struct paired. The canonical cohort
+   has the members that are compared alone, and first and second, their places. */
+extern const struct input_own paired_cohort;
+extern const struct input_own paired_time; /* a number or null; typed: nothing */
+void paired_describe_visits(struct process_inputs *given);
+void paired_describe_sides(struct process_inputs *given);
+
+#define PAIRED_COPIES 16 /* fields of each surface: those of the mean, and of pairs */
+
+#define PAIRED_INPUTS(difference)                                                                  \
+    {"scale", INPUT_CHOICE, offsetof(struct paired, scale),                                        \
+     "shape-and-size: surfaces as large as they are; shape: the two of a subject brought to one "  \
+     "area, at their mean size.",                                                                  \
+     .choices = paired_scales},                                                                    \
+        {"permutations",                                                                           \
+         INPUT_INTEGER,                                                                            \
+         offsetof(struct paired, permutations),                                                    \
+         "Flips of the signs of whole subjects' differences. No p can be below 1 / "               \
+         "(permutations + 1).",                                                                    \
+         .lowest = 1,                                                                              \
+         .highest = PROCESS_PERMUTATIONS_MAX,                                                      \
+         .fallback = PROCESS_PERMUTATIONS_DEFAULT},                                                \
+        {"bootstraps",                                                                             \
+         INPUT_INTEGER,                                                                            \
+         offsetof(struct paired, bootstraps),                                                      \
+         "Samples of subjects for intervals.",                                                     \
+         .lowest = 100,                                                                            \
+         .highest = 10000,                                                                         \
+         .fallback = 1000},                                                                        \
+        {"seed", INPUT_INTEGER, offsetof(struct paired, seed), "Of both.",                         \
+         .highest = PROCESS_SEED_MAX},                                                             \
+        {"fields", INPUT_BOOLEAN, offsetof(struct paired, fields),                                 \
+         "Put the " difference " of each subject along the normal, on the grid, into perSubject.", \
+         .fallback = 0},                                                                           \
+        MEAN_INPUTS(paired, NULL),                                                                 \
+        MEAN_SRNF_METHOD(paired, "srnf: of the space of SRNFs, in which differences are vectors.", \
+                         NULL)
+
+#define PAIRED_OUTPUTS(difference, between)                                                        \
+    {"pValue", OUTPUT_NUMBER,                                                                      \
+     "Of the mean " difference ", by flips of the signs of whole subjects' differences: p of the " \
+     "hypothesis that " between " could be exchanged."},                                           \
+        {"pValueIsFloor", OUTPUT_BOOLEAN, "As in compare-groups."},                                \
+        {"pValueInterval", OUTPUT_NUMBERS_OR_NULLS, "As in compare-groups."},                      \
+        {"permutations", OUTPUT_INTEGER, "Flips that the differences were compared with."},        \
+        {"relabellings", OUTPUT_NUMBER_OR_NULL, "Different ones that there are."},                 \
+        {"exact", "\"type\":[\"boolean\",\"null\"]", "Whether all of them were taken."},           \
+        {"leastSignificance", OUTPUT_NUMBER,                                                       \
+         "Least value of significance on the map: p of the hypothesis of no difference "           \
+         "anywhere."},                                                                             \
+        {"leastSignificanceIsFloor", OUTPUT_BOOLEAN, "As of pValue."},                             \
+        {"leastSignificanceInterval", OUTPUT_NUMBERS_OR_NULLS, "As of pValue."},                   \
+        {"leastFdr", OUTPUT_NUMBER, "Least value of fdr on the map."},                             \
+        {"largestEffect", OUTPUT_NUMBER, "Largest value of effect on the map."},                   \
+        {"largestConfidence", OUTPUT_NUMBER, "Largest value of confidence on the map."},           \
+        {"distance", OUTPUT_NUMBER, "Norm of the mean " difference ", in L2 of SRNFs."},           \
+        {"individual", OUTPUT_OBJECT,                                                              \
+         "{value, interval}: standard deviation of the subjects, each the mean of its two "        \
+         "surfaces, as those above."},                                                             \
+        {"share", OUTPUT_OBJECT,                                                                   \
+         "{value, interval}: share of the mean in the squares of all differences, in L2 of "       \
+         "SRNFs."},                                                                                \
+        {"perSubject", OUTPUT_OBJECTS,                                                             \
+         "[{subject, sizes (roots of areas, of both), length (root of the mean square of its "     \
+         "displacement), deviation (of that from the mean of the other subjects), along (its "     \
+         "part along that mean), distance (in L2 of SRNFs), field}]. Lengths in the units of the " \
+         "input."},                                                                                \
+        {"surface", OUTPUT_OBJECT,                                                                 \
+         "The mean of all surfaces, with the maps effect (length of the mean displacement), "      \
+         "normalEffect (outward positive), standardError and confidence (half the width of a "     \
+         "95 % region for normalEffect that holds at all points together), in the units of the "   \
+         "input, and significance, fdr, pointwiseP and statistic (Hotelling's T2)."},              \
+        {"subjects", OUTPUT_INTEGER, "What is compared: each has two surfaces."},                  \
+        MEAN_MEMBERS_OUTPUTS
+
+/* paired.c: runs the process; difference and spread are its names of the mean displacement and of
+   its standard deviation in the result. */
+json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char *process,
+                   const char *difference, const char *spread, struct jobs_result *result);
+double paired_seconds(const struct api_work *work, const json_t *canonical);
+
+#endif

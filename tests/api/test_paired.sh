@@ -1,0 +1,117 @@
+#!/usr/bin/env bash
+# test_paired.sh - change between two visits and asymmetry of two sides end to end: planted differences in the units of
+# the input, p by flips, times and sides that are told apart, and what is refused by name.
+# srnfd-test: slow
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+# Six subjects with bumps of their own, at times 0, 1 and 2: z grows by 0.2 from 0 to 1. And six with two sides, mirror
+# images but that x is longer by 0.2 on the right.
+python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
+import json, math, sys, urllib.request
+
+def send(path, document):
+    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))
+
+lmax = 5
+def surface(subject, visit, x, z, mirror=False):
+    rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = x, 1.2, z
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = 0.02 * math.sin(1.7 * subject * k + ord(axis) * k * k) + 0.004 * math.sin(visit * k + subject)
+    if mirror:  # x to -x, on the surface and on the sphere: cosines of odd order turn their sign there
+        for axis in 'xyz':
+            for l in range(lmax + 1):
+                for m in range(-l, l + 1):
+                    sphere = -1 if (m > 0 and m % 2) or (m < 0 and m % 2 == 0) else 1
+                    rows[axis][l * l + l + m] *= sphere * (-1 if axis == 'x' else 1)
+    return send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})['id']
+
+visits = [{'id': surface(s, t, 1.5, 1.0 + 0.2 * (t > 0)), 'subject': f's{s}', 'time': t} for s in range(6) for t in range(3)]
+sides = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1), 'subject': f's{s}', 'side': ('left', 'right')[t]}
+         for s in range(6) for t in range(2)]
+print(json.dumps({'visits': visits, 'sides': sides}))
+PYTHON
+cohort() { # NAME FILTER
+    curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
+    jq -c "{name: \"$1\", members: ($2)}" "$SCRATCH/members.json" >"$SCRATCH/cohort.json"
+    post_json /v1/cohorts "@$SCRATCH/cohort.json"
+}
+run() { # PROCESS COHORT MORE
+    execute "$1" "{\"cohort\":\"$2\",\"register\":false,\"permutations\":99,\"bootstraps\":200${3:-}}"
+}
+
+# ---- Change -------------------------------------------------------------------------------------------
+
+cohort study '[.visits[] | select(.time < 2)]'
+is "$STATUS" 201 'a cohort with two visits'
+run change study ',"fields":true'
+is "$STATUS" 200 'has a change'
+cp "$BODY" "$SCRATCH/change.json"
+is "$(json '[.subjects, .permutations, .exact, .relabellings] | tojson')" '[6,31,true,32]' 'by all flips of six subjects'
+compare "$(json '.pValue - 1/32 | fabs')" '<' 1e-12 'which is the least that they can give'
+# z grows by .2 sqrt(3/(4 pi)) cos(theta): .0977 at the poles; about .05 as a root of the mean square.
+compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'as large as planted'
+is "$(json '[.change, .variation, .individual, .share | .value >= .interval[0] and .value <= .interval[1]] | all')" true \
+    'within its interval'
+compare "$(json '.change.interval[0] | real')" '>' 0.03 'which is off 0'
+is "$(json '[.perSubject[] | .subject, (.field | length)] | unique | length')" 7 'each subject has a field'
+is "$(json '.surface.maps | length')" 8 'the mean has eight maps'
+get "/v1/surfaces/$(json .surface.id)/mesh?format=ply"
+is "$STATUS" 200 'which travel with its mesh'
+
+cohort study .visits
+run change study ',"from":1,"to":2'
+is "$STATUS $(json '[.inputs.cohort.surfaces | length] | tojson')" '200 [12]' 'two of three visits'
+compare "$(json .largestEffect)" '<' 0.05 'between which little happens'
+run change study ',"from":1,"to":0'
+compare "$(json .change.value)" '>' 0.03 'backwards'
+compare "$(json '[.perSubject[].along | real] | min')" '>' 0 'all subjects go the same way'
+run change study ',"from":0,"to":1,"scale":"shape"'
+is "$(json '[.perSubject[] | (.sizes[0] / .sizes[1] - 1 | fabs) > 0.01] | all')" true 'sizes are told'
+compare "$(json .change.value)" '<' "$(jq .change.value "$SCRATCH/change.json")" 'shape alone changes less'
+
+refused() { # PROCESS COHORT-FILTER PATTERN MORE
+    cohort wrong "$2"
+    run "$1" wrong "${4:-}"
+    like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$3" "refused by $1: $3"
+}
+refused change .visits '422 /inputs/cohort has more than two times, from 0 to 2: say by from and to'
+refused change .visits 'no pair, "s0" first, which has no member of time 7' ',"from":0,"to":7'
+refused change '[.visits[] | select(.time < 1)]' 'has one time only, 0'
+refused change '[.visits[] | select(.time < 2)] | del(.[3])' '1 subject has no pair, "s1" first, which has no member of time 1'
+refused change '[.visits[] | select(.time < 2)] | .[3].time = 0' 'subject "s1" has two members of time 0, 2 and 3'
+refused change '[.visits[] | select(.time < 2)] | del(.[3].time)' 'member 3 .surf-.* has no time'
+refused change '[.visits[] | select(.time < 2)] | del(.[3].subject)' 'member 3 .surf-.* has no subject'
+refused change '[.visits[] | select(.time < 2)][:8]' 'has 4 pairs of time 0 and time 1; 5 are needed'
+refused change .visits '/inputs/from must be a number' ',"from":"first"'
+
+# ---- Asymmetry ----------------------------------------------------------------------------------------
+
+cohort sides .sides
+run asymmetry sides
+is "$STATUS" 200 'a cohort with two sides'
+cp "$BODY" "$SCRATCH/asymmetry.json"
+compare "$(json '.pValue - 1/32 | fabs')" '<' 1e-12 'is asymmetric'
+compare "$(json '.largestEffect - 0.0977 | fabs')" '<' 0.02 'as large as planted'
+compare "$(json '.directional.value / .fluctuating.value')" '>' 2 'in one direction'
+is "$(json '[.inputs.cohort.mirrored | .[]] | map(tostring) | unique | join(" ")')" 'false true' 'the right ones are mirrored'
+cohort sides '[.sides[] | .mirror = (.side == "right")]'
+run asymmetry sides
+is "$(json .pValue) $(json .directional.value)" \
+    "$(jq -r '"\(.pValue) \(.directional.value)"' "$SCRATCH/asymmetry.json")" 'as if the cohort said so'
+cohort sides '[.sides[] | .mirror = (.side == "left")]'
+run asymmetry sides
+compare "$(json ".directional.value / $(jq .directional.value "$SCRATCH/asymmetry.json") - 1 | fabs")" '<' 1e-6 \
+    'or the left ones'
+refused asymmetry '[.sides[] | del(.side)]' '422 /inputs/cohort member 0 .surf-.* has no side'
+refused asymmetry '.sides | del(.[0])' '1 subject has no pair, "s0" first, which has no member of the left side'
+refused asymmetry '.sides | .[1].side = "left"' 'subject "s0" has two members of the left side'
+
+stop_server || not_ok 'the server ends well'
+done_testing
