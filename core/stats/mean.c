@@ -26,8 +26,8 @@
  *
  * Memory, on a working grid of P nodes: 32 P bytes a subject for its warp, its chain, and 24 bytes
  * a node of the caller's grid for the field that is handed over. At the default degree, 12, P is
- * 4608 at least, and a subject takes 0.15 MB beside its chain of some 0.05. Tools, 1.2 MB a subject, are
- * kept up to options.keep_bytes and made anew for each use beyond: the same bits.
+ * 4608 at least, and a subject takes 0.15 MB beside its chain of some 0.05. Tools, 1.2 MB a
+ * subject, are kept up to options.keep_bytes and made anew for each use beyond: the same bits.
  */
 #include "mean.h"
 

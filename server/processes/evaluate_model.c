@@ -91,6 +91,9 @@ static void check_subjects(struct process_inputs *given, const char *pointer, si
 
     if (!numbers) {
         problem_add(given->list, pointer, "is too large for the memory there is");
+    } else if (n > PROCESS_GROUP_MAX) {
+        problem_add(given->list, pointer, "has %zu surfaces; up to %d can be left out one by one",
+                    n, PROCESS_GROUP_MAX);
     } else if (count < 3) {
         problem_add(given->list, pointer,
                     "has %zu surfaces of %zu subjects; leaving one out takes three at least", n,

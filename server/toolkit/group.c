@@ -150,7 +150,8 @@ json_t *group_groups(const json_t *cohort)
 
 /* ---- Subjects -------------------------------------------------------------------------------- */
 
-/* The member that a name came with first: i, where it is new or NULL. good: false without memory. */
+/* The member that a name came with first: i, where it is new or NULL. good: false without
+   memory. */
 static size_t first_of(json_t *firsts, const char *name, size_t i, bool *good)
 {
     const json_t *known = name ? json_object_get(firsts, name) : NULL;

@@ -94,8 +94,8 @@ bool group_find_cohort(struct process_inputs *inputs, const json_t *value,
 /* The members of the canonical cohort as the store has them, with all that it says of them (new
    reference; NULL where it is gone by now, or answered). */
 json_t *group_stored_members(struct process_inputs *inputs);
-/* Notes a problem where n fields of that degree, `copies` of them for each surface, and `more` bytes
-   are beyond the memory of a job. */
+/* Notes a problem where n fields of that degree, `copies` of them for each surface, and `more`
+   bytes are beyond the memory of a job. */
 void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, size_t copies,
                          double more);
 

@@ -16,8 +16,8 @@
 
 const char *const mean_srnf_methods[] = {"srnf", NULL};
 
-/* Of the warps of registered members, on the working grid of a mean: points, Jacobians and what they
-   were made by (core/stats/mean.c). Nuclei at degree 15 have chains of 0.02 to 0.09 MB. */
+/* Of the warps of registered members, on the working grid of a mean: points, Jacobians and what
+   they were made by (core/stats/mean.c). Nuclei at degree 15 have chains of 0.02 to 0.09 MB. */
 #define BYTES_REGISTERED (32.0 * 4608.0 + 1e5)
 /* And of what evaluating and moving them takes, as far as it is kept. */
 #define BYTES_KEPT 1.2e6

@@ -117,6 +117,20 @@ static int run_pca(void)
     return status;
 }
 
+static int run_pca_largest(void)
+{
+    double bounds[2];
+    struct srnf_pca pca;
+    int status =
+        srnf_pca_fit_largest(g.grid, N, fields, fields + 3 * g.points, 2, NULL, &pca, bounds);
+
+    if (status >= 0) {
+        srnf_pca_clear(&pca);
+    }
+    assert_null(pca.modes);
+    return status;
+}
+
 static int run_quality(void)
 {
     struct srnf_quality_options options = srnf_quality_options_defaults();
@@ -352,6 +366,7 @@ static void components_survive(void **state)
 {
     (void)state;
     refusing_sweep("principal components", run_pca, EACH, 1);
+    refusing_sweep("the largest components", run_pca_largest, EACH, 1);
 }
 
 static void typicality_survives(void **state)

@@ -240,6 +240,24 @@ static void test_model(void **state)
              "no-such-model");
 }
 
+/* A model of a large group is used like any other, and not evaluated. */
+static void test_large_model(void **state)
+{
+    struct outcome outcome;
+    char id[STORE_ID_MAX];
+    json_t *inputs;
+
+    put_model(*state, "{}", PROCESS_GROUP_MAX, id);
+    inputs = json_pack("{s:s}", "model", id);
+    outcome = canonical_outcome(*state, "modes", inputs);
+    assert_non_null(outcome.canonical);
+    outcome_clear(&outcome);
+    outcome = canonical_outcome(*state, "evaluate-model", inputs);
+    assert_true(has_error(&outcome, "/inputs/model"));
+    outcome_clear(&outcome);
+    json_decref(inputs);
+}
+
 #define STUDY "{\"cohort\":\"patients\""
 
 static void test_classify(void **state)
@@ -289,6 +307,7 @@ int main(void)
         cmocka_unit_test(test_degree),
         cmocka_unit_test(test_memory),
         cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_large_model),
         cmocka_unit_test(test_pullback),
         cmocka_unit_test(test_model),
         cmocka_unit_test(test_classify),
