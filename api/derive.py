@@ -161,6 +161,7 @@ def typed_executions(document):
             post['responses']['200']['description'] += ' These are plain ones: openapi.yaml has the others.'
             post['responses']['200']['content'] = {'application/json': {'schema': {
                 '$ref': f'#/components/schemas/{name}Outputs'}}}
+            post['responses'].pop('204')  # of links alone
             paths[f'/v1/processes/{name}/execution'] = {'post': post}
     document['paths'] = paths
     del schemas['Execution']

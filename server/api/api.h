@@ -109,6 +109,7 @@ struct api_response {
     unsigned char *body;     /* malloc, owned */
     const void *static_body; /* in its place: bytes that stay; NULL: body */
     int body_file;           /* in its place: 1 + the descriptor of a file, owned; 0: none */
+    size_t body_offset;      /* of the file: where the body begins */
     size_t body_size;        /* of the one or the other */
     const char *problem;     /* code of the problem that was answered, static; NULL: none was */
     bool lacking;            /* memory was short: a header or the body is missing */

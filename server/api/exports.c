@@ -2,7 +2,9 @@
  * exports.c - GET /v1/cohorts/{name}/export and /v1/models/{id}/export: a study as one zip.
  *
  * The zip is written into a file of the data directory that has no name, one entry after another,
- * and sent from there: in memory is one mesh, surface, model or result at a time. What is in it:
+ * and sent from there: in memory is one mesh, surface, model or result at a time. It is dated by
+ * the newest that is in it, so that the same study is the same bytes: their digest is its entity
+ * tag, and who was cut off asks for the rest of them (transmit.c). What is in it:
  *
  *   srnfd-study.json          what an import restores it from: ids, records, options, times, builds
  *   ro-crate-metadata.json    the same for people and archives (RO-Crate 1.1, JSON-LD)
@@ -15,6 +17,7 @@
  */
 #include "api/cohorts.h"
 
+#include <sodium.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -98,11 +101,12 @@ static json_t *crate(struct export *export, const char *name)
                          "about", "@id", "./"));
     (void)json_array_append_new(
         graph,
-        json_pack("{s:s, s:s, s:s, s:s, s:o, s:O}", "@id", "./", "@type", "Dataset", "name", name,
+        json_pack("{s:s, s:s, s:s, s:s, s:O, s:O}", "@id", "./", "@type", "Dataset", "name", name,
                   "description",
                   "A study of surfaces by square-root normal fields, as srnfd exported it; POST "
                   "/v1/imports restores it.",
-                  "datePublished", json_time(store_now_ms()), "hasPart", export->parts));
+                  "datePublished", json_object_get(export->manifest, "created"), "hasPart",
+                  export->parts));
     (void)json_array_append_new(graph, json_pack("{s:s, s:s, s:s, s:s}", "@id", "#srnfd", "@type",
                                                  "SoftwareApplication", "name", "srnfd", "version",
                                                  SRNF_VERSION));
@@ -446,15 +450,46 @@ static const struct {
 };
 #define KINDS (sizeof kinds / sizeof kinds[0])
 
+/* When an entry of the manifest was made (new reference). */
+static json_t *time_of(const json_t *entry)
+{
+    const json_t *finished = json_object_get(entry, "finishedMs"); /* of a job */
+
+    return finished ? json_time(json_integer_value(finished))
+                    : json_incref(json_object_get(entry, "created"));
+}
+
+/* When the newest of what is listed was made, or the cohort itself (new reference). Times are in
+   the order of their texts. */
+static json_t *newest(const struct export *export)
+{
+    json_t *last = json_time(export->cohort ? export->cohort->created_ms : 1);
+
+    for (size_t i = 0; i < KINDS; i++) {
+        const json_t *all = json_object_get(export->manifest, kinds[i].kind);
+
+        for (size_t k = 0; k < json_array_size(all); k++) {
+            json_t *time = time_of(json_array_get(all, k));
+            const char *text = json_string_value(time), *before = json_string_value(last);
+
+            if (text && before && strcmp(text, before) > 0) {
+                json_decref(last);
+                last = json_incref(time);
+            }
+            json_decref(time);
+        }
+    }
+    return last;
+}
+
 /* Lists what was gathered, in the order in which it is restored. */
 static void make_manifest(struct export *export)
 {
     const char *id;
     json_t *value;
 
-    export->manifest =
-        json_pack("{s:s, s:i, s:s, s:o}", "format", STUDY_FORMAT, "version", STUDY_VERSION, "srnfd",
-                  SRNF_VERSION, "created", json_time(store_now_ms()));
+    export->manifest = json_pack("{s:s, s:i, s:s}", "format", STUDY_FORMAT, "version",
+                                 STUDY_VERSION, "srnfd", SRNF_VERSION);
     if (export->cohort) {
         (void)json_object_set_new(export->manifest, "cohort",
                                   json_pack("{s:s, s:s}", "name", export->cohort->name, "members",
@@ -469,6 +504,7 @@ static void make_manifest(struct export *export)
             }
         }
     }
+    (void)json_object_set_new(export->manifest, "created", newest(export));
 }
 
 static void add_members(struct export *export)
@@ -509,11 +545,43 @@ static void write_all(struct export *export, const char *name)
     }
 }
 
+/* The digest of the file; false where it cannot be read to its end. */
+static bool digest_file(int fd, size_t size, char tag[2 * crypto_hash_sha256_BYTES + 1])
+{
+    unsigned char block[32768], digest[crypto_hash_sha256_BYTES];
+    crypto_hash_sha256_state state;
+    size_t at = 0;
+
+    (void)crypto_hash_sha256_init(&state);
+    while (at < size && !jobs_memory_told(jobs_memory_current())) {
+        ssize_t n = pread(fd, block, sizeof block, (off_t)at);
+
+        if (n <= 0) {
+            return false;
+        }
+        (void)crypto_hash_sha256_update(&state, block, (size_t)n);
+        at += (size_t)n;
+    }
+    (void)crypto_hash_sha256_final(&state, digest);
+    (void)sodium_bin2hex(tag, 2 * sizeof digest + 1, digest, sizeof digest);
+    return at == size;
+}
+
 /* Answers with the file that was written. */
 static void respond_file(struct api_call *call, int fd, const char *name)
 {
     off_t size = lseek(fd, 0, SEEK_END);
+    char tag[2 * crypto_hash_sha256_BYTES + 1];
 
+    if (!digest_file(fd, (size_t)size, tag)) {
+        (void)close(fd);
+        (void)problem_respond(call, "storage-unavailable", "The export could not be read back.");
+        return;
+    }
+    if (respond_not_modified(call, tag)) {
+        (void)close(fd);
+        return;
+    }
     call->response->status = 200;
     call->response->body_file = 1 + fd;
     call->response->body_size = (size_t)size;

@@ -95,7 +95,7 @@ static bool take_range(struct api_call *call)
     size_t size = response->body_size, first, last;
     int found;
 
-    if (!response->body || size < RANGES_FROM || !tag[0]) {
+    if ((!response->body && !response->body_file) || size < RANGES_FROM || !tag[0]) {
         return false;
     }
     (void)api_response_header_text(response, "Accept-Ranges", "bytes");
@@ -112,7 +112,11 @@ static bool take_range(struct api_call *call)
         (void)api_response_header(response, "Content-Range", "bytes */%zu", size);
         return true;
     }
-    memmove(response->body, response->body + first, last - first + 1);
+    if (response->body_file) {
+        response->body_offset = first;
+    } else {
+        memmove(response->body, response->body + first, last - first + 1);
+    }
     response->body_size = last - first + 1;
     response->status = 206;
     (void)api_response_header(response, "Content-Range", "bytes %zu-%zu/%zu", first, last, size);
@@ -243,11 +247,10 @@ void transmit(struct api_call *call)
 {
     struct api_response *response = call->response;
 
-    if (response->wait.job_id[0] || response->stream.job_id[0] || response->body_file ||
-        response->undone != API_DONE) {
+    if (response->wait.job_id[0] || response->stream.job_id[0] || response->undone != API_DONE) {
         return;
     }
-    if (response->status == 200 && !take_range(call)) {
+    if (response->status == 200 && !take_range(call) && !response->body_file) {
         take_gzip(call);
     }
 }

@@ -102,7 +102,8 @@ static struct MHD_Response *make_response(struct exchange *exchange)
     }
     if (!mhd && response->body_file) {
         exchange->sent = response->body_size;
-        mhd = MHD_create_response_from_fd64(response->body_size, response->body_file - 1);
+        mhd = MHD_create_response_from_fd_at_offset64(response->body_size, response->body_file - 1,
+                                                      response->body_offset);
         response->body_file = mhd ? 0 : response->body_file; /* the library closes it */
     } else if (!mhd) {
         exchange->sent = response->body_size;

@@ -56,6 +56,19 @@ is "$STATUS $(header Content-Type) $(header Content-Disposition)" \
     '200 application/zip attachment; filename="study.zip"' 'the study is one zip'
 cp "$BODY" "$SCRATCH/study.zip"
 is "$(wc -c <"$SCRATCH/study.zip")" "$(header Content-Length)" 'of the length that was announced'
+TAG=$(header ETag)
+like "$TAG" '^"[0-9a-f]{64}"$' 'with the digest of its bytes as its tag'
+is "$TAG" "\"$(sha256sum <"$SCRATCH/study.zip" | cut -c 1-64)\"" 'which it is'
+SIZE=$(wc -c <"$SCRATCH/study.zip")
+head -c 1000 "$SCRATCH/study.zip" >"$SCRATCH/part.zip"
+get /v1/cohorts/study/export --header 'Range: bytes=1000-' --header "If-Range: $TAG"
+is "$STATUS $(header Content-Range)" "206 bytes 1000-$((SIZE - 1))/$SIZE" 'who was cut off asks for the rest'
+cat "$BODY" >>"$SCRATCH/part.zip"
+check 'which fits' cmp "$SCRATCH/part.zip" "$SCRATCH/study.zip"
+get /v1/cohorts/study/export --header 'Range: bytes=5-9'
+is "$STATUS $(wc -c <"$BODY")" '206 5' 'a part in the middle'
+get /v1/cohorts/study/export --header "If-None-Match: $TAG"
+is "$STATUS" 304 'who has it need not get it again'
 mkdir "$SCRATCH/open"
 check 'unzip can read it' unzip -q "$SCRATCH/study.zip" -d "$SCRATCH/open"
 is "$(find "$SCRATCH/open/meshes" -type f | wc -l)" 4 'it has the four meshes'

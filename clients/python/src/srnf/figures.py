@@ -139,7 +139,8 @@ def draw_surfaces(
     wide = min(columns, len(shapes))
     rows = -(-len(shapes) // wide)
     side = 3.4 if len(shapes) == 1 else 1.9
-    width, height = side * wide + (1.1 if there else 0), (side + 0.2) * rows + (0.3 if title else 0)
+    head = (0.5 if title else 0.2) + (0.2 if level is not None else 0)
+    width, height = side * wide + (1.1 if there else 0), side * rows + 0.2 * (rows - 1) + head
     figure = plot.figure(figsize=(width, height))
     mapped = None
     for k, (shape, values) in enumerate(zip(shapes, maps)):
@@ -149,7 +150,7 @@ def draw_surfaces(
         if level is not None and values is not None:
             below = f"\nbelow .05 on {100 * share_below(shape, values, level):.0f} % of the area"
         axes.set_title(titles[k] + below, fontsize=8, pad=0)
-    figure.subplots_adjust(0, 0, side * wide / width, 1 - (0.5 if title else 0.2) / height, 0, 0.12)
+    figure.subplots_adjust(0, 0, side * wide / width, 1 - head / height, 0, 0.12)
     if mapped is not None:
         bar = figure.colorbar(mapped, cax=figure.add_axes((1 - 1.0 / width, 0.15, 0.15 / width, 0.7)))
         bar.set_label(field)
