@@ -74,7 +74,7 @@ comma   := ,
 # Two hundred test programs are linked for each build; gold takes half of the time of ld.
 GOLD     := $(shell $(CC) -fuse-ld=gold -Wl,--version >/dev/null 2>&1 && echo -fuse-ld=gold)
 CORE_LIBS   = -llapacke -lopenblas -lfftw3 -lfftw3_threads -lglpk -lexpat -lz -lm
-SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lutf8proc -larchive -lcurl -lpthread
+SERVER_LIBS = -lmicrohttpd -lgnutls -ljansson -lsqlite3 -lsodium -lutf8proc -larchive -lcurl -lzstd -lpthread
 
 CORE_SRC   := $(sort $(wildcard core/*.c core/*/*.c))
 SERVER_SRC := $(sort $(filter-out server/main.c,$(wildcard server/*.c server/*/*.c)))

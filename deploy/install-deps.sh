@@ -35,6 +35,7 @@ libglpk-dev
 libarchive-dev
 libcurl4-gnutls-dev|libcurl4-openssl-dev
 libutf8proc-dev
+libzstd-dev
 python3-yaml
 curl
 jq
@@ -67,6 +68,7 @@ python3-venv
 mypy
 unzip
 zip
+zstd
 '
 
 # Where a release has no package of it (on Ubuntu it is a snap), the tests that need a browser are skipped.
@@ -224,9 +226,9 @@ esac
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     say 'this system has no apt (Debian and Ubuntu have). Please install, with their headers:'
     say 'a C17 compiler, make, pkg-config, libmicrohttpd, GnuTLS, jansson, OpenBLAS with LAPACKE'
-    say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive, libcurl, utf8proc; and the programs curl and jq.'
+    say '(threads, not OpenMP), SQLite 3, FFTW 3, zlib, expat, libsodium, GLPK, libarchive, libcurl, libzstd, utf8proc; and the programs curl and jq.'
     say 'For the tests also: cmocka, libsharp, libpng, clang with its sanitizers, clang-format, binutils,'
-    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, chromium, nginx (its'
+    say 'shellcheck, node and npm (18 or newer), sqlite3, openssl, perl, zip, unzip, zstd, chromium, nginx (its'
     say 'program alone), Python 3 with numpy, matplotlib, pip, setuptools, wheel, venv and mypy.'
     exit 1
 fi

@@ -25,6 +25,7 @@
 #include <string.h>
 #include <utf8proc.h>
 #include <zlib.h>
+#include <zstd.h>
 
 /* Set by the Makefile from what decides answers, and the flags. */
 #ifndef SRNF_ANSWER_DIGEST
@@ -55,6 +56,7 @@ void build_parts(struct build_part parts[BUILD_PARTS])
         {"libcurl", curl_version(), ""},
         {"libarchive", archive_version_string(), ""},
         {"utf8proc", utf8proc_version(), ""},
+        {"libzstd", ZSTD_versionString(), ""},
         {"libsodium", sodium_version_string(), ""},
     };
 

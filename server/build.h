@@ -14,7 +14,7 @@ struct build_part {
     const char *name;
     char version[128];
 };
-#define BUILD_PARTS 14
+#define BUILD_PARTS 15
 
 /* Fills parts[0 .. BUILD_PARTS). */
 void build_parts(struct build_part parts[BUILD_PARTS]);

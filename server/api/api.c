@@ -385,6 +385,7 @@ static void handle_upload(struct api_call *call, const struct api_route *route)
     jobs_memory_begin(&memory, small ? small_memory(call->request) : SIZE_MAX);
     before = jobs_memory_enter(&memory);
     run_handler(call, route);
+    transmit(call);
     (void)jobs_memory_enter(before);
     assert(atomic_load(&memory.used) == 0);
     judge_upload(call, &memory);
@@ -413,8 +414,8 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
         handle_upload(&call, route);
     } else {
         run_handler(&call, route);
+        transmit(&call);
     }
-    transmit(&call);
     if (request->body_size > TRIM_FROM && route->body != ROUTE_NO_BODY) {
         (void)malloc_trim(
             0); /* of hundreds of thousands of small blocks nothing goes back by itself */

@@ -72,7 +72,15 @@ check 'and the same' cmp "$SCRATCH/unpacked" "$SCRATCH/whole"
 compare "$(wc -c <"$BODY")" '<' "$SIZE" 'in fewer bytes'
 as "$ADA" get "/v1/meshes/$MESH/content" --header "If-None-Match: $(header ETag)"
 is "$STATUS" 304 'known by the tag of either'
-as "$ADA" get "/v1/meshes/$MESH/content" --header 'Accept-Encoding: gzip;q=0'
+as "$ADA" get "/v1/meshes/$MESH/content" --header 'Accept-Encoding: gzip, deflate, br, zstd'
+is "$(header Content-Encoding) $(header ETag)" "zstd W/$TAG" 'of two that are liked alike zstd is chosen'
+zstd -qdc <"$BODY" >"$SCRATCH/unpacked"
+check 'which is the same, too' cmp "$SCRATCH/unpacked" "$SCRATCH/whole"
+as "$ADA" get "/v1/meshes/$MESH/content" --header 'Accept-Encoding: zstd;q=0.5, gzip;q=0.8'
+is "$(header Content-Encoding)" gzip 'otherwise what is liked better'
+as "$ADA" get "/v1/meshes/$MESH/content?format=ply" --header 'Accept-Encoding: zstd'
+is "$STATUS $(header Content-Encoding)" '200 zstd' 'what is parsed for the request is packed in its account'
+as "$ADA" get "/v1/meshes/$MESH/content" --header 'Accept-Encoding: gzip;q=0, zstd;q=0'
 is "$(header Content-Encoding)" '' 'not for who refuses it'
 as "$ADA" get /v1/version --header 'Accept-Encoding: gzip'
 is "$(header Content-Encoding)" '' 'what is small is not packed'
