@@ -155,7 +155,7 @@ class Records(unittest.TestCase):
         self.assertGreater(ticket.expiresInSeconds, 0)
         with CLIENT.http.lines(f"/v1/events?ticket={ticket.ticket}", {}) as stream:
             self.assertEqual(stream.status, 200)
-        self.assertEqual(dict(CLIENT.caller()), {"role": "admin", "tokens": False})
+        self.assertEqual((dict(CLIENT.caller()), CLIENT.users()), ({"role": "admin", "tokens": False}, []))
 
     def test_pandas(self):
         """a table is what pandas takes"""

@@ -270,6 +270,10 @@ class Client(Processes):
         """Whose token this client has: ``name`` and ``role``; ``tokens`` is whether the server asks for one."""
         return Document(self.get("/v1/caller"), self)
 
+    def users(self) -> list[Document]:
+        """For admins: who has tokens, and the jobs and bytes of each; none where the server asks for no token."""
+        return [Document(one, self) for one in envelope.items(self.get("/v1/users"))]
+
     # ---- processes -----------------------------------------------------------------------------
 
     def describe(self, process: str) -> dict[str, Any]:
