@@ -23,8 +23,8 @@ static const struct process_input inputs[] = {
     {"formula", INPUT_OWN, offsetof(struct regress, design),
      "shape ~ terms, in the notation of R and patsy: a + b, a:b, a * b, a / b, (a + b)^2, - a; "
      "log(a) (log2, log10, log1p, exp, sqrt), I(a^2), C(a), C(a, Treatment(\\\"level\\\")), "
-     "Q(\\\"a name\\\"). Names are covariates of the members, or label, group (the label), time "
-     "and side. Texts, true and false are categorical, against their first level.",
+     "Q(\\\"a name\\\"). Names are covariates of the members, or else label, group (the label), "
+     "time and side. Texts, true and false are categorical, against their first level.",
      .required = true, .own = &regress_formula},
     {"at", INPUT_OWN, offsetof(struct regress, design),
      "Where surfaces are predicted: [{covariate: value}]. What is left out is at its mean, or at "
@@ -50,7 +50,8 @@ static const struct process_output outputs[] = {
     {"terms", OUTPUT_OBJECTS,
      "[{name, columns, degreesOfFreedom, residualDegreesOfFreedom, f, pValue, pValueIsFloor, "
      "pValueInterval, level (exact or asymptotic, as in compare-groups), r2 and r2Interval (share "
-     "of the variance, 95 % by bootstrap), partialR2 and partialR2Interval (of what the other "
+     "of the variance, 95 %, basic intervals of the bootstrap), partialR2 and partialR2Interval "
+     "(of what the other "
      "terms leave), leastSignificance, leastFdr, map}]. A term is tested beside all terms that do "
      "not contain it, by residuals permuted under the model without it (Freedman and Lane 1983). "
      "map: significance (corrected for all points by the largest statistic), fdr and statistic "

@@ -5,8 +5,10 @@
 #include "toolkit/design.h"
 
 #include "toolkit/design_columns.h"
+#include "toolkit/group.h"
 
 #define TERM_NAME_MAX 256
+#define SUBJECTS_BESIDE ((size_t)4) /* the constant, and a covariance of three dimensions */
 
 static json_t *terms_json(const struct design_build *build, const struct design_columns *columns)
 {
@@ -27,27 +29,92 @@ static json_t *terms_json(const struct design_build *build, const struct design_
     return terms;
 }
 
-/* Notes each column that says nothing that those before it do not. */
-static bool check_columns(const struct design_build *build, const json_t *rows, const json_t *names)
+/* The rows of subjects, column after column: those of the members of each averaged, as regress does.
+   NULL without memory; *count gets the subjects. */
+static double *average_rows(const struct design_build *build, const json_t *rows, size_t m,
+                            size_t *count)
 {
-    size_t m = json_array_size(names), n = build->n;
-    double *values = srnf_alloc(m * n, sizeof *values);
+    const json_t *cohort = json_object_get(build->given->canonical, "cohort");
+    size_t n = build->n, largest, next = 0;
+    size_t *of = group_subject_numbers(json_object_get(cohort, "subjects"), n, count, &largest);
+    double *values = of ? srnf_alloc((m + 1) * n, sizeof *values) : NULL;
+    size_t *place = values ? srnf_alloc(n, sizeof *place) : NULL;
+
+    for (size_t i = 0; place && i < n; i++) {
+        place[i] = of[i] == i ? next++ : place[of[i]]; /* a subject has the number of its first */
+        values[m * n + place[i]] += 1.0;
+    }
+    for (size_t k = 0; place && k < m * n; k++) {
+        double value = json_number_value(json_array_get(json_array_get(rows, k % n), k / n));
+        size_t s = place[k % n];
+
+        values[k / n * *count + s] += value / values[m * n + s];
+    }
+    srnf_free(of);
+    if (!place) {
+        srnf_free(values);
+        return NULL;
+    }
+    srnf_free(place);
+    return values;
+}
+
+/* Notes that there are more columns than the subjects can tell, and the term that has most. */
+static void refuse_many(const struct design_build *build, const struct design_columns *columns,
+                        size_t subjects)
+{
+    size_t most = 0, of_term = 0;
+    char name[TERM_NAME_MAX];
+
+    for (size_t t = 0; t < build->formula->terms; t++) {
+        size_t own = 0;
+
+        for (size_t c = 0; c < columns->count; c++) {
+            own += columns->column[c].term == t;
+        }
+        of_term = own > most ? t : of_term;
+        most = own > most ? own : most;
+    }
+    formula_term_name(build->formula, of_term, sizeof name, name);
+    problem_add(build->given->list, DESIGN_POINTER,
+                "makes %zu columns, and with %zu subjects at most %zu can be fitted: leave terms "
+                "out; %.120s alone has %zu",
+                columns->count, subjects,
+                subjects > SUBJECTS_BESIDE ? subjects - SUBJECTS_BESIDE : (size_t)0, name, most);
+}
+
+static void refuse_column(const struct design_build *build, const json_t *name,
+                          enum srnf_covariate verdict, bool averaged)
+{
+    problem_add(build->given->list, DESIGN_POINTER,
+                "the column %.120s %s%s: leave its term out, or write an interaction with all it "
+                "is made of (a * b)",
+                json_string_value(json_object_get(name, "name")),
+                verdict == SRNF_COVARIATE_CONSTANT
+                    ? averaged ? "is the same for all subjects" : "is the same for all members"
+                    : "follows from the constant and the columns before it",
+                averaged ? " once the members of each are averaged" : "");
+}
+
+/* Notes that there are too many columns, or one that says nothing that those before it do not. */
+static bool check_columns(const struct design_build *build, const struct design_columns *columns,
+                          const json_t *rows, const json_t *names)
+{
+    size_t m = json_array_size(names), subjects = 0;
+    double *values = average_rows(build, rows, m, &subjects);
     enum srnf_covariate *verdicts = srnf_alloc(m, sizeof *verdicts);
     bool good = values && verdicts;
 
-    for (size_t k = 0; good && k < m * n; k++) {
-        values[k] = json_number_value(json_array_get(json_array_get(rows, k % n), k / n));
+    if (!good) {
+        json_memory_fail();
+    } else if (m + SUBJECTS_BESIDE > subjects) {
+        refuse_many(build, columns, subjects);
+        good = false;
     }
-    good = good && srnf_covariates_check(m, n, values, verdicts) == 0;
+    good = good && srnf_covariates_check(m, subjects, values, verdicts) == 0;
     for (size_t c = 0; good && c < m; c++) {
         if (verdicts[c] != SRNF_COVARIATE_FREE) {
-            problem_add(build->given->list, DESIGN_POINTER,
-                        "the column %.120s %s: leave its term out, or write an interaction with "
-                        "all it is made of (a * b)",
-                        json_string_value(json_object_get(json_array_get(names, c), "name")),
-                        verdicts[c] == SRNF_COVARIATE_CONSTANT
-                            ? "is the same for all members"
-                            : "follows from the constant and the columns before it");
+            refuse_column(build, json_array_get(names, c), verdicts[c], subjects < build->n);
             good = false;
         }
     }
@@ -77,7 +144,7 @@ static void set_design(const struct design_build *build, const struct design_col
     (void)json_object_set_new(design, "rows", rows);
     (void)json_object_set_new(design, "columns", names);
     (void)json_object_set_new(design, "terms", terms);
-    if (check_columns(build, rows, names)) {
+    if (check_columns(build, columns, rows, names)) {
         (void)json_object_set_new(design, "tests", design_tests(build, columns, terms));
         design_set_points(build, columns, at, design);
     }
