@@ -10,6 +10,7 @@
  * An SRNF does not know translations: surfaces are moved to their area centroids.
  */
 #include "compute/model.h"
+#include "compute/mirror.h"
 #include "store/model.h"
 
 #include <math.h>
@@ -468,4 +469,69 @@ void compute_projection_clear(struct compute_projection *projection)
     srnf_free(projection->scores);
     srnf_free(projection->q);
     projection->scores = projection->q = NULL;
+}
+
+/* From the nearest member of the model, as its components tell. */
+static double nearest_of(const struct compute_model *model, const double *scores, double residual)
+{
+    size_t components = model->pca.components;
+    double nearest2 = INFINITY;
+
+    for (size_t i = 0; i < model->pca.n; i++) {
+        double sum = residual * residual;
+
+        for (size_t k = 0; k < components; k++) {
+            double d = scores[k] - model->pca.scores[i * components + k];
+
+            sum += d * d;
+        }
+        nearest2 = fmin(nearest2, sum);
+    }
+    return sqrt(nearest2);
+}
+
+/* The same of the mirror image, registered as the surface was. Overwrites the coefficients. */
+static int measure_image(struct jobs_run *run, const struct compute_model *model,
+                         const struct srnf_sht *sht, double *coefficients,
+                         const struct srnf_register_options *registration, double *distance,
+                         struct jobs_result *result)
+{
+    size_t count = store_model_count(&model->stored, STORE_MODEL_MEAN_Q);
+    double *q = srnf_alloc(count + model->pca.components, sizeof(double)), residual;
+    int status;
+
+    if (!q) {
+        return compute_fail(result, SRNF_ENOMEM, NULL, "trying the mirror image");
+    }
+    srnf_surface_mirror((size_t)model->stored.lmax, coefficients);
+    status = make_field(run, model, sht, coefficients, registration, q, result);
+    if (status == 0) {
+        srnf_pca_project(srnf_sht_grid(sht), &model->pca, model->stored.arrays[STORE_MODEL_MEAN_Q],
+                         q, q + count, &residual);
+        *distance = nearest_of(model, q + count, residual);
+    }
+    srnf_free(q);
+    return status;
+}
+
+int compute_project_mirrored(struct jobs_run *run, const struct compute_model *model,
+                             const char *surface, const struct srnf_register_options *registration,
+                             const struct compute_projection *projection,
+                             struct compute_mirror_trial *trial, struct jobs_result *result)
+{
+    const struct compute_subjects nobody = {.n = 0};
+    const struct srnf_sht *sht = NULL;
+    size_t subject;
+    double *coefficients = load_subject(run, model, surface, &nobody, &subject, result);
+    int status = coefficients ? acquire(run, model, &sht, result) : SRNF_ENOMEM;
+
+    *trial = (struct compute_mirror_trial){
+        .distance = nearest_of(model, projection->scores, projection->residual)};
+    if (status == 0) {
+        status =
+            measure_image(run, model, sht, coefficients, registration, &trial->mirrored, result);
+        jobs_transform_release(jobs_run_jobs(run), sht);
+    }
+    srnf_free(coefficients);
+    return status;
 }

@@ -96,4 +96,16 @@ int compute_project(struct jobs_run *run, const struct compute_model *model, con
                     struct jobs_result *result);
 void compute_projection_clear(struct compute_projection *projection);
 
+struct compute_mirror_trial; /* compute/mirror.h */
+/*
+ * Would the mirror image of the surface, registered like it, lie nearer to one of the members? Their
+ * mean says little where they are of several kinds.
+ *   projection  [in] of the surface as it is
+ * Returns 0, or a negative status with the problem in result.
+ */
+int compute_project_mirrored(struct jobs_run *run, const struct compute_model *model,
+                             const char *surface, const struct srnf_register_options *registration,
+                             const struct compute_projection *projection,
+                             struct compute_mirror_trial *trial, struct jobs_result *result);
+
 #endif

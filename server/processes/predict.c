@@ -12,6 +12,7 @@
 
 #include "compute/seconds.h"
 #include "toolkit/assessment.h"
+#include "toolkit/handedness.h"
 #include "toolkit/model.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
@@ -25,6 +26,7 @@ struct predict {
     struct group_input group;
     char model[STORE_ID_MAX];
     json_t *priors;
+    int handedness; /* enum handedness */
 };
 
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
@@ -101,6 +103,7 @@ static const struct process_input inputs[] = {
      "How likely each class is before a surface is seen, by name, with the sum 1: where the "
      "surfaces come from. null: those of the classifier.",
      .own = &priors_own},
+    HANDEDNESS_INPUT(predict, "the mirror images of the surfaces as well, and to warn where one"),
     {.name = NULL},
 };
 
@@ -174,7 +177,7 @@ static double seconds(const struct api_work *work, const json_t *canonical)
 {
     double n = (double)json_array_size(json_object_get(canonical, "surfaces"));
 
-    return seconds_of_group(work, false) + n * seconds_of_registration((double)work->degree);
+    return seconds_of_group(work, false) + 2.0 * n * seconds_of_registration((double)work->degree);
 }
 
 /* ---- Running --------------------------------------------------------------------------------- */
@@ -191,6 +194,7 @@ static void answer_clear(struct predict_answer *answer)
     srnf_free(answer->predicted);
     srnf_free(answer->trained);
     srnf_free(answer->traits);
+    srnf_free(answer->nearest);
     compute_group_clear(&answer->group);
 }
 
@@ -203,8 +207,10 @@ static bool answer_open(struct predict_answer *answer, size_t n, size_t classes)
     answer->predicted = srnf_alloc(n, sizeof *answer->predicted);
     answer->trained = srnf_alloc(n, sizeof *answer->trained);
     answer->traits = srnf_alloc(n, PREDICT_TRAITS * sizeof *answer->traits);
-    return answer->priors && answer->predictions && answer->evidence && answer->probabilities &&
-           answer->predicted && answer->trained && answer->traits;
+    answer->nearest = srnf_alloc(n, 2 * sizeof(double));
+    answer->mirrored = answer->nearest ? answer->nearest + n : NULL;
+    return answer->nearest && answer->priors && answer->predictions && answer->evidence &&
+           answer->probabilities && answer->predicted && answer->trained && answer->traits;
 }
 
 /* Each value of surface i among those of the training members; of one of them its own, as it is
@@ -264,6 +270,44 @@ static int finish(const struct kept *kept, struct predict_answer *answer,
     return status ? compute_fail(result, status, NULL, "comparing with the training members") : 0;
 }
 
+/* The mirror images asked as the surfaces were, but for training members. */
+static int ask_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
+                        const struct srnf_frozen *frozen, const struct kept *kept,
+                        struct predict_answer *answer, struct srnf_error *error)
+{
+    struct srnf_context context = *jobs_run_context(run);
+    size_t n = answer->group.n, k = kept->classes, asked = 0;
+    size_t count = 3 * srnf_coefficient_count(answer->group.degree);
+    double *images = srnf_alloc(n, count * sizeof(double));
+    const double **surfaces = srnf_alloc(n, sizeof *surfaces);
+    double *numbers = srnf_alloc(n, 2 * k * sizeof(double));
+    struct srnf_class_prediction *found = srnf_alloc(n, sizeof *found);
+    int status = images && surfaces && numbers && found ? 0 : SRNF_ENOMEM;
+
+    context.progress = NULL;
+    for (size_t i = 0; i < n && status == 0; i++) {
+        if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
+            surfaces[asked] = images + asked * count;
+            memcpy(images + asked * count, answer->group.surfaces[i], count * sizeof(double));
+            srnf_surface_mirror(answer->group.degree, images + asked++ * count);
+        }
+    }
+    if (status == 0 && asked > 0) {
+        status = srnf_predict(sht, frozen, asked, surfaces, &kept->registration, answer->priors,
+                              &context, found, numbers, numbers + n * k, error);
+    }
+    for (size_t i = 0, at = 0; i < n && status == 0; i++) {
+        if (find_member(kept, answer->group.contents[i]) == kept->model.pca.n) {
+            answer->mirrored[i] = found[at++].nearest;
+        }
+    }
+    srnf_free(images);
+    srnf_free(surfaces);
+    srnf_free(numbers);
+    srnf_free(found);
+    return status;
+}
+
 static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
                    struct predict_answer *answer, struct jobs_result *result)
 {
@@ -297,6 +341,12 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
     status = srnf_predict(sht, &frozen, answer->group.n, answer->group.surfaces,
                           &kept->registration, answer->priors, jobs_run_context(run),
                           answer->predictions, answer->evidence, answer->probabilities, &error);
+    for (size_t i = 0; i < answer->group.n && status == 0; i++) {
+        answer->nearest[i] = answer->mirrored[i] = answer->predictions[i].nearest;
+    }
+    if (status == 0 && predict->handedness == HANDEDNESS_CHECK) {
+        status = ask_mirrored(run, sht, &frozen, kept, answer, &error);
+    }
     jobs_transform_release(jobs_run_jobs(run), sht);
     return status ? compute_fail(result, status, &error, "asking the classifier")
                   : finish(kept, answer, result);

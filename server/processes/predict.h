@@ -39,6 +39,8 @@ struct predict_answer {
     size_t *predicted;                         /* [n] */
     bool *trained;                             /* [n] the surface is one that it was trained on */
     struct srnf_typicality *traits;            /* [n][PREDICT_TRAITS] */
+    double *nearest, *mirrored; /* [n] distances from the nearest training member, and those of the
+                                   mirror images; the same where these were not tried */
 };
 extern const enum srnf_trait predict_traits[PREDICT_TRAITS];
 

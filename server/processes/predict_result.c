@@ -168,7 +168,7 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
     json_t *subjects =
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
     json_t *predictions = json_array(), *classes = json_array(), *assessment = NULL;
-    json_t *document;
+    json_t *document, *sides;
 
     for (size_t c = 0; c < kept->classes; c++) {
         (void)json_array_append_new(classes, json_string(kept->names[c]));
@@ -196,7 +196,13 @@ json_t *predict_document(struct jobs_run *run, const struct group_input *group,
                     "within them may be foreign all the same.",
                     kept->subjects);
     }
-    warnings_put(document, handedness_of_new(run, group->surfaces, group->cohort, kept->made));
+    sides = handedness_of_new(run, group->surfaces, group->cohort, kept->made);
+    if (json_array_size(sides) == 0) {
+        json_decref(sides);
+        sides = handedness_of_predictions(run, group->surfaces, group->cohort, answer->nearest,
+                                          answer->mirrored);
+    }
+    warnings_put(document, sides);
     routes_set_bridged(document, group->n, group->ids, answer->group.bridged);
     if (result->problem_code) {
         json_decref(document);

@@ -18,6 +18,7 @@
 
 struct project {
     char model[STORE_ID_MAX], surface[STORE_ID_MAX];
+    int handedness; /* enum handedness */
 };
 
 static const struct process_input inputs[] = {
@@ -26,6 +27,7 @@ static const struct process_input inputs[] = {
      "The surface; registered to the mean as those of the model were. A mesh is encoded with the "
      "default options.",
      .required = true},
+    HANDEDNESS_INPUT(project, "the mirror image of the surface as well, and to warn where it"),
     {.name = NULL},
 };
 
@@ -69,6 +71,18 @@ static json_t *document_of(const struct compute_model *model,
     return document;
 }
 
+/* Members of the model are on its side. False with the problem set. */
+static bool try_mirrored(struct jobs_run *run, const struct project *project,
+                         const struct compute_model *model,
+                         const struct srnf_register_options *registration,
+                         const struct compute_projection *projection,
+                         struct compute_mirror_trial *trial, struct jobs_result *result)
+{
+    return project->handedness == HANDEDNESS_IGNORE || projection->training_subject ||
+           compute_project_mirrored(run, model, project->surface, registration, projection, trial,
+                                    result) == 0;
+}
+
 static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct project *project = typed;
@@ -77,6 +91,7 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     struct compute_model model = {0};
     struct compute_projection projection = {0};
     struct model_members members = {0};
+    struct compute_mirror_trial trial = {.distance = 0.0};
     json_t *made = NULL, *document = NULL;
 
     if (compute_model_load(run, project->model, &model, result)) {
@@ -92,12 +107,10 @@ static json_t *run_project(struct jobs_run *run, const void *typed, struct jobs_
     }
     if (compute_project(run, &model, project->surface, registration, &members.view, &projection,
                         result) == 0 &&
-        process_finite(model.pca.components, projection.scores, "the scores", result)) {
-        json_t *surfaces = json_pack("[s]", project->surface);
-
+        process_finite(model.pca.components, projection.scores, "the scores", result) &&
+        try_mirrored(run, project, &model, registration, &projection, &trial, result)) {
         document = document_of(&model, registration, &projection);
-        warnings_put(document, handedness_of_new(run, surfaces, NULL, made));
-        json_decref(surfaces);
+        warnings_put(document, handedness_of_projection(run, project->surface, made, &trial));
     }
 out:
     compute_projection_clear(&projection);

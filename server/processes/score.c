@@ -9,6 +9,7 @@
 
 #include "api/models.h"
 #include "compute/seconds.h"
+#include "toolkit/handedness.h"
 #include "toolkit/model_members.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/seconds.h"
@@ -33,6 +34,7 @@ static const struct process_input inputs[] = {
     {"calibration", INPUT_BOOLEAN, offsetof(struct score, calibration),
      "Whether to try the percentiles on members that models of the others have not seen.",
      .fallback = 1},
+    HANDEDNESS_INPUT(score, "the mirror image of the surface as well, and to warn where it"),
     {.name = NULL},
 };
 
@@ -148,6 +150,7 @@ static json_t *run_score(struct jobs_run *run, const void *typed, struct jobs_re
     struct compute_projection projection = {0};
     struct model_members members = {0};
     struct srnf_score found = {0};
+    struct compute_mirror_trial trial = {.distance = 0.0};
     json_t *made = NULL, *document = NULL;
 
     if (compute_model_load(run, asked->model, &model, result)) {
@@ -163,9 +166,13 @@ static json_t *run_score(struct jobs_run *run, const void *typed, struct jobs_re
     }
     if (compute_project(run, &model, asked->surface, registration, &members.view, &projection,
                         result) == 0 &&
-        compute(run, asked, &model, &members, &projection, &found, result) == 0) {
-        document =
-            score_document(run, asked, &model, &projection, registration, made, &found, result);
+        compute(run, asked, &model, &members, &projection, &found, result) == 0 &&
+        (asked->handedness == HANDEDNESS_IGNORE || projection.training_subject ||
+         compute_project_mirrored(run, &model, asked->surface, registration, &projection, &trial,
+                                  result) == 0)) {
+        document = score_document(run, asked, &model, &projection, registration,
+                                  handedness_of_projection(run, asked->surface, made, &trial),
+                                  &found, result);
     }
 out:
     srnf_score_clear(&found);

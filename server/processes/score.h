@@ -19,6 +19,7 @@ struct score {
     char model[STORE_ID_MAX], surface[STORE_ID_MAX];
     struct score_expected expected;
     bool map, calibration;
+    int handedness; /* enum handedness */
 };
 
 /* score_inputs.c: formula and covariates, and the design that both make of the members' covariates
@@ -26,11 +27,11 @@ struct score {
 extern const struct input_own score_formula, score_covariates;
 void score_describe(struct process_inputs *given);
 
-/* score_result.c: the document; NULL with the problem set. */
+/* score_result.c: the document; NULL with the problem set. sides: warnings of handedness, taken over. */
 json_t *score_document(struct jobs_run *run, const struct score *asked,
                        const struct compute_model *model,
                        const struct compute_projection *projection,
-                       const struct srnf_register_options *registration, const json_t *made,
+                       const struct srnf_register_options *registration, json_t *sides,
                        struct srnf_score *found, struct jobs_result *result);
 
 #endif

@@ -10,7 +10,6 @@
 
 #include "api/warnings.h"
 #include "store/surface.h"
-#include "toolkit/handedness.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/typicality.h"
@@ -101,12 +100,10 @@ static json_t *keep_surface(struct jobs_run *run, const struct compute_model *mo
 
 /* ---- The document ---------------------------------------------------------------------------- */
 
-static void warn(struct jobs_run *run, const struct score *asked,
-                 const struct compute_projection *projection, const json_t *made,
-                 const struct srnf_score *found, json_t *document)
+static void warn(const struct score *asked, const struct compute_projection *projection,
+                 json_t *sides, const struct srnf_score *found, json_t *document)
 {
     const json_t *beyond = json_array_get(json_object_get(asked->expected.told, "beyond"), 0);
-    json_t *surfaces = json_pack("[s]", asked->surface);
 
     if (beyond) {
         warning_add(warnings_of(document), "extrapolated", json_deep_copy(beyond),
@@ -130,8 +127,7 @@ static void warn(struct jobs_run *run, const struct score *asked,
                     "The surface is a member of the model. It is judged as if it were not, but it "
                     "took part in the mean that it is registered to.");
     }
-    warnings_put(document, handedness_of_new(run, surfaces, NULL, made));
-    json_decref(surfaces);
+    warnings_put(document, sides);
 }
 
 static json_t *figures(const struct srnf_score *found)
@@ -160,7 +156,7 @@ static json_t *figures(const struct srnf_score *found)
 json_t *score_document(struct jobs_run *run, const struct score *asked,
                        const struct compute_model *model,
                        const struct compute_projection *projection,
-                       const struct srnf_register_options *registration, const json_t *made,
+                       const struct srnf_register_options *registration, json_t *sides,
                        struct srnf_score *found, struct jobs_result *result)
 {
     json_t *at = json_array_get(json_object_get(asked->expected.told, "at"), 0);
@@ -171,6 +167,7 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
         if (!surface) {
             json_decref(document);
             json_decref(own);
+            json_decref(sides);
             return NULL;
         }
     }
@@ -187,6 +184,6 @@ json_t *score_document(struct jobs_run *run, const struct score *asked,
                               json_boolean(projection->training_subject));
     (void)json_object_set_new(document, "at", at ? json_incref(at) : json_null());
     (void)json_object_set_new(document, "registration", registration_json(registration));
-    warn(run, asked, projection, made, found, document);
+    warn(asked, projection, sides, found, document);
     return document;
 }

@@ -267,6 +267,63 @@ json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const js
     return warnings;
 }
 
+json_t *handedness_of_projection(struct jobs_run *run, const char *surface, const json_t *made,
+                                 const struct compute_mirror_trial *trial)
+{
+    json_t *surfaces = json_pack("[s]", surface);
+    json_t *warnings = handedness_of_new(run, surfaces, NULL, made);
+
+    if (json_array_size(warnings) == 0 && compute_mirror_better(trial, false)) {
+        json_t *title = title_of(run, surfaces, NULL, 0);
+
+        warning_add(
+            warnings, "mirror-images",
+            json_pack("{s:o, s:o}", "distance", json_finite(trial->distance), "mirrored",
+                      json_finite(trial->mirrored)),
+            "%.80s: its mirror image would be %.3g from the nearest member of the model "
+            "instead of %.3g. If it is of the other side than the members, encode it with mirror = "
+            "true.",
+            json_string_value(title), trial->mirrored, trial->distance);
+        json_decref(title);
+    }
+    json_decref(surfaces);
+    return warnings;
+}
+
+json_t *handedness_of_predictions(struct jobs_run *run, const json_t *surfaces,
+                                  const json_t *cohort, const double *nearest,
+                                  const double *mirrored)
+{
+    json_t *warnings = json_array(), *members = json_array();
+    size_t first = 0;
+
+    for (size_t i = 0; i < json_array_size(surfaces); i++) {
+        const struct compute_mirror_trial trial = {.distance = nearest[i], .mirrored = mirrored[i]};
+
+        if (compute_mirror_better(&trial, false)) {
+            first = json_array_size(members) ? first : i;
+            (void)json_array_append_new(
+                members, json_pack("{s:I, s:o, s:o}", "member", (json_int_t)i, "distance",
+                                   json_finite(nearest[i]), "mirrored", json_finite(mirrored[i])));
+        }
+    }
+    if (json_array_size(members) > 0) {
+        size_t count = json_array_size(members);
+        json_t *title = title_of(run, surfaces, cohort, first);
+
+        warning_add(
+            warnings, "mirror-images", json_pack("{s:O}", "members", members),
+            "%.80s: its mirror image would be %.3g from the nearest training member instead "
+            "of %.3g; so it is for %zu of the surfaces. If they are of the other side than "
+            "the training members, encode them with mirror = true: what they are told to "
+            "be now may be wrong.",
+            json_string_value(title), mirrored[first], nearest[first], count);
+        json_decref(title);
+    }
+    json_decref(members);
+    return warnings;
+}
+
 bool handedness_opposite(struct jobs_run *run, const char *first, const char *second)
 {
     struct side_reading readings[2][SIDES_TEXTS];

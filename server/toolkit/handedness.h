@@ -52,6 +52,16 @@ json_t *handedness_of_names(struct jobs_run *run, const json_t *surfaces, const 
    madeFrom), by what they are called. New reference. */
 json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const json_t *cohort,
                           const json_t *made);
+/* The warnings of a new surface beside a model: by what it is called, or else by a trial with its
+   mirror image, to which a member of the model may be clearly nearer. New reference. */
+json_t *handedness_of_projection(struct jobs_run *run, const char *surface, const json_t *made,
+                                 const struct compute_mirror_trial *trial);
+/* The warnings of new surfaces whose mirror images are nearer to a training member.
+     nearest, mirrored  [in] [n] distances from the nearest one; a mirrored one that was not tried is
+                        as the other */
+json_t *handedness_of_predictions(struct jobs_run *run, const json_t *surfaces,
+                                  const json_t *cohort, const double *nearest,
+                                  const double *mirrored);
 /* Whether the names of two surfaces or meshes make them the left and the right one of the same. */
 bool handedness_opposite(struct jobs_run *run, const char *first, const char *second);
 /* The warnings of such a pair, or of any; trial may have been left out (distance 0). */

@@ -131,8 +131,10 @@ double sample_seconds(const struct api_work *work, const json_t *inputs)
 /* Models of surfaces as they are parameterized take less; the inputs do not say. */
 double project_seconds(const struct api_work *work, const json_t *inputs)
 {
-    (void)inputs;
-    return first(work) + seconds_of_registration((double)work->degree);
+    const char *handedness = json_string_value(json_object_get(inputs, "handedness"));
+    double images = handedness && strcmp(handedness, "check") == 0 ? 1.0 : 0.0;
+
+    return first(work) + (1.0 + images) * seconds_of_registration((double)work->degree);
 }
 
 double evaluate_seconds(const struct api_work *work, const json_t *inputs)
