@@ -98,8 +98,8 @@ void compute_projection_clear(struct compute_projection *projection);
 
 struct compute_mirror_trial; /* compute/mirror.h */
 /*
- * Would the mirror image of the surface, registered like it, lie nearer to one of the members? Their
- * mean says little where they are of several kinds.
+ * Would the mirror image of the surface, registered like it, lie nearer to one of the members?
+ * Their mean says little where they are of several kinds.
  *   projection  [in] of the surface as it is
  * Returns 0, or a negative status with the problem in result.
  */

@@ -27,7 +27,8 @@ struct score {
 extern const struct input_own score_formula, score_covariates;
 void score_describe(struct process_inputs *given);
 
-/* score_result.c: the document; NULL with the problem set. sides: warnings of handedness, taken over. */
+/* score_result.c: the document; NULL with the problem set. sides: warnings of handedness, taken
+   over. */
 json_t *score_document(struct jobs_run *run, const struct score *asked,
                        const struct compute_model *model,
                        const struct compute_projection *projection,

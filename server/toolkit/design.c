@@ -29,8 +29,8 @@ static json_t *terms_json(const struct design_build *build, const struct design_
     return terms;
 }
 
-/* The rows of subjects, column after column: those of the members of each averaged, as regress does.
-   NULL without memory; *count gets the subjects. */
+/* The rows of subjects, column after column: those of the members of each averaged, as regress
+   does. NULL without memory; *count gets the subjects. */
 static double *average_rows(const struct design_build *build, const json_t *rows, size_t m,
                             size_t *count)
 {

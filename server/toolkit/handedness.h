@@ -57,8 +57,8 @@ json_t *handedness_of_new(struct jobs_run *run, const json_t *surfaces, const js
 json_t *handedness_of_projection(struct jobs_run *run, const char *surface, const json_t *made,
                                  const struct compute_mirror_trial *trial);
 /* The warnings of new surfaces whose mirror images are nearer to a training member.
-     nearest, mirrored  [in] [n] distances from the nearest one; a mirrored one that was not tried is
-                        as the other */
+     nearest, mirrored  [in] [n] distances from the nearest one; a mirrored one that was not tried
+                        is as the other */
 json_t *handedness_of_predictions(struct jobs_run *run, const json_t *surfaces,
                                   const json_t *cohort, const double *nearest,
                                   const double *mirrored);

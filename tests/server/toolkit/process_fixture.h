@@ -189,7 +189,8 @@ static void put_jobs(struct fixture *fixture)
     assert_int_equal(store_job_insert(fixture->store, &job, NULL, NULL, NULL), 0);
 }
 
-/* A cohort "pairs" of the surface, a left one at time 0 and a right one at time 1 of each subject. */
+/* A cohort "pairs" of the surface, a left one at time 0 and a right one at time 1 of each
+   subject. */
 static void put_pairs(struct fixture *fixture)
 {
     struct store_cohort cohort = {.name = "pairs", .n_members = 10};
