@@ -161,6 +161,11 @@ static const struct {
     {"normalEffect", "length", "difference of the group means along the outward normal"},
     {"pointwiseP", "1", "p-value of a difference here, not corrected"},
     {"statistic", "1", "statistic of the test here"},
+    {"standardError", "length", "standard error of the displacement along the outward normal here"},
+    {"confidence", "length", "half the width of the region of confidence here"},
+    {"deviation", "length", "along the outward normal, from what is expected here"},
+    {"spread", "length", "standard deviation here of members that were left out"},
+    {"zScore", "1", "deviation here in standard deviations of members that were left out"},
 };
 
 void surface_map_meaning(const char *name, const char **unit, const char **meaning)

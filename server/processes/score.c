@@ -197,6 +197,9 @@ const struct api_process score_process = {
     .description = "How odd a surface is beside the members of a model, each of which is left out "
                    "in turn: percentiles, a map in standard deviations, and whether percentiles "
                    "are what they say. Covariates may tell what is expected of it.",
+    .methods = "A surface was compared with the members of a model, each left out in turn, so that "
+               "percentiles are those of shapes that the model has not seen; the map is in "
+               "standard deviations, its p corrected for all points",
     .table = &table,
     .seconds = seconds,
 };

@@ -152,6 +152,8 @@ async function main() {
         await run('regress', { cohort: 'example', formula: 'shape ~ label', lmax: 8, register: false, permutations: 99, bootstraps: 100, at: [{ label: 'left' }, { label: 'right' }] });
         const trained = await run('train', { cohort: 'example', method: 'srnf-nn', lmax: 4 });
         await run('predict', { model: trained.model.id, cohort: 'example' });
+        const norm = (await call('GET', '/v1/models?cohort=example')).items.find((m) => m.kind === 'components');
+        await run('score', { model: norm.id, surface: (await call('GET', '/v1/cohorts/example')).members[0].id });
         const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
         const id = (process) => (jobs ?? items).find((j) => j.processID === process && j.status === 'successful').id;
         await visit(page, `#/jobs/${id('regress')}`);
@@ -161,6 +163,9 @@ async function main() {
         await waitText(page, 'Probability of left: said and so', 30000);
         await visit(page, `#/jobs/${id('predict')}`);
         await waitText(page, 'before it was seen|its label and its probabilities say nothing', 30000);
+        await visit(page, `#/jobs/${id('score')}`);
+        await waitText(page, 'Percentile [0-9.]+', 30000);
+        await page.waitForFunction(() => document.querySelector('figure.shape select')?.value === 'zScore');
     });
 
     const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
@@ -170,7 +175,7 @@ async function main() {
     const surface = (await call('GET', '/v1/surfaces?limit=1')).items[0].id;
     const model = (await call('GET', '/v1/models?limit=1')).items[0].id;
     const pages = ['#/', '#/meshes', `#/meshes/${mesh}`, '#/cohorts', '#/cohorts/example', '#/analyses', '#/analyses/classify?cohort=example', '#/analyses/geodesic',
-        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('report')}`, `#/models/${model}`, '#/settings', '#/admin', '#/nowhere'];
+        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('score')}`, `#/jobs/${of('report')}`, `#/models/${model}`, '#/settings', '#/admin', '#/nowhere'];
     if (of('distances')) pages.push(`#/jobs/${of('distances')}`);
     for (const scheme of ['light', 'dark']) {
         await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);

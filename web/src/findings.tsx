@@ -61,6 +61,10 @@ export function Findings({ result }: { result: any }) {
             )}
             {result.matrix?.length > 1 && result.labels && <div class="split"><Distances result={result} /></div>}
             {curves.some(Boolean) && <div class="split">{curves}</div>}
+            {result.calibration?.overall?.percentiles?.length > 1 && (
+                <Curve title="Percentiles of members left out: on the diagonal if they are what they say" name="percentiles" labels={['expected', 'found']}
+                    points={[...result.calibration.overall.percentiles].sort((a: number, b: number) => a - b).map((y: number, i: number, all: number[]) => ({ x: (100 * (i + 0.5)) / all.length, y }))} />
+            )}
             {(result.validation ?? result.assessment) && <Assessment of={result.validation ?? result.assessment} classes={result.classes} />}
         </>
     );

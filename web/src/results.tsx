@@ -509,7 +509,7 @@ function Regression({ result }: { result: any }) {
             <label class="no-report">Coefficient <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
                 {result.coefficients.map((c: any, i: number) => <option value={i}>{c.name}</option>)}
             </select></label>
-            {coefficient?.surface ? <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={`Mean with the maps of ${coefficient.name}`} name={coefficient.name} />
+            {coefficient?.surface ? <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={`Mean with the maps of ${coefficient.name}`} name={coefficient.name} first="normalEffect" />
                 : <p class="quiet">This coefficient has no maps.</p>}
         </>
     );
@@ -553,6 +553,22 @@ function Predicted({ result }: { result: any }) {
                         : <p>Probability of {one.label}: {figure(100 * one.probabilities[one.label])} %, against {figure(100 * result.priors[one.label])} % before it was seen.</p>}
                 </div>
             </div>
+            <Findings result={result} />
+        </>
+    );
+}
+
+// ---- Beside the norm ---------------------------------------------------------------------------------------------------
+
+function Scored({ result }: { result: any }) {
+    const { zMap, calibration } = result;
+    return (
+        <>
+            <p class="big">Percentile {figure(result.percentile)} <span class="quiet">({result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside {plural(result.subjects, 'subject')}; {plural(result.asOdd, 'of them is', 'of them are')} as odd)</span></p>
+            <p>p = {figure(result.pValue)}. Mahalanobis distance {figure(result.mahalanobis)} in {plural(result.components, 'component')}, {figure(result.residual)} from their space.
+                {result.at ? ` Expected for ${pointOf(result.at)}.` : ''}{result.trainingSubject ? ' It is a member of the model, and was left out.' : ''}</p>
+            {zMap ? <Shape src={surfacePath(zMap.id, 32)} label="The surface with its z map" name="z-map" first="zScore" /> : <p class="quiet">No map was asked for.</p>}
+            {calibration && <p class="quiet">Percentiles of {plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by {figure(calibration.overall?.distance)} (p = {figure(calibration.overall?.pValue)}).</p>}
             <Findings result={result} />
         </>
     );
@@ -665,6 +681,7 @@ export function Results({ job }: { job: api.Job }) {
             else if (process === 'regress') view = <Regression result={result} />;
             else if (process === 'train') view = <Trained result={result} />;
             else if (process === 'predict') view = <Predicted result={result} />;
+            else if (process === 'score') view = <Scored result={result} />;
             else if (process === 'report') view = <Written result={result} job={job} />;
             else if (process === 'project') view = <Projection result={result} job={job} />;
             else if (process === 'evaluate-model') view = <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>;

@@ -168,13 +168,15 @@ async function fetchFile(path: string, name: string): Promise<void> {
 
 interface Landmark { name: string; vertex: number }
 
-export function Shape({ src, label, name, marks, downloads, over }: {
+export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '' }: {
     src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; over?: string;
+    /** The map that is shown first. */
+    first?: string;
 }) {
     const { shape, error } = useShape(src);
     const other = useShape(over ?? null);
     const camera = useMemo(() => new Camera(), []);
-    const [field, setField] = useState('');
+    const [field, setField] = useState(shownFirst);
     const [cut, setCut] = useState<number | null>(null);
     const [failed, setFailed] = useState<unknown>();
     const [here, setHere] = useState<number | undefined>();
