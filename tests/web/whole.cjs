@@ -221,6 +221,25 @@ async function main() {
         note(`${each.toFixed(1)} ms of the processor for scripts a step`);
         return each < 33 || `${each} ms`;
     });
+    await step('two hundred files and a table become a map of two groups', async () => {
+        const { files, table } = require('./many.cjs').write(path.join(scratch, 'many'), 200);
+        const start = Date.now();
+        await visit(page, '#/');
+        await (await page.waitForSelector('input[type=file]')).uploadFile(...files, table);
+        await waitText(page, 'Open the cohort twohundred', 300000);
+        note(`200 files in ${Math.round((Date.now() - start) / 1000)} s`);
+        if (!/201 of 201 files/.test(await text(page))) return (await text(page)).slice(0, 300);
+        await press(page, 'Open the cohort twohundred');
+        await waitText(page, '200 members, labels (long \\(100\\), round|round \\(100\\), long) \\(100\\)');
+        await visit(page, '#/analyses/compare-groups?cohort=twohundred');
+        await page.waitForFunction(() => document.querySelector('#in-cohort')?.value === 'twohundred' && document.querySelector('#in-lmax')?.value === '15');
+        await page.$eval('#in-lmax', (node) => { node.value = '6'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await page.click('#in-register');
+        await press(page, 'Start');
+        await waitText(page, 'Points with p of at most|No point is significant', 300000);
+        await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
+        note(`to the map in ${Math.round((Date.now() - start) / 1000)} s`);
+    });
     tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
     await browser.close();
     process.exitCode = failures() ? 1 : 0;
