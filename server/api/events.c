@@ -28,7 +28,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-void events_leave(void *argument)
+static void leave(void *argument)
 {
     struct api_stream_state *state = argument;
 
@@ -59,7 +59,7 @@ void events_open(struct api_call *call, struct api_stream_state *state, const ch
     struct api_response *response = call->response;
 
     response->stream.state = state;
-    response->stream.free_state = events_leave;
+    response->stream.free_state = leave;
     response->status = 200;
     (void)snprintf(response->stream.job_id, sizeof response->stream.job_id, "%s", job_id);
     (void)api_response_header_text(response, "Content-Type", "text/event-stream");

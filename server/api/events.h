@@ -31,8 +31,8 @@ void events_set_piece(struct api_response *response, char *piece);
 /* Answers with a stream that this state, which it takes over, goes on with, woken by the job;
    API_STREAM_ALL: by any. */
 void events_open(struct api_call *call, struct api_stream_state *state, const char *job_id);
-/* A state for the caller, counted among its streams. NULL when a problem was answered. */
+/* A state for the caller, counted among its streams until that of events_open ends. NULL when a
+   problem was answered. */
 struct api_stream_state *events_enter(struct api_call *call);
-void events_leave(void *state);
 
 #endif

@@ -232,7 +232,7 @@ static char *canonical_text(struct api_call *call, const struct api_process *pro
     if (!inputs) {
         goto out;
     }
-    canonical = call->api->config.processes->canonicalize(process, call, inputs, &problems);
+    canonical = call->api->config.processes->canonicalize(process->table, call, inputs, &problems);
     if (problems.errors) {
         (void)problem_respond_list(call, "invalid-input", &problems);
     } else if (canonical) {

@@ -85,7 +85,7 @@ static const char *transmission_problem(const json_t *output, bool *reference)
 static void read_outputs(const struct api_call *call, const struct api_process *process,
                          const json_t *outputs, struct framing *framing, struct problem_list *list)
 {
-    json_t *schema = call->api->config.processes->outputs_schema(process);
+    json_t *schema = call->api->config.processes->outputs_schema(process->table);
     const json_t *known = json_object_get(schema, "properties");
     /* jansson's iterators take an object that is not const; they do not change it. */
     json_t *object = (json_t *)(uintptr_t)outputs, *output;
@@ -185,7 +185,7 @@ static bool query_outputs(const char *list, struct framing *framing)
 static void check_known(const struct api_call *call, const struct api_process *process,
                         const struct framing *framing, struct problem_list *list)
 {
-    json_t *schema = process ? call->api->config.processes->outputs_schema(process) : NULL;
+    json_t *schema = process ? call->api->config.processes->outputs_schema(process->table) : NULL;
     const json_t *known = json_object_get(schema, "properties");
 
     for (size_t i = 0; known && i < framing->n; i++) {

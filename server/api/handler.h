@@ -176,11 +176,11 @@ struct api_processes {
        where a surface is wanted is replaced as the contract says), fills defaults, and returns the
        canonical inputs (new reference, keys sorted when dumped), or NULL with problems in list or
        an answered problem in call->response. */
-    json_t *(*canonicalize)(const struct api_process *process, struct api_call *call,
+    json_t *(*canonicalize)(const struct process_table *table, struct api_call *call,
                             const json_t *inputs, struct problem_list *list);
     /* JSON Schemas with units, defaults and limits (new references). */
-    json_t *(*inputs_schema)(const struct api_process *process);
-    json_t *(*outputs_schema)(const struct api_process *process);
+    json_t *(*inputs_schema)(const struct process_table *table);
+    json_t *(*outputs_schema)(const struct process_table *table);
 };
 /* processes.c: by its id, or NULL. */
 const struct api_process *api_process_find(const struct api *api, const char *id);

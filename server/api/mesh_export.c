@@ -102,11 +102,6 @@ size_t mesh_export_resolution(struct api_call *call, size_t degree)
     return refused ? 0 : (size_t)number;
 }
 
-bool mesh_export_is_positions(const struct mesh_export *choice)
-{
-    return strcmp(choice->format, "positions") == 0;
-}
-
 /* As bytes in the order that browsers' arrays have on all machines of today. */
 static int write_positions(const struct srnf_mesh *mesh, struct srnf_buffer *out)
 {
@@ -134,7 +129,7 @@ void mesh_export_respond(struct api_call *call, const struct mesh_export *choice
 {
     struct srnf_buffer buffer = {0};
     unsigned char *bytes = NULL;
-    int status = mesh_export_is_positions(choice)
+    int status = strcmp(choice->format, "positions") == 0
                      ? write_positions(mesh, &buffer)
                      : srnf_mesh_write_described(mesh, srnf_mesh_format_from_name(choice->format),
                                                  normals, fields, n_fields, description, &buffer);

@@ -7,14 +7,12 @@
 
 #include "api/handler.h"
 
-/* A format that is written, as a media type under which it is served. */
+/* A format that is written, as a media type under which it is served. "positions" is the
+   coordinates of the vertices alone, in their order: x, y, z of each as 32-bit numbers, the lowest
+   byte first. */
 struct mesh_export {
     const char *format, *media_type;
 };
-
-/* Its name is "positions": the coordinates of the vertices alone, in their order: x, y, z of each
-   as 32-bit numbers, the lowest byte first. */
-bool mesh_export_is_positions(const struct mesh_export *choice);
 
 /* ?format=, otherwise what Accept likes best, ply first. False when a problem was answered. */
 bool mesh_export_choose(struct api_call *call, struct mesh_export *choice);

@@ -115,9 +115,9 @@ static json_t *process_record(const struct api_processes *all, const struct api_
                               json_pack("[s,s]", "value", "reference"));
     if (whole) {
         (void)json_object_set_new(document, "inputs",
-                                  described_members(all->inputs_schema(process), true));
+                                  described_members(all->inputs_schema(process->table), true));
         (void)json_object_set_new(document, "outputs",
-                                  described_members(all->outputs_schema(process), false));
+                                  described_members(all->outputs_schema(process->table), false));
     }
     (void)json_object_set_new(document, "links", process_links(process, whole));
     return document;

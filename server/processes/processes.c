@@ -20,28 +20,14 @@ PROCESSES(DECLARE)
 
 static const struct api_process *const rows[] = {PROCESSES(ADDRESS) NULL};
 
-static json_t *canonicalize(const struct api_process *process, struct api_call *call,
-                            const json_t *inputs, struct problem_list *list)
-{
-    return table_canonicalize(process->table, call, inputs, list);
-}
-
-static json_t *inputs_schema(const struct api_process *process)
-{
-    return table_inputs_schema(process->table);
-}
-
-static json_t *outputs_schema(const struct api_process *process)
-{
-    return table_outputs_schema(process->table);
-}
-
-const struct api_processes processes = {rows, canonicalize, inputs_schema, outputs_schema};
+const struct api_processes processes = {rows, table_canonicalize, table_inputs_schema,
+                                        table_outputs_schema};
 
 char *process_description(const struct api_process *process)
 {
     json_t *document = json_pack("{s:s, s:o, s:o}", "id", process->id, "inputs",
-                                 inputs_schema(process), "outputs", outputs_schema(process));
+                                 table_inputs_schema(process->table), "outputs",
+                                 table_outputs_schema(process->table));
     char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
 
     json_decref(document);

@@ -14,7 +14,8 @@
 #define NAMES_SHOWN 240
 #define POINTER "/inputs/formula"
 
-const json_t *design_value(const json_t *member, const char *name)
+/* What a name means for a member: a covariate, its label, time or side; NULL or null: nothing. */
+static const json_t *value_of(const json_t *member, const char *name)
 {
     const json_t *value = json_object_get(json_object_get(member, "covariates"), name);
 
@@ -71,7 +72,7 @@ static void refuse_missing(const struct design_build *build, const char *name)
 
     for (size_t i = build->n; i-- > 0;) {
         const json_t *member = json_array_get(build->members, i);
-        const json_t *value = design_value(member, name);
+        const json_t *value = value_of(member, name);
 
         (void)json_object_update_missing(seen, json_object_get(member, "covariates"));
         if (!value || json_is_null(value)) {
@@ -106,7 +107,7 @@ static bool looks_like_number(const char *text)
 static bool read_number(const struct design_build *build, struct design_factor *factor, size_t i)
 {
     const char *name = factor->source->name;
-    double x = json_number_value(design_value(json_array_get(build->members, i), name)) + 0.0;
+    double x = json_number_value(value_of(json_array_get(build->members, i), name)) + 0.0;
 
     factor->lowest = i == 0 ? x : fmin(factor->lowest, x);
     factor->highest = i == 0 ? x : fmax(factor->highest, x);
@@ -225,7 +226,7 @@ static bool read_levels(const struct design_build *build, struct design_factor *
     for (size_t i = 0; i < build->n; i++) {
         const json_t *member = json_array_get(build->members, i);
 
-        if (design_level(design_value(member, factor->source->name), sizeof text, text)) {
+        if (design_level(value_of(member, factor->source->name), sizeof text, text)) {
             (void)json_object_set_new(seen, text, json_true());
         }
     }
@@ -240,7 +241,7 @@ static bool read_levels(const struct design_build *build, struct design_factor *
     for (size_t i = 0; good && i < build->n; i++) {
         const json_t *member = json_array_get(build->members, i);
 
-        good = design_level(design_value(member, factor->source->name), sizeof text, text);
+        good = design_level(value_of(member, factor->source->name), sizeof text, text);
         factor->value[i] = (double)(good ? design_find_level(factor, text) : 0);
     }
     return good && count_subjects(build, factor);
@@ -256,7 +257,7 @@ static bool is_categorical(const struct design_build *build, const struct design
     size_t texts = 0, last = 0;
 
     for (size_t i = 0; i < build->n; i++) {
-        const json_t *value = design_value(json_array_get(build->members, i), name);
+        const json_t *value = value_of(json_array_get(build->members, i), name);
 
         if (!json_is_number(value)) {
             texts++;
@@ -286,7 +287,7 @@ static bool read_factor(struct design_build *build, struct design_factor *factor
     bool good = true;
 
     for (size_t i = 0; i < build->n; i++) {
-        const json_t *value = design_value(json_array_get(build->members, i), factor->source->name);
+        const json_t *value = value_of(json_array_get(build->members, i), factor->source->name);
 
         if (!value || json_is_null(value)) {
             refuse_missing(build, factor->source->name);

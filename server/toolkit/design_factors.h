@@ -25,8 +25,6 @@ struct design_build {
     struct design_factor factor[FORMULA_FACTORS_MAX];
 };
 
-/* What a name means for a member: a covariate, its label, time or side; NULL or null: nothing. */
-const json_t *design_value(const json_t *member, const char *name);
 /* The text of a level; size bytes. False: the value is none. */
 bool design_level(const json_t *value, size_t size, char *text);
 /* Number of a level; its length where it is none. */

@@ -280,7 +280,7 @@ static struct outcome canonical_outcome_as(struct fixture *fixture,
     struct outcome outcome = {0};
     json_t *body;
 
-    outcome.canonical = processes.canonicalize(process, &call, inputs, &list);
+    outcome.canonical = processes.canonicalize(process->table, &call, inputs, &list);
     outcome.errors = list.errors;
     if (outcome.canonical && !list.errors) {
         outcome.seconds = process->seconds(&call.work, outcome.canonical);

@@ -195,7 +195,7 @@ static void test_inputs(void **state)
 {
     for (size_t p = 0; processes.rows[p]; p++) {
         const struct api_process *process = processes.rows[p];
-        json_t *schema = processes.inputs_schema(process);
+        json_t *schema = processes.inputs_schema(process->table);
         json_t *properties = json_object_get(schema, "properties"), *property;
         const char *name;
 
@@ -214,7 +214,7 @@ static void test_complete(void **state)
 {
     for (size_t p = 0; processes.rows[p]; p++) {
         const struct api_process *process = processes.rows[p];
-        json_t *schema = processes.inputs_schema(process);
+        json_t *schema = processes.inputs_schema(process->table);
         json_t *properties = json_object_get(schema, "properties"), *property;
         json_t *inputs = least_inputs(*state, process->id);
         struct outcome outcome = canonical_outcome(*state, process->id, inputs);
@@ -235,7 +235,7 @@ static void test_unknown_and_missing(void **state)
 {
     for (size_t p = 0; processes.rows[p]; p++) {
         const struct api_process *process = processes.rows[p];
-        json_t *schema = processes.inputs_schema(process);
+        json_t *schema = processes.inputs_schema(process->table);
         json_t *required = json_object_get(schema, "required"), *array = json_array();
         struct outcome outcome = with(*state, process->id, "a~b/c", json_integer(1));
 
@@ -268,7 +268,7 @@ static void test_outputs(void **state)
     (void)state;
     for (size_t p = 0; processes.rows[p]; p++) {
         const struct api_process *process = processes.rows[p];
-        json_t *schema = processes.outputs_schema(process);
+        json_t *schema = processes.outputs_schema(process->table);
         json_t *properties = json_object_get(schema, "properties");
 
         assert_true(json_object_size(properties) > 2);

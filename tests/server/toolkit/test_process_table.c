@@ -305,8 +305,8 @@ static void expect_schema(json_t *properties, const char *name, const char *want
 
 static void test_schemas(void **state)
 {
-    json_t *schema = processes.inputs_schema(&process),
-           *results = processes.outputs_schema(&process);
+    json_t *schema = processes.inputs_schema(process.table),
+           *results = processes.outputs_schema(process.table);
     json_t *properties = json_object_get(schema, "properties");
     json_t *required = json_pack("[s,s,s]", "surface", "model", "guest");
     (void)state;
