@@ -21,7 +21,7 @@ static bool find_type(const struct api_call *call, const struct store_job *job, 
                       char type[TYPE_MAX])
 {
     const struct api_process *process = api_process_find(call->api, job->process);
-    json_t *schema = process ? call->api->config.processes->outputs_schema(process) : NULL;
+    json_t *schema = process ? call->api->config.processes->outputs_schema(process->table) : NULL;
     const json_t *output = json_object_get(json_object_get(schema, "properties"), name);
     const char *text = json_string_value(json_object_get(output, "contentMediaType"));
     bool found = text && strlen(text) < TYPE_MAX;
