@@ -10,9 +10,9 @@
  * one. What is longer than PACKED_MAX goes as it is, so that nobody waits for the thread long. A
  * packed answer is another representation of the same content: its tag becomes a weak one.
  *
- * Of two codings that a client takes alike zstd is chosen: at its level 1 a mesh of 3 MB (PLY) takes
- * 5 ms and keeps 75 % of its size, where gzip's level 1 takes 61 ms and keeps 70 %; of 300 KB of
- * JSON it keeps 41 % in 0.9 ms, gzip's level 6 44 % in 17 ms.
+ * Of two codings that a client takes alike zstd is chosen: at its level 1 a mesh of 3 MB (PLY)
+ * takes 5 ms and keeps 75 % of its size, where gzip's level 1 takes 61 ms and keeps 70 %; of 300 KB
+ * of JSON it keeps 41 % in 0.9 ms, gzip's level 6 44 % in 17 ms.
  */
 #include "api/transmit.h"
 
