@@ -1,5 +1,6 @@
 // node screenshots.cjs URL FOLDER: loads the example, waits for its answers and takes dashboard-*.png of them.
 'use strict';
+const fs = require('fs');
 const path = require('path');
 const { launch, open, waitText, press, visit } = require('../tests/web/browser.cjs');
 
@@ -28,14 +29,25 @@ async function main() {
     };
     await open_('Mean and components of the example', 'Component 1');
     await page.waitForSelector('#mode-1');
-    await page.$eval('#mode-1', (node) => { node.value = '1.5'; node.dispatchEvent(new Event('input', { bubbles: true })); });
-    await waitText(page, 'relative energy', 60000);
+    await page.$eval('#mode-1', (node) => { node.value = '1.5'; for (const name of ['input', 'change']) node.dispatchEvent(new Event(name, { bubbles: true })); });
+    await waitText(page, 'Computed exactly', 60000);
     await take('components');
     await open_('Left against right', 'distance of the means');
     await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
     await take('groups');
     await open_('Left or right?', 'Accuracy');
     await take('classification');
+    // The report of the comparison, as it opens from a disk.
+    const { jobs } = await (await fetch(`${url}/v1/jobs?process=compare-groups&status=successful`)).json();
+    const made = await (await fetch(`${url}/v1/processes/report/execution`, {
+        method: 'POST', headers: { 'Content-Type': 'application/json' },
+        body: JSON.stringify({ inputs: { jobs: [jobs[0].id], title: 'Left against right' } }),
+    })).json();
+    const file = path.join(process.env.HOME, 'report.html');
+    fs.writeFileSync(file, made.html);
+    await page.goto(`file://${file}`);
+    await page.waitForSelector('canvas').then((c) => c.evaluate((node) => node.closest('figure').scrollIntoView()));
+    await take('report');
     await browser.close();
 }
 main().catch((error) => { console.error(error); process.exit(1); });
