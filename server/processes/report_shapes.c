@@ -151,14 +151,20 @@ static void put_positions(FILE *out, size_t n, const double *vertices)
     (void)fputs("\"", out);
 }
 
-/* One map at the vertices. */
-static void put_map(FILE *out, const char *name, size_t n, const double *values)
+/* One map at the vertices. Its least and largest values are those of its nodes, which results tell,
+   and which need not lie at a vertex. */
+static void put_map(FILE *out, const char *name, size_t points, const double *nodes, size_t n,
+                    const double *values)
 {
     struct base64 text = {.out = out};
     const char *unit = "1", *meaning = "";
-    double low = values[0], high = low;
+    double low = nodes[0], high = low;
 
-    for (size_t i = 1; i < n; i++) {
+    for (size_t i = 0; i < points; i++) {
+        low = fmin(low, nodes[i]);
+        high = fmax(high, nodes[i]);
+    }
+    for (size_t i = 0; i < n; i++) {
         low = fmin(low, values[i]);
         high = fmax(high, values[i]);
     }
@@ -201,7 +207,7 @@ static int put_maps(struct report_page *page, const struct store_surface *surfac
             srnf_grid_interpolate(srnf_sht_grid(sht), maps.values + i * points, n,
                                   page->sphere.vertices, values);
             (void)fputs(put++ ? "," : "", page->shapes);
-            put_map(page->shapes, maps.names[i], n, values);
+            put_map(page->shapes, maps.names[i], points, maps.values + i * points, n, values);
         }
     }
     if (sht) {
