@@ -139,10 +139,11 @@ $(O)/%.o: %.c
 
 # Most of what tests compute is sums of harmonics. At -O1 the sanitizers make them ten times slower than a release
 # build, so they get what a release build chooses at run time (core/harmonics/simd.h), with every check left in. So do
-# the two files that registrations spend most of their time in.
+# the files that inversions and registrations spend most of their time in.
 AVX2 := $(shell grep -w avx2 /proc/cpuinfo 2>/dev/null | grep -w fma | grep -qw bmi2 && echo -march=x86-64-v3)
 HOT_asan := -O3 $(AVX2)
-$(patsubst %,$(O)/core/%.o,harmonics/% registration/start registration/tabulated_step): CFLAGS += $(HOT_$(CONFIG))
+HOT := harmonics/% linear/vector srnf/pointwise registration/start registration/tabulated_moving registration/tabulated_step
+$(patsubst %,$(O)/core/%.o,$(HOT)): CFLAGS += $(HOT_$(CONFIG))
 
 # Test programs take little time themselves, and compile twice as fast as with what the library gets.
 $(patsubst %.c,$(O)/%.o,$(TEST_SRC)): CFLAGS += $(TEST_OPT_$(CONFIG))
