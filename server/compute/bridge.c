@@ -91,7 +91,7 @@ int compute_bridge_load(struct jobs_run *run, const struct srnf_context *context
     struct srnf_encoded encoded = {.coefficients = NULL};
     struct compute_doubt aside;
     int status =
-        compute_surface_load_within(run, context, origin->surface, mirror, surface, result);
+        compute_surface_load_within(run, context, origin->surface, mirror, 0, surface, result);
 
     *bridged = false;
     if (status) {

@@ -104,10 +104,11 @@ void compute_surface_clear(struct compute_surface *surface)
     *surface = (struct compute_surface){0};
 }
 
-/* A mesh where a surface is wanted: its encoding with the default options, by this route. */
+/* A mesh where a surface is wanted: its encoding with the default options, by this route and at
+   this degree (0: the default one). */
 static int load_mesh(struct jobs_run *run, const struct srnf_context *context, const char *id,
-                     enum srnf_parameterization route, bool mirror, struct compute_surface *surface,
-                     struct jobs_result *result)
+                     enum srnf_parameterization route, bool mirror, size_t degree,
+                     struct compute_surface *surface, struct jobs_result *result)
 {
     static const double upright[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     struct compute_encode_inputs inputs = {.options = srnf_encode_options_defaults(),
@@ -116,6 +117,7 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
     int status;
 
     inputs.options.parameterization = route;
+    inputs.options.degree = degree ? degree : inputs.options.degree;
     (void)snprintf(inputs.mesh, sizeof inputs.mesh, "%s", id);
     status = compute_encode(run, context, &inputs, &encoded, result);
     if (status == 0) {
@@ -134,8 +136,8 @@ static int load_mesh(struct jobs_run *run, const struct srnf_context *context, c
 }
 
 static int load(struct jobs_run *run, const struct srnf_context *context, const char *id,
-                enum srnf_parameterization route, bool mirror, struct compute_surface *surface,
-                struct jobs_result *result)
+                enum srnf_parameterization route, bool mirror, size_t mesh_degree,
+                struct compute_surface *surface, struct jobs_result *result)
 {
     struct store_surface stored = {0};
     int status;
@@ -143,7 +145,7 @@ static int load(struct jobs_run *run, const struct srnf_context *context, const 
     *surface = (struct compute_surface){0};
     (void)snprintf(surface->id, sizeof surface->id, "%s", id);
     if (compute_is_mesh(id)) {
-        return load_mesh(run, context, id, route, mirror, surface, result);
+        return load_mesh(run, context, id, route, mirror, mesh_degree, surface, result);
     }
     status = store_surface_get(jobs_run_store(run), id, true, &stored);
     if (status) {
@@ -182,14 +184,14 @@ int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_para
                             struct jobs_result *result)
 {
     jobs_run_phase(run, compute_is_mesh(id) ? share : 0.0);
-    return load(run, jobs_run_context(run), id, route, false, surface, result);
+    return load(run, jobs_run_context(run), id, route, false, 0, surface, result);
 }
 
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
-                                const char *id, bool mirror, struct compute_surface *surface,
-                                struct jobs_result *result)
+                                const char *id, bool mirror, size_t mesh_degree,
+                                struct compute_surface *surface, struct jobs_result *result)
 {
-    return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, mirror, surface, result);
+    return load(run, context, id, SRNF_PARAMETERIZATION_AUTO, mirror, mesh_degree, surface, result);
 }
 
 int compute_measure(struct jobs_run *run, size_t degree, size_t count, const double *coefficients,

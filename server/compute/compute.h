@@ -58,10 +58,11 @@ int compute_surface_load_by(struct jobs_run *run, const char *id, enum srnf_para
                             double share, struct compute_surface *surface,
                             struct jobs_result *result);
 /* The first as part of a phase, with a context of the run's user: for several at a time. mirror:
-   the mirror image instead, of a mesh as encode makes it, of a surface by srnf_surface_mirror. */
+   the mirror image instead, of a mesh as encode makes it, of a surface by srnf_surface_mirror.
+   mesh_degree: at which a mesh is encoded; 0: the default. */
 int compute_surface_load_within(struct jobs_run *run, const struct srnf_context *context,
-                                const char *id, bool mirror, struct compute_surface *surface,
-                                struct jobs_result *result);
+                                const char *id, bool mirror, size_t mesh_degree,
+                                struct compute_surface *surface, struct jobs_result *result);
 void compute_surface_clear(struct compute_surface *surface);
 
 /* Measures of several surfaces of one degree on its working grid: coefficients

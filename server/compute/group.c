@@ -24,6 +24,7 @@ struct loading {
     const struct compute_mirrored *mirrored; /* NULL: none */
     const struct compute_origin *origins;    /* of those to be bridged; NULL: none */
     struct slot *slots;
+    size_t mesh_degree;
     struct srnf_context context; /* the run's, without its progress: that is the group's */
     size_t n;
     atomic_size_t done;
@@ -51,9 +52,9 @@ static void load_one(void *argument, size_t index)
             compute_bridge_load(loading->run, &loading->context, &loading->origins[index], mirror,
                                 &slot->surface, &slot->bridged, &slot->result);
     } else {
-        slot->status =
-            compute_surface_load_within(loading->run, &loading->context, loading->ids[index],
-                                        mirror, &slot->surface, &slot->result);
+        slot->status = compute_surface_load_within(
+            loading->run, &loading->context, loading->ids[index], mirror, loading->mesh_degree,
+            &slot->surface, &slot->result);
     }
     done = atomic_fetch_add(&loading->done, 1) + 1;
     context->progress(context->user, (double)done / (double)loading->n, "loading the surfaces");
@@ -117,14 +118,15 @@ static size_t count_meshes(size_t n, const char *const *ids, const struct comput
 
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids,
                        const struct compute_mirrored *mirrored,
-                       const struct compute_origin *origins, size_t degree, double share,
-                       struct compute_group *group, struct jobs_result *result)
+                       const struct compute_origin *origins, size_t mesh_degree, size_t degree,
+                       double share, struct compute_group *group, struct jobs_result *result)
 {
     const struct srnf_context *context = jobs_run_context(run);
     struct loading loading = {.run = run,
                               .ids = ids,
                               .mirrored = mirrored,
                               .origins = origins,
+                              .mesh_degree = mesh_degree,
                               .slots = srnf_alloc(n, sizeof(struct slot)),
                               .context = *context,
                               .n = n};

@@ -32,6 +32,7 @@ struct compute_group {
  *   mirrored [in] the members that are taken mirrored; NULL: none
  *   origins  [in] [n] of members by star that are to be bridged (compute_bridge_load), the others
  *            without a surface; NULL: none
+ *   mesh_degree [in] at which meshes are encoded; 0: the default
  *   degree  [in] of the group; 0: the largest of its members. Others are cut, or filled with zeros
  *   share   [in] percent of the job that encoding stands for if all of them are meshes: a phase,
  *           after which the caller begins the next
@@ -39,8 +40,8 @@ struct compute_group {
  */
 int compute_group_load(struct jobs_run *run, size_t n, const char *const *ids,
                        const struct compute_mirrored *mirrored,
-                       const struct compute_origin *origins, size_t degree, double share,
-                       struct compute_group *group, struct jobs_result *result);
+                       const struct compute_origin *origins, size_t mesh_degree, size_t degree,
+                       double share, struct compute_group *group, struct jobs_result *result);
 void compute_group_clear(struct compute_group *group);
 
 #endif

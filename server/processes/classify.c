@@ -235,7 +235,7 @@ static int load(struct jobs_run *run, const struct classify *classify,
         srnf_free(origins);
         return compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
-    status = compute_group_load(run, group->n, group->ids, &group->mirrored, origins,
+    status = compute_group_load(run, group->n, group->ids, &group->mirrored, origins, 0,
                                 (size_t)classify->lmax, SHARE, &answer->group, result);
     srnf_free(origins);
     if (status) {

@@ -91,7 +91,8 @@ static const struct process_input inputs[] = {
     {"model", INPUT_MODEL, offsetof(struct predict, model), "A classifier, made by train.",
      .required = true, .model_kind = "classifier"},
     {"surfaces", INPUT_OWN, offsetof(struct predict, group),
-     "The surfaces, one at least, or cohort instead. Meshes are encoded with the default options.",
+     "The surfaces, one at least, or cohort instead. Meshes are encoded with the default options, "
+     "and at the degree of the classifier where it was trained on surfaces.",
      .own = &surfaces_own, .lowest = 1},
     {"cohort", INPUT_OWN, offsetof(struct predict, group),
      "Name of a cohort, instead of surfaces. Where its members have labels of the classifier's "
@@ -308,6 +309,22 @@ static int ask_mirrored(struct jobs_run *run, const struct srnf_sht *sht,
     return status;
 }
 
+/* Meshes are encoded as the training members were: at the degree of the classifier, or, if there
+   were meshes among them, at the default one and cut. */
+static size_t mesh_degree(const struct kept *kept)
+{
+    const json_t *surfaces = json_object_get(kept->made, "surfaces"), *surface;
+    size_t i;
+
+    json_array_foreach(surfaces, i, surface)
+    {
+        if (!json_is_string(surface) || compute_is_mesh(json_string_value(surface))) {
+            return 0;
+        }
+    }
+    return (size_t)kept->model.stored.lmax;
+}
+
 static int compute(struct jobs_run *run, const struct predict *predict, const struct kept *kept,
                    struct predict_answer *answer, struct jobs_result *result)
 {
@@ -320,8 +337,11 @@ static int compute(struct jobs_run *run, const struct predict *predict, const st
     const struct store_model *stored = &kept->model.stored;
     const struct srnf_sht *sht = NULL;
     struct srnf_error error = {0};
-    int status =
-        group_load(run, &predict->group, true, (size_t)stored->lmax, &answer->group, result);
+    struct group_input group = predict->group; /* a view */
+    int status;
+
+    group.mesh_degree = mesh_degree(kept);
+    status = group_load(run, &group, true, (size_t)stored->lmax, &answer->group, result);
 
     if (status) {
         return status;

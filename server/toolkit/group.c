@@ -28,7 +28,8 @@ int group_load(struct jobs_run *run, const struct group_input *members, bool reg
     if (!origins) {
         return compute_fail(result, SRNF_ENOMEM, NULL, "reading the inputs");
     }
-    status = compute_group_load(run, members->n, members->ids, &members->mirrored, origins, degree,
+    status = compute_group_load(run, members->n, members->ids, &members->mirrored, origins,
+                                members->mesh_degree, degree,
                                 registered ? SHARE_REGISTERED : SHARE_PLAIN, group, result);
     srnf_free(origins);
     return status;

@@ -24,6 +24,7 @@ struct group_input {
     size_t n_subjects, largest;
     struct compute_mirrored mirrored; /* members that are taken mirrored */
     bool mixed_routes;
+    size_t mesh_degree; /* at which meshes are encoded; 0: the default */
     /* Canonical, for what results tell: [n] ids; {name, labels, subjects, mirrored} of the members
        and what the process adds, or NULL without a cohort. */
     json_t *surfaces, *cohort;

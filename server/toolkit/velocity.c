@@ -221,7 +221,7 @@ int deformation_open(struct jobs_run *run, size_t n, const char *const *ids,
     deformation->registration = registration_pair_defaults(common_pose);
     deformation->options.registration = registered ? &deformation->registration : NULL;
     deformation->options.pullback = method == DEFORMATION_PULLBACK;
-    status = compute_group_load(run, n, ids, NULL, NULL, 0, SHARE_MESHES, group, result);
+    status = compute_group_load(run, n, ids, NULL, NULL, 0, 0, SHARE_MESHES, group, result);
     if (status) {
         return status;
     }

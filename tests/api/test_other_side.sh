@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # test_other_side.sh - new surfaces of the other side, which nothing calls so: project, score and predict try their mirror
-# images and warn where these are clearly nearer.
+# images and warn where these are clearly nearer;
+# and meshes that a classifier of surfaces is asked of.
 # srnfd-test: slow
 # srnfd-test: release-only
 # Under the sanitizers test_score.sh and test_train.sh try mirror images of small surfaces.
@@ -64,6 +65,20 @@ run predict "{\"model\":\"$KINDS\",\"surfaces\":[\"$MIRRORED\"]}"
 is "$STATUS $(sides)" '200 false' 'but not once it is mirrored'
 run predict "{\"model\":\"$KINDS\",\"surfaces\":[\"${MESH[R_pallidum]}\"],\"handedness\":\"ignore\"}"
 is "$STATUS $(sides)" '200 false' 'nor where it is not to be tried'
+
+# Trained on surfaces of degree 4, meshes are encoded so too: the mesh of a member is known again.
+MEMBERS=
+for name in L_{thalamus,caudate,putamen,pallidum,amygdala,hippocampus} R_{thalamus,caudate,amygdala,hippocampus}; do
+    LABEL=$([[ $name =~ thalamus|caudate|putamen ]] && echo large || echo small)
+    run encode "{\"mesh\":\"${MESH[$name]}\",\"lmax\":4}"
+    MEMBERS="$MEMBERS${MEMBERS:+,}{\"id\":\"$(json .surface.id)\",\"label\":\"$LABEL\"}"
+done
+post_json /v1/cohorts "{\"name\":\"surfaces\",\"members\":[$MEMBERS]}"
+run train '{"cohort":"surfaces","method":"srnf-nn","mixedRoutes":true}'
+KINDS=$(json .model.id)
+run predict "{\"model\":\"$KINDS\",\"surfaces\":[\"${MESH[L_caudate]}\",\"${MESH[R_putamen]}\"],\"handedness\":\"ignore\"}"
+is "$STATUS $(json '[.predictions[].trainingSubject] | tojson')" '200 [true,false]' 'meshes are encoded at the degree of the classifier'
+is "$(json '[.warnings[].code] | index("mixed-degrees")')" null 'and nobody is warned of degrees'
 
 stop_server || not_ok 'the server ends well'
 done_testing
