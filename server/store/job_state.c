@@ -260,13 +260,16 @@ static int explain(sqlite3 *db, const char *id)
     return status;
 }
 
-/* What the results name, they go with. */
+/* What the results name, they go with; the rows that say so must fit, too. */
 static int note_results(sqlite3 *db, const struct transition *t)
 {
     char owner[STORE_OWNER_MAX] = "";
     int status = store_text(db, owner, sizeof owner, "SELECT owner FROM job WHERE id = ?", t->id);
 
-    return status == STORE_OK ? store_needs_add(db, owner, t->id, &t->named, true) : status;
+    if (status == STORE_OK) {
+        status = store_needs_add(db, owner, t->id, &t->named, true);
+    }
+    return status == STORE_OK ? store_owner_check(db, owner, 0) : status;
 }
 
 static int run_transition(struct store *store, sqlite3 *db, struct store_write *write)

@@ -264,6 +264,39 @@ static void jobs_count_until_they_are_deleted(void **state)
     free(large);
 }
 
+/* Rows that say what results go with are counted in what they may take. */
+static void what_results_name_counts(void **state)
+{
+    struct fixture *fixture = *state;
+    struct store *store = fixture->store;
+    unsigned char *bytes = fixture_bytes(600, 5);
+    char id[STORE_ID_MAX], mesh[STORE_ID_MAX], results[STORE_ID_MAX + 20];
+    struct store_job_limits limits = {.bytes = 100000};
+    int64_t held, job;
+    bool created;
+
+    assert_int_equal(put_mesh(store, "ada", 100000, "a", bytes, 600, &created), STORE_OK);
+    store_content_id(mesh, "mesh-", bytes, 600);
+    snprintf(results, sizeof results, "{\"mesh\":\"%s\"}", mesh);
+    held = bytes_of(store, "ada");
+    assert_int_equal(insert_job(store, "ada", 1, &limits, id), STORE_OK);
+    job = bytes_of(store, "ada") - held;
+    assert_int_equal(finish_job(store, "{}", id), STORE_OK);
+    limits.bytes = bytes_of(store, "ada") + job + (int64_t)strlen(results) + 100;
+    assert_int_equal(insert_job(store, "ada", 2, &limits, id), STORE_OK);
+    assert_int_equal(finish_job(store, results, id), STORE_QUOTA);
+    assert_in_range(bytes_of(store, "ada"), 1, limits.bytes);
+    assert_int_equal(store_job_transition(store, id, 1, STORE_JOB_FAILED, NULL,
+                                          "storage-quota-exceeded", "no room"),
+                     STORE_OK);
+    assert_int_equal(store_job_delete(store, id), STORE_OK);
+    limits.bytes += 300;
+    assert_int_equal(insert_job(store, "ada", 3, &limits, id), STORE_OK);
+    assert_int_equal(finish_job(store, results, id), STORE_OK);
+    assert_in_range(bytes_of(store, "ada"), limits.bytes - 300, limits.bytes);
+    free(bytes);
+}
+
 /* What a job keeps on its way, and the keys that name it, go with it. */
 static void checkpoints_and_keys_count(void **state)
 {
@@ -510,12 +543,19 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_setup, fixture_teardown)
-        TEST(content_has_a_name_for_each_owner), TEST(surfaces_have_a_record_for_each_owner),
-        TEST(lists_show_what_is_the_owners),     TEST(bytes_are_limited_in_the_transaction),
-        TEST(jobs_count_until_they_are_deleted), TEST(checkpoints_and_keys_count),
-        TEST(jobs_add_within_the_kept_limit),    TEST(cohorts_count),
-        TEST(cohort_names_are_each_owners),      TEST(claims_go_round),
-        TEST(a_newcomer_joins_the_round),        TEST(jobs_of_an_owner_are_limited),
+        TEST(content_has_a_name_for_each_owner),
+        TEST(surfaces_have_a_record_for_each_owner),
+        TEST(lists_show_what_is_the_owners),
+        TEST(bytes_are_limited_in_the_transaction),
+        TEST(jobs_count_until_they_are_deleted),
+        TEST(what_results_name_counts),
+        TEST(checkpoints_and_keys_count),
+        TEST(jobs_add_within_the_kept_limit),
+        TEST(cohorts_count),
+        TEST(cohort_names_are_each_owners),
+        TEST(claims_go_round),
+        TEST(a_newcomer_joins_the_round),
+        TEST(jobs_of_an_owner_are_limited),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
