@@ -166,7 +166,7 @@ $(CORE_LIB): $(call obj,$(CORE_SRC))
 # twice; one too few serves old answers as new. make numeric-digest prints it.
 ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard include/*.h include/srnf/*.h core/*.h core/*/*.h \
                    server/processes/*.[ch] server/toolkit/*.[ch] server/api/*.[ch] \
-                   server/compute/*.[ch] server/jobs/*.[ch]))
+                   server/compute/*.[ch] server/jobs/*.[ch] server/tasks/*.[ch]))
 answer_digest  = $(shell (echo '$(OPT)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
 $(O)/server/build.o: $(ANSWER_TEXT)
 $(O)/server/build.o: CPPFLAGS += -DSRNF_ANSWER_DIGEST='"$(answer_digest)"'

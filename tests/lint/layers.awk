@@ -4,11 +4,12 @@
 #
 # prints "file:line: what" for every #include that goes against the layers:
 #
-#   server/  main (main.c and commands.c) -> processes -> toolkit -> http -> api -> compute -> jobs -> store. A
-#            layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
+#   server/  main (main.c and commands.c) -> worker -> processes -> toolkit -> http -> api -> compute -> jobs ->
+#            store -> tasks. A layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
 #            server/ (embedded.h, ..), which in turn includes no layer's header; processes and toolkit pass
-#            http over. Each library has its home: libmicrohttpd in http, jansson in api and the two before
-#            it, SQLite and utf8proc in store, libarchive and libcurl in api; only what lies directly in server/ may name them
+#            http over. Each library has its home: libmicrohttpd in http, jansson in api, worker and the two
+#            between them, SQLite and utf8proc in store, libarchive in api, libcurl in api and worker; only what
+#            lies directly in server/ may name them
 #            too, as it tells their versions.
 #   core/    harmonics -> linear -> mesh -> formats -> volume -> sphere_map -> srnf -> surface -> inversion ->
 #            registration -> geodesic -> pullback -> stats. A folder includes its own headers, those of the
@@ -17,15 +18,15 @@
 #   include/ the public headers include each other, and of the system's those that core/ may.
 
 BEGIN {
-    number_of("main processes toolkit http api compute jobs store", layer)
+    number_of("main worker processes toolkit http api compute jobs store tasks", layer)
     number_of("harmonics linear mesh formats volume sphere_map srnf surface inversion registration geodesic pullback stats", \
               stage)
     home["microhttpd.h"] = "http"
     home["gnutls/gnutls.h"] = home["gnutls/abstract.h"] = "http"
-    home["jansson.h"] = "api toolkit processes"
+    home["jansson.h"] = "api toolkit processes worker"
     home["sqlite3.h"] = "store"
     home["utf8proc.h"] = "store"
-    home["curl/curl.h"] = "api"
+    home["curl/curl.h"] = "api worker"
     home["archive.h"] = home["archive_entry.h"] = "api"
     n = split("microhttpd.h jansson.h sqlite3.h sodium.h pthread.h threads.h time.h signal.h unistd.h " \
               "fcntl.h dirent.h syslog.h omp.h", list, " ")
