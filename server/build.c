@@ -73,3 +73,21 @@ void build_numeric_id(char id[BUILD_ID_SIZE])
                    SRNF_VERSION, SRNF_ANSWER_DIGEST, COMPILER, openblas_get_config(),
                    openblas_get_corename(), fftw_version, glp_version());
 }
+
+void build_arithmetic_id(char id[BUILD_ARITHMETIC_SIZE])
+{
+    char numeric[BUILD_ID_SIZE];
+    const char *instructions = "baseline";
+
+#ifdef __x86_64__
+    __builtin_cpu_init();
+    /* Those of x86-64-v3 that core/harmonics/simd.h asks for; no processor has one without the
+       others. */
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+        __builtin_cpu_supports("bmi2")) {
+        instructions = "x86-64-v3";
+    }
+#endif
+    build_numeric_id(numeric);
+    (void)snprintf(id, BUILD_ARITHMETIC_SIZE, "%s; %s", numeric, instructions);
+}

@@ -23,4 +23,9 @@ void build_parts(struct build_part parts[BUILD_PARTS]);
    id compute the same bits. */
 void build_numeric_id(char id[BUILD_ID_SIZE]);
 
+#define BUILD_ARITHMETIC_SIZE (BUILD_ID_SIZE + 32)
+/* The same with the instructions that this processor makes the loops over grids use, which decide
+   last bits too: two machines with this id compute the same bits. */
+void build_arithmetic_id(char id[BUILD_ARITHMETIC_SIZE]);
+
 #endif

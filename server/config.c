@@ -15,8 +15,9 @@
 
 enum kind { KIND_TEXT, KIND_CHOICE, KIND_NUMBER, KIND_FLAG };
 
-/* What a KIND_CHOICE may say; there is one such setting. */
-static const char *const choices[] = {"all", "requests", "refusals"};
+/* What each KIND_CHOICE may say. */
+static const char *const access_logs[] = {"all", "requests", "refusals", NULL};
+static const char *const executors[] = {"local", "workers", NULL};
 
 static const struct setting {
     enum kind kind;
@@ -27,6 +28,8 @@ static const struct setting {
     {KIND_TEXT, offsetof(struct config, listen), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, data), 0, 0, false},
     {KIND_NUMBER, offsetof(struct config, workers), 0, 256, true},
+    {KIND_CHOICE, offsetof(struct config, executor), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, lease_seconds), 1, 3600, false},
     {KIND_NUMBER, offsetof(struct config, http_threads), 0, 16, true},
     {KIND_NUMBER, offsetof(struct config, request_threads), 1, 32, true},
     {KIND_NUMBER, offsetof(struct config, upload_threads), 1, 32, true},
@@ -77,6 +80,12 @@ static const struct config_help names[N_SETTINGS] = {
     {"data", "SRNFD_DATA", "--data", "the data directory, ./data"},
     {"workers", "SRNFD_WORKERS", "--workers",
      "worker threads; 0, the default, is one per processor"},
+    {"executor", "SRNFD_EXECUTOR", "--executor",
+     "local, the default: worker threads compute all of a job; workers: they offer what they can "
+     "as "
+     "tasks to the processes of srnfd worker"},
+    {"leaseSeconds", "SRNFD_LEASE_SECONDS", "--lease-seconds",
+     "without a sign of the worker, after which its task goes to another, 15"},
     {"httpThreads", "SRNFD_HTTP_THREADS", "--http-threads",
      "threads of the HTTP library; 0, the default, is one for two processors, 1 to 4"},
     {"requestThreads", "SRNFD_REQUEST_THREADS", "--request-threads",
@@ -167,6 +176,8 @@ static const struct config defaults = {
     .listen = "127.0.0.1:8080",
     .data = "data",
     .workers = 0,
+    .executor = "local",
+    .lease_seconds = 15,
     .request_threads = 4,
     .upload_threads = 2,
     .max_connections = 1024,
@@ -232,23 +243,39 @@ static int set_number(struct config *config, size_t i, double value, const char 
     return 0;
 }
 
-static bool is_choice(const char *value)
+static const char *const *choices_of(size_t i)
 {
-    for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++) {
-        if (strcmp(value, choices[i]) == 0) {
-            return true;
-        }
+    return settings[i].offset == offsetof(struct config, executor) ? executors : access_logs;
+}
+
+static bool is_choice(size_t i, const char *value)
+{
+    const char *const *choice = choices_of(i);
+
+    while (*choice && strcmp(*choice, value) != 0) {
+        choice++;
     }
-    return false;
+    return *choice != NULL;
+}
+
+/* What a setting must be: "local or workers". */
+static int fail_choice(size_t i, const char *source, char *message, size_t size)
+{
+    const char *const *choice = choices_of(i);
+    size_t used = (size_t)snprintf(message, size, "%s must be %s", source, *choice);
+
+    while (*++choice && used < size) {
+        used += (size_t)snprintf(message + used, size - used, "%s%s", choice[1] ? ", " : " or ",
+                                 *choice);
+    }
+    return -1;
 }
 
 static int set_text(struct config *config, size_t i, const char *value, const char *source,
                     char *message, size_t size)
 {
-    if (settings[i].kind == KIND_CHOICE && !is_choice(value)) {
-        (void)snprintf(message, size, "%s must be %s, %s or %s", source, choices[0], choices[1],
-                       choices[2]);
-        return -1;
+    if (settings[i].kind == KIND_CHOICE && !is_choice(i, value)) {
+        return fail_choice(i, source, message, size);
     }
     if (!value[0] || strlen(value) >= CONFIG_TEXT_MAX) {
         return fail(message, size, source, "must have 1 to 511 characters");

@@ -14,8 +14,10 @@
 struct config {
     char listen[CONFIG_TEXT_MAX];
     char data[CONFIG_TEXT_MAX];
-    double workers;      /* 0: one per processor */
-    double http_threads; /* 0: by the number of processors */
+    double workers;                 /* 0: one per processor */
+    char executor[CONFIG_TEXT_MAX]; /* local or workers */
+    double lease_seconds;           /* that a worker may give no sign */
+    double http_threads;            /* 0: by the number of processors */
     double request_threads;
     double upload_threads; /* that parse bodies */
     double upload_memory;  /* bytes for that; 0: a share of the machine's */

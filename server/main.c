@@ -29,6 +29,7 @@
 #include "store/store.h"
 #include "store/token.h"
 #include "toolkit/table.h"
+#include "worker/worker.h"
 
 #include <cblas.h>
 #include <errno.h>
@@ -88,6 +89,17 @@ static void job_progressed(void *user, const char *job_id)
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
+static void tasks_offered(void *user)
+{
+    struct service *service = user;
+
+    (void)pthread_rwlock_rdlock(&service->link.lock);
+    if (service->link.http) {
+        http_job_changed(service->link.http, API_WAIT_TASKS);
+    }
+    (void)pthread_rwlock_unlock(&service->link.lock);
+}
+
 /* What tells of the store failing is worth somebody's attention. */
 static const char *level_of(const char *event)
 {
@@ -138,6 +150,9 @@ static int start_jobs(struct service *service, const struct config *config)
                                .log = job_logged,
                                .changed = job_changed,
                                .progressed = job_progressed,
+                               .offers_tasks = strcmp(config->executor, "workers") == 0,
+                               .offered = tasks_offered,
+                               .lease_seconds = config->lease_seconds,
                                .metrics = service->metrics};
     size_t n = 0;
 
@@ -462,6 +477,7 @@ static const struct command {
     {"backup", command_backup, "copy the data to a directory, also while the daemon runs"},
     {"check", command_check, "verify the data; --repair removes files that nothing needs"},
     {"token", token_command, "add, list or revoke the tokens of a data directory"},
+    {"worker", worker_command, "compute tasks for a service on this or another machine"},
     {"version", print_version, "print the versions of this build and its libraries"},
     {"help", print_help, "print this"},
     {"routes", print_routes, NULL},
@@ -504,7 +520,8 @@ int main(int argc, char **argv)
             return commands[i].run(argc - 2, argv + 2);
         }
     }
-    (void)fprintf(stderr,
-                  "usage: srnfd serve|backup|check|token|version|help; srnfd --help tells more\n");
+    (void)fprintf(
+        stderr,
+        "usage: srnfd serve|backup|check|token|worker|version|help; srnfd --help tells more\n");
     return 2;
 }

@@ -20,6 +20,7 @@
 #include "api/respond.h"
 #include "api/transmit.h"
 #include "store/job.h"
+#include "tasks/tasks.h"
 
 #include <assert.h>
 #include <malloc.h>
@@ -48,6 +49,7 @@ static const char *const import_types[] = {
     "application/zip,application/x-zip-compressed,application/x-tar,application/gzip",
     "application/x-gzip,application/x-compressed-tar,application/octet-stream",
     "multipart/form-data,application/x-www-form-urlencoded", NULL};
+static const char *const result_types[] = {"application/octet-stream", NULL};
 static const char *const surface_types[] = {"application/json", "application/x-npy",
                                             "application/octet-stream", NULL};
 
@@ -143,6 +145,8 @@ static const char *types_taken(const struct api_route *route)
     case ROUTE_VOLUME:
         return "the bytes of a volume alone, no form, as application/octet-stream, "
                "application/gzip, application/x-nifti or application/x-nrrd";
+    case ROUTE_RESULT:
+        return "application/octet-stream";
     default:
         return "application/json";
     }
@@ -181,6 +185,8 @@ static bool refuse_body_type(struct api_call *call, const struct api_route *rout
         fits = type_in(type, import_types);
     } else if (type && route->body == ROUTE_MESH) {
         fits = mesh_type_known(type, media_type_length(type));
+    } else if (type && route->body == ROUTE_RESULT) {
+        fits = type_in(type, result_types);
     } else if (type && route->body == ROUTE_VOLUME) {
         fits = volume_type_known(type, media_type_length(type));
     }
@@ -304,6 +310,9 @@ enum api_verdict api_begin(struct api *api, struct api_request *request, int64_t
         if ((route_takes_json(match.route) || match.route->body == ROUTE_MEMBERS) &&
             *max_body > json_body_limit(match.route)) {
             *max_body = json_body_limit(match.route);
+        }
+        if (match.route->body == ROUTE_RESULT && *max_body > TASKS_RESULT_MAX) {
+            *max_body = TASKS_RESULT_MAX;
         }
     }
     if (match.route->produces[0] && accept_best(request, match.route->produces) < 0) {
@@ -430,7 +439,11 @@ void api_resume(struct api *api, const struct api_request *request, struct api_r
     struct api_call call = {.api = api, .request = request, .response = response};
 
     json_memory_begin();
-    executions_resume(api, request, response);
+    if (strcmp(response->wait.job_id, API_WAIT_TASKS) == 0) {
+        leases_resume(api, request, response);
+    } else {
+        executions_resume(api, request, response);
+    }
     refuse_incomplete(response);
     transmit(&call);
 }

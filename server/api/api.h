@@ -79,6 +79,8 @@ struct api_request {
     const atomic_bool *stop;  /* an upload is given up when it becomes true; NULL: never */
     bool alone;               /* no other upload is handled beside this one, but small ones */
     bool secure;              /* it came over TLS */
+    bool local;               /* it came from an address of this machine */
+    bool gone;                /* before api_resume: nobody is at the other end of its connection */
     bool small; /* an upload that has little memory, of its own: API_AGAIN where it needs more */
 };
 /* Whether a header has this name, without regard to case. Most differ in their first letter, seen
@@ -99,6 +101,7 @@ enum api_undone {
 };
 
 #define API_STREAM_ALL "*" /* of all jobs */
+#define API_WAIT_TASKS "+" /* in the place of a job: until there are tasks to lease */
 #define API_HEADERS_MAX 24
 #define API_VALUES_SIZE ((size_t)320)
 /* Zero it to begin with, up to the headers at least; not to be copied or moved while it has

@@ -10,7 +10,7 @@
  * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
  * an admin sees and changes everything. What belongs to another is answered as what is not there.
  * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics,
- * which reach nothing else.
+ * which reach nothing else. So leases of tasks are for admins and for tokens of the role worker.
  *
  * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
  * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
@@ -408,25 +408,45 @@ static void refuse(struct api_call *call, enum admission admission, double wait)
     }
 }
 
+/* What a token of this role may not do there, as the rest of a sentence; NULL: it may. */
+static const char *refuses_role(enum store_role role, const struct api_route *route,
+                                const char *method)
+{
+    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0 ||
+                 (route->flags & ROUTE_READS) != 0;
+
+    if (role == STORE_ROLE_ADMIN) {
+        return NULL;
+    }
+    if (route->flags & ROUTE_ADMINS) {
+        return "; this is for the role admin.";
+    }
+    if (route->flags & ROUTE_MONITORS) {
+        return role == STORE_ROLE_METRICS ? NULL : "; /metrics is for the roles admin and metrics.";
+    }
+    if (route->flags & ROUTE_WORKERS) {
+        return role == STORE_ROLE_WORKER ? NULL : "; leases are for the roles admin and worker.";
+    }
+    if (role == STORE_ROLE_METRICS) {
+        return ", which may read /metrics alone.";
+    }
+    if (role == STORE_ROLE_WORKER) {
+        return ", which may lease tasks, read what they are about and "
+               "return their results, and nothing else.";
+    }
+    return role == STORE_ROLE_USER || reads ? NULL : ", which may only read.";
+}
+
 /* 403 where a viewer would change something, and where the role does not reach the route. */
 static bool role_allows(struct api_call *call, enum store_role role, const struct api_route *route)
 {
-    const char *method = call->request->method;
-    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0 ||
-                 (route->flags & ROUTE_READS) != 0;
-    bool metrics = route->flags & ROUTE_MONITORS;
+    const char *sentence = refuses_role(role, route, call->request->method);
 
-    if (role == STORE_ROLE_ADMIN || (role == STORE_ROLE_METRICS && metrics) ||
-        (role == STORE_ROLE_USER && !metrics) || (role == STORE_ROLE_VIEWER && !metrics && reads)) {
+    if (!sentence) {
         return true;
     }
-    (void)problem_respond(call, "forbidden",
-                          metrics ? "The role of this token is %s; /metrics is for the roles admin "
-                                    "and metrics."
-                          : role == STORE_ROLE_METRICS
-                              ? "The role of this token is %s, which may read /metrics alone."
-                              : "The role of this token is %s, which may only read.",
-                          store_role_name(role));
+    (void)problem_respond(call, "forbidden", "The role of this token is %s%s",
+                          store_role_name(role), sentence);
     (void)api_response_header_text(call->response, "WWW-Authenticate",
                                    "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
     return false;

@@ -18,6 +18,7 @@
 
 #include "api/auth.h"
 #include "build.h"
+#include "jobs/tasks.h"
 #include "log.h"
 #include "store/job.h"
 #include "store/store.h"
@@ -175,6 +176,7 @@ static void measure_jobs(struct api *api, struct metrics *now)
 {
     struct load load = {.now = now};
     struct jobs_health health;
+    size_t workers, leased;
     double age = 0.0;
 
     jobs_health(api->config.jobs, &health);
@@ -184,6 +186,9 @@ static void measure_jobs(struct api *api, struct metrics *now)
     metrics_set(now, METRIC_EXPRESS, NULL, (double)health.express_alive);
     metrics_set(now, METRIC_EXPRESS_BUSY, NULL, (double)health.express_busy);
     metrics_set(now, METRIC_JOB_MEMORY_LIMIT, NULL, (double)jobs_memory_limit(api->config.jobs));
+    jobs_remotes_count(api->config.jobs, &workers, &leased);
+    metrics_set(now, METRIC_REMOTE_WORKERS, NULL, (double)workers);
+    metrics_set(now, METRIC_TASKS_LEASED, NULL, (double)leased);
     if (store_job_load(api->config.store, take_load, &load) != STORE_OK) {
         return;
     }

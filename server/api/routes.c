@@ -23,6 +23,7 @@
 #define PUBLIC ROUTE_PUBLIC
 #define MONITORS ROUTE_MONITORS
 #define PROBE ROUTE_PROBE
+#define WORKERS ROUTE_WORKERS
 
 const struct api_route api_routes[] = {
     {"GET", "/", system_landing, PUBLIC, ROUTE_NO_BODY, "", {JSON, HTML}},
@@ -197,6 +198,26 @@ const struct api_route api_routes[] = {
     {"POST", "/v1/jobs/{id}/cancel", jobs_cancel_one, SLOW, ROUTE_NO_BODY, "", {JSON}},
     {"PATCH", "/v1/jobs/{id}", records_patch, SLOW, ROUTE_JSON, "", {JSON}},
     {"DELETE", "/v1/jobs/{id}", jobs_delete, SLOW, ROUTE_NO_BODY, "", {0}},
+
+    {"POST", "/v1/leases", leases_create, SLOW | WORKERS, ROUTE_JSON, "", {JSON}},
+    {"GET",
+     "/v1/leases/{task}/contents/{digest}",
+     leases_content,
+     SLOW | WORKERS,
+     ROUTE_NO_BODY,
+     "",
+     {0}},
+    {"POST",
+     "/v1/leases/{task}/heartbeat",
+     leases_extend,
+     SLOW | WORKERS,
+     ROUTE_NO_BODY,
+     "",
+     {JSON}},
+    {"PUT", "/v1/leases/{task}/result", leases_result, SLOW | WORKERS, ROUTE_RESULT, "", {0}},
+    {"POST", "/v1/leases/{task}/failure", leases_failure, SLOW | WORKERS, ROUTE_JSON, "", {0}},
+    {"DELETE", "/v1/leases/{task}", leases_delete, SLOW | WORKERS, ROUTE_NO_BODY, "", {0}},
+    {"GET", "/v1/workers", workers_list, QUICK | ROUTE_ADMINS, ROUTE_NO_BODY, "", {JSON}},
     {NULL, NULL, NULL, QUICK, ROUTE_NO_BODY, NULL, {0}},
 };
 

@@ -19,6 +19,7 @@ enum route_body {
     ROUTE_SURFACE, /* JSON or .npy */
     ROUTE_MEMBERS, /* JSON or a table as text, up to ROUTE_INPUTS_MAX */
     ROUTE_IMPORT,  /* an archive, or a form with files */
+    ROUTE_RESULT,  /* bytes of a task's result */
 };
 
 /* What holds of a route, as bits. Without PUBLIC or MONITORS a token is needed, where there are
@@ -31,6 +32,8 @@ enum route_flag {
     ROUTE_PROBE = 8,     /* asked by monitors every few seconds */
     ROUTE_READS = 64,    /* changes nothing that anyone has, whatever its method */
     ROUTE_TICKETS = 128, /* takes a ticket in the place of a token (tickets.h) */
+    ROUTE_WORKERS = 512, /* for workers, and admins */
+    ROUTE_ADMINS = 1024, /* for admins alone */
     ROUTE_PARSES = 16,   /* with ?format=, parses a stored mesh, as an upload does */
     ROUTE_FOLLOWS = 256, /* its body may have links to other servers (remote.h) */
 };
@@ -91,10 +94,15 @@ api_handler tickets_create_one;
 api_handler processes_list, processes_get, executions_create;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
     system_readyz, system_version, system_openapi, system_metrics, system_caller, users_list;
+api_handler leases_create, leases_content, leases_extend, leases_result, leases_failure,
+    leases_delete, workers_list;
 api_handler ui_redirect, ui_index, ui_file, ui_example;
 
 /* Goes on with a waiting execution: answers, or leaves response->wait set to wait on. */
 void executions_resume(struct api *api, const struct api_request *request,
                        struct api_response *response);
+/* The same of a request for a lease. */
+void leases_resume(struct api *api, const struct api_request *request,
+                   struct api_response *response);
 
 #endif

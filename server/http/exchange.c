@@ -271,6 +271,7 @@ static struct exchange *exchange_new(struct http *http, struct MHD_Connection *m
     exchange->request.path = "";
     exchange->request.query = "";
     exchange->request.secure = http->tls != NULL;
+    exchange->request.local = connection && connection->peer->local;
     atomic_fetch_add(&http->n_exchanges, 1);
     return exchange;
 }

@@ -15,6 +15,7 @@
 #include "jobs/fault.h"
 #include "priority.h"
 
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -68,7 +69,8 @@ static void wake_those_of(struct http *http, const char *job_id, bool streams_on
 {
     (void)pthread_mutex_lock(&http->mutex);
     for (struct exchange *exchange = http->waits; exchange; exchange = exchange->wait_next) {
-        bool all = exchange->streams && strcmp(exchange->wait_job, API_STREAM_ALL) == 0;
+        bool all = exchange->streams && strcmp(exchange->wait_job, API_STREAM_ALL) == 0 &&
+                   strcmp(job_id, API_WAIT_TASKS) != 0;
 
         if (all ||
             ((exchange->streams || !streams_only) && strcmp(exchange->wait_job, job_id) == 0)) {
@@ -133,6 +135,14 @@ static void give_up(struct exchange *exchange)
                      : "The service is shutting down.");
 }
 
+/* Whether the other end has closed its connection, or the half from which requests come. */
+static bool has_left(const struct exchange *exchange)
+{
+    struct pollfd fd = {.fd = exchange->connection->fd, .events = POLLRDHUP};
+
+    return poll(&fd, 1, 0) > 0 && (fd.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
+
 /* Runs the handler, or goes on after a wait. No lock is held; the exchange is RUNNING and this
    thread's. */
 static void run(struct exchange *exchange, double seconds_left)
@@ -155,6 +165,7 @@ static void run(struct exchange *exchange, double seconds_left)
         return;
     }
     exchange->response.wait.seconds = seconds_left;
+    exchange->request.gone = exchange->connection && has_left(exchange);
     api_resume(api, &exchange->request, &exchange->response);
 }
 

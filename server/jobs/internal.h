@@ -2,8 +2,8 @@
  * internal.h - what the files of the engine share: the struct behind the handle, a run, a
  * parallel loop.
  *
- * Locks, by rank; none is held across a call into the store, the core or BLAS. Only run->mutex is
- * ever taken while another (jobs->mutex) is held.
+ * Locks, by rank; none is held across a call into the store, the core or BLAS. Two are held at once
+ * only in these orders: jobs->mutex, run->mutex; rounds.mutex, remotes.mutex.
  *
  *   20 jobs->mutex: tickets' waiters, the slots of running jobs, open loops, counts, closing
  *
@@ -16,6 +16,10 @@
  *   24 retention.mutex: that the retention is to end
  *
  *   25 kept.mutex: what a run keeps for a later attempt
+ *
+ *   26 rounds.mutex: open rounds of tasks and their slots
+ *
+ *   27 remotes.mutex: the table of workers on other machines
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -26,6 +30,7 @@
 #include "jobs/fault.h"
 #include "jobs/jobs.h"
 #include "jobs/memory.h"
+#include "jobs/rounds.h"
 
 struct store_job; /* store/job.h */
 
@@ -235,6 +240,8 @@ struct jobs {
     struct jobs_transforms transforms;
     struct jobs_ids ids;
     struct jobs_retention retention;
+    struct jobs_rounds rounds;
+    struct jobs_remotes remotes;
 };
 
 #define JOBS_NO_LANE SIZE_MAX

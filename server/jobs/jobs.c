@@ -114,6 +114,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config.calm_seconds =
         config->calm_seconds > 0.0 ? config->calm_seconds : JOBS_CALM_DEFAULT;
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
+    jobs->config.lease_seconds =
+        config->lease_seconds > 0.0 ? config->lease_seconds : JOBS_LEASE_SECONDS;
     jobs->n_workers = count_workers(config->workers);
     jobs->n_slots = jobs->n_workers + JOBS_EXPRESS_THREADS;
     jobs->lane = JOBS_NO_LANE;
@@ -125,6 +127,8 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     pthread_cond_init(&jobs->express_wake, NULL);
     pthread_mutex_init(&jobs->ids.mutex, NULL);
     jobs_transforms_init(&jobs->transforms);
+    jobs_rounds_init(&jobs->rounds);
+    jobs_remotes_init(&jobs->remotes);
     openblas_set_num_threads(1);
 
     jobs->threads = calloc(jobs->n_workers, sizeof *jobs->threads);
@@ -185,6 +189,8 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
         pthread_join(jobs->express[i], NULL);
     }
     jobs_transforms_destroy(&jobs->transforms);
+    jobs_remotes_destroy(&jobs->remotes);
+    jobs_rounds_destroy(&jobs->rounds);
     pthread_mutex_destroy(&jobs->ids.mutex);
     pthread_cond_destroy(&jobs->express_wake);
     pthread_cond_destroy(&jobs->ended);

@@ -75,6 +75,11 @@ struct jobs_config {
     void (*changed)(void *user, const char *job_id);
     /* The same, but only for progress and message of a running job; may be NULL. */
     void (*progressed)(void *user, const char *job_id);
+    double lease_seconds; /* of tasks, without a sign of the worker; 0: JOBS_LEASE_SECONDS */
+    bool offers_tasks;    /* to workers on other machines (jobs/tasks.h) */
+    /* Called, on any thread and without locks held, whenever there are tasks to lease; may be
+       NULL. */
+    void (*offered)(void *user);
     struct metrics *metrics; /* NULL: nothing is counted */
 };
 

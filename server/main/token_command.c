@@ -2,7 +2,7 @@
  * token_command.c - `srnfd token add|list|revoke`, on the data directory alone: whether a daemon
  * runs does not matter, and one that does takes notice with its next request (store/token.h).
  *
- *   srnfd token add --name NAME [--role viewer|user|admin|metrics]
+ *   srnfd token add --name NAME [--role viewer|user|admin|metrics|worker]
  *                   [--expires 90d|2027-01-31] [--secret-file FILE]
  *                   [--max-queued N] [--max-running N] [--max-bytes N] [--max-requests N]
  *                   [--max-streams N] [--data DIR]
@@ -37,7 +37,7 @@ struct options {
 };
 
 static const char usage[] =
-    "usage: srnfd token add --name NAME [--role viewer|user|admin|metrics]\n"
+    "usage: srnfd token add --name NAME [--role viewer|user|admin|metrics|worker]\n"
     "                       [--expires 90d|YYYY-MM-DD] [--secret-file FILE]\n"
     "                       [--max-queued N] [--max-running N] [--max-bytes N]\n"
     "                       [--max-requests N] [--max-streams N] [--data DIR]\n"
@@ -170,7 +170,7 @@ static int read_token(const struct options *options, struct store_token *token)
     }
     memcpy(token->name, options->name, strlen(options->name));
     if (options->role && !store_role_from_name(options->role, &token->role)) {
-        return wrong_use("--role must be viewer, user, admin or metrics", options->role);
+        return wrong_use("--role must be viewer, user, admin, metrics or worker", options->role);
     }
     if (options->expires && !read_expiry(options->expires, &token->expires_ms)) {
         return wrong_use("--expires must be as in 90d, 12h, 2027-01-31 or 2027-01-31T12:00:00Z, "

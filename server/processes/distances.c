@@ -14,6 +14,7 @@
 
 #include "api/tables.h"
 #include "api/warnings.h"
+#include "compute/distances.h"
 #include "toolkit/group.h"
 #include "toolkit/group_doubts.h"
 #include "toolkit/handedness.h"
@@ -133,15 +134,16 @@ static int measure(struct jobs_run *run, struct measured *measured, struct jobs_
         status = jobs_transform_acquire(jobs, group->degree, SRNF_GRID_GAUSS_LEGENDRE, 0, 0, &sht);
     }
     if (status == 0) {
-        jobs_run_keep_parts(run);
-        status = srnf_metric_distances(sht, measured->metric, group->n, group->surfaces,
-                                       measured->registration, jobs_run_context(run),
-                                       measured->matrix, &error);
+        status = compute_distances(run, sht, measured->metric, group, measured->registration,
+                                   measured->matrix, result, &error);
         if (status >= 0) {
             status = compute_mirror_group(run, sht, measured->metric, group, measured->registration,
                                           measured->matrix, &measured->handedness, &error);
         }
         jobs_transform_release(jobs, sht);
+    }
+    if (status == COMPUTE_FAILED) {
+        return status;
     }
     return status < 0 ? compute_fail(result, status, &error, "computing the distances") : 0;
 }

@@ -37,7 +37,7 @@
 #define SECRET_BYTES 32
 #define SECRET_LEAST 32 /* characters of one that was chosen elsewhere */
 
-static const char *const roles[STORE_ROLES] = {"viewer", "user", "admin", "metrics"};
+static const char *const roles[STORE_ROLES] = {"viewer", "user", "admin", "metrics", "worker"};
 
 const char *store_role_name(enum store_role role)
 {

@@ -33,9 +33,15 @@
 #define STORE_TOKEN_ID_MAX 24
 #define STORE_SECRET_MAX 56 /* bytes of the longest secret with its zero */
 
-enum store_role { STORE_ROLE_VIEWER, STORE_ROLE_USER, STORE_ROLE_ADMIN, STORE_ROLE_METRICS };
-#define STORE_ROLES 4
-/* "viewer", "user", "admin", "metrics". */
+enum store_role {
+    STORE_ROLE_VIEWER,
+    STORE_ROLE_USER,
+    STORE_ROLE_ADMIN,
+    STORE_ROLE_METRICS,
+    STORE_ROLE_WORKER
+};
+#define STORE_ROLES 5
+/* "viewer", "user", "admin", "metrics", "worker". */
 const char *store_role_name(enum store_role role);
 /* False: there is no such role. */
 bool store_role_from_name(const char *name, enum store_role *role);

@@ -1,0 +1,350 @@
+/*
+ * leases.c - the routes of workers: POST /v1/leases and what follows from a lease, and, for
+ * administrators, GET /v1/workers.
+ *
+ * A request for a lease waits where there is nothing to lease, on the connection and not on a
+ * thread, as executions wait for their jobs (API_WAIT_TASKS). Whoever has a lease proves it by its
+ * secret, in the header Lease-Secret: without it, or when the lease is no longer the current one,
+ * everything is answered with lease-lost, and the worker drops the task. A result comes with the
+ * digest of its bytes (RFC 9530), is checked, and is taken once.
+ *
+ * Inputs are what somebody has sent, and a token goes along: nothing of it is taken or given in
+ * clear text beyond this machine.
+ */
+#include "api/auth.h"
+#include "api/respond.h"
+#include "api/routes.h"
+
+#include "build.h"
+#include "jobs/tasks.h"
+#include "log.h"
+#include "store/store.h"
+
+#include <math.h>
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define WAIT_MAX 30.0 /* seconds that a request for a lease may wait */
+#define REASON_MAX 240
+#define DIGEST_TEXT_MAX 64
+
+/* ---- What holds for all ---------------------------------------------------------------------- */
+
+static bool refuse_clear_text(struct api_call *call)
+{
+    if (call->request->secure || call->request->local) {
+        return false;
+    }
+    (void)problem_respond(call, "forbidden",
+                          "Workers of other machines are served over TLS alone: start the service "
+                          "with --tls-certificate and --tls-key, and the worker with https.");
+    return true;
+}
+
+/* The secret of the lease, "" without one. */
+static const char *secret_of(const struct api_call *call)
+{
+    const char *secret = api_request_header(call->request, "Lease-Secret");
+
+    return secret && strlen(secret) < JOBS_SECRET_SIZE ? secret : "";
+}
+
+/* Answers with the problem that a status of the engine means. */
+static void respond_status(struct api_call *call, int status)
+{
+    if (status == STORE_CONFLICT) {
+        (void)problem_respond(call, "lease-lost",
+                              "This is not, or no longer, the lease of the task: it has expired, "
+                              "its job has ended, or its secret is another. Drop the task.");
+    } else if (status == STORE_CORRUPT) {
+        (void)problem_respond(call, "invalid-result",
+                              "The bytes are no result of this task; the attempt is lost.");
+    } else {
+        (void)problem_respond_store(call, status, "no-such-content", call->parameters[1]);
+    }
+}
+
+static void respond_nothing(struct api_call *call, int status)
+{
+    if (status == STORE_OK) {
+        call->response->status = 204;
+    } else {
+        respond_status(call, status);
+    }
+}
+
+/* ---- Asking for a lease ---------------------------------------------------------------------- */
+
+static bool read_text(struct api_call *call, const json_t *body, const char *member,
+                      char text[JOBS_REMOTE_NAME_MAX])
+{
+    const char *value = json_string_value(json_object_get(body, member));
+
+    if (!value || !value[0] || strlen(value) >= JOBS_REMOTE_NAME_MAX) {
+        (void)problem_respond(call, "invalid-input", "%s must be a text of 1 to %d bytes.", member,
+                              JOBS_REMOTE_NAME_MAX - 1);
+        return false;
+    }
+    memcpy(text, value, strlen(value) + 1);
+    return true;
+}
+
+/* False when a problem was answered: of the body, or because the worker computes other bits. */
+static bool read_worker(struct api_call *call, const json_t *body, struct jobs_remote *remote,
+                        double *wait)
+{
+    const char *build = json_string_value(json_object_get(body, "numericBuild"));
+    const json_t *slots = json_object_get(body, "slots"), *seconds = json_object_get(body, "wait");
+    char own[BUILD_ARITHMETIC_SIZE];
+
+    *remote = (struct jobs_remote){.slots = (size_t)json_integer_value(slots)};
+    memcpy(remote->owner, call->request->caller.name, sizeof remote->owner);
+    if (!read_text(call, body, "worker", remote->name) ||
+        !read_text(call, body, "host", remote->host) ||
+        !read_text(call, body, "cpu", remote->cpu)) {
+        return false;
+    }
+    if (!json_is_integer(slots) || remote->slots < 1 || remote->slots > 1024 ||
+        !json_is_number(seconds) || !(json_number_value(seconds) >= 0.0)) {
+        (void)problem_respond(call, "invalid-input",
+                              "slots must be a whole number from 1 to 1024, and wait a number of "
+                              "seconds.");
+        return false;
+    }
+    *wait = fmin(json_number_value(seconds), WAIT_MAX);
+    build_arithmetic_id(own);
+    if (!build || strcmp(build, own) != 0) {
+        (void)problem_respond(call, "build-mismatch",
+                              "The worker on %s is of the build \"%.150s\", the service of "
+                              "\"%.150s\": their results can differ in the last bits. Install the "
+                              "same package on a machine of the same kind.",
+                              remote->host, build ? build : "", own);
+        return false;
+    }
+    return true;
+}
+
+/* JSON of a lease; its inputs go along, as base64. */
+static json_t *lease_json(const struct jobs_lease *lease)
+{
+    size_t size =
+        sodium_base64_encoded_len(lease->what.inputs.size, sodium_base64_VARIANT_ORIGINAL);
+    char *inputs = malloc(size);
+    json_t *contents = json_array(), *document = NULL;
+
+    for (size_t i = 0; i < lease->what.n_contents; i++) {
+        (void)json_array_append_new(contents, json_string(lease->what.contents[i].digest));
+    }
+    if (inputs) {
+        (void)sodium_bin2base64(inputs, size, lease->what.inputs.bytes, lease->what.inputs.size,
+                                sodium_base64_VARIANT_ORIGINAL);
+        document =
+            json_pack("{s:s, s:s, s:I, s:s, s:f, s:s, s:O}", "task", lease->task, "kind",
+                      lease->kind, "attempt", (json_int_t)lease->attempt, "secret", lease->secret,
+                      "expiresInSeconds", lease->seconds, "inputs", inputs, "contents", contents);
+    }
+    json_decref(contents);
+    free(inputs);
+    return document;
+}
+
+/* Tries to lease. False: there is nothing now, and nothing was answered. */
+static bool answer_lease(struct api_call *call, const struct jobs_remote *remote)
+{
+    struct jobs_lease lease;
+    int status = jobs_lease(call->api->config.jobs, remote, &lease);
+
+    if (status == STORE_NOT_FOUND) {
+        return false;
+    }
+    if (status != STORE_OK) {
+        (void)problem_respond_store(call, status, "lease-lost", "lease");
+    } else {
+        respond_json(call, 201, lease_json(&lease));
+        (void)api_response_header_text(call->response, "Cache-Control", "no-store");
+    }
+    jobs_task_clear(&lease.what);
+    return true;
+}
+
+void leases_create(struct api_call *call)
+{
+    struct jobs_remote remote, *state;
+    json_t *body;
+    double wait = 0.0;
+    bool good;
+
+    if (refuse_clear_text(call)) {
+        return;
+    }
+    if (!jobs_offers_tasks(call->api->config.jobs)) {
+        (void)problem_respond(call, "tasks-not-offered",
+                              "The service computes its jobs by itself; with --executor workers it "
+                              "offers them.");
+        return;
+    }
+    body = body_json(call);
+    good = body && read_worker(call, body, &remote, &wait);
+    json_decref(body);
+    if (!good || answer_lease(call, &remote)) {
+        return;
+    }
+    state = wait > 0.0 ? malloc(sizeof *state) : NULL;
+    if (!state) {
+        call->response->status = 204;
+        return;
+    }
+    *state = remote;
+    (void)snprintf(call->response->wait.job_id, sizeof call->response->wait.job_id, "%s",
+                   API_WAIT_TASKS);
+    call->response->wait.seconds = wait;
+    call->response->wait.state = state;
+    call->response->wait.free_state = free;
+}
+
+void leases_resume(struct api *api, const struct api_request *request,
+                   struct api_response *response)
+{
+    struct api_call call = {.api = api, .request = request, .response = response};
+    struct jobs_remote *remote = response->wait.state;
+    bool answered = !request->gone; /* a lease for nobody would be lost */
+
+    if (!answered) {
+        response->wait.seconds = 0;
+    } else if (!auth_holds(api->auth, request->caller.account)) {
+        auth_refuse_revoked(&call);
+    } else {
+        answered = answer_lease(&call, remote);
+    }
+    if (!answered && response->wait.seconds > 0) {
+        return;
+    }
+    response->wait.state = NULL;
+    response->wait.job_id[0] = '\0';
+    free(remote);
+    if (!answered) {
+        response->status = 204;
+    }
+}
+
+/* ---- With a lease ---------------------------------------------------------------------------- */
+
+void leases_content(struct api_call *call)
+{
+    struct tasks_bytes content;
+    int status;
+
+    if (refuse_clear_text(call)) {
+        return;
+    }
+    status = jobs_lease_content(call->api->config.jobs, call->parameters[0], secret_of(call),
+                                call->parameters[1], &content);
+    if (status != STORE_OK) {
+        respond_status(call, status);
+        return;
+    }
+    respond_bytes(call, 200, "application/octet-stream", content.bytes, content.size);
+    (void)api_response_header_text(call->response, "Cache-Control", "no-store");
+}
+
+void leases_extend(struct api_call *call)
+{
+    double seconds = 0.0;
+    int status;
+
+    if (refuse_clear_text(call)) {
+        return;
+    }
+    status =
+        jobs_lease_extend(call->api->config.jobs, call->parameters[0], secret_of(call), &seconds);
+    if (status != STORE_OK) {
+        respond_status(call, status);
+        return;
+    }
+    respond_json(call, 200, json_pack("{s:f}", "expiresInSeconds", seconds));
+}
+
+/* Whether the body is what its Content-Digest says; otherwise a problem was answered. */
+static bool digest_holds(struct api_call *call)
+{
+    const struct api_request *request = call->request;
+    const char *given = api_request_header(request, "Content-Digest");
+    unsigned char digest[crypto_hash_sha256_BYTES];
+    char text[DIGEST_TEXT_MAX], encoded[48];
+
+    (void)crypto_hash_sha256(digest, request->body, request->body_size);
+    (void)sodium_bin2base64(encoded, sizeof encoded, digest, sizeof digest,
+                            sodium_base64_VARIANT_ORIGINAL);
+    (void)snprintf(text, sizeof text, "sha-256=:%s:", encoded);
+    if (given && strcmp(given, text) == 0) {
+        return true;
+    }
+    (void)problem_respond(call, "digest-mismatch",
+                          "Content-Digest must be that of the body as it came, %s: send the result "
+                          "again.",
+                          text);
+    return false;
+}
+
+void leases_result(struct api_call *call)
+{
+    const struct api_request *request = call->request;
+
+    if (!refuse_clear_text(call) && digest_holds(call)) {
+        respond_nothing(call,
+                        jobs_lease_finish(call->api->config.jobs, call->parameters[0],
+                                          secret_of(call), request->body, request->body_size));
+    }
+}
+
+void leases_failure(struct api_call *call)
+{
+    json_t *body = refuse_clear_text(call) ? NULL : body_json(call);
+    const char *detail = json_string_value(json_object_get(body, "detail"));
+    char reason[REASON_MAX];
+
+    if (body && (!detail || !detail[0])) {
+        (void)problem_respond(call, "invalid-input", "detail must be a sentence: what went wrong.");
+    } else if (body) {
+        (void)snprintf(reason, sizeof reason, "%s", detail);
+        LOG_WARN("task-failed", log_text("task", call->parameters[0]), log_text("detail", reason));
+        respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
+                                                   secret_of(call), reason));
+    }
+    json_decref(body);
+}
+
+void leases_delete(struct api_call *call)
+{
+    if (!refuse_clear_text(call)) {
+        respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
+                                                   secret_of(call), NULL));
+    }
+}
+
+/* ---- Who works ------------------------------------------------------------------------------- */
+
+static bool add_worker(void *user, const struct jobs_remote_state *state)
+{
+    const struct jobs_remote *remote = &state->remote;
+
+    return json_array_append_new(
+               user, json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:I, s:I, s:I}", "worker",
+                               remote->name, "host", remote->host, "cpu", remote->cpu, "token",
+                               remote->owner, "slots", (json_int_t)remote->slots, "first",
+                               json_time(state->first_ms), "last", json_time(state->last_ms),
+                               "leased", (json_int_t)state->leased, "done", (json_int_t)state->done,
+                               "lost", (json_int_t)state->lost)) == 0;
+}
+
+void workers_list(struct api_call *call)
+{
+    json_t *items = json_array();
+
+    jobs_remotes(call->api->config.jobs, add_worker, items);
+    respond_json(call, 200,
+                 json_pack("{s:s, s:o}", "executor",
+                           jobs_offers_tasks(call->api->config.jobs) ? "workers" : "local", "items",
+                           items));
+}

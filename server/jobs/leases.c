@@ -1,0 +1,378 @@
+/*
+ * leases.c - the workers' side of tasks: they lease, read contents, give signs, and end their
+ * leases. Called on threads that answer requests.
+ *
+ * Each change is asked of the store first, without the lock, and noted in the slot afterwards, if
+ * the round is still open. What comes for a round that is not open (the daemon has started again,
+ * and the job has not come to it yet) is the store's alone: the job finds it there.
+ */
+#include "jobs/internal.h"
+#include "jobs/rounds.h"
+
+#include "store/digest.h"
+#include "store/store.h"
+
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- Looking up ------------------------------------------------------------------------------ */
+
+struct place {
+    struct jobs_open_round *round; /* NULL: none that is open has the task */
+    size_t index;
+};
+
+static bool find_in(struct jobs_open_round *round, const char *task, size_t *index)
+{
+    size_t low = 0, high = round->what->n;
+
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        int order = strcmp(round->slots[round->order[middle]].row.id, task);
+
+        if (order == 0) {
+            *index = round->order[middle];
+            return true;
+        }
+        low = order < 0 ? middle + 1 : low;
+        high = order > 0 ? middle : high;
+    }
+    return false;
+}
+
+/* The mutex is held. */
+static struct place find(struct jobs *jobs, const char *task)
+{
+    struct place place = {.round = jobs->rounds.first};
+
+    while (place.round && !find_in(place.round, task, &place.index)) {
+        place.round = place.round->link;
+    }
+    return place;
+}
+
+/* The round of a task stays open until leave. */
+static struct place enter(struct jobs *jobs, const char *task)
+{
+    struct place place;
+
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    place = find(jobs, task);
+    if (place.round) {
+        place.round->users++;
+    }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    return place;
+}
+
+/* The mutex is held. */
+static void leave_held(struct jobs_open_round *round)
+{
+    if (--round->users == 0) {
+        pthread_cond_signal(&round->changed);
+    }
+}
+
+static void leave(struct jobs *jobs, struct place place)
+{
+    if (place.round) {
+        pthread_mutex_lock(&jobs->rounds.mutex);
+        leave_held(place.round);
+        pthread_mutex_unlock(&jobs->rounds.mutex);
+    }
+}
+
+/* ---- Leasing --------------------------------------------------------------------------------- */
+
+/* Takes the next task of the open rounds in turn. The round is entered. */
+static struct place take(struct jobs *jobs)
+{
+    struct place place = {.round = NULL};
+
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    for (struct jobs_open_round *round = jobs->rounds.first; round && !place.round;
+         round = round->link) {
+        size_t i = round->cursor;
+
+        while (i < round->what->n && round->slots[i].state != SLOT_WAITING) {
+            i++;
+        }
+        round->cursor = i;
+        if (i < round->what->n && !round->failed) {
+            place = (struct place){.round = round, .index = i};
+        }
+    }
+    if (place.round) {
+        struct jobs_open_round **link = &jobs->rounds.first;
+
+        place.round->slots[place.index].state = SLOT_TAKEN;
+        place.round->users++;
+        /* To the end of the list: the others have their turn. */
+        while (*link != place.round) {
+            link = &(*link)->link;
+        }
+        *link = place.round->link;
+        while (*link) {
+            link = &(*link)->link;
+        }
+        *link = place.round;
+        place.round->link = NULL;
+    }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    return place;
+}
+
+static void make_secret(char secret[JOBS_SECRET_SIZE])
+{
+    unsigned char bytes[(JOBS_SECRET_SIZE - 1) / 2];
+
+    randombytes_buf(bytes, sizeof bytes);
+    (void)sodium_bin2hex(secret, JOBS_SECRET_SIZE, bytes, sizeof bytes);
+}
+
+static int64_t lease_end(const struct jobs *jobs)
+{
+    return store_now_ms() + (int64_t)(1e3 * jobs->config.lease_seconds);
+}
+
+/* Notes what became of the try to lease the slot, and leaves the round. */
+static void settle(struct jobs *jobs, struct place place, const struct jobs_lease *lease,
+                   const char *worker, int64_t expires_ms, int status)
+{
+    struct jobs_slot *slot = &place.round->slots[place.index];
+    struct store_task *row = &slot->row;
+
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    if (status == 0) {
+        slot->state = SLOT_LEASED;
+        place.round->leased++;
+        row->attempt = lease->attempt;
+        row->expires_ms = expires_ms;
+        store_sha256_hex(row->secret, lease->secret, strlen(lease->secret));
+        (void)snprintf(row->worker, sizeof row->worker, "%s", worker);
+        pthread_cond_signal(&place.round->changed);
+    } else {
+        jobs_slot_free(place.round, place.index, false);
+    }
+    leave_held(place.round);
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+}
+
+int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease)
+{
+    struct place place = take(jobs);
+    const struct jobs_round *what;
+    const struct store_task *row;
+    int64_t expires_ms = lease_end(jobs);
+    int status;
+
+    *lease = (struct jobs_lease){.seconds = jobs->config.lease_seconds};
+    jobs_remotes_sign(&jobs->remotes, remote);
+    if (!place.round) {
+        return STORE_NOT_FOUND;
+    }
+    what = place.round->what;
+    row = &place.round->slots[place.index].row;
+    lease->kind = what->kind->name;
+    lease->attempt = row->attempt + 1;
+    memcpy(lease->task, row->id, sizeof lease->task);
+    make_secret(lease->secret);
+    status = what->describe(what->user, place.index, &lease->what) == 0 ? STORE_OK : STORE_NOMEM;
+    if (status == STORE_OK) {
+        status = store_task_lease(jobs->config.store, lease->task, lease->attempt, lease->secret,
+                                  remote->name, expires_ms);
+    }
+    settle(jobs, place, lease, remote->name, expires_ms, status);
+    if (status == STORE_OK) {
+        jobs_remotes_note(&jobs->remotes, remote->name, REMOTE_LEASED);
+        metrics_add(jobs->config.metrics, METRIC_TASKS, METRIC_LABELS(lease->kind, "leased"), 1);
+    } else {
+        jobs_task_clear(&lease->what);
+    }
+    return status;
+}
+
+/* ---- While it is leased ---------------------------------------------------------------------- */
+
+/* Whether this is the current lease of the task of an open round. The mutex is held. */
+static bool is_current(const struct jobs_slot *slot, const char *secret)
+{
+    char digest[65];
+
+    store_sha256_hex(digest, secret, strlen(secret));
+    return slot->state == SLOT_LEASED && sodium_memcmp(digest, slot->row.secret, 64) == 0;
+}
+
+/* Enters the round of the lease; its round is NULL where it is not current. */
+static struct place enter_current(struct jobs *jobs, const char *task, const char *secret)
+{
+    struct place place = enter(jobs, task);
+    bool current = false;
+
+    if (place.round) {
+        pthread_mutex_lock(&jobs->rounds.mutex);
+        current = is_current(&place.round->slots[place.index], secret);
+        pthread_mutex_unlock(&jobs->rounds.mutex);
+    }
+    if (!current) {
+        leave(jobs, place);
+        place.round = NULL;
+    }
+    return place;
+}
+
+int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, const char *digest,
+                       struct tasks_bytes *content)
+{
+    struct place place = enter_current(jobs, task, secret);
+    struct jobs_task what = {.n_contents = 0};
+    int status = STORE_NOT_FOUND;
+
+    *content = (struct tasks_bytes){.bytes = NULL};
+    if (!place.round) {
+        return STORE_CONFLICT;
+    }
+    if (place.round->what->describe(place.round->what->user, place.index, &what) != 0) {
+        status = STORE_NOMEM;
+    }
+    for (size_t i = 0; status == STORE_NOT_FOUND && i < what.n_contents; i++) {
+        if (strcmp(what.contents[i].digest, digest) == 0) {
+            content->size = what.contents[i].size;
+            content->bytes = malloc(content->size ? content->size : 1);
+            status = content->bytes ? STORE_OK : STORE_NOMEM;
+            if (content->bytes) {
+                memcpy(content->bytes, what.contents[i].bytes, content->size);
+            }
+        }
+    }
+    jobs_task_clear(&what);
+    leave(jobs, place);
+    if (status == STORE_OK) {
+        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("contents"),
+                    (double)content->size);
+    }
+    return status;
+}
+
+int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds)
+{
+    int64_t expires_ms = lease_end(jobs);
+    int status = store_task_extend(jobs->config.store, task, secret, expires_ms);
+    struct place place = enter(jobs, task);
+
+    *seconds = jobs->config.lease_seconds;
+    if (place.round) {
+        struct jobs_slot *slot = &place.round->slots[place.index];
+
+        pthread_mutex_lock(&jobs->rounds.mutex);
+        if (status == STORE_OK && is_current(slot, secret)) {
+            slot->row.expires_ms = expires_ms;
+            jobs_remotes_note(&jobs->remotes, slot->row.worker, REMOTE_ALIVE);
+        }
+        leave_held(place.round);
+        pthread_mutex_unlock(&jobs->rounds.mutex);
+    }
+    return status;
+}
+
+/* ---- Its end --------------------------------------------------------------------------------- */
+
+/* Notes the end of a lease that the store has agreed to: a result (which is taken over), or a task
+   that is free again. Leaves the round. */
+static void note_end(struct jobs *jobs, struct place place, const char *secret,
+                     struct tasks_bytes *result, bool lost)
+{
+    struct jobs_slot *slot = &place.round->slots[place.index];
+    const char *kind = place.round->what->kind->name;
+    bool current;
+
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    current = is_current(slot, secret);
+    if (current) {
+        jobs_remotes_note(&jobs->remotes, slot->row.worker,
+                          result ? REMOTE_DONE
+                          : lost ? REMOTE_LOST
+                                 : REMOTE_BACK);
+    }
+    if (current && result) {
+        place.round->leased--;
+        place.round->done++;
+        slot->state = SLOT_DONE;
+        slot->row.result = result->bytes;
+        slot->row.result_size = result->size;
+        result->bytes = NULL;
+        pthread_cond_signal(&place.round->changed);
+    } else if (current) {
+        jobs_slot_free(place.round, place.index, lost);
+    }
+    leave_held(place.round);
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    metrics_add(jobs->config.metrics, METRIC_TASKS,
+                METRIC_LABELS(kind, result ? "done"
+                                    : lost ? "lost"
+                                           : "returned"),
+                1);
+    if (!result) {
+        jobs_rounds_offer(jobs);
+    }
+}
+
+int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
+                         const char *reason)
+{
+    struct place place = enter(jobs, task);
+    int status = store_task_give_back(jobs->config.store, task, secret, reason);
+
+    if (place.round && status == STORE_OK) {
+        note_end(jobs, place, secret, NULL, reason != NULL);
+    } else {
+        leave(jobs, place);
+    }
+    return status;
+}
+
+/* Whether the bytes can be the result of the task, as far as that can be told. */
+static bool fits(const struct place *place, const void *bytes, size_t size)
+{
+    struct jobs_task what = {.n_contents = 0};
+    const struct jobs_round *round = place->round ? place->round->what : NULL;
+    bool good = true;
+
+    /* Of a round that is not open the job looks when it comes to it. */
+    if (round && round->describe(round->user, place->index, &what) == 0) {
+        good = round->kind->check(what.inputs.bytes, what.inputs.size, bytes, size);
+        jobs_task_clear(&what);
+    }
+    return good;
+}
+
+int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, const void *bytes,
+                      size_t size)
+{
+    struct place place = enter(jobs, task);
+    struct tasks_bytes copy = {.bytes = malloc(size ? size : 1), .size = size};
+    int status = copy.bytes ? STORE_OK : STORE_NOMEM;
+
+    if (status == STORE_OK && !fits(&place, bytes, size)) {
+        leave(jobs, place);
+        free(copy.bytes);
+        status = jobs_lease_give_back(jobs, task, secret, "a result that cannot be one");
+        return status == STORE_OK ? STORE_CORRUPT : status;
+    }
+    if (status == STORE_OK) {
+        memcpy(copy.bytes, bytes, size);
+        status = store_task_finish(jobs->config.store, task, secret, bytes, size);
+    }
+    if (status == STORE_OK) {
+        metrics_add(jobs->config.metrics, METRIC_TASK_BYTES, METRIC_LABELS("results"),
+                    (double)size);
+    }
+    if (place.round && status == STORE_OK) {
+        note_end(jobs, place, secret, &copy, false);
+    } else {
+        leave(jobs, place);
+    }
+    free(copy.bytes);
+    return status;
+}

@@ -1,0 +1,66 @@
+/*
+ * rounds.h - what the run's side (rounds.c), the workers' side (leases.c) and the table of workers
+ * (remotes.c) share.
+ *
+ * A slot goes WAITING -> TAKEN -> LEASED -> DONE. TAKEN: a thread asks the store for the lease, and
+ * nobody else may. Only what the store has agreed to is noted in a slot.
+ *
+ * Lock: rounds.mutex (rank 26) guards the list of open rounds and all that belongs to them; never
+ * held across the store. A round that is open stays while it has users: threads of requests that
+ * look into it without the lock.
+ */
+#ifndef SRNFD_JOBS_ROUNDS_H
+#define SRNFD_JOBS_ROUNDS_H
+
+#include <pthread.h>
+
+#include "jobs/tasks.h"
+#include "store/task.h"
+
+enum slot_state { SLOT_WAITING, SLOT_TAKEN, SLOT_LEASED, SLOT_DONE };
+
+struct jobs_slot {
+    struct store_task row;
+    enum slot_state state;
+};
+
+struct jobs_open_round {
+    const struct jobs_round *what;
+    struct jobs_slot *slots; /* [n] */
+    size_t *order;           /* [n] indexes by id */
+    size_t done, leased;     /* slots */
+    size_t cursor;           /* no slot before it is WAITING */
+    size_t users;
+    bool failed; /* a task was lost too often */
+    size_t poison;
+    pthread_cond_t changed;
+    struct jobs_open_round *link;
+};
+
+struct jobs_rounds {
+    pthread_mutex_t mutex;
+    struct jobs_open_round *first; /* the next to lease from */
+};
+void jobs_rounds_init(struct jobs_rounds *rounds);
+void jobs_rounds_destroy(struct jobs_rounds *rounds);
+
+/* A task is free again; lost: its attempt was. The mutex is held. */
+void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost);
+/* Tells those who wait for tasks that there may be some. No lock is held. */
+void jobs_rounds_offer(struct jobs *jobs);
+
+struct jobs_remotes {
+    pthread_mutex_t mutex;
+    struct jobs_remote_state *list; /* [count] of JOBS_REMOTES_MAX */
+    size_t count;
+};
+void jobs_remotes_init(struct jobs_remotes *remotes);
+void jobs_remotes_destroy(struct jobs_remotes *remotes);
+/* The worker has asked for a task. */
+void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote);
+enum jobs_remote_event { REMOTE_LEASED, REMOTE_ALIVE, REMOTE_DONE, REMOTE_BACK, REMOTE_LOST };
+/* What became of a lease of the worker of that name. */
+void jobs_remotes_note(struct jobs_remotes *remotes, const char *name,
+                       enum jobs_remote_event event);
+
+#endif

@@ -1,0 +1,99 @@
+/*
+ * tasks.h - a part of a job that is computed elsewhere: the job offers a round of tasks and waits
+ * for their results, and workers lease them over HTTP.
+ *
+ * The rows of tasks and leases are the store's (store/task.h): what they say counts, and outlives
+ * the daemon. A job that runs again opens the same round, finds what was done, and honours leases
+ * that have not expired. What a task is to compute is in memory, with its run: only tasks of
+ * rounds that are open can be leased.
+ */
+#ifndef SRNFD_JOBS_TASKS_H
+#define SRNFD_JOBS_TASKS_H
+
+#include "jobs/jobs.h"
+#include "tasks/tasks.h"
+
+#define JOBS_TASK_LOST_MAX 5      /* attempts of a task without a result, and its job fails */
+#define JOBS_LEASE_SECONDS 15.0   /* without a sign of the worker */
+#define JOBS_SECRET_SIZE 33       /* 32 hexadecimal digits and a zero */
+#define JOBS_REMOTE_NAME_MAX 64   /* bytes of what a worker tells of itself, with the zero */
+#define JOBS_REMOTES_MAX 2048     /* workers that are remembered */
+#define JOBS_REMOTE_SECONDS 120.0 /* after the last sign of a worker, until it is forgotten */
+
+/* ---- The job's side (rounds.c) --------------------------------------------------------------- */
+
+/* What a task is: inputs (malloc) and the contents that they are about (malloc), whose bytes belong
+   to the round. */
+struct jobs_task {
+    struct tasks_bytes inputs;
+    struct tasks_content *contents;
+    size_t n_contents;
+};
+void jobs_task_clear(struct jobs_task *task);
+
+struct jobs_round {
+    const struct tasks_kind *kind;
+    size_t n;
+    /* Fills the task of that index, always with the same bytes. On any thread, while the round is
+       open. Returns 0 or a core status. */
+    int (*describe)(void *user, size_t index, struct jobs_task *task);
+    /* Takes a result that was checked. On the thread of the run, in the order of the indexes. */
+    void (*take)(void *user, size_t index, const void *result, size_t size);
+    void *user;
+};
+/* Whether jobs offer their tasks to workers, or compute all by themselves. */
+bool jobs_offers_tasks(const struct jobs *jobs);
+/* Offers the tasks and waits until all are done. Returns 0; SRNF_ECANCELED; otherwise a negative
+   core status, or JOBS_TASK_FAILED with the problem of the job in result. */
+#define JOBS_TASK_FAILED (-105)
+int jobs_run_round(struct jobs_run *run, const struct jobs_round *round,
+                   struct jobs_result *result);
+
+/* ---- The workers' side (leases.c) ------------------------------------------------------------ */
+
+/* What a worker tells of itself. */
+struct jobs_remote {
+    char name[JOBS_REMOTE_NAME_MAX]; /* of this process, unlike all others */
+    char host[JOBS_REMOTE_NAME_MAX], cpu[JOBS_REMOTE_NAME_MAX];
+    char owner[STORE_OWNER_MAX]; /* name of its token, "" without */
+    size_t slots;
+};
+
+struct jobs_lease {
+    char task[STORE_ID_MAX], secret[JOBS_SECRET_SIZE];
+    const char *kind;
+    int64_t attempt;
+    double seconds; /* that it holds without a heartbeat */
+    struct jobs_task what;
+};
+/* A lease of the next task, the open rounds in turn. STORE_NOT_FOUND: there is none to lease now.
+   lease is to be cleared by jobs_task_clear(&lease->what). */
+int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease);
+/* All below: STORE_CONFLICT where this is not the current lease of the task (any more). */
+/* The bytes of one of the contents of the task: malloc. STORE_NOT_FOUND: it has no such content. */
+int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, const char *digest,
+                       struct tasks_bytes *content);
+/* It holds for *seconds more. */
+int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds);
+/* Takes the result of the lease; bytes are copied. STORE_CORRUPT: it cannot be the result of this
+   task; the attempt is lost. */
+int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, const void *bytes,
+                      size_t size);
+/* reason NULL: nothing was wrong with it. */
+int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
+                         const char *reason);
+
+/* ---- Who works (remotes.c) ------------------------------------------------------------------- */
+
+struct jobs_remote_state {
+    struct jobs_remote remote;
+    int64_t first_ms, last_ms; /* signs of it */
+    size_t leased, done, lost; /* tasks at work, with a result, and without */
+};
+/* Calls visit for each worker that gave a sign of late, in the order of their coming. */
+void jobs_remotes(struct jobs *jobs,
+                  bool (*visit)(void *user, const struct jobs_remote_state *state), void *user);
+/* Tasks that are leased, and workers that gave a sign of late. */
+void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased);
+
+#endif

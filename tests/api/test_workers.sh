@@ -1,0 +1,259 @@
+#!/usr/bin/env bash
+# srnfd-test: release-only
+# srnfd-test: timeout 300
+#
+# test_workers.sh - distances computed by worker processes: with the same bits as here, when a worker is killed, when the
+# daemon is killed and starts again, and when somebody sends what he should not: a forged secret, a stale lease, a result
+# twice, with a wrong digest or that cannot be one. Who may lease, and what is refused in clear text or by another build.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+DATA=$SCRATCH/data
+BUILD=
+WORKER_LOG=$SCRATCH/worker.log
+: >"$WORKER_LOG"
+
+# Four surfaces, as JSON.
+surfaces() {
+    local ids=() name
+    for name in L_thalamus R_thalamus L_pallidum R_pallidum; do
+        post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":4}"
+        ids+=("$(json .surface.id)")
+    done
+    jq -nc '$ARGS.positional' --args "${ids[@]}"
+}
+
+start_worker() { # [ARGUMENTS..]; sets WORKER_PID
+    nice -n 10 "$SRNFD" worker --server "$URL" --slots 1 "$@" </dev/null >/dev/null 2>>"$WORKER_LOG" &
+    WORKER_PID=$!
+    SERVER_PIDS+=("$WORKER_PID")
+}
+
+# What tasks became of, in the log of all workers.
+told() { # EVENT
+    jq -Rr --arg event "$1" 'fromjson? | objects | select(.event == $event) | .task' "$WORKER_LOG" | wc -l
+}
+
+matrix() { # JOB
+    get "/v1/jobs/$1/results"
+    json '.matrix | tojson'
+}
+
+# Leases as a worker would, by hand: sets TASK and SECRET. The lease is in $BODY.
+lease() { # [CURL ARGUMENTS..]
+    post_json /v1/leases "$(jq -nc --arg build "$BUILD" --argjson wait "${WAIT:-20}" \
+        '{worker: "by-hand", host: "here", cpu: "any", slots: 1, numericBuild: $build, wait: $wait}')" "$@"
+    TASK=$(json .task)
+    SECRET=$(json .secret)
+}
+
+# Sends bytes as the result of the lease.
+result() { # FILE SECRET [DIGEST [CURL ARGUMENTS..]]
+    local digest
+    digest=${3:-sha-256=:$(openssl dgst -sha256 -binary "$1" | base64):}
+    request PUT "/v1/leases/$TASK/result" --header "Lease-Secret: $2" --header "Content-Digest: $digest" \
+        --header 'Content-Type: application/octet-stream' --data-binary "@$1" "${@:4}"
+}
+
+# ---- As it is computed here -----------------------------------------------------------------------------
+
+start_server "$SCRATCH/local" --workers 2 || exit 1
+INPUTS="{\"surfaces\":$(surfaces),\"handedness\":\"ignore\"}"
+SRM="{\"surfaces\":$(jq -c .surfaces <<<"$INPUTS"),\"handedness\":\"ignore\",\"metric\":\"srm\"}"
+execute distances "$INPUTS"
+LOCAL=$(json '.matrix | tojson')
+execute distances "$SRM"
+LOCAL_SRM=$(json '.matrix | tojson')
+like "$LOCAL" '^\[\[0,0\.[0-9]' 'distances, computed here'
+post_json /v1/leases '{}'
+is_problem 409 tasks-not-offered 'who computes by itself offers nothing'
+stop_server || not_ok 'it drains'
+
+# ---- By two workers --------------------------------------------------------------------------------------
+
+start_server "$DATA" --workers 2 --executor workers --lease-seconds 2 || exit 1
+is "$(surfaces)" "$(jq -c .surfaces <<<"$INPUTS")" 'the same surfaces'
+post_json /v1/leases '{"worker":"w","host":"h","cpu":"c","slots":1,"numericBuild":"srnf of long ago","wait":0}'
+is_problem 409 build-mismatch 'a worker of another build is refused'
+start_worker --idle-seconds 1 --cache "$SCRATCH/cache"
+FIRST=$WORKER_PID
+start_worker --idle-seconds 1
+SECOND=$WORKER_PID
+execute distances "$INPUTS" --header 'Prefer: wait=100'
+is "$(json '.matrix | tojson')" "$LOCAL" 'two workers: the same bits'
+get /v1/workers
+is "$(json '[.items[].done] | add')" 6 'each pair was a task, and was done once'
+is "$(json '[.items[] | select(.done > 0)] | length')" 2 'both have worked'
+is "$(told task-done)" 6 'as they say themselves'
+compare "$(find "$SCRATCH/cache" -type f | wc -l)" '>=' 2 'what tasks were about is kept on the disk'
+get /metrics
+like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="done"\} 6' 'and counted'
+wait_server "$FIRST" 20
+is "$SERVER_STATUS" 0 'without work a worker ends'
+wait_server "$SECOND" 20
+is "$SERVER_STATUS" 0 'and the other one'
+BUILD=$(jq -Rr 'fromjson? | objects | select(.event == "working") | .numericBuild' "$WORKER_LOG" | head -n 1)
+
+# ---- Hostile hands ---------------------------------------------------------------------------------------
+
+execute distances "$SRM" --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+lease
+is "$STATUS" 201 'a lease by hand'
+like "$TASK" '^task-[0-9a-f]{32}$' 'of a task'
+CONTENT=$(json '.contents[0]')
+get "/v1/leases/$TASK/contents/$CONTENT" --header "Lease-Secret: $SECRET"
+is "$STATUS $(sha256sum <"$BODY" | cut -d ' ' -f 1)" "200 $CONTENT" 'what it is about is what its digest says'
+get "/v1/leases/$TASK/contents/$CONTENT"
+is_problem 409 lease-lost 'without the secret nobody reads it'
+get "/v1/leases/$TASK/contents/$(printf '%064d' 0)" --header "Lease-Secret: $SECRET"
+is_problem 404 no-such-content 'nor what the task is not about'
+request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
+is "$STATUS $(json .expiresInSeconds)" '200 2' 'a heartbeat extends it'
+printf '\0\0\0\0\0\0\360\077' >"$SCRATCH/one"
+printf '\0\0\0\0\0\0\360\277' >"$SCRATCH/minus-one"
+result "$SCRATCH/one" "$(printf '%032d' 7)"
+is_problem 409 lease-lost 'a forged secret is refused'
+result "$SCRATCH/one" "$SECRET" 'sha-256=:AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=:'
+is_problem 422 digest-mismatch 'bytes that are not those of the digest are refused'
+result "$SCRATCH/minus-one" "$SECRET"
+is_problem 422 invalid-result 'a negative distance is no result'
+result "$SCRATCH/one" "$SECRET"
+is_problem 409 lease-lost 'and the attempt is over'
+lease
+request DELETE "/v1/leases/$TASK" --header "Lease-Secret: $SECRET"
+is "$STATUS" 204 'a lease may be given back'
+request DELETE "/v1/leases/$TASK" --header "Lease-Secret: $SECRET"
+is_problem 409 lease-lost 'once'
+lease
+STALE_TASK=$TASK STALE=$SECRET
+sleep 3
+TASK=$STALE_TASK
+result "$SCRATCH/one" "$STALE"
+is_problem 409 lease-lost 'after the lease has expired its result is stale'
+get "/v1/jobs/$JOB"
+is "$(json .status)" running 'nothing of that has ended the job'
+
+# ---- Killed workers --------------------------------------------------------------------------------------
+
+: >"$WORKER_LOG"
+start_worker
+waited=0
+until get /v1/workers && [ "$(json '[.items[] | select(.worker != "by-hand") | .leased] | max')" = 1 ] || [ "$waited" -gt 200 ]; do
+    sleep 0.05
+    waited=$((waited + 1))
+done
+kill_server "$WORKER_PID"
+start_worker --idle-seconds 2
+poll_job "$JOB" 100
+is "$JOB_STATUS" successful 'the job outlives its worker'
+is "$(matrix "$JOB")" "$LOCAL_SRM" 'and has the same bits'
+
+# ---- Poison ----------------------------------------------------------------------------------------------
+
+wait_server "$WORKER_PID" 20
+execute distances "{\"surfaces\":$(jq -c '.surfaces[:2]' <<<"$INPUTS"),\"handedness\":\"ignore\"}" --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+for _ in 1 2 3 4 5; do
+    lease
+    post_json "/v1/leases/$TASK/failure" '{"detail":"it always breaks"}' --header "Lease-Secret: $SECRET"
+done
+is "$STATUS" 204 'a worker tells of a failure'
+poll_job "$JOB" 20
+is "$JOB_STATUS $(json .exception.code)" 'failed task-failed' 'what fails everywhere fails its job'
+like "$(json .exception.detail)" 'it always breaks' 'with what the workers said'
+WAIT=0.2 lease
+is "$STATUS" 204 'and is no longer offered'
+
+# ---- The daemon starts again -----------------------------------------------------------------------------
+
+execute distances "{\"surfaces\":$(jq -c '.surfaces[1:]' <<<"$INPUTS"),\"handedness\":\"ignore\"}" --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+: >"$WORKER_LOG"
+start_worker
+waited=0
+until [ "$(told task-done)" -ge 1 ] || [ "$waited" -gt 600 ]; do
+    sleep 0.05
+    waited=$((waited + 1))
+done
+ADDRESS=${URL#http://}
+kill_server
+nice -n 10 "$SRNFD" serve --listen "$ADDRESS" --data "$DATA" --workers 2 --executor workers --lease-seconds 2 \
+    </dev/null >/dev/null 2>"$SERVER_LOG" &
+SERVER_PID=$!
+SERVER_PIDS+=("$SERVER_PID")
+poll_job "$JOB" 100
+is "$JOB_STATUS $(json .attempt)" 'successful 2' 'the daemon is killed, and the job goes on'
+is "$(matrix "$JOB")" "$(jq -c '[.[1:][] | .[1:]]' <<<"$LOCAL")" 'to the same bits'
+is "$(told task-done)" 3 'what was done before was not done again'
+kill -TERM "$WORKER_PID"
+wait_server "$WORKER_PID" 20
+is "$SERVER_STATUS" 0 'SIGTERM ends a worker'
+
+# ---- A request whose worker has gone ----------------------------------------------------------------------
+
+curl --silent --max-time 1 --output /dev/null --header 'Content-Type: application/json' --data-binary "$(jq -nc --arg build "$BUILD" \
+    '{worker: "gone", host: "here", cpu: "any", slots: 1, numericBuild: $build, wait: 30}')" "$URL/v1/leases"
+is "$?" 28 'a worker that waits for a task leaves'
+execute distances "{\"surfaces\":$(jq -c '.surfaces[:3]' <<<"$INPUTS"),\"handedness\":\"ignore\"}" --header 'Prefer: respond-async'
+JOB=$(json .jobID)
+sleep 1
+get /v1/workers
+is "$(json '[.items[] | select(.worker == "gone") | .leased] | max')" 0 'and no task is leased to nobody'
+post "/v1/jobs/$JOB/cancel"
+poll_job "$JOB" 20
+
+# ---- Draining --------------------------------------------------------------------------------------------
+
+execute distances "{\"surfaces\":$(jq -c '.surfaces[:3]' <<<"$INPUTS"),\"handedness\":\"ignore\"}" --header 'Prefer: respond-async'
+is "$(json .status | grep -cE 'accepted|running')" 1 'the job again'
+JOB=$(json .jobID)
+: >"$WORKER_LOG"
+start_worker --grace-seconds 0
+waited=0
+until get /v1/workers && [ "$(json '[.items[].leased] | max')" = 1 ] || [ "$waited" -gt 200 ]; do
+    sleep 0.05
+    waited=$((waited + 1))
+done
+kill -TERM "$WORKER_PID"
+wait_server "$WORKER_PID" 20
+is "$SERVER_STATUS $(told task-returned)" '0 1' 'without grace a worker gives its task back'
+post "/v1/jobs/$JOB/cancel"
+poll_job "$JOB" 20
+is "$JOB_STATUS" dismissed 'a job whose tasks wait can be cancelled'
+WAIT=0.2 lease
+is "$STATUS" 204 'and they are no longer offered'
+
+# ---- Who may ---------------------------------------------------------------------------------------------
+
+"$SRNFD" token add --data "$DATA" --name lab --role worker 2>/dev/null >"$SCRATCH/token"
+USER=$("$SRNFD" token add --data "$DATA" --name ada 2>/dev/null)
+ROOT=$("$SRNFD" token add --data "$DATA" --name root --role admin 2>/dev/null)
+lease
+is_problem 401 token-required 'with tokens, nobody leases without'
+lease --header "Authorization: Bearer $USER"
+is_problem 403 forbidden 'nor does a user'
+WAIT=0.2 lease --header "Authorization: Bearer $(cat "$SCRATCH/token")"
+is "$STATUS" 204 'a worker does'
+for path in /v1/jobs /v1/meshes /v1/workers /metrics "/v1/jobs/$JOB"; do
+    get "$path" --header "Authorization: Bearer $(cat "$SCRATCH/token")"
+    is_problem 403 forbidden "and reads nothing else: $path"
+done
+get /v1/workers --header "Authorization: Bearer $USER"
+is_problem 403 forbidden 'who works is not for users'
+get /v1/workers --header "Authorization: Bearer $ROOT"
+is "$STATUS $(json .executor)" '200 workers' 'but for admins'
+"$SRNFD" worker --server "$URL" --slots 1 2>"$SCRATCH/refused"
+is "$?" 3 'a worker without a token ends, refused'
+like "$(cat "$SCRATCH/refused")" 'token-required' 'and says why'
+"$SRNFD" worker --server http://192.0.2.1:8080 2>"$SCRATCH/refused"
+is "$?" 2 'clear text beyond this machine is refused'
+like "$(cat "$SCRATCH/refused")" 'https' 'and the worker says so'
+start_worker --token-file "$SCRATCH/token" --idle-seconds 1
+wait_server "$WORKER_PID" 20
+is "$SERVER_STATUS" 0 'a worker with its token is served'
+stop_server || not_ok 'the service drains'
+
+done_testing
