@@ -71,15 +71,3 @@ size_t digits_number(char text[DIGITS_MAX], double value)
     }
     return (size_t)snprintf(text, DIGITS_MAX, "%.15g", value);
 }
-
-size_t digits_hex48(char text[13], uint64_t value)
-{
-    static const char digits[] = "0123456789abcdef";
-
-    for (int i = 11; i >= 0; i--) {
-        text[i] = digits[value & 15];
-        value >>= 4;
-    }
-    text[12] = '\0';
-    return 12;
-}

@@ -18,7 +18,5 @@ size_t digits_unsigned(char text[DIGITS_MAX], uint64_t value);
 size_t digits_thousandths(char text[DIGITS_MAX], double value);
 /* As "%.15g" would have it; finite. */
 size_t digits_number(char text[DIGITS_MAX], double value);
-/* Lower case hexadecimal, always twelve digits: the low 48 bits. */
-size_t digits_hex48(char text[13], uint64_t value);
 
 #endif

@@ -7,15 +7,14 @@
  * who has not read so far is told that changes were lost, and reads the list of jobs.
  *
  * Nothing of it is written down. Points in time are numbers of this run of the daemon, which count
- * the changes of all owners. So that nobody counts others' by them, their texts are the run's name
- * and the number enciphered, both by what is drawn at the start: the permutation of Luby and
- * Rackoff, four rounds with SipHash as their function.
+ * the changes of all owners. So that nobody counts others' by them, or sees that there were any,
+ * their texts are libsodium's secret boxes: by a key drawn at the start, and each with a nonce of
+ * its own, so that no two texts are the same, be they of one point in time.
  *
  * Lock: one mutex around all; rank: innermost.
  */
 #include "api/changes.h"
 
-#include <inttypes.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,7 +25,9 @@
 #include "owner.h"
 
 #define PLACES 1024
-#define ROUNDS 4
+#define BOX_SIZE (crypto_secretbox_NONCEBYTES + crypto_secretbox_MACBYTES + sizeof(uint64_t))
+
+_Static_assert(CHANGES_ID_SIZE == 2 * BOX_SIZE + 1, "a text is a box in hexadecimal digits");
 
 struct place {
     struct place *before, *after;
@@ -37,8 +38,7 @@ struct place {
 
 struct changes {
     pthread_mutex_t mutex;
-    uint32_t run;
-    unsigned char keys[ROUNDS][crypto_shorthash_KEYBYTES];
+    unsigned char key[crypto_secretbox_KEYBYTES];
     uint64_t now, forgotten; /* the newest change, and the newest of those that are not there */
     struct place *first, *last;
     size_t n;
@@ -54,8 +54,7 @@ struct changes *changes_create(void)
         changes = NULL;
     }
     if (changes) {
-        changes->run = randombytes_random();
-        randombytes_buf(changes->keys, sizeof changes->keys);
+        crypto_secretbox_keygen(changes->key);
     }
     return changes;
 }
@@ -170,58 +169,32 @@ uint64_t changes_now(struct changes *changes)
     return now;
 }
 
-/* One round's function of half of a number. */
-static uint32_t scramble(const struct changes *changes, int round, uint32_t half)
-{
-    unsigned char hash[crypto_shorthash_BYTES], bytes[sizeof half];
-    uint32_t result;
-
-    memcpy(bytes, &half, sizeof bytes);
-    (void)crypto_shorthash(hash, bytes, sizeof bytes, changes->keys[round]);
-    memcpy(&result, hash, sizeof result);
-    return result;
-}
-
-static uint64_t encipher(const struct changes *changes, uint64_t number)
-{
-    uint32_t left = (uint32_t)(number >> 32), right = (uint32_t)number;
-
-    for (int i = 0; i < ROUNDS; i++) {
-        uint32_t next = left ^ scramble(changes, i, right);
-
-        left = right;
-        right = next;
-    }
-    return (uint64_t)left << 32 | right;
-}
-
-static uint64_t decipher(const struct changes *changes, uint64_t number)
-{
-    uint32_t left = (uint32_t)(number >> 32), right = (uint32_t)number;
-
-    for (int i = ROUNDS - 1; i >= 0; i--) {
-        uint32_t before = right ^ scramble(changes, i, left);
-
-        right = left;
-        left = before;
-    }
-    return (uint64_t)left << 32 | right;
-}
-
 void changes_text(const struct changes *changes, uint64_t at, char text[CHANGES_ID_SIZE])
 {
-    (void)snprintf(text, CHANGES_ID_SIZE, "%08" PRIx32 "-%016" PRIx64, changes->run,
-                   encipher(changes, at));
+    unsigned char box[BOX_SIZE], number[sizeof at];
+
+    memcpy(number, &at, sizeof number);
+    randombytes_buf(box, crypto_secretbox_NONCEBYTES);
+    (void)crypto_secretbox_easy(box + crypto_secretbox_NONCEBYTES, number, sizeof number, box,
+                                changes->key);
+    (void)sodium_bin2hex(text, CHANGES_ID_SIZE, box, sizeof box);
 }
 
 bool changes_parse(struct changes *changes, const char *text, uint64_t *at)
 {
-    char again[CHANGES_ID_SIZE];
-    const char *number = strchr(text, '-');
+    unsigned char box[BOX_SIZE], number[sizeof *at];
+    size_t length;
 
-    *at = number ? decipher(changes, strtoull(number + 1, NULL, 16)) : 0;
-    changes_text(changes, *at, again);
-    return strcmp(text, again) == 0 && *at <= changes_now(changes);
+    *at = 0;
+    if (sodium_hex2bin(box, sizeof box, text, strlen(text), NULL, &length, NULL) != 0 ||
+        length != sizeof box ||
+        crypto_secretbox_open_easy(number, box + crypto_secretbox_NONCEBYTES,
+                                   sizeof box - crypto_secretbox_NONCEBYTES, box,
+                                   changes->key) != 0) {
+        return false;
+    }
+    memcpy(at, number, sizeof number);
+    return *at <= changes_now(changes);
 }
 
 size_t changes_since(struct changes *changes, const char *owner, uint64_t *seen,

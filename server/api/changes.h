@@ -11,7 +11,7 @@
 
 #include "ids.h"
 
-#define CHANGES_ID_SIZE 40 /* of the text of a point in time, with its end */
+#define CHANGES_ID_SIZE 97 /* of the text of a point in time, with its end */
 
 struct changes;
 
@@ -38,8 +38,8 @@ bool changes_is_of(struct changes *changes, const char *job_id, const char *owne
 /* The newest point in time. */
 uint64_t changes_now(struct changes *changes);
 
-/* A point in time as a text that says nothing of its number, and back: false where it is of another
-   run of the daemon, or none. */
+/* A point in time as a text that says nothing of its number, another one at each call, and back:
+   false where it is of another run of the daemon, or none. */
 void changes_text(const struct changes *changes, uint64_t at, char text[CHANGES_ID_SIZE]);
 bool changes_parse(struct changes *changes, const char *text, uint64_t *at);
 

@@ -168,7 +168,7 @@ struct http {
     size_t n_taps;       /* descriptors that both have room for */
     atomic_size_t n_exchanges;
     struct front *front;
-    char id_start[13]; /* of the ids of requests */
+    unsigned char id_key[32]; /* of the ids of requests (request_ids.c) */
     atomic_ullong ids;
     atomic_bool draining;          /* written under the mutex, read anywhere */
     bool stopping, timer_stopping; /* [m] */

@@ -133,7 +133,7 @@ void regress_describe(struct process_inputs *given)
                         "has changed while it was read: send it again");
         } else {
             design_describe(given, formula, members, cohort,
-                            json_object_get(given->canonical, "at"));
+                            json_object_get(given->canonical, "at"), "/inputs/at/");
         }
     }
     srnf_free(formula);

@@ -286,7 +286,7 @@ static void describe(struct process_inputs *given, struct store_model *model,
     if (members) {
         point = json_pack("[o]", json_deep_copy(covariates));
         (void)json_object_clear(covariates);
-        design_describe(given, formula, members, covariates, point);
+        design_describe(given, formula, members, covariates, point, "/inputs/covariates");
         json_decref(point);
     }
     if (members && given->list->count == 0) {

@@ -152,9 +152,10 @@ static void set_design(const struct design_build *build, const struct design_col
 }
 
 void design_describe(struct process_inputs *given, const struct formula *formula,
-                     const json_t *members, json_t *cohort, const json_t *at)
+                     const json_t *members, json_t *cohort, const json_t *at, const char *where)
 {
-    struct design_build build = {.given = given, .formula = formula, .members = members};
+    struct design_build build = {
+        .given = given, .formula = formula, .members = members, .where = where};
     struct design_columns *columns = srnf_alloc(1, sizeof *columns);
 
     build.n = json_array_size(members);

@@ -28,9 +28,10 @@
  * but all levels where R codes them so: in an interaction without that without the factor.
  *   members  [in] as cohort_members gives them
  *   at       [in] array of objects
+ *   where    [in] the pointer of problems with a point; its number follows a slash at the end
  */
 void design_describe(struct process_inputs *given, const struct formula *formula,
-                     const json_t *members, json_t *cohort, const json_t *at);
+                     const json_t *members, json_t *cohort, const json_t *at, const char *where);
 
 /* The numbers of a design, for srnf_regress. */
 struct design_input {

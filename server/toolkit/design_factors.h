@@ -21,6 +21,7 @@ struct design_build {
     struct process_inputs *given;
     const struct formula *formula;
     const json_t *members;
+    const char *where; /* design_describe */
     size_t n;
     struct design_factor factor[FORMULA_FACTORS_MAX];
 };

@@ -8,6 +8,19 @@
 #include <stdio.h>
 #include <string.h>
 
+#define POINTER_SIZE 64
+
+static void set_pointer(const struct design_build *build, size_t index, char pointer[POINTER_SIZE])
+{
+    const char *where = build->where;
+
+    if (where[strlen(where) - 1] == '/') {
+        (void)snprintf(pointer, POINTER_SIZE, "%s%zu", where, index);
+    } else {
+        (void)snprintf(pointer, POINTER_SIZE, "%s", where);
+    }
+}
+
 /* One factor at a point, into the row; notes what is wrong, and what is beyond the members. */
 static void read_point(const struct design_build *build, size_t f, size_t index, json_t *point,
                        json_t *beyond, double *row)
@@ -15,9 +28,9 @@ static void read_point(const struct design_build *build, size_t f, size_t index,
     const struct design_factor *factor = &build->factor[f];
     const char *name = factor->source->name;
     const json_t *value = json_object_get(point, name);
-    char text[FORMULA_NAME_MAX], pointer[64];
+    char text[FORMULA_NAME_MAX], pointer[POINTER_SIZE];
 
-    (void)snprintf(pointer, sizeof pointer, "/inputs/at/%zu", index);
+    set_pointer(build, index, pointer);
     if (!value) {
         (void)json_object_set_new(point, name,
                                   factor->categorical ? json_copy(json_array_get(factor->levels, 0))
@@ -57,9 +70,9 @@ static void check_point_names(const struct design_build *build, size_t index, js
 {
     const char *key;
     json_t *value;
-    char pointer[64];
+    char pointer[POINTER_SIZE];
 
-    (void)snprintf(pointer, sizeof pointer, "/inputs/at/%zu", index);
+    set_pointer(build, index, pointer);
     json_object_foreach(point, key, value)
     {
         bool known = false;

@@ -69,7 +69,7 @@ for one in ada ben root; do
     await "$SCRATCH/$one" '^event: start'
     is $? 0 "the stream of $one begins with where it begins"
 done
-like "$(newest_id "$SCRATCH/ada")" '^[0-9a-f]{8}-[0-9a-f]{16}$' 'which has an id'
+like "$(newest_id "$SCRATCH/ada")" '^[0-9a-f]{96}$' 'which has an id'
 is "$(grep -c '^retry: ' "$SCRATCH/ada")" 1 'and says when to come back'
 FIRST=$(encode "$ADA" "$MESH" 6)
 SECOND=$(encode "$BEN" "$OTHER" 6)

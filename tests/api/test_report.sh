@@ -58,6 +58,7 @@ get "/v1/jobs/$ID/results/html"
 is "$STATUS $(header Content-Type)" '200 text/html; charset=utf-8' 'the file is had by itself'
 like "$(header Content-Security-Policy)" '^sandbox allow-scripts' 'as a page of no origin'
 unlike "$(header Content-Security-Policy)" 'same-origin' 'whatever is in it'
+like "$(header Content-Security-Policy)" "default-src 'none'; img-src data: blob:;.* form-action 'none'" 'that asks no server'
 check 'and is the same' cmp "$BODY" "$SCRATCH/two.html"
 get "/v1/jobs/$ID/results/html" --header "If-None-Match: $(header ETag)"
 is "$STATUS" 304 'which is asked for again by its tag'
