@@ -22,8 +22,9 @@
 
 /* ---- The store ------------------------------------------------------------------------------- */
 
-/* Writes the checkpoint of the job into the store, and tells it in the log. */
-static int write_row(struct jobs_run *run, const void *bytes, size_t size)
+/* Writes the checkpoint of the job into the store, and tells it in the log. what: state, or parts
+   that came since. */
+static int write_row(struct jobs_run *run, const void *bytes, size_t size, const char *what)
 {
     const struct store_job *job = run->job;
     char detail[80];
@@ -34,7 +35,7 @@ static int write_row(struct jobs_run *run, const void *bytes, size_t size)
     }
     status = store_checkpoint_put(run->jobs->config.store, job->id, job->attempt, bytes, size);
     if (status == STORE_OK) {
-        (void)snprintf(detail, sizeof detail, "%zu bytes", size);
+        (void)snprintf(detail, sizeof detail, "%zu bytes, %s", size, what);
     } else {
         (void)snprintf(detail, sizeof detail, "%s", store_strerror(status));
     }
@@ -103,7 +104,7 @@ int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t siz
     all = jobs_kept_write(kept, &all_size);
     pthread_mutex_unlock(&kept->mutex);
     if (all) {
-        status = write_row(run, all, all_size);
+        status = write_row(run, all, all_size, "state");
     }
     free(all);
     return status;
@@ -147,7 +148,7 @@ static void write_part(struct jobs_run *run, const unsigned char *bytes, size_t 
     struct jobs_kept *kept = &run->kept;
     double before = run->context.seconds(run), now;
 
-    (void)write_row(run, bytes, size);
+    (void)write_row(run, bytes, size, "parts");
     now = run->context.seconds(run);
     pthread_mutex_lock(&kept->mutex);
     kept->next = now + (COST * (now - before) > INTERVAL ? COST * (now - before) : INTERVAL);

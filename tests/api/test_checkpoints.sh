@@ -61,7 +61,7 @@ done
 stop_server || not_ok 'the server ends well'
 
 # Runs a process until it has left a checkpoint of more than so many bytes and is half done, kills the server, and
-# lets the job end. BEFORE: checkpoints before the kill.
+# lets the job end. BEFORE: checkpoints of its state before the kill.
 cut() { # PROCESS INPUTS BYTES PROGRESS
     local last
     execute "$1" "$2" --header 'Prefer: respond-async'
@@ -75,7 +75,7 @@ cut() { # PROCESS INPUTS BYTES PROGRESS
     done
     is "$(json .status)" running "$1 runs"
     kill_server
-    BEFORE=$(logged job-checkpoint "$JOB" | wc -l)
+    BEFORE=$(logged job-checkpoint "$JOB" | grep -c state)
     note "killed at $(json .progress) %, last checkpoint ${last:-none}"
     start_server "$SCRATCH/cut" --workers 2 || exit 1
     poll_job "$JOB" 400
@@ -93,7 +93,7 @@ prepare
 PART=$((24 + 8 * 3 * 8 * 16)) # a registered member: a field on the grid of degree 4
 cut classify "$CLASSIFY" $((40 + 3 * PART)) 10
 cut compare-groups "$COMPARE" 100 15
-compare "$((BEFORE + $(logged job-checkpoint "$JOB" | wc -l)))" '<=' "$ITERATIONS" 'no iteration of the mean is done again'
+compare "$((BEFORE + $(logged job-checkpoint "$JOB" | grep -c state)))" '<=' "$ITERATIONS" 'no iteration of the mean is done again'
 cut evaluate-model "$EVALUATE" $((40 + 300 * (24 + 8 * 8))) 45
 if command -v sqlite3 >/dev/null; then
     is "$(sqlite3 "$SCRATCH/cut/srnfd.db" 'SELECT count(*) FROM checkpoint')" 0 'the checkpoints are gone'

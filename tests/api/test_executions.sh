@@ -224,10 +224,10 @@ while read -r method pattern _; do
     request HEAD "$pattern"
     is "$STATUS" "$full" "HEAD $pattern is answered as GET is"
     like "$(header X-Request-Id) $(header Server-Timing)" '^req-[0-9a-f]+ total;dur=[0-9.]+$' 'with an id and a time'
+done < <("$SRNFD" routes)
 ID_BEFORE=$(header X-Request-Id)
 get /healthz
 unlike "$(header X-Request-Id)" "^${ID_BEFORE:0:12}" 'ids do not count requests'
-done < <("$SRNFD" routes)
 request HEAD "/v1/meshes/$mesh/content"
 is "$STATUS $(header Content-Length)" "200 $length" 'HEAD tells the length'
 request OPTIONS "/v1/jobs/$keyed"

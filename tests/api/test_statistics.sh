@@ -200,8 +200,8 @@ done
 # ---- kill -9 -----------------------------------------------------------------------------------------
 
 LONG='{"cohort":"nuclei","commonPose":true,"tolerance":1e-8,"maxIterations":8}'
-logged() { # EVENT
-    jq -Rr --arg event "$1" 'fromjson? | objects | select(.event == $event) | .job' "$SERVER_LOG" | wc -l
+logged() { # EVENT: how often, without checkpoints of parts of an iteration
+    jq -Rr --arg event "$1" 'fromjson? | objects | select(.event == $event) | .detail' "$SERVER_LOG" | grep -vc parts
 }
 start_server "$SCRATCH/whole" --workers 2 || exit 1
 prepare
@@ -218,7 +218,7 @@ prepare
 execute mean "$LONG" --header 'Prefer: respond-async'
 JOB=$(json .id)
 for _ in $(seq 6000); do
-    [ "$(grep -c '"job-checkpoint"' "$SERVER_LOG")" -ge 3 ] && break
+    [ "$(logged job-checkpoint)" -ge 3 ] && break
     sleep 0.02
 done
 kill_server

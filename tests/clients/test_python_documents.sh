@@ -35,7 +35,7 @@ jq -Rr 'fromjson? | select(.event == "request" and .status < 300) | "\(.method) 
 while read -r method pattern _; do
     expression=$(sed 's/[.]/[.]/g; s/{[a-z]*}/[^\/]+/g' <<<"$pattern")
     check "the document shows $method $pattern" grep -qE "^$method $expression\$" "$SCRATCH/asked"
-done < <("$SRNFD" routes | grep -vE ' /ui(/|$| )') # the dashboard is for browsers
+done < <("$SRNFD" routes | grep -vE ' (/ui(/|$| )|/v1/leases)') # for browsers; for srnfd worker
 while read -r process; do
     check "the document runs $process" grep -q "/v1/processes/$process/execution" "$SERVER_LOG"
 done <"$SCRATCH/processes"

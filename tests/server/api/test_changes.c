@@ -126,7 +126,7 @@ static void texts_are_of_this_run(void **state)
     changes_destroy(other);
 }
 
-/* The numbers count everybody's changes: their texts must not, and not even whether there were any. */
+/* The numbers count everybody's changes: their texts must not, nor tell that there were any. */
 static void texts_tell_no_number(void **state)
 {
     char text[CHANGES_ID_SIZE], again[CHANGES_ID_SIZE];
