@@ -50,10 +50,10 @@ export SRNFD_TOOLS=$SCRATCH/tools
 
 base='gcc make libc6-dev pkg-config libmicrohttpd-dev libgnutls28-dev libjansson-dev libopenblas-pthread-dev
     liblapacke-dev libsqlite3-dev libfftw3-dev zlib1g-dev libexpat1-dev libsodium-dev libglpk-dev libarchive-dev
-    libcurl4-gnutls-dev libutf8proc-dev python3-yaml curl jq'
+    libcurl4-gnutls-dev libutf8proc-dev libzstd-dev python3-yaml curl jq'
 tests='libcmocka-dev libsharp-dev libpng-dev clang clang-format binutils sqlite3 shellcheck ca-certificates openssl
     perl-base python3-jsonschema python3-owslib python3-numpy python3-matplotlib python3-pip python3-setuptools python3-wheel
-    python3-venv mypy unzip zip libclang-rt-14-dev chromium'
+    python3-venv mypy unzip zip zstd libclang-rt-14-dev chromium'
 
 # A system with these packages installed, root, and all packages known.
 system() { # PACKAGES..

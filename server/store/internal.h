@@ -211,7 +211,7 @@ int store_reserve_pages(const struct store *store);
 /* Whether there is room to copy the log, which db has written, into the database. */
 bool store_reserve_copies(const struct store *store, sqlite3 *db);
 
-/* ---- Reading (readers.c) --------------------------------------------------------------------- */
+/* ---- Reading (database.c) -------------------------------------------------------------------- */
 
 int store_readers_start(struct store *store);
 /* Waits until all connections are back. */

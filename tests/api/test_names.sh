@@ -126,7 +126,7 @@ start_server "$DATA" --workers 1 || exit 1
 for who in "$ADA" "$BEN"; do
     as "$who" post '/v1/meshes?name=same' --data-binary @tests/data/aal_subcortex/L_amygdala.ply
 done
-as "$ADA" patch "/v1/meshes/$MESH" '{"name":"hers","tags":["secret"]}'
+as "$ADA" patch "/v1/meshes/$MESH" '{"name":"hers","tags":["whisper"]}'
 as "$BEN" get "/v1/meshes/$MESH"
 is "$(labels)" '["same",[]]' 'what one owner calls it, the other does not see'
 as "$BEN" patch "/v1/meshes/$MESH" "{\"tags\":[$(seq -s, 64 | sed 's/[0-9]*/"&"/g')]}"
@@ -135,7 +135,7 @@ as "$ADA" request DELETE "/v1/meshes/$MESH"
 as "$BEN" request DELETE "/v1/meshes/$MESH"
 is "$(sqlite3 -readonly "$DATA/srnfd.db" 'SELECT sum(bytes) FROM owner; SELECT count(*) FROM tag' | paste -sd ' ')" '0 0' \
     'and go with what they name'
-is "$(grep -rlaF -e secret "$DATA/srnfd.db" "$DATA"/srnfd.db-wal)" '' 'for good'
+is "$(grep -rlaF -e whisper "$DATA/srnfd.db" "$DATA"/srnfd.db-wal)" '' 'for good'
 if stop_server; then
     ok 'the server ends well'
 else
