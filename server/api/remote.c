@@ -11,6 +11,10 @@
  * together. libcurl's own buffers are not charged. About once a second, and with each piece, the
  * account is asked whether to go on.
  *
+ * A name is looked up by a thread of libcurl's, which nothing can end. It is left behind when the
+ * time is over, the client has gone or the service stops: the C library's own limits end it (some
+ * tens of seconds), and only servers that the settings list have names to be looked up.
+ *
  * What a server sends with another status than 200 is passed over, and told to nobody but by that
  * status.
  */
@@ -142,6 +146,17 @@ static bool set_protocols(CURL *curl)
 #endif
 }
 
+/* Lets curl_easy_cleanup not wait for the thread that looks up a name. */
+static bool set_quick_exit(CURL *curl)
+{
+#if LIBCURL_VERSION_NUM >= 0x075700
+    return curl_easy_setopt(curl, CURLOPT_QUICK_EXIT, 1L) == CURLE_OK;
+#else
+    (void)curl; /* it waits: Debian 12 has 7.88 */
+    return true;
+#endif
+}
+
 /* False where one of them cannot be set: nothing is fetched then. */
 static bool set_options(struct fetch *fetch, char error[CURL_ERROR_SIZE])
 {
@@ -175,7 +190,23 @@ static bool set_options(struct fetch *fetch, char error[CURL_ERROR_SIZE])
     SET(XFERINFOFUNCTION, ask);
     SET(XFERINFODATA, fetch);
 #undef SET
-    return code == CURLE_OK && set_protocols(curl);
+    return code == CURLE_OK && set_protocols(curl) && set_quick_exit(curl);
+}
+
+/* Whether libcurl's own limits to a line of the head were met. To versions before 8.6 a line that
+   is too long for their buffer is a lack of memory; here it is one only before the answer begins,
+   since what libcurl allocates later is such lines. */
+static bool is_long_line(CURL *curl, CURLcode code)
+{
+    curl_off_t began = 0;
+
+#if LIBCURL_VERSION_NUM >= 0x080600
+    if (code == CURLE_TOO_LARGE) {
+        return true;
+    }
+#endif
+    return code == CURLE_OUT_OF_MEMORY &&
+           curl_easy_getinfo(curl, CURLINFO_STARTTRANSFER_TIME_T, &began) == CURLE_OK && began > 0;
 }
 
 /* What came of one request: REMOTE_FETCHED with any status. */
@@ -183,11 +214,12 @@ static enum remote_result judge(struct fetch *fetch, CURLcode code, const char *
 {
     char *detail = fetch->content->detail;
     size_t size = sizeof fetch->content->detail;
+    bool long_line = is_long_line(fetch->curl, code);
 
     if (fetch->stopped) {
         return REMOTE_STOPPED;
     }
-    if (fetch->no_memory || code == CURLE_OUT_OF_MEMORY) {
+    if (fetch->no_memory || (code == CURLE_OUT_OF_MEMORY && !long_line)) {
         return REMOTE_NO_MEMORY;
     }
     if (fetch->full || code == CURLE_FILESIZE_EXCEEDED) {
@@ -196,6 +228,10 @@ static enum remote_result judge(struct fetch *fetch, CURLcode code, const char *
     }
     if (code == CURLE_OK) {
         return REMOTE_FETCHED;
+    }
+    if (long_line) {
+        (void)snprintf(detail, size, "the server's answer has a line that is too long");
+        return REMOTE_FAILED;
     }
     if (fetch->heads > HEADS_MAX) {
         (void)snprintf(detail, size, "the server's answer, of status %ld, is too long",

@@ -43,6 +43,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.send(404, b'no' * 1000)
         elif part == 'heads':
             self.send(200, b'x', [('X-%d' % i, 'y' * 8000) for i in range(12)])
+        elif part == 'line':
+            self.send_response(200)
+            self.flush_headers()
+            self.close_connection = True
+            for _ in range(1 << 10):
+                self.wfile.write(b'X' * 1024)
         elif part == 'slow':
             self.send_response(200)
             self.send_header('Content-Length', '1000')

@@ -89,6 +89,7 @@ refused "$THERE/round" 422 link-failed 'more than 5' 'a server that sends round 
 refused "$THERE/missing" 422 link-failed 'status 404' 'what is not there'
 refused "$THERE/page" 422 unparsable-mesh '/inputs/mesh' 'a page is no mesh'
 refused "$THERE/heads" 422 link-failed 'link' 'an endless head'
+refused "$THERE/line" 422 link-failed 'line that is too long' 'an endless line of a head'
 refused "$THERE/long" 413 body-too-large '4000000' 'more than a body may have, as announced'
 refused "$THERE/endless" 413 body-too-large '4000000' 'and as it comes'
 began=$(date +%s)
@@ -103,6 +104,41 @@ unlike "$(cat "$SERVER_LOG")" 'thalamus' 'and no name'
 get /v1/version
 is "$STATUS" 200 'and the service goes on'
 stop_server
+
+# ---- A name that takes its time ------------------------------------------------------------------------------
+
+# To look up slow.test takes 40 s, and nothing ends that: it is left behind.
+serve_slow() { # ARGUMENTS..
+    LD_PRELOAD=${SRNFD_BUILD:-build}/tests/names_shim.so start_server "$SCRATCH/data" --workers 1 \
+        --link-prefixes "http://slow.test:$PORT/meshes/" --link-networks 127.0.0.0/8 "$@" || exit 1
+}
+begin_slow() {
+    curl --silent "$@" "$URL/v1/processes/encode/execution" --header 'Content-Type: application/json' \
+        --data "{\"inputs\":{\"mesh\":{\"href\":\"http://slow.test:$PORT/meshes/thalamus.ply\"}}}" >/dev/null
+}
+if [ -n "${SRNFD_SANITIZED:-}" ]; then
+    skip 'names that are looked up slowly' 'the shim must be loaded first'
+else
+    serve_slow --link-seconds 2
+    began=$(date +%s)
+    refused "http://slow.test:$PORT/meshes/thalamus.ply" 422 link-failed 'link-seconds' 'a name that takes its time'
+    compare $(($(date +%s) - began)) '<=' 8 'is given up with the seconds for links'
+    stop_server || not_ok 'the server ends well'
+    serve_slow --link-seconds 60 --grace-seconds 2
+    began=$(date +%s)
+    begin_slow --max-time 1
+    for _ in $(seq 100); do
+        grep -q '"event":"link-failed"' "$SERVER_LOG" && break
+        sleep 0.1
+    done
+    check 'who hangs up ends it' grep -q '"event":"link-failed"' "$SERVER_LOG"
+    compare $(($(date +%s) - began)) '<=' 8 'soon'
+    begin_slow &
+    sleep 0.5
+    began=$(date +%s)
+    stop_server || not_ok 'the server ends well'
+    compare $(($(date +%s) - began)) '<=' 8 'and so does the end of the service'
+fi
 
 # ---- A job needs nobody else ---------------------------------------------------------------------------------
 
