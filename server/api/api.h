@@ -153,6 +153,8 @@ void api_handle(struct api *api, const struct api_request *request, struct api_r
 /* Whether api_handle has a body to parse, which can take seconds and memory that is counted: it
    belongs on a thread that nothing short waits for. Of a request whose body is there. */
 bool api_is_upload(const struct api_request *request);
+/* Whether the body may have links to other servers, which are waited for. */
+bool api_fetches(const struct api_request *request);
 /* Whether such a body is so small that it most likely needs little time and memory: it may be
    handled with request->small first. */
 bool api_is_small(const struct api_request *request);

@@ -35,9 +35,8 @@ static bool has_format(const struct api_request *request)
     return found;
 }
 
-/* Whether the body may have a link to another server: it has the name that such a member has, or
-   letters written as escapes. */
-static bool may_fetch(const struct api_request *request)
+/* It has the name that such a member has, or letters written as escapes. */
+bool api_fetches(const struct api_request *request)
 {
     return request->follows && request->body_size > 0 &&
            (memmem(request->body, request->body_size, "\"href\"", 6) ||
@@ -48,7 +47,7 @@ bool api_is_upload(const struct api_request *request)
 {
     const struct api_route *route = request->route;
 
-    if (may_fetch(request)) {
+    if (api_fetches(request)) {
         return true;
     }
     if (route &&
@@ -67,7 +66,7 @@ bool api_is_small(const struct api_request *request)
     const struct api_route *route = request->route;
 
     return request->body_size <= SMALL_BODY && !(route && route->flags & ROUTE_LONG) &&
-           !may_fetch(request);
+           !api_fetches(request);
 }
 
 json_t *body_json(struct api_call *call)

@@ -129,6 +129,7 @@ struct exchange {
     char wait_job[STORE_ID_MAX]; /* [m] the job that it waits for */
     int lane;                    /* [m] LANE_REQUESTS or LANE_UPLOADS */
     bool small;                  /* [m] an upload that little memory may do for */
+    bool fetches;                /* [m] an upload that may wait for other servers */
     atomic_bool gone;            /* its client is not there any more: nobody waits for the answer */
     double ended_at;  /* [m] since when its client sends nothing more (lane.c); 0: not yet */
     atomic_bool stop; /* whoever handles it is to give up */

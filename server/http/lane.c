@@ -13,7 +13,8 @@
  *   requests   all but probes may have one thread less than there are: /readyz and /metrics find
  *              one, whatever the others do. Of these a name may have as many as make half of all
  *              threads, and beyond its first none that is the last: another name finds one
- *   uploads    a name may have one thread less than there are
+ *   uploads    a name may have one thread less than there are; so may all together that wait for
+ *              other servers (api_fetches), also without tokens
  *
  * Of uploads those go first whose owner has had less time of the threads lately: a few owners who
  * take turns with what each takes long would otherwise hold up another's for the sum of it. An
@@ -102,7 +103,7 @@ static bool is_for_small(const struct lane *lane, size_t thread)
 static bool may_run(const struct lane *lane, size_t thread, const struct exchange *exchange)
 {
     bool known = exchange->request.caller.account != NULL, uploads = exchange->lane == LANE_UPLOADS;
-    size_t others = 0, own = 0, n = lane->n_threads - uploads, most;
+    size_t others = 0, own = 0, fetching = 0, n = lane->n_threads - uploads, most;
 
     if (exchange->request.probe || atomic_load(&exchange->gone)) {
         return true;
@@ -118,11 +119,14 @@ static bool may_run(const struct lane *lane, size_t thread, const struct exchang
         }
         others += runs && !runs->request.probe;
         own += runs && !runs->request.probe && same_owner(runs, exchange);
-    }
-    if (uploads) {
-        return exchange->request.alone ? others == 0 : !known || own < at_least_one(n - 1);
+        fetching += runs && runs->fetches;
     }
     most = at_least_one(n - 1);
+    if (uploads) {
+        return exchange->request.alone
+                   ? others == 0
+                   : (!known || own < most) && (!exchange->fetches || fetching < most);
+    }
     return others < most && (!known || own == 0 || (own < (n + 1) / 2 && others + 1 < most));
 }
 

@@ -32,6 +32,7 @@ bool pool_submit(struct exchange *exchange)
     if (open) {
         exchange->small = api_is_upload(&exchange->request) && api_is_small(&exchange->request);
         exchange->lane = api_is_upload(&exchange->request) ? LANE_UPLOADS : LANE_REQUESTS;
+        exchange->fetches = api_fetches(&exchange->request);
         exchange->request.stop = &exchange->stop;
         MHD_suspend_connection(exchange->mhd);
         lane_enqueue(http, exchange);

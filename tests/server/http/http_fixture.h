@@ -154,6 +154,12 @@ bool api_is_small(const struct api_request *request)
     return strncmp(request->path + 9, "-small", 6) == 0;
 }
 
+/* "/upload-X-fetch" and what begins so. */
+bool api_fetches(const struct api_request *request)
+{
+    return strncmp(request->path, "/upload-", 8) == 0 && strstr(request->path, "-fetch");
+}
+
 /* "Bearer NAME" with a name that begins with k is known. */
 bool api_knows(struct api *api, const char *authorization, size_t length)
 {

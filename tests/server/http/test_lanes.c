@@ -100,6 +100,41 @@ static void owners_take_turns(void **state)
     http_stop(http, 5);
 }
 
+/* What waits for other servers leaves a thread to bodies, whoever sends it. */
+static void fetching_leaves_a_thread(void **state)
+{
+    static const char *const sent[] = {"/upload-a-fetch", "/upload-b-fetch", "/upload-0-fetch",
+                                       "/upload-c"};
+    enum { COUNT = sizeof sent / sizeof sent[0] };
+    struct http *http = serve((struct http_config){.upload_threads = 2});
+    int uploads[COUNT];
+
+    (void)state;
+    for (size_t i = 0; i < COUNT; i++) {
+        uploads[i] = send_to(http, sent[i]);
+        assert_true(comes_to(&fake.uploads, i < 3 ? 1 : 2));
+        nap(100);
+        assert_int_equal(atomic_load(&fake.uploads), i < 3 ? 1 : 2);
+    }
+    assert_string_equal(order_of(2), "ac");
+    for (size_t i = 0; i < COUNT; i++) {
+        assert_int_equal(leave_and_hear(uploads[i]), 200);
+    }
+    http_stop(http, 5);
+}
+
+/* Where there is one thread, it fetches, too. */
+static void one_thread_fetches(void **state)
+{
+    struct http *http = serve((struct http_config){.upload_threads = 1});
+    int upload = send_to(http, "/upload-a-fetch");
+
+    (void)state;
+    assert_true(comes_to(&fake.uploads, 1));
+    assert_int_equal(leave_and_hear(upload), 200);
+    http_stop(http, 5);
+}
+
 /* Several who had much of the threads do not hold up another for the sum of what each takes. */
 static void who_had_least_goes_first(void **state)
 {
@@ -382,6 +417,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uploads_keep_nobody_waiting),
         cmocka_unit_test(owners_take_turns),
+        cmocka_unit_test(fetching_leaves_a_thread),
+        cmocka_unit_test(one_thread_fetches),
         cmocka_unit_test(who_had_least_goes_first),
         cmocka_unit_test(requests_leave_room_for_probes),
         cmocka_unit_test(requests_leave_room_for_others),
