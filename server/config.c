@@ -22,7 +22,7 @@ static const char *const executors[] = {"local", "workers", NULL};
 static const struct setting {
     enum kind kind;
     size_t offset;
-    double least, most;
+    double least, most; /* of a text: characters, where it may be longer than others */
     bool whole;
 } settings[] = {
     {KIND_TEXT, offsetof(struct config, listen), 0, 0, false},
@@ -63,8 +63,8 @@ static const struct setting {
     {KIND_TEXT, offsetof(struct config, cors_origins), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, tls_certificate), 0, 0, false},
     {KIND_TEXT, offsetof(struct config, tls_key), 0, 0, false},
-    {KIND_TEXT, offsetof(struct config, link_prefixes), 0, 0, false},
-    {KIND_TEXT, offsetof(struct config, link_networks), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, link_prefixes), 1, CONFIG_LIST_MAX - 1, false},
+    {KIND_TEXT, offsetof(struct config, link_networks), 1, CONFIG_LIST_MAX - 1, false},
     {KIND_NUMBER, offsetof(struct config, link_seconds), 0.1, 600, false},
     {KIND_NUMBER, offsetof(struct config, quota_queued), 0, 10000000, true},
     {KIND_NUMBER, offsetof(struct config, quota_running), 0, 256, true},
@@ -154,10 +154,10 @@ static const struct config_help names[N_SETTINGS] = {
      "PEM file of its key; both are read anew when replaced"},
     {"linkPrefixes", "SRNFD_LINK_PREFIXES", "--link-prefixes",
      "addresses, separated by commas, under which links in inputs may name content of other "
-     "servers, as https://data.example.org/meshes/; none"},
+     "servers, as https://data.example.org/meshes/, up to 4095 characters; none"},
     {"linkNetworks", "SRNFD_LINK_NETWORKS", "--link-networks",
-     "addresses and networks beside public ones, as 10.1.0.0/16, to which such links may lead; "
-     "none"},
+     "addresses and networks beside public ones, as 10.1.0.0/16, to which such links may lead, up "
+     "to 4095 characters; none"},
     {"linkSeconds", "SRNFD_LINK_SECONDS", "--link-seconds",
      "that fetching all links of a request may take, 30"},
     {"quotaQueued", "SRNFD_QUOTA_QUEUED", "--quota-queued",
@@ -274,13 +274,16 @@ static int fail_choice(size_t i, const char *source, char *message, size_t size)
 static int set_text(struct config *config, size_t i, const char *value, const char *source,
                     char *message, size_t size)
 {
+    size_t most = settings[i].most > 0 ? (size_t)settings[i].most : CONFIG_TEXT_MAX - 1;
+
     if (settings[i].kind == KIND_CHOICE && !is_choice(i, value)) {
         return fail_choice(i, source, message, size);
     }
-    if (!value[0] || strlen(value) >= CONFIG_TEXT_MAX) {
-        return fail(message, size, source, "must have 1 to 511 characters");
+    if (!value[0] || strlen(value) > most) {
+        (void)snprintf(message, size, "%s: must have 1 to %zu characters", source, most);
+        return -1;
     }
-    (void)snprintf((char *)config + settings[i].offset, CONFIG_TEXT_MAX, "%s", value);
+    memcpy((char *)config + settings[i].offset, value, strlen(value) + 1);
     return 0;
 }
 

@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #define CONFIG_TEXT_MAX 512
+#define CONFIG_LIST_MAX 4096 /* lists of addresses and networks */
 
 struct config {
     char listen[CONFIG_TEXT_MAX];
@@ -48,7 +49,7 @@ struct config {
     char tls_certificate[CONFIG_TEXT_MAX], tls_key[CONFIG_TEXT_MAX]; /* PEM files; "": no TLS */
     /* Where links in inputs may lead beside the service: addresses under which content lies, and
        networks that are not public; "": none. What all links of a request may take. */
-    char link_prefixes[CONFIG_TEXT_MAX], link_networks[CONFIG_TEXT_MAX];
+    char link_prefixes[CONFIG_LIST_MAX], link_networks[CONFIG_LIST_MAX];
     double link_seconds;
     /* Quotas of tokens that have none of their own; 0: no limit. */
     double quota_queued, quota_running; /* jobs of an owner */

@@ -176,11 +176,19 @@ static bool take_part(CURLU *url, CURLUPart part, char *text, size_t size)
     return taken;
 }
 
+/* Whether a host follows the scheme: libcurl would pass over a third slash. */
+static bool names_host(const char *text)
+{
+    const char *rest = strstr(text, "://");
+
+    return rest && rest[3] && rest[3] != '/';
+}
+
 /* The address in its parts and, where normal is not NULL, in its normal form without a fragment.
    False where it is none of HTTP, or has a name or password. */
 static bool read_address(const char *text, struct address *address, char normal[REMOTE_URL_MAX])
 {
-    CURLU *url = is_plain(text) && strstr(text, "://") ? curl_url() : NULL;
+    CURLU *url = is_plain(text) && names_host(text) ? curl_url() : NULL;
     char scheme[8];
     bool read = url && curl_url_set(url, CURLUPART_URL, text, CURLU_DISALLOW_USER) == CURLUE_OK &&
                 curl_url_set(url, CURLUPART_FRAGMENT, NULL, 0) == CURLUE_OK &&
@@ -232,7 +240,8 @@ static const char *add_prefix(struct remote_rules *rules, const char *text)
     if (rules->n_prefixes == PREFIXES_MAX) {
         return "there are more than 32";
     }
-    if (!read_address(text, prefix, NULL) || strpbrk(text, "?#") ||
+    /* The path as written, since that of http://host is / to libcurl. */
+    if (!read_address(text, prefix, NULL) || strpbrk(text, "?#") || text[strlen(text) - 1] != '/' ||
         prefix->path[strlen(prefix->path) - 1] != '/') {
         return "each is http:// or https://, a host, and a path that ends in a slash";
     }

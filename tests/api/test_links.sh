@@ -36,10 +36,15 @@ start_server "$SCRATCH/data" --workers 1 --link-prefixes "$THERE/" || exit 1
 refused "$THERE/thalamus.ply" 422 link-failed 'not public.*--link-networks' 'an address that is not public must be listed'
 stop_server
 is "$(wc -l <"$SCRATCH/asked")" 0 'so far nobody was asked'
-for wrong in "$THERE" ftp://127.0.0.1/ http://ada:secret@127.0.0.1/ 'http://127.0.0.1/?a/' 127.0.0.1/ "$THERE/,,$THERE/"; do
+for wrong in "$THERE" "http://127.0.0.1:$PORT" "http:///127.0.0.1:$PORT/" ftp://127.0.0.1/ http://ada:secret@127.0.0.1/ 'http://127.0.0.1/?a/' 127.0.0.1/ "$THERE/,,$THERE/"; do
     timeout 20 "$SRNFD" serve --data "$SCRATCH/none" --listen 127.0.0.1:0 --link-prefixes "$wrong" 2>"$SCRATCH/refused"
     is "$?" 2 "$wrong is no prefix"
+    like "$(cat "$SCRATCH/refused")" 'link-prefixes.*(path that ends in a slash|empty)' "$wrong is no prefix: and why"
 done
+long=$(printf 'http://127.0.0.1/%0200d/,' $(seq 18))
+timeout 20 "$SRNFD" serve --data "$SCRATCH/none" --listen 127.0.0.1:0 --link-prefixes "$long$long" 2>"$SCRATCH/refused"
+is "$?" 2 'more prefixes than the setting may have'
+like "$(cat "$SCRATCH/refused")" '1 to 4095 characters' 'with their length'
 for wrong in localhost 10.0.0.0/33 10.0.0.0/x ::1/129; do
     timeout 20 "$SRNFD" serve --data "$SCRATCH/none" --listen 127.0.0.1:0 --link-networks "$wrong" 2>"$SCRATCH/refused"
     is "$?" 2 "$wrong is no network"
@@ -48,7 +53,7 @@ done
 # ---- On -------------------------------------------------------------------------------------------------
 
 serve() { # ARGUMENTS..
-    start_server "$SCRATCH/data" --workers 1 --link-prefixes "$THERE/" --link-networks 127.0.0.0/8 "$@" || exit 1
+    start_server "$SCRATCH/data" --workers 1 --link-prefixes "$long$THERE/" --link-networks 127.0.0.0/8 "$@" || exit 1
 }
 serve --link-seconds 2 --max-body 4000000 --grace-seconds 2
 encode "$THERE/thalamus.ply"

@@ -41,7 +41,10 @@ static void settings_are_read_strictly(void **state)
         "https://ada@data.example/",
         "https://data.example/?",
         "https://data.example/#/",
+        "https://data.example",
         "https:///",
+        "https:///data.example/",
+        "https:////data.example/",
         "https://data.example/%2e%2e/",
         ",",
     };
@@ -108,6 +111,7 @@ static void addresses_lie_under_a_prefix(void **state)
         "data.example/meshes/a.ply",
         "//data.example/meshes/a.ply",
         "https:/data.example/meshes/a.ply",
+        "https:///data.example/meshes/a.ply",
         "file:///data.example/meshes/a.ply",
         "http://[2001:db8::1%25eth0]:81/a/b",
         "",
