@@ -208,7 +208,7 @@ static const json_t *body_inputs(struct api_call *call, const struct api_process
     }
     labels_read(body, labels, &problems);
     framing_read(call, process, body, framing, &problems);
-    if (json_is_object(inputs) && !references_resolve(call, inputs, &problems)) {
+    if (json_is_object(inputs) && !references_resolve(call, process, inputs, &problems)) {
         json_decref(problems.errors);
         return NULL;
     }

@@ -6,7 +6,9 @@
  * the value itself. Nothing is fetched from elsewhere, so that a request cannot make the service
  * call into the network that it stands in, unless the settings list addresses for it: a link to one
  * of those stands for the mesh or volume that its content is, which is kept as an upload of it
- * (remote_input.c). So what a job works on is here before the job is accepted, and stays.
+ * (remote_input.c). So what a job works on is here before the job is accepted, and stays. These
+ * links come last, and only if nothing is wrong without them: they are counted, judged by their
+ * address, and the process judges the inputs with ids in their places that nothing has.
  *
  * An object is a qualified value or a link only if all its members are those of one: inputs of our
  * own are objects, too.
@@ -21,6 +23,7 @@
 #include "api/routes.h"
 #include "store/job.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,12 +33,22 @@
 #define OUTPUTS_MAX 16 /* links to outputs in one request: each reads the results of a job */
 #define REMOTE_MAX 16  /* links to other servers in one request */
 
+#define POINTER_MAX 160
+#define NO_ELEMENT SIZE_MAX
+
+/* Where a link to another server stands. */
+struct place {
+    const char *name; /* of the input, its key */
+    size_t element;   /* of its array, or NO_ELEMENT */
+};
+
 /* What is being resolved. */
 struct resolving {
     struct api_call *call;
     struct problem_list *list;
     size_t n_outputs, n_remote;
-    double seconds; /* left for what is elsewhere */
+    struct place place;              /* of what is looked at */
+    struct place remote[REMOTE_MAX]; /* of the links to other servers */
 };
 
 static const char *const value_members[] = {"value",  "mediaType", "encoding",
@@ -63,6 +76,12 @@ static bool is_of(json_t *object, const char *const *members)
         }
     }
     return true;
+}
+
+static size_t point_to(char pointer[POINTER_MAX], const char *name)
+{
+    (void)snprintf(pointer, POINTER_MAX, "/inputs/%.120s", name);
+    return strlen(pointer);
 }
 
 /* The path of an address on this service; NULL where it is another's. */
@@ -152,15 +171,22 @@ static json_t *resource(struct resolving *r, const char *pointer, const char *pa
     return output_value(r->call, parameters[0], parameters[1]);
 }
 
-/* The id of what lies on another server, or NULL with a problem noted or answered. */
-static json_t *fetched(struct resolving *r, const json_t *link, const char *pointer)
+/* Notes a link to another server, which stays for now (new reference), or a problem (NULL). */
+static json_t *put_off(struct resolving *r, json_t *link, const char *pointer)
 {
     const char *href = json_string_value(json_object_get(link, "href"));
+    char url[REMOTE_URL_MAX];
 
     if (!href || !remote_enabled(r->call->api->remote)) {
         problem_add(r->list, pointer,
                     "href must be the address of a resource of this service, such as "
                     "/v1/surfaces/{id}; nothing is fetched from elsewhere: upload it first");
+        return NULL;
+    }
+    if (!remote_permits(r->call->api->remote, href, url)) {
+        problem_add(r->list, pointer,
+                    "href is neither of this service nor under an address that it may fetch from "
+                    "(--link-prefixes): upload what is there first");
         return NULL;
     }
     if (++r->n_remote > REMOTE_MAX) {
@@ -169,12 +195,12 @@ static json_t *fetched(struct resolving *r, const json_t *link, const char *poin
                     REMOTE_MAX);
         return NULL;
     }
-    return remote_input(r->call, href, json_string_value(json_object_get(link, "type")), pointer,
-                        &r->seconds, r->list);
+    r->remote[r->n_remote - 1] = r->place;
+    return json_incref(link);
 }
 
 /* What a link means (new reference), or NULL with a problem noted or answered. */
-static json_t *follow(struct resolving *r, const json_t *link, const char *pointer)
+static json_t *follow(struct resolving *r, json_t *link, const char *pointer)
 {
     const char *href = json_string_value(json_object_get(link, "href"));
     const char *path = href ? local_path(r->call, href) : NULL;
@@ -183,7 +209,7 @@ static json_t *follow(struct resolving *r, const json_t *link, const char *point
     json_t *value = NULL;
 
     if (!path) {
-        return fetched(r, link, pointer);
+        return put_off(r, link, pointer);
     }
     if (percent_decode(path, strlen(path), false, decoded, sizeof decoded)) {
         value = resource(r, pointer, decoded);
@@ -211,26 +237,28 @@ static json_t *meaning(struct resolving *r, json_t *value, const char *pointer)
     return json_incref(value);
 }
 
-bool references_resolve(struct api_call *call, json_t *inputs, struct problem_list *list)
+/* Puts what is here in the place of each value, and notes the links to other servers. */
+static void resolve_here(struct resolving *r, json_t *inputs)
 {
-    struct resolving r = {.call = call, .list = list, .seconds = call->api->config.link_seconds};
     const char *name;
     json_t *value, *element;
     void *next;
-    char pointer[160];
-    size_t i;
+    char pointer[POINTER_MAX];
 
     json_object_foreach_safe(inputs, next, name, value)
     {
         json_t *new;
 
-        (void)snprintf(pointer, sizeof pointer, "/inputs/%.120s", name);
-        new = meaning(&r, value, pointer);
-        for (i = 0; call->response->status == 0 && r.n_outputs <= OUTPUTS_MAX &&
-                    r.n_remote <= REMOTE_MAX && (element = json_array_get(new, i)) != NULL;
+        point_to(pointer, name);
+        r->place = (struct place){name, NO_ELEMENT};
+        new = meaning(r, value, pointer);
+        for (size_t i = 0; r->call->response->status == 0 && r->n_outputs <= OUTPUTS_MAX &&
+                           r->n_remote <= REMOTE_MAX && (element = json_array_get(new, i)) != NULL;
              i++) {
-            json_t *one = json_is_object(element) ? meaning(&r, element, pointer) : NULL;
+            json_t *one;
 
+            r->place.element = i;
+            one = json_is_object(element) ? meaning(r, element, pointer) : NULL;
             if (one) {
                 (void)json_array_set_new(new, i, one);
             }
@@ -238,6 +266,125 @@ bool references_resolve(struct api_call *call, json_t *inputs, struct problem_li
         if (new) {
             (void)json_object_set_new(inputs, name, new);
         }
+    }
+}
+
+/* ---- Other servers --------------------------------------------------------------------------- */
+
+static void put(json_t *inputs, const struct place *place, json_t *value)
+{
+    if (place->element == NO_ELEMENT) {
+        (void)json_object_set_new(inputs, place->name, value);
+    } else {
+        (void)json_array_set_new(json_object_get(inputs, place->name), place->element, value);
+    }
+}
+
+/* Whether something is said to be wrong with the input. */
+static bool is_wrong(const json_t *errors, const char *name)
+{
+    char pointer[POINTER_MAX];
+    size_t length = point_to(pointer, name), i;
+    json_t *entry;
+
+    json_array_foreach(errors, i, entry)
+    {
+        const char *where = json_string_value(json_object_get(entry, "pointer"));
+
+        if (where && strncmp(where, pointer, length) == 0 &&
+            (where[length] == '\0' || where[length] == '/')) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* What the process finds wrong with the inputs by their form alone, with ids in the places of the
+   links: of volumes where volumes is true of the link, or else of meshes. NULL: nothing. An entry
+   that the list has before lets the process look up no id; it is taken out again. */
+static struct problem_list judge_form(struct resolving *r, const struct api_process *process,
+                                      json_t *inputs, const bool *volumes)
+{
+    struct problem_list list = {.errors = NULL};
+    const struct api_work work = r->call->work;
+    json_t *form = json_copy(inputs);
+    char id[64];
+
+    for (size_t i = 0; form && i < r->n_remote; i++) {
+        const char *name = r->remote[i].name;
+
+        if (r->remote[i].element != NO_ELEMENT) {
+            (void)json_object_set_new(form, name, json_copy(json_object_get(form, name)));
+        }
+    }
+    for (size_t i = 0; form && i < r->n_remote; i++) {
+        (void)snprintf(id, sizeof id, "%s-%032zx", volumes[i] ? "vol" : "mesh", i);
+        put(form, &r->remote[i], json_string(id));
+    }
+    problem_add(&list, "", "links are not followed yet");
+    json_decref(r->call->api->config.processes->canonicalize(process->table, r->call, form, &list));
+    r->call->work = work;
+    (void)json_array_remove(list.errors, 0);
+    list.count--;
+    json_decref(form);
+    return list;
+}
+
+/* Whether the inputs are right as far as they can be judged without what the links lead to; or else
+   what is wrong goes into the list, or a problem was answered. */
+static bool is_right(struct resolving *r, const struct api_process *process, json_t *inputs)
+{
+    bool volumes[REMOTE_MAX] = {false};
+    struct problem_list list = judge_form(r, process, inputs, volumes), other;
+
+    if (list.count > 0 && r->call->response->status == 0) {
+        /* A link that is wrong as a mesh may be right as a volume. */
+        for (size_t i = 0; i < r->n_remote; i++) {
+            volumes[i] = is_wrong(list.errors, r->remote[i].name);
+        }
+        other = judge_form(r, process, inputs, volumes);
+        json_decref(other.count < list.count ? list.errors : other.errors);
+        list = other.count < list.count ? other : list;
+    }
+    if (list.count == 0 || r->call->response->status != 0) {
+        json_decref(list.errors);
+        return list.count == 0 && r->call->response->status == 0;
+    }
+    *r->list = list;
+    return false;
+}
+
+static void fetch_all(struct resolving *r, json_t *inputs)
+{
+    double seconds = r->call->api->config.link_seconds;
+    char pointer[POINTER_MAX];
+
+    for (size_t i = 0; i < r->n_remote && r->call->response->status == 0; i++) {
+        const struct place *place = &r->remote[i];
+        const json_t *link = json_object_get(inputs, place->name);
+        const char *href, *type;
+        json_t *id;
+
+        link = place->element == NO_ELEMENT ? link : json_array_get(link, place->element);
+        href = json_string_value(json_object_get(link, "href"));
+        type = json_string_value(json_object_get(link, "type"));
+        point_to(pointer, place->name);
+        id = remote_input(r->call, href, type, pointer, &seconds);
+        if (id) {
+            put(inputs, place, id);
+        }
+    }
+}
+
+bool references_resolve(struct api_call *call, const struct api_process *process, json_t *inputs,
+                        struct problem_list *list)
+{
+    struct resolving r = {.call = call, .list = list};
+
+    resolve_here(&r, inputs);
+    if (r.n_remote > 0 && !list->errors && call->response->status == 0 &&
+        is_right(&r, process, inputs)) {
+        fetch_all(&r, inputs);
     }
     return call->response->status == 0;
 }

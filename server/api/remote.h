@@ -70,13 +70,12 @@ void remote_clear(struct remote_content *content);
 
 /*
  * Fetches what a link leads to and keeps it for the caller as an upload of the same bytes.
- *   href, type [in]     of the link; type may be NULL
+ *   href, type [in]     of the link, which remote_permits; type may be NULL
  *   pointer    [in]     of the input
  *   seconds    [in/out] left for all links of this request
- *   list       [in/out] takes what is wrong with the link itself
- * Returns the id of the mesh or volume (new reference), or NULL with a problem noted or answered.
+ * Returns the id of the mesh or volume (new reference), or NULL with a problem answered.
  */
 json_t *remote_input(struct api_call *call, const char *href, const char *type, const char *pointer,
-                     double *seconds, struct problem_list *list);
+                     double *seconds);
 
 #endif

@@ -5,7 +5,7 @@
  * It is fetched before the job is accepted, on a thread for uploads, while its memory is charged to
  * their account. So an accepted job knows its input by the digest of its bytes: it runs again after
  * a crash without that server, and the same link may stand for another mesh tomorrow. What was
- * fetched stays when the execution is refused for another reason, as an upload does.
+ * fetched stays when the execution is refused for what only its content showed, as an upload does.
  */
 #include "api/remote.h"
 
@@ -161,7 +161,7 @@ static void log_fetch(const struct api_call *call, const char *url, enum remote_
 }
 
 json_t *remote_input(struct api_call *call, const char *href, const char *type, const char *pointer,
-                     double *seconds, struct problem_list *list)
+                     double *seconds)
 {
     struct remote_content content;
     char url[REMOTE_URL_MAX], path[REMOTE_URL_MAX];
@@ -169,10 +169,8 @@ json_t *remote_input(struct api_call *call, const char *href, const char *type, 
     enum remote_result result;
     json_t *id = NULL;
 
-    if (!remote_permits(call->api->remote, href, url)) {
-        problem_add(list, pointer,
-                    "href is neither of this service nor under an address that it may fetch from "
-                    "(--link-prefixes): upload what is there first");
+    if (!remote_permits(call->api->remote, href, url)) { /* only the caller's fault */
+        (void)problem_respond(call, "internal-error", "%s: its link is not permitted.", pointer);
         return NULL;
     }
     result = remote_fetch(call->api->remote, url, most_bytes(call), *seconds, &content);

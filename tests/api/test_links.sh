@@ -100,10 +100,36 @@ refused "$THERE/endless" 413 body-too-large '4000000' 'and as it comes'
 began=$(date +%s)
 refused "$THERE/slow" 422 link-failed 'link-seconds' 'a server that takes its time'
 compare $(($(date +%s) - began)) '<=' 10 'which is given up'
-many=$(jq -nc --arg there "$THERE" '[range(20) | {href: "\($there)/thalamus.ply"}]')
-execute distances "{\"surfaces\":$many}"
-is_problem 422 invalid-input 'more links than a request may have'
-like "$(json '.errors[0].detail')" 'at most 16' 'with their number'
+
+# ---- What is refused anyway --------------------------------------------------------------------------------
+
+asked=$(wc -l <"$SCRATCH/asked")
+L="{\"href\":\"$THERE/thalamus.ply\"}"
+vain() { # PROCESS INPUTS DETAIL-REGEX NAME
+    execute "$1" "$2"
+    is_problem 422 invalid-input "$4"
+    like "$(json '[.errors[] | .pointer + " " + .detail] | join(" | ")')" "$3" "$4: and why"
+    is "$(wc -l <"$SCRATCH/asked")" "$asked" "$4: nobody was asked"
+}
+vain distances "{\"surfaces\":$(jq -nc --argjson link "$L" '[range(17) | $link]')}" 'at most 16' 'more links than a request may have'
+vain encode "{\"mesh\":$L,\"nonsense\":1}" '^/inputs/nonsense' 'an input that is not known'
+vain encode "{\"mesh\":$L,\"lmax\":9999}" '^/inputs/lmax' 'a number out of range'
+vain encode "{\"mesh\":{\"href\":\"$THERE/thalamus.ply\",\"nonsense\":1}}" '^/inputs/mesh' 'a link with other members'
+vain encode "{\"mesh\":{\"href\":\"$THERE/thalamus.ply\",\"value\":1}}" '^/inputs/mesh' 'a link beside a value'
+vain encode "{\"mesh\":$L,\"lmax\":$L}" '^/inputs/lmax' 'a link in the place of a number'
+vain geodesic "{\"from\":$L,\"to\":$L,\"nonsense\":$L}" '^/inputs/nonsense' 'a link that is no input'
+vain project "{\"model\":$L,\"surfaces\":[$L]}" '^/inputs/' 'a link in the place of a model'
+vain extract "{\"volume\":{\"href\":\"$THERE/subcortex.nii.gz\"},\"labels\":[77],\"smoothing\":-1}" '^/inputs/smoothing[^|]*$' 'a number out of range beside a volume'
+vain distances "{\"surfaces\":[$L,7]}" '^/inputs/surfaces/1[^|]*$' 'a number in the place of a surface'
+post_json /v1/processes/encode/execution "{\"inputs\":{\"mesh\":$L},\"nonsense\":1}"
+is_problem 422 invalid-input 'a member of the body that is not known'
+is "$(wc -l <"$SCRATCH/asked")" "$asked" 'nor then was anybody asked'
+execute geodesic "{\"from\":$L,\"to\":{\"href\":\"$THERE/putamen.ply\"},\"steps\":3,\"register\":false}"
+is "$STATUS" 200 'two links of one request are fetched'
+execute mirror "{\"mesh\":$L}"
+is "$STATUS" 200 'and that of a mesh in another process'
+execute repair "{\"mesh\":$L}"
+is "$STATUS" 200 'and that of one to be repaired'
 like "$(grep link-failed "$SERVER_LOG" | head -n 1)" '"host":"127.0.0.1:' 'the log has the host'
 unlike "$(cat "$SERVER_LOG")" 'thalamus' 'and no name'
 get /v1/version

@@ -223,7 +223,7 @@ static char *resolve(const char *text, size_t *wrong)
 
     assert_non_null(inputs);
     begin("");
-    if (references_resolve(&call, inputs, &problems)) {
+    if (references_resolve(&call, NULL, inputs, &problems)) {
         meant = json_dumps(inputs, JSON_COMPACT | JSON_SORT_KEYS);
     }
     *wrong = problems.count;
