@@ -71,7 +71,7 @@ SRNF_CHECKED int inversion_continue(struct gauss_newton *system, const struct co
 /* descent.c */
 SRNF_CHECKED int inversion_descend(struct inversion_run *run);
 
-/* spectral.c: the linear eigenproblem of inversion. */
+/* spectral.c and spectral_dense.c: the linear eigenproblem of inversion. */
 SRNF_CHECKED int spectral_start(struct inversion_run *run, const double *start, double *f,
                                 double *mu);
 SRNF_CHECKED int spectral_dense(struct inversion_run *run, const double *start, double *f);
