@@ -7,6 +7,7 @@
  * The points of the nodes are carried from step to step by splines of eight nodes, whose errors (a
  * few 1e-9 after all steps) the objective keeps; it is measured with the moving field as it is.
  */
+#include "landmarks.h"
 #include "tournament.h"
 
 #include <math.h>
@@ -116,8 +117,16 @@ static int climb_rung(struct climb *c, size_t degree, double decrease, struct sr
     struct schedule schedule = {options->max_steps ? options->max_steps : STEPS_MAX, decrease};
     struct tabulated_fields fields = {0};
     struct tabulated_level level = {0};
-    struct tabulated_optimizer o = {&c->problem, &fields, &level, &c->spare, c->search->context};
+    struct tabulated_optimizer o = {&c->problem,        &fields, &level, &c->spare,
+                                    c->search->context, NULL};
+    struct landmark_track track = {.landmarks = NULL};
     int status = tabulated_fields_create(&fields, degree, FOLLOW_ORDER, follow_rows(degree));
+
+    if (status == SRNF_OK && c->search->landmarks) {
+        status = landmark_track_create(&track, &c->search->landmarks->pairs, chain, degree,
+                                       c->search->context);
+        o.track = &track;
+    }
 
     if (status == SRNF_OK) {
         status = open_level(c, degree, &level);
@@ -126,9 +135,17 @@ static int climb_rung(struct climb *c, size_t degree, double decrease, struct sr
         status = tabulated_optimize(&o, &schedule, &c->cloud, chain, &result->warp.stopped,
                                     &result->iterations);
     }
+    landmark_track_clear(&track);
     tabulated_level_clear(&level);
     tabulated_fields_clear(&fields);
     return status;
+}
+
+/* Whether fields of a degree can do more than to meet the landmarks. */
+static bool has_room(const struct climb *c, size_t degree)
+{
+    return !c->search->landmarks ||
+           4 * c->search->landmarks->pairs.n <= (degree + 1) * (degree + 1) - 1;
 }
 
 /* All rungs above `from`, up to a degree. */
@@ -139,7 +156,7 @@ static int climb_rungs(struct climb *c, size_t from, size_t most, struct search_
     for (size_t k = 0; k < RUNGS && status == SRNF_OK; k++) {
         size_t degree = ladder[k].degree < most ? ladder[k].degree : most;
 
-        if (degree > from) {
+        if (degree > from && (degree == most || has_room(c, degree))) {
             status = climb_rung(c, degree, ladder[k].decrease, &result->warp.chain, result);
         }
         if (k + 1 == RUNGS || ladder[k].degree >= most) {
@@ -256,6 +273,8 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     size_t n = s->full.target.n;
     size_t degree = s->options->degree;
     size_t basin = degree < BASIN_DEGREE ? degree : BASIN_DEGREE;
+    /* Landmarks follow steps of the moving surface's domain alone. */
+    size_t rounds = s->landmarks ? 0 : s->rounds;
     struct climb c = {.search = s};
     double gain = 1.0;
     int status = open_climb(&c);
@@ -263,14 +282,14 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     if (status == SRNF_OK && replayed) {
         cloud_from(&c.cloud, &c.target, n, result->warp.points, result->warp.jacobian);
         measure(&c, &s->subject->full);
-    } else if (status == SRNF_OK && s->rounds == 0) {
+    } else if (status == SRNF_OK && rounds == 0) {
         cloud_rotate(&c.cloud, &c.target, identity);
         status = push(&c, &result->warp.chain);
     }
-    if (status == SRNF_OK && (replayed || s->rounds == 0)) {
-        status = climb_rungs(&c, from, s->rounds == 0 ? degree : basin, result);
+    if (status == SRNF_OK && (replayed || rounds == 0)) {
+        status = climb_rungs(&c, from, rounds == 0 ? degree : basin, result);
     }
-    for (size_t k = 0; k < s->rounds && gain > ROUND_GAIN && status == SRNF_OK; k++) {
+    for (size_t k = 0; k < rounds && gain > ROUND_GAIN && status == SRNF_OK; k++) {
         double before = c.cloud.objective;
 
         status = is_forward(&result->warp.chain) ? climb_pulled(&c, result) : SRNF_OK;

@@ -14,7 +14,7 @@
  * largest Jacobian of its nodes and about the extreme ones (extremes.c). The coefficients of the
  * registered surface are a projection to degree L: truncation_error says what it costs.
  */
-#include "registration.h"
+#include "landmarks.h"
 
 #include <math.h>
 #include <string.h>
@@ -63,8 +63,9 @@ struct call {
     const struct srnf_sht *sht;
     const struct srnf_register_options *options;
     const struct srnf_context *context;
-    size_t degree, count, n; /* count = 3 (L+1)^2, n = grid points */
-    double *q1, *q2;         /* [3][n] of the template and of the moving surface as given */
+    struct landmark_search *landmarks; /* from the template to the moving surface, or NULL */
+    size_t degree, count, n;           /* count = 3 (L+1)^2, n = grid points */
+    double *q1, *q2; /* [3][n] of the template and of the moving surface as given */
     void *workspace;
 };
 
@@ -159,6 +160,7 @@ static int one_way(const struct call *c, const double *q_template, const double 
     if (status) {
         return status;
     }
+    search.landmarks = c->landmarks;
     *result = (struct search_result){0};
     status = chain ? search_continue(&search, chain, result) : search_run(&search, result);
     status = status ? status : search_extremes(&search, result);
@@ -186,6 +188,7 @@ struct pair {
     enum srnf_register_stop stopped; /* of the one that is kept */
     enum srnf_register_stop worst;   /* of both ways */
     struct search_result info;
+    struct landmark_search *landmarks[2]; /* with surface[k] as the template; NULL: none */
 };
 
 static void keep(struct pair *pair, size_t direction, struct search_result *result)
@@ -224,6 +227,7 @@ static int search_way(const struct call *c, const struct pair *pair, size_t k,
                                c->options, NULL, c->context);
 
     search->rounds = 0;
+    search->landmarks = pair->landmarks[k];
     return status ? status : search_run(search, result);
 }
 
@@ -355,9 +359,17 @@ static int symmetric_search(const struct call *c, const double *template_surface
         .q = {order ? c->q1 : c->q2, order ? c->q2 : c->q1},
         .surface = {order ? template_surface : moving, order ? moving : template_surface}};
     size_t wanted = order ? 0 : 1; /* the template's place in the pair */
+    struct landmark_search back = {.worst = 0};
     int status;
 
-    if (order && in_order(c->count, moving, template_surface)) {
+    if (c->landmarks) {
+        back.pairs = c->landmarks->pairs;
+        back.pairs.fixed = c->landmarks->pairs.moving;
+        back.pairs.moving = c->landmarks->pairs.fixed;
+        pair.landmarks[wanted] = c->landmarks;
+        pair.landmarks[1 - wanted] = &back;
+    }
+    if (!c->landmarks && order && in_order(c->count, moving, template_surface)) {
         return measure_same(c, template_surface, moving, result);
     }
     status = search_pair(c, &pair);
@@ -378,59 +390,30 @@ static int symmetric_search(const struct call *c, const double *template_surface
         result->distance = pair.distance;
         result->warp.stopped = pair.stopped == SRNF_REGISTER_TOLERANCE ? pair.stopped : pair.worst;
     }
+    if (status == SRNF_EUNMATCHED && back.worst > 0) {
+        c->landmarks->worst = back.worst; /* of the way that failed */
+    }
     srnf_warp_clear(&pair.best);
     return status;
 }
 
 /* ---- Report ---------------------------------------------------------------------------------- */
 
-/* gamma on the template's grid: the search may have worked on a finer one. */
-static int report_points(const struct call *c, const struct search_result *found,
-                         struct srnf_registration *r)
+/* gamma and q on the template's grid, where the search may have worked on a finer one; distance,
+   rotation. */
+static int report_field(const struct call *c, const double *moving,
+                        const struct search_result *found, struct srnf_registration *r)
 {
     r->points = srnf_alloc(3 * c->n, sizeof(double));
     r->jacobian = srnf_alloc(c->n, sizeof(double));
-    if (!r->points || !r->jacobian) {
+    r->q = srnf_alloc(3 * c->n, sizeof(double));
+    if (!r->points || !r->jacobian || !r->q) {
         return SRNF_ENOMEM;
     }
-    registration_nodes(srnf_sht_grid(c->sht), r->points, r->jacobian);
-    return warp_apply(&found->warp.chain, c->context, c->n, r->points, r->points, r->jacobian);
-}
-
-/* q on the template's grid, distance, rotation. */
-static int report_field(const struct call *c, const double *moving, struct search_result *found,
-                        struct srnf_registration *r)
-{
-    struct moving m = {0};
-    struct samples samples = {0};
-    int status = moving_create(&m, c->degree, moving, c->degree, c->context);
-
-    m.representation = c->options->representation;
-    if (status == SRNF_OK) {
-        status = samples_create(&samples, c->n);
-    }
-    r->q = srnf_alloc(3 * c->n, sizeof(double));
-    if (status == SRNF_OK && !r->q) {
-        status = SRNF_ENOMEM;
-    }
-    if (status == SRNF_OK) {
-        moving_evaluate(&m, r->points, &samples);
-        for (size_t i = 0; i < c->n; i++) {
-            double root = sqrt(r->jacobian[i]);
-            const double *q = samples.q + 3 * i;
-
-            for (size_t k = 0; k < 3; k++) {
-                const double *o = found->warp.rotation + 3 * k;
-
-                r->q[k * c->n + i] = root * (o[0] * q[0] + o[1] * q[1] + o[2] * q[2]);
-            }
-        }
-        r->distance = found->distance;
-        memcpy(r->rotation, found->warp.rotation, sizeof r->rotation);
-    }
-    moving_clear(&m);
-    samples_clear(&samples);
-    return status;
+    r->distance = found->distance;
+    memcpy(r->rotation, found->warp.rotation, sizeof r->rotation);
+    return registration_lay(c->sht, c->options->representation, moving, found->warp.rotation,
+                            &found->warp.chain, c->context, r->points, r->jacobian, r->q);
 }
 
 int srnf_registration_apply(const struct srnf_sht *sht,
@@ -490,11 +473,8 @@ static int report_surface(const struct call *c, const double *moving, struct srn
 static int report(const struct call *c, const double *moving, struct search_result *found,
                   struct srnf_registration *r)
 {
-    int status = report_points(c, found, r);
+    int status = report_field(c, moving, found, r);
 
-    if (status == SRNF_OK) {
-        status = report_field(c, moving, found, r);
-    }
     if (status == SRNF_OK) {
         status = report_surface(c, moving, r);
     }
@@ -588,9 +568,16 @@ static int search_call(struct call *c, const struct srnf_sht *sht, const double 
 }
 
 /* Cancellation comes before whatever else went wrong because of it. */
-static int finish(const struct srnf_context *context, int status, struct srnf_error *error)
+static int finish(const struct srnf_context *context, const struct landmark_search *landmarks,
+                  int status, struct srnf_error *error)
 {
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
+    if (status == SRNF_EUNMATCHED) {
+        return srnf_fail(error, status, (int64_t)landmarks->worst,
+                         "landmark %zu was not met, with the others, by any warp that keeps "
+                         "orientation and stretches or shrinks no area by more than a thousand",
+                         landmarks->worst);
+    }
     return status ? srnf_fail(error, status, -1, "%s",
                               status == SRNF_EINVAL ? "a field is zero or not finite"
                                                     : srnf_strerror(status))
@@ -614,7 +601,20 @@ int registration_distance(const struct srnf_sht *sht, const double *template_sur
     *distance = found.distance;
     search_result_clear(&found);
     call_clear(&call);
-    return finish(context, status, error);
+    return finish(context, call.landmarks, status, error);
+}
+
+/* What landmarks ask of the options. */
+static int check_landmarks(const struct srnf_register_options *options,
+                           const struct srnf_landmarks *landmarks, struct srnf_error *error)
+{
+    if (options->exact) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "exact and landmarks exclude each other");
+    }
+    if (!options->reparameterization) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "landmarks need reparameterization");
+    }
+    return srnf_landmarks_check(landmarks, options->degree, error);
 }
 
 int srnf_register(const struct srnf_sht *sht, const double *template_surface,
@@ -623,13 +623,31 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
                   const struct srnf_context *context, struct srnf_registration *registration,
                   struct srnf_error *error)
 {
+    return srnf_register_landmarks(sht, template_surface, template_q, moving, options, NULL, warm,
+                                   context, registration, error);
+}
+
+int srnf_register_landmarks(const struct srnf_sht *sht, const double *template_surface,
+                            const double *template_q, const double *moving,
+                            const struct srnf_register_options *options,
+                            const struct srnf_landmarks *landmarks,
+                            const struct srnf_registration *warm,
+                            const struct srnf_context *context,
+                            struct srnf_registration *registration, struct srnf_error *error)
+{
     struct srnf_register_options defaults = srnf_register_options_defaults();
     struct call call = {.options = options ? options : &defaults, .context = context};
+    struct landmark_search guide = {.worst = 0};
     struct search_result found = {.iterations = 0};
     int status;
 
     *registration = (struct srnf_registration){0};
     status = check(sht, template_surface, template_q, moving, call.options, error);
+    if (status == SRNF_OK && landmarks) {
+        guide.pairs = *landmarks;
+        call.landmarks = &guide;
+        status = check_landmarks(call.options, landmarks, error);
+    }
     if (status) {
         return status;
     }
@@ -638,7 +656,7 @@ int srnf_register(const struct srnf_sht *sht, const double *template_surface,
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
-    status = finish(context, status, error);
+    status = finish(context, call.landmarks, status, error);
     if (status) {
         srnf_registration_clear(registration);
     }
@@ -694,7 +712,7 @@ int srnf_register_known(const struct srnf_sht *sht, const double *template_surfa
     if (status == SRNF_OK) {
         status = report(&call, moving, &found, registration);
     }
-    status = finish(context, status, error);
+    status = finish(context, call.landmarks, status, error);
     if (status) {
         srnf_registration_clear(registration);
     }

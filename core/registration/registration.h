@@ -236,6 +236,8 @@ SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_
 
 /* ---- One way (search.c) --------------------------------------------------------- */
 
+struct landmark_search;
+
 /* Both surfaces prepared for a search in one direction. */
 struct search {
     const struct srnf_register_options *options;
@@ -245,11 +247,12 @@ struct search {
     struct moving moving_full;
     struct moving moving_template; /* in exact mode, where the template's surface is known */
     bool has_template;
-    const struct subject *subject; /* tables of the moving surface */
-    struct subject *own;           /* the same, where they were made for this search */
-    size_t rounds;                 /* of steps in both domains in turn, at most */
-    double *template_series;       /* double[3][(L+1)^2]: harmonics of q1 */
-    double *full_memory;           /* of the target */
+    const struct subject *subject;     /* tables of the moving surface */
+    struct subject *own;               /* the same, where they were made for this search */
+    size_t rounds;                     /* of steps in both domains in turn, at most */
+    struct landmark_search *landmarks; /* landmarks.h; NULL: none, as search_create leaves it */
+    double *template_series;           /* double[3][(L+1)^2]: harmonics of q1 */
+    double *full_memory;               /* of the target */
 };
 /* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
    NULL. subject: of the moving surface, or NULL. */
@@ -290,7 +293,8 @@ SRNF_CHECKED int search_coarsen(const struct search *search, size_t rows, size_t
                                 double **memory, struct target *target);
 size_t search_screen(const struct search *search, size_t capacity, struct start_rotation *starts,
                      int *status);
-/* Energy and objective of a warp on the full target, by the moving field itself. */
+/* Energy and objective of a warp on the full target, by the moving field itself, and what its
+   chain leaves of the landmarks. */
 SRNF_CHECKED int search_measure(const struct search *search, struct warp *warp);
 /* The reason that leaves more to be doubted, of two searches that are told of together. */
 enum srnf_register_stop registration_worse_stop(enum srnf_register_stop a,
@@ -305,6 +309,13 @@ SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double 
                                        const struct srnf_register_options *options,
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);
+/* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,
+   and O sqrt(J) q(gamma), [3][n] (field.c). */
+SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,
+                                  enum srnf_representation representation, const double *moving,
+                                  const double rotation[9], const struct srnf_warp *warp,
+                                  const struct srnf_context *context, double *points,
+                                  double *jacobian, double *q);
 /* Rows of a grid of 2 rows^2 nodes that fields of a degree do not overfit. */
 size_t registration_rows(size_t degree);
 /* Nodes and weights of a grid: [n][3] and [n]. */

@@ -7,6 +7,7 @@
  * same up to a warp, so that what the tables leave is more than what there is to gain.
  */
 #include "exact.h"
+#include "landmarks.h"
 #include "tournament.h"
 
 #include <math.h>
@@ -340,6 +341,12 @@ int search_measure(const struct search *s, struct warp *warp)
         samples_clear(&samples);
         status = srnf_is_canceled(moving_context(problem->moving)) ? SRNF_ECANCELED : SRNF_OK;
     }
+    if (status == SRNF_OK && s->landmarks) {
+        double cost;
+
+        status = landmarks_cost(&s->landmarks->pairs, &warp->chain, &cost);
+        warp->objective += cost;
+    }
     return status;
 }
 
@@ -451,6 +458,19 @@ static int climb_from_rotation(const struct search *s, const double rotation[9],
     return status ? status : climb_directly(s, 0, warp, iterations);
 }
 
+/* Guided by landmarks, by tables whatever is left: from the chain of result, whose landmarks are
+   met first where they are to be. */
+static int climb_guided(const struct search *s, struct search_result *result)
+{
+    bool exact = isinf(s->landmarks->pairs.weight);
+    int status = exact ? landmarks_match(s, &result->warp.chain) : SRNF_OK;
+
+    status = status ? status
+                    : warp_replay(&result->warp, &s->full.target, &result->warp.chain, s->context);
+    status = status ? status : climb_run(s, 0, true, result);
+    return status || !exact ? status : landmarks_met(s, &result->warp.chain);
+}
+
 /* Up from the start that result holds: measured on the full grid where `placed`, else a chain
    alone, which begins with a rotation. Directly in exact mode; and where little is left, if that is
    better. */
@@ -461,6 +481,9 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
     const double *rotation;
     int status = SRNF_OK;
 
+    if (s->landmarks) {
+        return climb_guided(s, result);
+    }
     if (placed && (exact || result->warp.energy < DIRECT_ENERGY)) {
         return climb_directly(s, from, &result->warp, &result->iterations);
     }
@@ -503,7 +526,8 @@ static int from_basin(const struct search *s, struct search_result *result)
                   : climb(s, degree > BASIN_DEGREE ? BASIN_DEGREE : degree - 1, false, result);
 }
 
-int search_run(const struct search *s, struct search_result *result)
+/* From what the options say. */
+static int run_once(const struct search *s, struct search_result *result)
 {
     const struct srnf_register_options *o = s->options;
     bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
@@ -523,6 +547,56 @@ int search_run(const struct search *s, struct search_result *result)
     if (status) {
         search_result_clear(result);
     }
+    return status;
+}
+
+/* From a rotation, if that ends lower than what there is; *none: whether there is nothing yet. */
+static int run_from_rotation(const struct search *s, const double rotation[9], bool *none,
+                             struct search_result *result)
+{
+    struct search_result other = {.iterations = 0};
+    int status = warp_create(&other.warp, &s->full.target);
+
+    status = status ? status : warp_rotate(&other.warp, &s->full.target, rotation);
+    status = status ? status : climb(s, 0, true, &other);
+    result->iterations += other.iterations;
+    if (status == SRNF_OK && (*none || other.warp.objective < result->warp.objective)) {
+        other.iterations = result->iterations;
+        search_result_clear(result);
+        *result = other;
+        *none = false;
+        return SRNF_OK;
+    }
+    search_result_clear(&other);
+    return status == SRNF_EUNMATCHED ? SRNF_OK : status;
+}
+
+/* From there, and from where the landmarks point. What cannot meet them is out. */
+static int run_guided(const struct search *s, struct search_result *result)
+{
+    double rotations[LANDMARK_STARTS][9];
+    size_t count = 0;
+    int status = run_once(s, result);
+    bool none = status == SRNF_EUNMATCHED;
+
+    status = none ? SRNF_OK : status;
+    status = status ? status : landmarks_start(s, rotations, &count);
+    for (size_t k = 0; k < count && status == SRNF_OK; k++) {
+        status = run_from_rotation(s, rotations[k], &none, result);
+    }
+    status = status == SRNF_OK && none ? SRNF_EUNMATCHED : status;
+    if (status) {
+        search_result_clear(result);
+    }
+    return status;
+}
+
+int search_run(const struct search *s, struct search_result *result)
+{
+    const struct srnf_register_options *o = s->options;
+    bool still = o->common_pose || o->start == SRNF_START_IDENTITY;
+    int status = s->landmarks && !still ? run_guided(s, result) : run_once(s, result);
+
     result->distance = distance(s, &result->warp);
     return status;
 }
@@ -531,7 +605,7 @@ int search_refine(struct search *s, size_t rounds, struct search_result *result)
 {
     int status = SRNF_OK;
 
-    if (s->options->reparameterization && !s->options->exact &&
+    if (s->options->reparameterization && !s->options->exact && !s->landmarks &&
         result->warp.energy >= DIRECT_ENERGY) {
         s->rounds = rounds;
         status = climb_run(s, s->options->degree, true, result);

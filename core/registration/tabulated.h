@@ -166,12 +166,15 @@ bool tabulated_level_solve(struct tabulated_level *level, double lambda, double 
 
 /* ---- Optimization (tabulated_optimize.c) ----------------------------------------------------- */
 
+struct landmark_track;
+
 struct tabulated_optimizer {
     const struct tabulated_problem *problem;
     struct tabulated_fields *fields;
     struct tabulated_level *level;
     struct cloud *spare; /* of as many points; holds nothing afterwards */
     const struct srnf_context *context;
+    struct landmark_track *track; /* landmarks.h; the objective of the cloud is without them */
 };
 /* registration_optimize. cloud: evaluated and measured, before and after; chain: what made its
    points, grows by each step. */

@@ -3,9 +3,11 @@
  *
  * The rules are those of optimize.c: a step is accepted if the objective falls and its Jacobian is
  * at least one half at the nodes; damping shrinks by the gain ratio and grows on refusal. Nothing
- * is allocated but the links of the chain.
+ * is allocated but the links of the chain. Landmarks correct each step (landmarks.h), and what they
+ * cost is added to the objective.
  */
 #include "tabulated.h"
+#include "landmarks.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,21 +24,59 @@ struct vectors {
     double *rhs, *step, *potentials;
 };
 
+/* The level at one damping, for the landmarks. */
+struct damped {
+    struct tabulated_level *level;
+    double lambda, curvature;
+};
+
+static bool solve_damped(void *system, const double *rhs, double *out)
+{
+    const struct damped *d = system;
+    double ignored;
+
+    return tabulated_level_solve(d->level, d->lambda, d->curvature, rhs, out, &ignored);
+}
+
+/* The step of one damping, and the gain that is expected of it. */
+static bool solve(const struct tabulated_optimizer *o, double lambda, double curvature,
+                  const struct vectors *v, double *expected)
+{
+    struct damped system = {o->level, lambda, curvature};
+    double promise;
+
+    if (!tabulated_level_solve(o->level, lambda, curvature, v->rhs, v->step, expected)) {
+        return false;
+    }
+    if (o->track) {
+        if (!landmark_track_correct(o->track, solve_damped, &system, 1.0, v->step, &promise)) {
+            return false;
+        }
+        /* Without what the damping takes of it, which the model does not know. */
+        *expected = linear_dot(o->level->unknowns, v->rhs, v->step) + promise;
+    }
+    return true;
+}
+
 /* One accepted step, or none: *gain is what it lowered the objective by. */
 static int advance(const struct tabulated_optimizer *o, const struct vectors *v,
                    struct cloud *cloud, struct srnf_warp *chain, double *lambda, double *gain)
 {
-    double before = cloud->objective;
+    double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
     double torque[3];
     double curvature = cloud_load(o->problem, cloud, &o->fields->table, torque);
 
     *gain = 0.0;
     tabulated_fields_transpose(o->fields, torque, v->rhs);
+    if (o->track) {
+        landmark_track_linearize(o->track);
+    }
     for (; *lambda <= LAMBDA_MAX; *lambda *= 6.0) {
         double expected;
+        double after;
         struct cloud accepted;
 
-        if (!tabulated_level_solve(o->level, *lambda, curvature, v->rhs, v->step, &expected)) {
+        if (!solve(o, *lambda, curvature, v, &expected)) {
             continue;
         }
         tabulated_fields_potentials(o->fields, v->step, v->potentials);
@@ -48,13 +88,18 @@ static int advance(const struct tabulated_optimizer *o, const struct vectors *v,
         memcpy(o->spare->rotation, cloud->rotation, sizeof cloud->rotation);
         memcpy(o->spare->displacement, cloud->displacement, sizeof cloud->displacement);
         cloud_measure(o->problem, o->spare);
-        if (!(o->spare->objective < before)) {
+        after = o->spare->objective;
+        after += o->track ? landmark_track_try(o->track, v->potentials) : 0.0;
+        if (!(after < before)) {
             continue;
         }
         accepted = *o->spare;
         *o->spare = *cloud;
         *cloud = accepted;
-        *gain = before - cloud->objective;
+        *gain = before - after;
+        if (o->track) {
+            landmark_track_accept(o->track);
+        }
         *lambda /= *gain > GAIN_GOOD * expected ? 8.0 : *gain > GAIN_FAIR * expected ? 3.0 : 1.0;
         *lambda = fmax(*lambda, LAMBDA_MIN);
         return warp_append(chain, SRNF_WARP_EXP, o->fields->degree, v->potentials);
@@ -78,7 +123,7 @@ int tabulated_optimize(const struct tabulated_optimizer *o, const struct schedul
     }
     *stopped = SRNF_REGISTER_MAX_ITERATIONS;
     for (size_t step = 0; step < schedule->max_steps && small < 2 && status == SRNF_OK; step++) {
-        double before = cloud->objective;
+        double before = cloud->objective + (o->track ? landmark_track_cost(o->track) : 0.0);
         double gain;
 
         if (cloud->energy < ENERGY_ZERO) {

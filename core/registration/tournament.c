@@ -187,7 +187,7 @@ static int play(struct tournament *t, size_t k, const struct arena *a, size_t *i
     const struct tournament_round round = tournament_round(k, a->problem.moving->degree);
     struct schedule schedule = {round.steps, DECREASE};
     struct tabulated_optimizer o = {&a->problem, &t->fields[round_of(k)], &t->levels[round_of(k)],
-                                    &t->spare, t->search->context};
+                                    &t->spare,   t->search->context,      NULL};
     int status;
 
     cloud_clear(&t->spare);

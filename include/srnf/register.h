@@ -152,6 +152,40 @@ srnf_register_known(const struct srnf_sht *sht, const double *template_surface,
                     struct srnf_registration *registration, struct srnf_error *error);
 
 /*
+ * The search of a registration alone, to a field that need not be the SRNF of a surface: rotation
+ * and warp, nothing measured (core/registration/field.c).
+ *   sht       [in]  degree of the moving surface, and grid of the field
+ *   field     [in]  double[3][n_theta][n_phi]
+ *   norm2     [in]  what energies are relative to: that of the registration problem; 0: ||field||^2
+ *   moving    [in]  double[3][(L+1)^2]
+ *   options   [in]  not symmetric
+ *   context   [in]  cancellation, or NULL
+ *   rotation  [out] double[9], row-major
+ *   warp      [out] srnf_warp_clear
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_register_to_field(const struct srnf_sht *sht, const double *field,
+                                        double norm2, const double *moving,
+                                        const struct srnf_register_options *options,
+                                        const struct srnf_context *context, double rotation[9],
+                                        struct srnf_warp *warp, struct srnf_error *error);
+
+/* Many such searches to one field, for srnf_context.search. */
+struct srnf_field_search {
+    const struct srnf_sht *sht;
+    const double *field;
+    double norm2;
+    const struct srnf_register_options *options;
+    size_t n;
+    const double *const *surfaces; /* [n] */
+    double from, to;               /* of the progress of the computation that they are part of */
+    /* Takes what was found of surface i; the links of warp become its own. SRNF_OK, or an error
+       that ends the search. */
+    int (*take)(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp);
+    void *argument;
+};
+
+/*
  * Lays something else along with the surface that was registered: out = O f o gamma, analysed to
  * the degree of sht. For surfaces in the parameterization and pose of the moving one (its
  * deformations), and for vectors on it (motions of its points): both transform in the same way, and

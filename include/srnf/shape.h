@@ -111,7 +111,8 @@ struct srnf_iteration {
 struct srnf_certificate {
     bool computed;   /* false: too large, not asked for, not converged, or q not exact */
     double residual; /* smallest eigenvalue of T against int |grad f|^2, in [0, 1], at the result */
-    double second_eigenvalue; /* the next one; 0 where it drowned in rounding */
+    double second_eigenvalue; /* the next one; where it is at or below the threshold, a bound on it
+                                 from above; 0 where it drowned in rounding */
     double threshold;         /* what it must exceed to mean anything */
     bool unique; /* the surface is the only one of its degree, up to sign and translation */
 };

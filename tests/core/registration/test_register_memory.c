@@ -60,6 +60,23 @@ static int run(void)
     return status;
 }
 
+static int run_search(void)
+{
+    struct srnf_warp warp;
+    struct srnf_error error = {0};
+    double rotation[9];
+    int status =
+        srnf_register_to_field(a.sht, a.q, 0.0, moving, options, NULL, rotation, &warp, &error);
+
+    assert_true(status <= SRNF_OK);
+    if (status < 0) {
+        assert_null(warp.links);
+        assert_int_equal(error.status, status);
+    }
+    srnf_warp_clear(&warp);
+    return status;
+}
+
 static void survives_refusals(void **state)
 {
     struct shapes_surface b;
@@ -85,6 +102,10 @@ static void survives_refusals(void **state)
         stride = refusing_count(subjects[k].name, run) / TRIED + 1;
         refusing_sweep(subjects[k].name, run, TRIED / 2, stride);
     }
+    moving = b.f;
+    options = &subjects[1].options;
+    refusing_sweep("to a field", run_search, TRIED / 2,
+                   refusing_count("to a field", run_search) / TRIED + 1);
     srnf_warp_clear(&warp);
     srnf_free(warped);
     shapes_close(&a);

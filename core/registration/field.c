@@ -1,0 +1,99 @@
+/*
+ * field.c - registration to a field: the search alone, and a surface as a chain that was found lays
+ * it.
+ *
+ * A search needs the field, the surface and the options, and what it finds is a rotation and a
+ * chain: few numbers, from which all else follows with the same bits wherever it is computed. So
+ * searches can be done on other machines (srnf_context.search).
+ */
+#include "registration.h"
+
+#include <math.h>
+#include <string.h>
+
+static int check_search(const struct srnf_sht *sht, const double *field, double norm2,
+                        const double *moving, const struct srnf_register_options *options,
+                        struct srnf_error *error)
+{
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(sht));
+    double square = norm2 == 0.0 ? srnf_inner_product(srnf_sht_grid(sht), field, field) : norm2;
+    int status = registration_check(options, error);
+
+    if (status == SRNF_OK && options->symmetric) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "a field has no registration both ways");
+    }
+    if (status == SRNF_OK && (!(square > 0.0) || !isfinite(square))) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "a field is zero or not finite");
+    }
+    for (size_t i = 0; i < count && status == SRNF_OK; i++) {
+        if (!isfinite(moving[i])) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)i, "a coefficient is not finite");
+        }
+    }
+    return status;
+}
+
+int srnf_register_to_field(const struct srnf_sht *sht, const double *field, double norm2,
+                           const double *moving, const struct srnf_register_options *options,
+                           const struct srnf_context *context, double rotation[9],
+                           struct srnf_warp *warp, struct srnf_error *error)
+{
+    struct search_result found = {.iterations = 0};
+    struct search search;
+    int status = check_search(sht, field, norm2, moving, options, error);
+
+    *warp = (struct srnf_warp){0};
+    if (status) {
+        return status;
+    }
+    status = search_create(&search, sht, field, NULL, moving, options, NULL, context);
+    if (status == SRNF_OK) {
+        if (norm2 != 0.0) {
+            search.full.target.norm2 = norm2;
+        }
+        status = search_run(&search, &found);
+        search_clear(&search);
+    }
+    status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
+    if (status == SRNF_OK) {
+        *warp = found.warp.chain;
+        found.warp.chain = (struct srnf_warp){0};
+        memcpy(rotation, found.warp.rotation, sizeof found.warp.rotation);
+    }
+    search_result_clear(&found);
+    return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
+}
+
+int registration_lay(const struct srnf_sht *sht, enum srnf_representation representation,
+                     const double *moving, const double rotation[9], const struct srnf_warp *warp,
+                     const struct srnf_context *context, double *points, double *jacobian,
+                     double *q)
+{
+    size_t degree = srnf_sht_degree(sht);
+    size_t n = srnf_sht_grid(sht)->n_theta * srnf_sht_grid(sht)->n_phi;
+    struct moving m = {0};
+    struct samples samples = {0};
+    int status;
+
+    registration_nodes(srnf_sht_grid(sht), points, jacobian);
+    status = warp_apply(warp, context, n, points, points, jacobian);
+    status = status ? status : moving_create(&m, degree, moving, degree, context);
+    m.representation = representation;
+    status = status ? status : samples_create(&samples, n);
+    if (status == SRNF_OK) {
+        moving_evaluate(&m, points, &samples);
+        for (size_t i = 0; i < n; i++) {
+            double root = sqrt(jacobian[i]);
+            const double *x = samples.q + 3 * i;
+
+            for (size_t k = 0; k < 3; k++) {
+                const double *o = rotation + 3 * k;
+
+                q[k * n + i] = root * (o[0] * x[0] + o[1] * x[1] + o[2] * x[2]);
+            }
+        }
+    }
+    moving_clear(&m);
+    samples_clear(&samples);
+    return status;
+}
