@@ -25,6 +25,8 @@ static const struct {
     {SRNF_EDEGENERATE, "the mesh is degenerate"},
     {SRNF_ENOT_STAR, "the surface is not star-shaped"},
     {SRNF_ENUMERIC, "a numerical step broke down"},
+    {SRNF_EUNMATCHED, "the landmarks were not met by any warp that keeps orientation"},
+    {SRNF_EIO, "scratch could not be written or read"},
     {SRNF_WNOT_CONVERGED, "stopped before the tolerance was reached"},
 };
 

@@ -42,7 +42,9 @@
 #include "srnf/shape.h"
 #include "srnf/transport.h"
 #include "srnf/register.h"
+#include "srnf/landmarks.h"
 #include "srnf/stats.h"
+#include "srnf/parts.h"
 #include "srnf/subjects.h"
 #include "srnf/groups.h"
 #include "srnf/pullback.h"
@@ -57,5 +59,6 @@
 #include "srnf/regress.h"
 #include "srnf/norms.h"
 #include "srnf/paired.h"
+#include "srnf/trajectories.h"
 
 #endif

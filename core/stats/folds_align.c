@@ -2,7 +2,8 @@
  * folds_align.c - all subjects of a comparison registered to a template, and then, in rounds, to
  * their mean or to that of all but one.
  *
- * The registrations to a template are srnf_register's, from nothing. A round averages the fields
+ * The registrations to a template are srnf_register's searches, from nothing, or found elsewhere
+ * (srnf_context.search). A round averages the fields
  * O sqrt(J) q_i(gamma_i) of the training subjects and registers every subject to the average by a
  * few Gauss-Newton steps from where it is: the iteration of the Karcher mean (mean.c), without
  * centring, since a warp that all have in common changes no distance between them.
@@ -200,40 +201,72 @@ int alignment_assemble(struct alignment *a, const double *fields, struct srnf_er
     return stats_run(a->context, a->n, assemble_body, &assembly, (struct stats_progress){0}, error);
 }
 
+/* What follows from a registration of member i. */
+static int lay(const struct round *round, size_t i, const double rotation[9],
+               const struct srnf_warp *warp, const struct srnf_context *context)
+{
+    struct alignment *a = round->a;
+    double *q = a->q + 3 * i * a->points;
+    int status =
+        registration_lay(a->sht, a->registration.representation, a->surfaces[i], rotation, warp,
+                         context, a->gamma + 3 * i * a->points, a->jacobian + i * a->points, q);
+
+    memcpy(a->rotation + 9 * i, rotation, 9 * sizeof(double));
+    if (status == SRNF_OK && round->series) {
+        stats_keep(context, *round->series, i, 3 * a->points, q);
+    }
+    return status;
+}
+
 static int register_body(void *argument, size_t i, const struct srnf_context *context,
                          struct srnf_error *error)
 {
     const struct round *round = argument;
     struct alignment *a = round->a;
-    struct srnf_registration found = {0};
-    double *q = a->q + 3 * i * a->points;
+    struct srnf_warp warp = {0};
+    double rotation[9];
     int status;
 
-    if (round->series && stats_recall(context, *round->series, i, 3 * a->points, q)) {
+    if (round->series &&
+        stats_recall(context, *round->series, i, 3 * a->points, a->q + 3 * i * a->points)) {
         return SRNF_OK;
     }
-    status = srnf_register(a->sht, NULL, round->field, a->surfaces[i], &a->registration, NULL,
-                           context, &found, error);
-    if (status < 0) {
-        return status;
-    }
-    if (round->series) {
-        stats_keep(context, *round->series, i, 3 * a->points, found.q);
-    }
-    memcpy(q, found.q, 3 * a->points * sizeof(double));
-    memcpy(a->gamma + 3 * i * a->points, found.points, 3 * a->points * sizeof(double));
-    memcpy(a->jacobian + i * a->points, found.jacobian, a->points * sizeof(double));
-    memcpy(a->rotation + 9 * i, found.rotation, sizeof found.rotation);
-    srnf_registration_clear(&found);
-    return SRNF_OK;
+    status = srnf_register_to_field(a->sht, round->field, 0.0, a->surfaces[i], &a->registration,
+                                    context, rotation, &warp, error);
+    status = status ? status : lay(round, i, rotation, &warp, context);
+    srnf_warp_clear(&warp);
+    return status;
+}
+
+static int take_one(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
+{
+    const struct round *round = argument;
+    int status = lay(round, i, rotation, warp, round->a->context);
+
+    srnf_warp_clear(warp);
+    return status;
 }
 
 int alignment_register(struct alignment *a, const double *field, const uint64_t *series,
                        struct stats_progress progress, struct srnf_error *error)
 {
     struct round round = {.a = a, .field = field, .series = series};
+    const struct srnf_field_search search = {.sht = a->sht,
+                                             .field = field,
+                                             .options = &a->registration,
+                                             .n = a->n,
+                                             .surfaces = a->surfaces,
+                                             .from = progress.from,
+                                             .to = progress.to,
+                                             .take = take_one,
+                                             .argument = &round};
+    int status = a->context && a->context->search
+                     ? a->context->search(a->context->user, &search, error)
+                     : SRNF_SEARCH_HERE;
 
-    return stats_run(a->context, a->n, register_body, &round, progress, error);
+    return status == SRNF_SEARCH_HERE
+               ? stats_run(a->context, a->n, register_body, &round, progress, error)
+               : status;
 }
 
 static int refine_body(void *argument, size_t i, const struct srnf_context *context,

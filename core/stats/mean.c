@@ -27,7 +27,8 @@
  * Memory, on a working grid of P nodes: 32 P bytes a subject for its warp, its chain, and 24 bytes
  * a node of the caller's grid for the field that is handed over. At the default degree, 12, P is
  * 4608 at least, and a subject takes 0.15 MB beside its chain of some 0.05. Tools, 1.2 MB a
- * subject, are kept up to options.keep_bytes and made anew for each use beyond: the same bits.
+ * subject, are kept up to options.keep_bytes and made anew for each use beyond: the same bits. With
+ * options.scratch warps and chains are in memory up to options.held_bytes alone (mean_spill.c).
  */
 #include "mean.h"
 
@@ -38,14 +39,17 @@
 #define MAX_ITERATIONS 20
 #define MAX_ITERATIONS_ALLOWED 10000
 #define KEEP_BYTES ((size_t)256 << 20)
+#define HELD_BYTES ((size_t)128 << 20)
 #define MEDOID_AMONG ((size_t)500) /* members, of larger groups: n^2 distances */
 /* Progress: each iteration is expected to be this part of what is left, the inversion the rest. */
 #define PROGRESS_PART 0.4
 
 struct srnf_mean_options srnf_mean_options_defaults(void)
 {
-    return (struct srnf_mean_options){
-        .tolerance = TOLERANCE, .max_iterations = MAX_ITERATIONS, .keep_bytes = KEEP_BYTES};
+    return (struct srnf_mean_options){.tolerance = TOLERANCE,
+                                      .max_iterations = MAX_ITERATIONS,
+                                      .keep_bytes = KEEP_BYTES,
+                                      .held_bytes = HELD_BYTES};
 }
 
 static int check_options(const struct srnf_mean_options *options, struct srnf_error *error)
@@ -82,8 +86,7 @@ static void clear_run(struct mean_run *run)
     srnf_free(run->target);
     srnf_free(run->subjects);
     srnf_free(run->q);
-    srnf_free(run->gamma);
-    srnf_free(run->jacobian);
+    mean_spill_clear(run);
     srnf_free(run->history);
     srnf_free(run->average);
     srnf_free(run->potentials);
@@ -116,18 +119,16 @@ static int create_grid(struct mean_run *run)
 }
 
 /* What registration needs beside the fields. */
-static int create_warps(struct mean_run *run, struct srnf_error *error)
+static int create_warps(struct mean_run *run, const struct srnf_mean_options *options,
+                        struct srnf_error *error)
 {
-    size_t all = run->n * run->points; /* three times as much is not too much */
+    int status = mean_spill_create(run, options);
 
-    run->gamma = srnf_alloc(3 * all, sizeof(double));
-    run->jacobian = srnf_alloc(all, sizeof(double));
     run->center = srnf_alloc(3 * run->points, sizeof(double));
     run->area = srnf_alloc(run->points, sizeof(double));
     run->reference = srnf_alloc(3 * run->points, sizeof(double));
     run->average = srnf_alloc(3 * run->points, sizeof(double));
-    if (!run->gamma || !run->jacobian || !run->center || !run->area || !run->reference ||
-        !run->average) {
+    if (status || !run->center || !run->area || !run->reference || !run->average) {
         return SRNF_ENOMEM;
     }
     if (mean_is_warped(run)) {
@@ -140,13 +141,9 @@ static int create_warps(struct mean_run *run, struct srnf_error *error)
         }
     }
     if (mean_is_warped(run)) {
-        int status = mean_change_create(run);
-
-        if (status) {
-            return status;
-        }
+        status = mean_change_create(run);
     }
-    return mean_place_center(run, error);
+    return status ? status : mean_place_center(run, error);
 }
 
 static int create_run(struct mean_run *run, const struct srnf_mean_options *options,
@@ -185,7 +182,7 @@ static int create_run(struct mean_run *run, const struct srnf_mean_options *opti
     run->keeps =
         run->registered && (double)run->n * mean_tools_bytes(run) <= (double)options->keep_bytes;
     registration_nodes(run->grid, run->nodes, run->weight);
-    return run->registered ? create_warps(run, error) : SRNF_OK;
+    return run->registered ? create_warps(run, options, error) : SRNF_OK;
 }
 
 /* ---- The mean and the objective -------------------------------------------------------------- */
@@ -398,9 +395,14 @@ static int resume_run(struct mean_run *run, const struct srnf_mean_options *opti
     run->variance = run->history[run->iterations - 1].variance;
     set_target(run);
     status = mean_place_center(run, error);
-    return status ? status
-                  : stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0},
-                              error);
+    if (status == SRNF_OK) {
+        status =
+            stats_run(run->context, run->n, replay_one, run, (struct stats_progress){0}, error);
+    }
+    return status != SRNF_EIO
+               ? status
+               : srnf_fail(error, SRNF_EINVAL, -1,
+                           "the scratch to resume from does not hold what the bytes say");
 }
 
 /* ---- Iterations ------------------------------------------------------------------------------ */
@@ -428,14 +430,63 @@ static struct stats_progress progress_of(const struct mean_run *run)
                                    "registering to the mean"};
 }
 
+/* Of one that was registered elsewhere. */
+static int lay_one(void *argument, size_t i, double *field, const struct srnf_context *context,
+                   struct srnf_error *error)
+{
+    const struct mean_run *run = argument;
+    int status = mean_replay(run, i);
+
+    (void)context;
+    (void)error;
+    return status ? status : mean_measure(run, i, field, NULL);
+}
+
+static int take_one(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
+{
+    return mean_take_registered(argument, i, rotation, warp);
+}
+
+/* All to the mean from nothing where the caller has other machines for it (srnf_context.search), or
+   SRNF_SEARCH_HERE. */
+static int register_elsewhere(struct mean_run *run, struct stats_progress progress,
+                              struct srnf_error *error)
+{
+    const struct srnf_context *context = run->context;
+    const struct srnf_field_search search = {.sht = run->work,
+                                             .field = run->mean_q,
+                                             .norm2 = run->norm2,
+                                             .options = &run->registration,
+                                             .n = run->n,
+                                             .surfaces = run->surfaces,
+                                             .from = progress.from,
+                                             .to = progress.to,
+                                             .take = take_one,
+                                             .argument = run};
+
+    return context && context->search ? context->search(context->user, &search, error)
+                                      : SRNF_SEARCH_HERE;
+}
+
 /* All to the mean from nothing, and the mean after it. */
 static int register_all(struct mean_run *run, struct srnf_error *error)
 {
+    struct stats_progress progress = progress_of(run);
+    mean_body *body = lay_one;
     int status;
 
     set_target(run);
-    status =
-        mean_average_of(run, register_one, run, run->points, progress_of(run), run->average, error);
+    status = register_elsewhere(run, progress, error);
+    if (status == SRNF_SEARCH_HERE) {
+        body = register_one;
+        status = SRNF_OK;
+    } else {
+        progress.message = NULL; /* all of it is told */
+    }
+    if (status) {
+        return status;
+    }
+    status = mean_average_of(run, body, run, run->points, progress, run->average, error);
     run->started = status == SRNF_OK;
     if (status == SRNF_OK) {
         mean_adopt(run, mean_variance_about(run, run->average));

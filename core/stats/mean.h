@@ -27,6 +27,8 @@
 #include "registration/tabulated.h"
 #include "stats.h"
 
+#include <stdatomic.h>
+
 #define MEAN_PROGRESS_LOOP 0.95 /* of all progress: the iterations; then the inversion */
 
 #define MEAN_BLOCK ((size_t)256) /* nodes that one body of a loop over all nodes works on */
@@ -45,13 +47,26 @@ struct mean_stand {
     double energy, penalty; /* ||mu - O (q, gamma)||^2 / N and R, as last measured */
 };
 
+/* Links of a chain in scratch: so many numbers at an offset. */
+struct mean_piece {
+    uint64_t offset, count, digest;
+};
+
 /* Where one subject stands: O and its warp. The rest follows from these. */
 struct mean_subject {
     struct mean_stand at;
-    struct mean_stand before; /* the same, where a step has to be taken back */
-    struct srnf_warp warp;
+    struct mean_stand before;  /* the same, where a step has to be taken back */
+    struct srnf_warp warp;     /* its chain, where that is in memory: see mean_chain_open */
+    struct mean_piece *pieces; /* [n_pieces], where it is in scratch */
+    size_t n_pieces, capacity;
     size_t tabulated;        /* its first links, along which points are carried by tables */
     struct mean_tools tools; /* where they are kept */
+};
+
+/* What the caller lends, and where the next piece of a chain goes. */
+struct mean_spill {
+    struct srnf_scratch lent;
+    _Atomic uint64_t end;
 };
 
 struct mean_run {
@@ -81,7 +96,9 @@ struct mean_run {
     double *centred, *old_centred;    /* [3][n_theta][n_phi] of view */
     struct mean_subject *subjects;    /* [n] */
     double *q;                        /* [n][3][P] where nothing is registered; else NULL */
-    double *gamma, *jacobian;         /* [n][P][3], [n][P]: the warps on the grid */
+    struct mean_spill *spill;         /* NULL: all is in memory */
+    size_t held;                      /* subjects whose points are in memory: the first ones */
+    double *held_points;              /* [held]: gamma [P][3] and J [P], the warp on the grid */
     double *potentials;               /* [n][2][(D+1)^2] of the Gauss-Newton step of each */
     double *taken;                    /* what is taken of them */
     uint64_t series;                  /* of the first registrations, as they are kept */
@@ -122,6 +139,9 @@ void mean_subject_clear(struct mean_subject *subject);
 /* Registers subject i to the mean from nothing: rotation and warp. */
 SRNF_CHECKED int mean_register(const struct mean_run *run, size_t i,
                                const struct srnf_context *context, struct srnf_error *error);
+/* The same as it was found elsewhere; the links of warp become those of the subject. */
+SRNF_CHECKED int mean_take_registered(const struct mean_run *run, size_t i,
+                                      const double rotation[9], struct srnf_warp *warp);
 /* gamma and J on the grid from the chain. */
 SRNF_CHECKED int mean_replay(const struct mean_run *run, size_t i);
 /* O, energy and penalty against the target, where the subject is; field, or NULL: O sqrt(J)
@@ -135,7 +155,42 @@ SRNF_CHECKED int mean_try(const struct mean_run *run, size_t i, double length,
 /* Takes it: gamma and J. */
 SRNF_CHECKED int mean_move(const struct mean_run *run, size_t i);
 /* The penalty alone, against the centre as it is. */
-void mean_penalize(const struct mean_run *run, size_t i);
+SRNF_CHECKED int mean_penalize(const struct mean_run *run, size_t i);
+
+/* ---- mean_spill.c: warps in memory or in scratch --------------------------------------------- */
+
+/* What of the warps of a registered run is where. */
+SRNF_CHECKED int mean_spill_create(struct mean_run *run, const struct srnf_mean_options *options);
+void mean_spill_clear(struct mean_run *run);
+
+/* The warp of one subject on the grid. */
+struct mean_points {
+    double *gamma, *jacobian; /* [P][3], [P] */
+    double *copy;             /* of these, where they are in scratch */
+};
+/* filled: as they are; else with whatever is there, to be filled. What was opened is kept or
+   dropped. */
+SRNF_CHECKED int mean_points_open(const struct mean_run *run, size_t i, bool filled,
+                                  struct mean_points *points);
+void mean_points_drop(struct mean_points *points);
+SRNF_CHECKED int mean_points_keep(const struct mean_run *run, size_t i, struct mean_points *points);
+
+/* The chain of subject i, to be closed and not to be changed. */
+SRNF_CHECKED int mean_chain_open(const struct mean_run *run, size_t i, struct srnf_warp *chain);
+void mean_chain_close(const struct mean_run *run, struct srnf_warp *chain);
+/* Takes the chain over; it is empty afterwards, also on failure. */
+SRNF_CHECKED int mean_chain_set(const struct mean_run *run, size_t i, struct srnf_warp *chain);
+/* One more link, of potentials [2][(D+1)^2]. */
+SRNF_CHECKED int mean_chain_step(const struct mean_run *run, size_t i, const double *potentials);
+/* Whether an earlier run can have left such a piece. */
+bool mean_piece_is_there(const struct mean_run *run, const struct mean_piece *piece);
+SRNF_CHECKED int mean_pieces_add(struct mean_subject *subject, const struct mean_piece *piece);
+
+/* A chain of rotations and steps as so many numbers, and back: appended to chain. SRNF_EIO: they
+   are none. */
+size_t mean_chain_size(const struct srnf_warp *chain);
+void mean_chain_write(const struct srnf_warp *chain, double *numbers);
+SRNF_CHECKED int mean_chain_read(const double *numbers, size_t count, struct srnf_warp *chain);
 
 /* ---- mean_step.c ----------------------------------------------------------------------------- */
 
@@ -180,9 +235,10 @@ SRNF_CHECKED int mean_hand_over(struct mean_run *run, struct srnf_mean *mean,
 uint64_t mean_series(const struct mean_run *run, size_t start);
 /* Offers the registration of subject i to be kept. */
 void mean_keep_registered(const struct mean_run *run, size_t i, const struct srnf_context *context);
-/* Rotation and chain as an earlier attempt has left them; false: it has left none. */
+/* Rotation and chain, which the caller closes, as an earlier attempt has left them; false: it has
+   left none. */
 bool mean_recall_registered(const struct mean_run *run, size_t i,
-                            const struct srnf_context *context);
+                            const struct srnf_context *context, struct srnf_warp *chain);
 
 /* ---- mean_checkpoint.c: a run between two iterations as bytes, and back ---------------------- */
 

@@ -49,30 +49,88 @@ struct center {
     double *moments;               /* [blocks][3][count]: gradients, curls, divergence */
     double *curvature;             /* [blocks] of the Jacobian penalty */
     double *potentials;            /* [2][count] of v */
+    double *pull;                  /* [P][3] X */
+    double *pressure, *stiffness;  /* [P] S, and the curvature there */
     double *old_center, *old_area; /* before the step */
 };
 
 /* ---- The step -------------------------------------------------------------------------------- */
 
-/* X at node k, S and the curvature there. */
-static void average_node(const struct mean_run *run, size_t k, double x[3], double *s,
-                         double *curvature)
-{
-    x[0] = x[1] = x[2] = *s = *curvature = 0.0;
-    for (size_t i = 0; i < run->n; i++) {
-        const double *o = run->subjects[i].at.displacement;
-        const double *p = run->gamma + 3 * (i * run->points + k);
-        double root = sqrt(run->jacobian[i * run->points + k]) / (double)run->n;
-        double u = run->jacobian[i * run->points + k] / run->area[k];
-        double l = log(u);
+/* Subjects whose warps are looked at together. */
+#define GATHERED ((size_t)32)
 
-        for (size_t c = 0; c < 3; c++) {
-            x[c] += root * (o[3 * c] * p[0] + o[3 * c + 1] * p[1] + o[3 * c + 2] * p[2]);
-        }
-        *s += l * l * l * (4.0 * (1.0 + u) - l) / (double)run->n;
-        *curvature += (u * l * l * l * l + 8.0 * fabs(u * l * l * l) + 12.0 * (1.0 + u) * l * l) /
-                      (double)run->n;
+struct gathering {
+    struct center *center;
+    size_t first, count;
+    struct mean_points points[GATHERED];
+};
+
+static int open_one(void *argument, size_t index, const struct srnf_context *context,
+                    struct srnf_error *error)
+{
+    struct gathering *g = argument;
+
+    (void)context;
+    (void)error;
+    return mean_points_open(g->center->run, g->first + index, true, &g->points[index]);
+}
+
+/* What subject i adds to X, to S and to the curvature at node k. */
+static void add_node(const struct center *center, size_t i, const struct mean_points *points,
+                     size_t k)
+{
+    const struct mean_run *run = center->run;
+    const double *o = run->subjects[i].at.displacement;
+    const double *p = points->gamma + 3 * k;
+    double root = sqrt(points->jacobian[k]) / (double)run->n;
+    double u = points->jacobian[k] / run->area[k];
+    double l = log(u);
+
+    for (size_t c = 0; c < 3; c++) {
+        center->pull[3 * k + c] +=
+            root * (o[3 * c] * p[0] + o[3 * c + 1] * p[1] + o[3 * c + 2] * p[2]);
     }
+    center->pressure[k] += l * l * l * (4.0 * (1.0 + u) - l) / (double)run->n;
+    center->stiffness[k] +=
+        (u * l * l * l * l + 8.0 * fabs(u * l * l * l) + 12.0 * (1.0 + u) * l * l) / (double)run->n;
+}
+
+static int add_block(void *argument, size_t block, const struct srnf_context *context,
+                     struct srnf_error *error)
+{
+    const struct gathering *g = argument;
+    size_t first = block * MEAN_BLOCK;
+    size_t left = g->center->run->points - first;
+
+    (void)context;
+    (void)error;
+    for (size_t i = 0; i < g->count; i++) {
+        for (size_t k = first; k < first + (left < MEAN_BLOCK ? left : MEAN_BLOCK); k++) {
+            add_node(g->center, g->first + i, &g->points[i], k);
+        }
+    }
+    return SRNF_OK;
+}
+
+/* X, S and the curvature at all nodes, each summed in the order of the subjects. */
+static int gather(struct center *center, struct srnf_error *error)
+{
+    const struct stats_progress quiet = {0};
+    const struct mean_run *run = center->run;
+    struct gathering g = {.center = center};
+    int status = SRNF_OK;
+
+    for (; g.first < run->n && status == SRNF_OK; g.first += g.count) {
+        g.count = run->n - g.first < GATHERED ? run->n - g.first : GATHERED;
+        memset(g.points, 0, sizeof g.points);
+        status = stats_run(run->context, g.count, open_one, &g, quiet, error);
+        status = status ? status
+                        : stats_run(run->context, mean_blocks(run), add_block, &g, quiet, error);
+        for (size_t i = 0; i < g.count; i++) {
+            mean_points_drop(&g.points[i]);
+        }
+    }
+    return status;
 }
 
 /* Loads of the nodes of one block: value on div v; gradient and turned for v. */
@@ -87,13 +145,10 @@ static void load_block(struct center *center, size_t block, size_t first, size_t
         double area = run->area[first + k];
         double b = 2.0 * center->displacement * weight * sqrt(area);
         double a = center->jacobian * weight * area;
-        double x[3];
-        double s;
-        double curvature;
+        const double *x = center->pull + 3 * (first + k);
 
-        average_node(run, first + k, x, &s, &curvature);
-        value[k] = 0.5 * b * vector_dot(x, d) + a * s;
-        center->curvature[block] += a * curvature / (4.0 * SRNF_PI);
+        value[k] = 0.5 * b * vector_dot(x, d) + a * center->pressure[first + k];
+        center->curvature[block] += a * center->stiffness[first + k] / (4.0 * SRNF_PI);
         vector_cross(x, d, turned + 3 * k); /* <X, d x g> = <X x d, g> */
         for (size_t c = 0; c < 3; c++) {
             gradient[3 * k + c] = b * x[c];
@@ -202,8 +257,7 @@ static int penalize_one(void *argument, size_t i, const struct srnf_context *con
 {
     (void)context;
     (void)error;
-    mean_penalize(argument, i);
-    return SRNF_OK;
+    return mean_penalize(argument, i);
 }
 
 static int penalize_all(struct mean_run *run, struct srnf_error *error)
@@ -281,7 +335,7 @@ static int create(struct center *center, struct mean_run *run)
         center->displacement = center->penalized ? center->jacobian : 1.0;
     }
     center->moments =
-        srnf_alloc((3 * count + 1) * blocks + 2 * count + 4 * run->points, sizeof(double));
+        srnf_alloc((3 * count + 1) * blocks + 2 * count + 9 * run->points, sizeof(double));
     if (!center->moments) {
         return SRNF_ENOMEM;
     }
@@ -289,6 +343,9 @@ static int create(struct center *center, struct mean_run *run)
     center->potentials = center->curvature + blocks;
     center->old_center = center->potentials + 2 * count;
     center->old_area = center->old_center + 3 * run->points;
+    center->pull = center->old_area + run->points;
+    center->pressure = center->pull + 3 * run->points;
+    center->stiffness = center->pressure + run->points;
     return SRNF_OK;
 }
 
@@ -298,6 +355,7 @@ int mean_center(struct mean_run *run, double *moved, struct srnf_error *error)
     int status = create(&center, run);
 
     *moved = 0.0;
+    status = status ? status : gather(&center, error);
     if (status == SRNF_OK) {
         status = stats_run(run->context, mean_blocks(run), differentiate_block, &center,
                            (struct stats_progress){0}, error);

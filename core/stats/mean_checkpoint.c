@@ -13,10 +13,13 @@
  *   u64 x 3      n, n_theta, n_phi
  *   u64          iterations done, k
  *   u64          1: the subjects have been registered
+ *   u64          1: their chains are in scratch (mean_spill.c)
  *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
- *   n times      double[9] rotation, u64 links that tables carry points along, chain
+ *   n times      double[9] rotation, u64 links that tables carry points along, chain; or, of a
+ *                chain in scratch, u64 number of its pieces and, for each, u64 x 3 offset, count of
+ *                numbers and digest
  *   u64          FNV-1a of all bytes before it
  *
  * A chain is the u64 number of its links and, for each, u64 kind, u64 degree, and double[9] for a
@@ -30,8 +33,8 @@
 #include <math.h>
 #include <string.h>
 
-#define VERSION 3
-#define HEAD_BYTES ((size_t)9 * 8) /* with the sum at the end */
+#define VERSION 4
+#define HEAD_BYTES ((size_t)10 * 8) /* with the sum at the end */
 #define LINK_DEGREE_MAX 64
 #define FNV_START UINT64_C(14695981039346656037)
 #define FNV_PRIME UINT64_C(1099511628211)
@@ -130,13 +133,25 @@ static size_t chain_words(const struct srnf_warp *warp)
     return words;
 }
 
+static void put_pieces(struct mean_bytes *bytes, const struct mean_subject *subject)
+{
+    put_u64(bytes, subject->n_pieces);
+    for (size_t k = 0; k < subject->n_pieces; k++) {
+        put_u64(bytes, subject->pieces[k].offset);
+        put_u64(bytes, subject->pieces[k].count);
+        put_u64(bytes, subject->pieces[k].digest);
+    }
+}
+
 static size_t words_needed(const struct mean_run *run)
 {
     size_t words = HEAD_BYTES / 8 + 4 * run->iterations + 3 * run->points;
 
     words += chain_words(&run->centring);
     for (size_t i = 0; i < run->n; i++) {
-        words += 10 + chain_words(&run->subjects[i].warp);
+        const struct mean_subject *subject = &run->subjects[i];
+
+        words += 10 + (run->spill ? 1 + 3 * subject->n_pieces : chain_words(&subject->warp));
     }
     return words;
 }
@@ -157,6 +172,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     put_u64(bytes, run->grid->n_phi);
     put_u64(bytes, run->iterations);
     put_u64(bytes, run->started);
+    put_u64(bytes, run->spill != NULL);
     for (size_t k = 0; k < run->iterations; k++) {
         put_u64(bytes, bits_of(run->history[k].change));
         put_u64(bytes, bits_of(run->history[k].variance));
@@ -168,7 +184,11 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     for (size_t i = 0; i < run->n; i++) {
         put_doubles(bytes, 9, run->subjects[i].at.rotation);
         put_u64(bytes, run->subjects[i].tabulated);
-        put_chain(bytes, &run->subjects[i].warp);
+        if (run->spill) {
+            put_pieces(bytes, &run->subjects[i]);
+        } else {
+            put_chain(bytes, &run->subjects[i].warp);
+        }
     }
     put_u64(bytes, hash_bytes(FNV_START, bytes->data, bytes->size));
     return SRNF_OK;
@@ -264,7 +284,33 @@ static int read_chain(struct reader *reader, struct srnf_warp *warp)
     return SRNF_OK;
 }
 
-static int read_subject(struct reader *reader, struct mean_subject *subject)
+/* How many links they are is not known before they are read. */
+static int read_pieces(struct reader *reader, const struct mean_run *run,
+                       struct mean_subject *subject)
+{
+    uint64_t pieces = get_u64(reader);
+
+    if (!reader->good || pieces > reader->words / 3) {
+        return SRNF_EINVAL;
+    }
+    for (uint64_t k = 0; k < pieces; k++) {
+        struct mean_piece piece;
+
+        piece.offset = get_u64(reader);
+        piece.count = get_u64(reader);
+        piece.digest = get_u64(reader);
+        if (!mean_piece_is_there(run, &piece)) {
+            return SRNF_EINVAL;
+        }
+        if (mean_pieces_add(subject, &piece)) {
+            return SRNF_ENOMEM;
+        }
+    }
+    return SRNF_OK;
+}
+
+static int read_subject(struct reader *reader, const struct mean_run *run,
+                        struct mean_subject *subject)
 {
     const struct srnf_warp *warp = &subject->warp;
     uint64_t tabulated;
@@ -272,6 +318,10 @@ static int read_subject(struct reader *reader, struct mean_subject *subject)
 
     get_doubles(reader, 9, subject->at.rotation);
     tabulated = get_u64(reader);
+    if (run->spill) { /* mean_replay compares the two */
+        subject->tabulated = (size_t)tabulated;
+        return read_pieces(reader, run, subject);
+    }
     status = read_chain(reader, &subject->warp);
     if (status == SRNF_OK && tabulated > warp->n_links) {
         status = SRNF_EINVAL;
@@ -316,6 +366,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     const char *why = refuse(run, bytes, size, &reader);
     uint64_t iterations;
     uint64_t started;
+    uint64_t spilled;
     int status;
 
     if (why) {
@@ -323,6 +374,11 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     }
     iterations = get_u64(&reader);
     started = get_u64(&reader);
+    spilled = get_u64(&reader);
+    if (spilled != (run->spill != NULL)) {
+        return srnf_fail(error, SRNF_EINVAL, -1,
+                         "the bytes to resume from have their chains elsewhere");
+    }
     if (started != (run->registered && iterations > 0)) {
         return srnf_fail(error, SRNF_EINVAL, -1, "the bytes to resume from contradict themselves");
     }
@@ -341,7 +397,7 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     get_doubles(&reader, 3 * run->points, run->mean_q);
     status = read_chain(&reader, &run->centring);
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
-        status = read_subject(&reader, &run->subjects[i]);
+        status = read_subject(&reader, run, &run->subjects[i]);
     }
     if (status == SRNF_OK && (!reader.good || reader.words > 0)) {
         status = SRNF_EINVAL;

@@ -59,8 +59,7 @@ static int keep_step(struct mean_run *run, struct srnf_error *error)
     int status = stats_run(run->context, run->n, move_one, run, (struct stats_progress){0}, error);
 
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
-        status = warp_append(&run->subjects[i].warp, SRNF_WARP_EXP, run->degree,
-                             run->taken + 2 * i * count);
+        status = mean_chain_step(run, i, run->taken + 2 * i * count);
     }
     return status;
 }

@@ -102,6 +102,7 @@ static void close_tools(const struct mean_run *run, struct mean_tools *now)
 void mean_subject_clear(struct mean_subject *subject)
 {
     srnf_warp_clear(&subject->warp);
+    srnf_free(subject->pieces);
     clear_tools(&subject->tools);
 }
 
@@ -119,40 +120,43 @@ static size_t count_tabulated(const struct mean_run *run, const struct srnf_warp
     return count;
 }
 
+int mean_take_registered(const struct mean_run *run, size_t i, const double rotation[9],
+                         struct srnf_warp *warp)
+{
+    struct mean_subject *subject = &run->subjects[i];
+
+    subject->tabulated = count_tabulated(run, warp);
+    memcpy(subject->at.rotation, rotation, sizeof subject->at.rotation);
+    return mean_chain_set(run, i, warp);
+}
+
 int mean_register(const struct mean_run *run, size_t i, const struct srnf_context *context,
                   struct srnf_error *error)
 {
     struct mean_subject *subject = &run->subjects[i];
-    struct search_result found = {.iterations = 0};
-    struct search search;
+    struct srnf_warp warp = {0}, recalled = {0};
+    double rotation[9];
     int status;
 
-    if (run->iterations == 0 && mean_recall_registered(run, i, context)) {
-        subject->tabulated = count_tabulated(run, &subject->warp);
-        return SRNF_OK;
+    if (run->iterations == 0 && mean_recall_registered(run, i, context, &recalled)) {
+        subject->tabulated = count_tabulated(run, &recalled);
+        if (run->spill) { /* it is there already */
+            mean_chain_close(run, &recalled);
+            return SRNF_OK;
+        }
+        return mean_chain_set(run, i, &recalled);
     }
-    status = search_create(&search, run->work, run->mean_q, NULL, run->surfaces[i],
-                           &run->registration, NULL, context);
-
-    if (status == SRNF_OK) {
-        search.full.target.norm2 = run->norm2;
-        status = search_run(&search, &found);
-        search_clear(&search);
-    }
+    status = srnf_register_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
+                                    &run->registration, context, rotation, &warp, NULL);
     if (status) {
         return srnf_fail(error, status, (int64_t)i, "registering surface %zu to the mean: %s", i,
                          srnf_strerror(status));
     }
-    srnf_warp_clear(&subject->warp);
-    subject->warp = found.warp.chain;
-    found.warp.chain = (struct srnf_warp){0};
-    subject->tabulated = count_tabulated(run, &subject->warp);
-    memcpy(subject->at.rotation, found.warp.rotation, sizeof subject->at.rotation);
-    search_result_clear(&found);
-    if (run->iterations == 0) {
+    status = mean_take_registered(run, i, rotation, &warp);
+    if (status == SRNF_OK && run->iterations == 0) {
         mean_keep_registered(run, i, context);
     }
-    return SRNF_OK;
+    return status;
 }
 
 /* Points, and J which is 1, along links that tables can follow. */
@@ -182,15 +186,13 @@ static int follow_tables(const struct mean_run *run, const struct srnf_warp *war
     return status;
 }
 
-int mean_replay(const struct mean_run *run, size_t i)
+/* The nodes along a chain whose first links are tabulated. */
+static int follow(const struct mean_run *run, const struct srnf_warp *chain, size_t tabulated,
+                  double *gamma, double *jacobian)
 {
-    const struct mean_subject *subject = &run->subjects[i];
-    const struct srnf_warp *warp = &subject->warp;
-    const struct srnf_warp first = {.n_links = subject->tabulated, .links = warp->links};
-    const struct srnf_warp rest = {.n_links = warp->n_links - subject->tabulated,
-                                   .links = warp->links + subject->tabulated};
-    double *gamma = run->gamma + 3 * i * run->points;
-    double *jacobian = run->jacobian + i * run->points;
+    const struct srnf_warp first = {.n_links = tabulated, .links = chain->links};
+    const struct srnf_warp rest = {.n_links = chain->n_links - tabulated,
+                                   .links = chain->links + tabulated};
     int status = SRNF_OK;
 
     memcpy(gamma, run->nodes, 3 * run->points * sizeof(double));
@@ -203,6 +205,32 @@ int mean_replay(const struct mean_run *run, size_t i)
     if (status == SRNF_OK && rest.n_links > 0) {
         status = warp_follow(&rest, run->context, run->points, gamma, jacobian);
     }
+    return status;
+}
+
+int mean_replay(const struct mean_run *run, size_t i)
+{
+    size_t tabulated = run->subjects[i].tabulated;
+    struct mean_points points;
+    struct srnf_warp chain;
+    int status = mean_chain_open(run, i, &chain);
+
+    if (status) {
+        return status;
+    }
+    if (tabulated > chain.n_links) {
+        status = SRNF_EIO;
+    }
+    status = status ? status : mean_points_open(run, i, false, &points);
+    if (status == SRNF_OK) {
+        status = follow(run, &chain, tabulated, points.gamma, points.jacobian);
+        if (status == SRNF_OK) {
+            status = mean_points_keep(run, i, &points);
+        } else {
+            mean_points_drop(&points);
+        }
+    }
+    mean_chain_close(run, &chain);
     return status;
 }
 
@@ -300,15 +328,20 @@ static int find_potentials(const struct mean_run *run, size_t i, const struct me
 
 int mean_measure(const struct mean_run *run, size_t i, double *field, double *potentials)
 {
-    struct warp warp =
-        warp_of(run, i, run->gamma + 3 * i * run->points, run->jacobian + i * run->points);
     const struct mean_tools *tools;
     struct mean_tools now = {0};
+    struct mean_points points;
     struct samples samples = {0};
-    int status = open_tools(run, i, potentials != NULL, &now, &tools);
+    struct warp warp = {.n = 0};
+    int status = mean_points_open(run, i, true, &points);
 
+    if (status) {
+        return status;
+    }
+    status = open_tools(run, i, potentials != NULL, &now, &tools);
     status = status ? status : samples_create(&samples, run->points);
     if (status == SRNF_OK) {
+        warp = warp_of(run, i, points.gamma, points.jacobian);
         stand(run, i, tools, &warp, &samples);
     }
     if (status == SRNF_OK && field) {
@@ -319,17 +352,24 @@ int mean_measure(const struct mean_run *run, size_t i, double *field, double *po
     }
     samples_clear(&samples);
     close_tools(run, &now);
+    mean_points_drop(&points);
     return status;
 }
 
-void mean_penalize(const struct mean_run *run, size_t i)
+int mean_penalize(const struct mean_run *run, size_t i)
 {
     struct mean_stand *at = &run->subjects[i].at;
     struct problem problem = problem_of(run, NULL);
-    struct warp warp =
-        warp_of(run, i, run->gamma + 3 * i * run->points, run->jacobian + i * run->points);
+    struct mean_points points;
+    struct warp warp;
+    int status = mean_points_open(run, i, true, &points);
 
-    at->penalty = registration_penalty(&problem, &warp, at->displacement);
+    if (status == SRNF_OK) {
+        warp = warp_of(run, i, points.gamma, points.jacobian);
+        at->penalty = registration_penalty(&problem, &warp, at->displacement);
+        mean_points_drop(&points);
+    }
+    return status;
 }
 
 /* ---- Steps ----------------------------------------------------------------------------------- */
@@ -343,22 +383,26 @@ static int move_by(const struct mean_run *run, size_t i, const struct fields *fi
     size_t n = run->points;
     double *taken = run->taken + i * size;
     double *scratch = srnf_alloc(FIELDS_SCRATCH * n, sizeof(double));
+    struct mean_points points;
     double least = 0.0;
+    int status = scratch ? mean_points_open(run, i, true, &points) : SRNF_ENOMEM;
 
-    if (!scratch) {
-        return SRNF_ENOMEM;
+    if (status) {
+        srnf_free(scratch);
+        return status;
     }
     linear_copy(size, run->potentials + i * size, taken);
     linear_scale(size, length, taken);
     for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN) && !srnf_is_canceled(context); k++) {
-        least = fields_apply(fields, taken, n, run->gamma + 3 * i * n, run->jacobian + i * n,
-                             to->points, to->jacobian, scratch);
+        least = fields_apply(fields, taken, n, points.gamma, points.jacobian, to->points,
+                             to->jacobian, scratch);
         if (!(least >= STEP_JACOBIAN_MIN) && k < SHORTENINGS_MAX) {
             linear_scale(size, 0.5, taken);
         } else if (!(least >= STEP_JACOBIAN_MIN)) {
             memset(taken, 0, size * sizeof(double));
         }
     }
+    mean_points_drop(&points);
     srnf_free(scratch);
     return SRNF_OK;
 }
@@ -390,17 +434,18 @@ int mean_try(const struct mean_run *run, size_t i, double length,
 
 int mean_move(const struct mean_run *run, size_t i)
 {
-    double *gamma = run->gamma + 3 * i * run->points;
-    double *jacobian = run->jacobian + i * run->points;
     double *scratch = srnf_alloc(FIELDS_SCRATCH * run->points, sizeof(double));
+    struct mean_points points = {0};
     struct fields fields = {0};
     int status = scratch ? fields_create(&fields, run->degree, run->context) : SRNF_ENOMEM;
 
+    status = status ? status : mean_points_open(run, i, true, &points);
     if (status == SRNF_OK) {
-        (void)fields_apply(&fields, run->taken + 2 * i * fields.count, run->points, gamma, jacobian,
-                           gamma, jacobian, scratch);
-        fields_clear(&fields);
+        (void)fields_apply(&fields, run->taken + 2 * i * fields.count, run->points, points.gamma,
+                           points.jacobian, points.gamma, points.jacobian, scratch);
+        status = mean_points_keep(run, i, &points);
     }
+    fields_clear(&fields);
     srnf_free(scratch);
     return status;
 }

@@ -52,13 +52,16 @@ static int place_one(void *argument, size_t i, double *values, const struct srnf
     size_t n = o->points;
     double *gamma = srnf_alloc(7 * n, sizeof(double));
     double *surface = gamma ? gamma + 4 * n : NULL;
+    struct srnf_warp chain = {0};
     int status = gamma ? samples_create(&samples, n) : SRNF_ENOMEM;
 
     (void)error;
+    status = status ? status : mean_chain_open(o->run, i, &chain);
     if (status == SRNF_OK) {
         memcpy(gamma, o->base, 3 * n * sizeof(double));
         memcpy(gamma + 3 * n, o->base_jacobian, n * sizeof(double));
-        status = warp_follow(&o->run->subjects[i].warp, context, n, gamma, gamma + 3 * n);
+        status = warp_follow(&chain, context, n, gamma, gamma + 3 * n);
+        mean_chain_close(o->run, &chain);
     }
     if (status == SRNF_OK) {
         status = sphere_harmonics_at_points(context, degree, 3, o->run->surfaces[i], n, gamma,

@@ -174,6 +174,13 @@ static int rank_all(const struct traits *traits, size_t member, const double own
     return status;
 }
 
+/* Whether the members are left out of a model that has the surface as well. */
+static bool takes_surface_in(const struct norms *norms, size_t member)
+{
+    return norms->model->complete && member >= norms->n &&
+           (norms->model->columns > 0 || norms->subjects.count <= SRNF_NORM_CHECK_MAX);
+}
+
 static int find_traits(struct traits *traits, const double *q,
                        const struct srnf_norm_options *options, struct srnf_score *score,
                        struct srnf_error *error)
@@ -190,7 +197,14 @@ static int find_traits(struct traits *traits, const double *q,
         status = norms_count(norms, &fold, &traits->counted);
     }
     norms_fold_clear(&fold);
-    status = status ? status : find_values(traits, error);
+    if (status == SRNF_OK && takes_surface_in(norms, options->member)) {
+        status =
+            norms_values_with(norms, q, options->at, traits->counted,
+                              (struct stats_progress){0.0, PROGRESS_TRAITS, "leaving members out"},
+                              traits->values, error);
+    } else if (status == SRNF_OK) {
+        status = find_values(traits, error);
+    }
     if (status == SRNF_OK && options->member < norms->n) {
         for (size_t t = 0; t < SRNF_NORM_TRAITS; t++) {
             own[t] = traits->values[t * norms->n + options->member];

@@ -70,6 +70,12 @@ SRNF_CHECKED int norms_describe_subject(const struct norms *norms, size_t group,
 SRNF_CHECKED int norms_count(const struct norms *norms, const struct norms_fold *fold,
                              size_t *counted);
 
+/* norms_augment.c: the same of all members, each left out of all others and one more surface. at:
+   [columns] of that. values: [SRNF_NORM_TRAITS][n]. */
+SRNF_CHECKED int norms_values_with(const struct norms *norms, const double *q, const double *at,
+                                   size_t counted, struct stats_progress progress, double *values,
+                                   struct srnf_error *error);
+
 SRNF_CHECKED int norms_check(const struct norms *norms, size_t counted,
                              struct stats_progress progress, struct srnf_norm_check *check,
                              struct srnf_error *error);

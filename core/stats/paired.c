@@ -98,28 +98,22 @@ static int open_out(struct srnf_paired *out, size_t points)
     return SRNF_OK;
 }
 
-static int open_run(struct paired_run *run)
+int paired_open(struct paired_run *run)
 {
     size_t points = run->points;
-    size_t all;
 
-    if (__builtin_mul_overflow(run->n, 9 * points, &all)) {
-        return SRNF_ENOMEM;
-    }
-    run->parts = srnf_alloc(all, sizeof(double));
     run->normal = srnf_alloc(3, points * sizeof(double));
     run->vectors = srnf_alloc(run->n, 3 * points * sizeof(double));
     run->along = srnf_alloc(run->n, points * sizeof(double));
     for (size_t k = 0; k < 3; k++) {
         run->gram[k] = srnf_alloc(run->n, run->n * sizeof(double));
     }
-    return run->parts && run->normal && run->vectors && run->along && run->gram[0] &&
-                   run->gram[1] && run->gram[2]
+    return run->normal && run->vectors && run->along && run->gram[0] && run->gram[1] && run->gram[2]
                ? open_out(run->out, points)
                : SRNF_ENOMEM;
 }
 
-static void close_run(struct paired_run *run)
+void paired_close(struct paired_run *run)
 {
     stats_embedding_clear(&run->embedding);
     srnf_free(run->parts);
@@ -133,7 +127,7 @@ static void close_run(struct paired_run *run)
 
 /* ---- Data ------------------------------------------------------------------------------------ */
 
-static int fill_normal(struct paired_run *run)
+int paired_normal(struct paired_run *run)
 {
     size_t points = run->points;
     void *workspace = srnf_alloc(1, srnf_surface_workspace_size(run->sht));
@@ -141,7 +135,7 @@ static int fill_normal(struct paired_run *run)
     if (!workspace) {
         return SRNF_ENOMEM;
     }
-    srnf_field(run->sht, run->pairs->mean, run->normal, workspace);
+    srnf_field(run->sht, run->mean, run->normal, workspace);
     for (size_t p = 0; p < points; p++) {
         double *v = run->normal + p;
         double length = sqrt(v[0] * v[0] + v[points] * v[points] + v[2 * points] * v[2 * points]);
@@ -235,10 +229,15 @@ static void describe_subjects(struct paired_run *run)
 
 static int compute(struct paired_run *run, struct srnf_error *error)
 {
-    int status = stats_embedding_create(run->sht, run->pairs->mean, &run->embedding);
+    size_t all;
+    int status = stats_embedding_create(run->sht, run->mean, &run->embedding);
 
-    status = status ? status : open_run(run);
-    status = status ? status : fill_normal(run);
+    status = status ? status : paired_open(run);
+    if (status == SRNF_OK && !__builtin_mul_overflow(run->n, 9 * run->points, &all)) {
+        run->parts = srnf_alloc(all, sizeof(double));
+    }
+    status = status || run->parts ? status : SRNF_ENOMEM;
+    status = status ? status : paired_normal(run);
     status = status ? status
                     : paired_align(run,
                                    (struct stats_progress){0.0, PROGRESS_ALIGN,
@@ -264,6 +263,7 @@ int srnf_paired_differences(const struct srnf_sht *sht, const struct srnf_pairs 
     struct srnf_error first = {0};
     struct paired_run run = {.sht = sht,
                              .pairs = pairs,
+                             .mean = pairs->mean,
                              .options = options ? options : &defaults,
                              .context = context,
                              .n = pairs->n,
@@ -272,7 +272,7 @@ int srnf_paired_differences(const struct srnf_sht *sht, const struct srnf_pairs 
     int status = check(pairs, run.options, 3 * run.points, &first);
 
     status = status ? status : compute(&run, &first);
-    close_run(&run);
+    paired_close(&run);
     if (status) {
         srnf_paired_clear(&found);
         return stats_fail(error, status, &first);

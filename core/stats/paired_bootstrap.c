@@ -7,7 +7,8 @@
  * it the sum c'diag(G) - c'Gc / n. The square of a mean is too large by what noise adds, that of a
  * sample by twice that: its intervals, and that of its share, are basic ones, 2 r - (quantiles of
  * r*) (A. Davison, D. Hinkley 1997). Those of deviations are of log-normal kind, as of variances:
- * r^2 / (quantiles of r*). All are extended to hold the estimate.
+ * r^2 / (quantiles of r*). All are extended to hold the estimate. Of subjects with weights c_i is
+ * how often times the weight, and n the sum of the c_i.
  */
 #include "paired.h"
 
@@ -25,15 +26,17 @@ static void squares_of(size_t n, const double *gram, const double *counts, doubl
 {
     double inside = 0.0;
     double all = 0.0;
+    double total = 0.0;
 
     cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)n, (int)n, 1.0, gram, (int)n, counts, 1, 0.0,
                 scratch, 1);
     for (size_t i = 0; i < n; i++) {
         inside += counts[i] * scratch[i];
         all += counts[i] * gram[i * n + i];
+        total += counts[i];
     }
-    *mean2 = fmax(inside, 0.0) / ((double)n * (double)n);
-    *about = fmax(all - inside / (double)n, 0.0);
+    *mean2 = fmax(inside, 0.0) / (total * total);
+    *about = fmax(all - inside / total, 0.0);
 }
 
 static void estimate(const struct paired_run *run, const double *counts, double *scratch,
@@ -49,6 +52,11 @@ static void estimate(const struct paired_run *run, const double *counts, double 
     values[2] = about / (double)(n - 1);
     squares_of(n, run->gram[0], counts, scratch, &mean2, &about);
     values[3] = mean2 > 0.0 ? (double)n * mean2 / ((double)n * mean2 + about) : 0.0;
+}
+
+static double weight_of(const struct paired_run *run, size_t i)
+{
+    return run->weights ? run->weights[i] : 1.0;
 }
 
 static int compare_doubles(const void *a, const void *b)
@@ -102,7 +110,7 @@ int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
     int status = counts && drawn ? SRNF_OK : SRNF_ENOMEM;
 
     for (size_t i = 0; i < n && status == SRNF_OK; i++) {
-        counts[i] = 1.0;
+        counts[i] = weight_of(run, i);
     }
     if (status == SRNF_OK) {
         estimate(run, counts, counts + n, observed);
@@ -112,7 +120,9 @@ int paired_bootstrap(struct paired_run *run, struct srnf_error *error)
             counts[i] = 0.0;
         }
         for (size_t i = 0; i < n; i++) {
-            counts[stats_below(run->options->seed, NUMBER + k, (uint32_t)i, (uint32_t)n)] += 1.0;
+            size_t drew = stats_below(run->options->seed, NUMBER + k, (uint32_t)i, (uint32_t)n);
+
+            counts[drew] += weight_of(run, drew);
         }
         estimate(run, counts, counts + n, values);
         values[1] *= (double)n / (double)(n - 1); /* a sample varies less than those it is of */

@@ -3,7 +3,7 @@
  *
  * The flip of a number has the signs of its bits, the first subject always +: a flip and its
  * opposite give the same. Where there are no more than were asked for, all are taken; else their
- * bits are drawn.
+ * bits are drawn. Weights of subjects are in the vectors already.
  */
 #include "paired.h"
 
@@ -56,13 +56,21 @@ static double hotelling(const struct flips *f, const double *sum, size_t p)
     return stats_quadratic_form(e, b) * (n - 1.0) / n;
 }
 
-/* The square of the signed sum of the SRNFs' differences. */
+/* The square of the signed sum of the SRNFs' differences, times the weights. */
 static double global_statistic(const struct paired_run *run, const double *signs)
 {
+    const double *weights = run->weights;
     double sum = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        sum += signs[i] * cblas_ddot((int)run->n, run->gram[0] + i * run->n, 1, signs, 1);
+        const double *row = run->gram[0] + i * run->n;
+        double along = 0.0;
+
+        for (size_t j = 0; weights && j < run->n; j++) {
+            along += row[j] * weights[j] * signs[j];
+        }
+        sum += weights ? signs[i] * weights[i] * along
+                       : signs[i] * cblas_ddot((int)run->n, row, 1, signs, 1);
     }
     return fmax(sum, 0.0);
 }

@@ -31,7 +31,7 @@
 
 #define OVER_LEAST ((size_t)20) /* vectors beside those that are asked for */
 #define ROUNDS_MAX 40
-#define RESIDUAL 1e-8
+#define RESIDUAL 1e-12
 #define BLOCK ((size_t)128)    /* members that are taken at a time */
 #define NODES ((size_t)256)    /* numbers of a field that one body adds up */
 #define SUBTRACTION_MARGIN 8.0 /* as in pca.c */

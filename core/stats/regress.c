@@ -99,17 +99,20 @@ static int check(size_t n, const struct srnf_regress_design *design,
 
 /* ---- Data ------------------------------------------------------------------------------------ */
 
-/* Takes the mean over subjects out of data, double[n][m]. */
-static void center(size_t n, size_t m, double *data)
+/* Takes the mean over subjects, or what is along the lead, out of data, double[n][m]. */
+static void center(const struct regress_run *run, size_t m, double *data)
 {
+    size_t n = run->n;
+    double square = run->lead ? cblas_ddot((int)n, run->lead, 1, run->lead, 1) : (double)n;
+
     for (size_t k = 0; k < m; k++) {
         double mean = 0.0;
 
         for (size_t i = 0; i < n; i++) {
-            mean += data[i * m + k] / (double)n;
+            mean += data[i * m + k] * (run->lead ? run->lead[i] : 1.0) / square;
         }
         for (size_t i = 0; i < n; i++) {
-            data[i * m + k] -= mean;
+            data[i * m + k] -= run->lead ? mean * run->lead[i] : mean;
         }
     }
 }
@@ -124,7 +127,7 @@ static int fill_gram(struct regress_run *run, struct srnf_error *error)
         return SRNF_ENOMEM;
     }
     stats_weight(srnf_sht_grid(run->sht), run->n, run->q, NULL, y);
-    center(run->n, size, y);
+    center(run, size, y);
     status = stats_gram(run->n, size, y, run->gram, error);
     for (size_t i = 0; i < run->n; i++) {
         run->total += run->gram[i * run->n + i];
@@ -149,12 +152,14 @@ static int open_run(struct regress_run *run)
     out->test_of = srnf_alloc(out->tests + 1, sizeof *out->test_of);
     out->predicted = srnf_alloc(out->points + 1, sizeof *out->predicted);
     run->gram = srnf_alloc(n, n * sizeof(double));
-    run->vectors = srnf_alloc(size, sizeof(double));
+    if (!run->embedded) {
+        run->vectors = srnf_alloc(size, sizeof(double));
+    }
     return run->models && out->test_of && out->predicted && run->gram && run->vectors ? SRNF_OK
                                                                                       : SRNF_ENOMEM;
 }
 
-static void close_run(struct regress_run *run)
+void regress_close(struct regress_run *run)
 {
     for (size_t t = 0; run->models && t < run->design->tests; t++) {
         regress_model_clear(&run->models[t]);
@@ -168,73 +173,66 @@ static void close_run(struct regress_run *run)
     srnf_free(run->along);
 }
 
-/* Subjects with one row of the design are one kind, that exchange to no effect. */
-static int open_exchange(struct regress_run *run, const struct compare_averages *given)
+/* Subjects with one row of the design, and one weight, are one kind, that exchange to no effect. */
+static int open_exchange(struct regress_run *run)
 {
+    size_t columns = run->design->columns;
     size_t *kind = srnf_alloc(run->n, sizeof *kind);
+    int *one_group = srnf_alloc(run->n, sizeof *one_group);
+    double *rows = srnf_alloc(run->n, (columns + 1) * sizeof(double));
+    const struct compare_averages given = {run->n, NULL, rows, one_group, NULL, NULL};
     int status = SRNF_ENOMEM;
 
-    if (kind) {
-        size_t kinds = compare_kinds(given, run->design->columns, kind);
+    if (kind && one_group && rows) {
+        size_t kinds;
 
+        for (size_t k = 0; k < run->n * (columns + 1); k++) {
+            size_t i = k / (columns + 1);
+            size_t c = k % (columns + 1);
+
+            rows[k] = c < columns ? run->values[i * columns + c] : run->lead ? run->lead[i] : 1.0;
+        }
+        kinds = compare_kinds(&given, columns + 1, kind);
         status = exchange_open(&run->exchange, run->n, kind, kinds, run->permutations, 1.0);
     }
     srnf_free(kind);
+    srnf_free(one_group);
+    srnf_free(rows);
     run->permutations = run->exchange.test.permutations;
     run->out->test = run->exchange.test;
     return status;
 }
 
-/* The nested models, of subjects: their columns averaged as those of the design. */
-static int open_models(struct regress_run *run, const struct subjects *subjects,
+static int open_models(struct regress_run *run, const struct srnf_nested *nested,
                        struct srnf_error *error)
 {
     int status = SRNF_OK;
 
     for (size_t t = 0; t < run->design->tests && status == SRNF_OK; t++) {
-        const struct srnf_nested *given = &run->design->nested[t];
-        struct srnf_nested nested = {given->reduced, given->tested, NULL, NULL};
-        double *values = srnf_alloc(given->reduced + given->tested + 1, run->n * sizeof(double));
-        double *tested = values ? values + given->reduced * run->n : NULL;
-
-        for (size_t i = 0; values && i < subjects->n; i++) {
-            size_t s = subjects->of[i];
-            double members = (double)subjects->size[s];
-
-            for (size_t j = 0; j < given->reduced; j++) {
-                values[s * given->reduced + j] += given->nuisance[i * given->reduced + j] / members;
-            }
-            for (size_t j = 0; j < given->tested; j++) {
-                tested[s * given->tested + j] += given->columns[i * given->tested + j] / members;
-            }
-        }
-        nested.nuisance = values;
-        nested.columns = tested;
-        status =
-            values ? regress_model_create(&run->models[t], run->n, &nested, t, error) : SRNF_ENOMEM;
-        srnf_free(values);
+        status = regress_model_create(&run->models[t], run->n, run->lead, &nested[t], t, error);
     }
     return status;
 }
 
 /* ---- The run --------------------------------------------------------------------------------- */
 
-static int compute(struct regress_run *run, const double *mean, struct srnf_error *error)
+static int fit_all(struct regress_run *run, const double *mean, struct srnf_error *error)
 {
     struct srnf_regression *out = run->out;
     size_t tests = run->design->tests;
     int status = fill_gram(run, error);
 
     status = status ? status : stats_embedding_create(run->sht, mean, &run->embedding);
-    status = status ? status
-                    : stats_embed_fields(
-                          &run->embedding, mean, run->n, run->q, run->context,
-                          (struct stats_progress){0.0, PROGRESS_EMBED, "inverting the subjects"},
-                          run->vectors, error);
+    if (status == SRNF_OK && !run->embedded) {
+        status = stats_embed_fields(
+            &run->embedding, mean, run->n, run->q, run->context,
+            (struct stats_progress){0.0, PROGRESS_EMBED, "inverting the subjects"}, run->vectors,
+            error);
+    }
     if (status == SRNF_OK) {
         double *scratch = srnf_alloc(run->fit.basis.count, run->n * sizeof(double));
 
-        center(run->n, 3 * run->points, run->vectors);
+        center(run, 3 * run->points, run->vectors);
         out->freedom = run->n - run->fit.basis.count;
         out->variance = run->total / (double)(run->n - 1);
         if (scratch) {
@@ -264,6 +262,68 @@ static int compute(struct regress_run *run, const double *mean, struct srnf_erro
                         error);
 }
 
+int regress_compute(struct regress_run *run, const double *mean, const struct srnf_nested *nested,
+                    struct srnf_error *error)
+{
+    int status =
+        regress_fit_create(&run->fit, run->n, run->lead, run->design->columns, run->values, error);
+
+    status = status ? status : open_run(run);
+    status = status ? status : open_models(run, nested, error);
+    status = status ? status : open_exchange(run);
+    return status ? status : fit_all(run, mean, error);
+}
+
+/* The nested models, of subjects: their columns averaged as those of the design. memory: [tests],
+   to be freed, also on failure. */
+static int average_nested(const struct srnf_regress_design *design, const struct subjects *subjects,
+                          struct srnf_nested *nested, double **memory)
+{
+    for (size_t t = 0; t < design->tests; t++) {
+        const struct srnf_nested *given = &design->nested[t];
+        size_t all = given->reduced + given->tested;
+        double *values = srnf_alloc(all + 1, subjects->count * sizeof(double));
+        double *tested = values ? values + given->reduced * subjects->count : NULL;
+
+        memory[t] = values;
+        if (!values) {
+            return SRNF_ENOMEM;
+        }
+        nested[t] = (struct srnf_nested){given->reduced, given->tested, values, tested};
+        for (size_t i = 0; i < subjects->n; i++) {
+            size_t s = subjects->of[i];
+            double members = (double)subjects->size[s];
+
+            for (size_t j = 0; j < given->reduced; j++) {
+                values[s * given->reduced + j] += given->nuisance[i * given->reduced + j] / members;
+            }
+            for (size_t j = 0; j < given->tested; j++) {
+                tested[s * given->tested + j] += given->columns[i * given->tested + j] / members;
+            }
+        }
+    }
+    return SRNF_OK;
+}
+
+/* Members averaged over subjects. */
+static int average(struct regress_run *run, const struct subjects *subjects,
+                   struct compare_averages *given, struct srnf_error *error)
+{
+    int *one_group = srnf_alloc(subjects->n, sizeof *one_group);
+    int status = one_group ? SRNF_OK : SRNF_ENOMEM;
+
+    given->group = one_group;
+    if (status == SRNF_OK && subjects->count < subjects->n) {
+        status = compare_average(subjects, 3 * run->points, run->design->columns, given, error);
+    }
+    given->group = NULL;
+    srnf_free(one_group);
+    run->n = given->n;
+    run->q = given->q;
+    run->values = given->covariates;
+    return status;
+}
+
 int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
                  const double *registered_q, const struct srnf_regress_design *design,
                  const struct srnf_regress_options *options, const struct srnf_context *context,
@@ -273,13 +333,14 @@ int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
     struct srnf_regression found = {.n = n};
     struct srnf_error first = {0};
     struct subjects subjects = {0};
+    struct srnf_nested *nested = srnf_alloc(design->tests + 1, sizeof *nested);
+    double **memory = srnf_alloc(design->tests + 1, sizeof *memory);
     struct compare_averages given = {n, registered_q, design->values, NULL, NULL, NULL};
     struct regress_run run = {.sht = sht,
                               .points = stats_points(srnf_sht_grid(sht)),
                               .context = context,
                               .design = design,
                               .out = &found};
-    int *one_group = NULL;
     int status;
 
     options = options ? options : &defaults;
@@ -288,29 +349,20 @@ int srnf_regress(const struct srnf_sht *sht, size_t n, const double *mean,
     run.permutations = options->permutations;
     status = check(n, design, options, &first);
     status = status ? status : subjects_open(&subjects, n, options->subjects, &first);
-    if (status == SRNF_OK) {
-        one_group = srnf_alloc(n, sizeof *one_group);
-        given.group = one_group;
-        status = one_group ? SRNF_OK : SRNF_ENOMEM;
-    }
-    if (status == SRNF_OK && subjects.count < n) {
-        status = compare_average(&subjects, 3 * run.points, design->columns, &given, &first);
-    }
-    run.n = given.n;
-    run.q = given.q;
-    run.values = given.covariates;
+    status = status ? status : average(&run, &subjects, &given, &first);
     found.subjects = subjects.count;
     if (status == SRNF_OK) {
-        status = regress_fit_create(&run.fit, run.n, design->columns, run.values, &first);
+        status = nested && memory ? average_nested(design, &subjects, nested, memory) : SRNF_ENOMEM;
     }
-    status = status ? status : open_run(&run);
-    status = status ? status : open_models(&run, &subjects, &first);
-    status = status ? status : open_exchange(&run, &given);
-    status = status ? status : compute(&run, mean, &first);
-    close_run(&run);
+    status = status ? status : regress_compute(&run, mean, nested, &first);
+    regress_close(&run);
+    for (size_t t = 0; memory && t < design->tests; t++) {
+        srnf_free(memory[t]);
+    }
+    srnf_free(memory);
+    srnf_free(nested);
     subjects_clear(&subjects);
     compare_averages_clear(&given);
-    srnf_free(one_group);
     if (status) {
         srnf_regression_clear(&found);
         return stats_fail(error, status, &first);

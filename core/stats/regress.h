@@ -11,7 +11,8 @@
 
 /* ---- regress_design.c ------------------------------------------------------------------------ */
 
-/* An orthonormal basis of columns, the constant first. */
+/* An orthonormal basis of columns, the constant first, or a `lead`, [n], in its place: where
+   subjects have weights, rows and data are multiplied by their roots; the constant becomes them. */
 struct regress_basis {
     size_t n, count;
     double *vectors; /* [count][n] */
@@ -24,7 +25,7 @@ struct regress_model {
 };
 /* SRNF_EINVAL with a sentence: nothing is left to test, or too few subjects. number: of the test.
    Cleared in any case. */
-SRNF_CHECKED int regress_model_create(struct regress_model *model, size_t n,
+SRNF_CHECKED int regress_model_create(struct regress_model *model, size_t n, const double *lead,
                                       const struct srnf_nested *nested, size_t number,
                                       struct srnf_error *error);
 void regress_model_clear(struct regress_model *model);
@@ -39,8 +40,8 @@ struct regress_fit {
     double *weights; /* [count][n]: coefficient k is the sum of weights[k][i] y_i */
 };
 /* SRNF_EINVAL: a column follows, element is its number. Cleared in any case. */
-SRNF_CHECKED int regress_fit_create(struct regress_fit *fit, size_t n, size_t columns,
-                                    const double *values, struct srnf_error *error);
+SRNF_CHECKED int regress_fit_create(struct regress_fit *fit, size_t n, const double *lead,
+                                    size_t columns, const double *values, struct srnf_error *error);
 void regress_fit_clear(struct regress_fit *fit);
 /* Takes the first `count` vectors of the basis out of v. */
 void regress_reduce(const struct regress_basis *basis, size_t count, double *v);
@@ -54,6 +55,7 @@ struct regress_run {
     uint64_t seed;
     const struct srnf_context *context;
     const struct srnf_regress_design *design;
+    const double *lead;   /* [n] roots of the subjects' weights, or NULL */
     const double *values; /* [n][columns] of subjects */
     const double *q;      /* [n][3][P] of subjects */
     struct regress_fit fit;
@@ -64,8 +66,18 @@ struct regress_run {
     double *vectors; /* [n][3][P] centred displacements times the roots of the areas */
     double *along;   /* [n][P] displacements along the mean's normal */
     double total;    /* trace of gram */
+    bool embedded; /* vectors are given: displacements, not centred yet; else they are made of q */
+    bool no_surfaces; /* q is none of surfaces: predictions have no coefficients */
     struct srnf_regression *out;
 };
+
+/* regress.c: all of `out`, of subjects, whose rows and data are multiplied by the roots of their
+   weights already. Of the run are set all numbers, sht, context, design without its values, lead,
+   values, q and out; and embedded with vectors, which the run then owns. nested: [tests].
+   regress_close in any case. */
+SRNF_CHECKED int regress_compute(struct regress_run *run, const double *mean,
+                                 const struct srnf_nested *nested, struct srnf_error *error);
+void regress_close(struct regress_run *run);
 
 /* regress_permute.c: the permutations of one test. */
 SRNF_CHECKED int regress_permute(struct regress_run *run, size_t test,

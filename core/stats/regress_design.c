@@ -23,12 +23,14 @@ void regress_reduce(const struct regress_basis *basis, size_t count, double *v)
     }
 }
 
-static int basis_open(struct regress_basis *basis, size_t n, size_t capacity)
+static int basis_open(struct regress_basis *basis, size_t n, const double *lead, size_t capacity)
 {
+    double length = lead ? cblas_dnrm2((int)n, lead, 1) : sqrt((double)n);
+
     *basis = (struct regress_basis){.n = n, .count = 1};
     basis->vectors = srnf_alloc(capacity, n * sizeof(double));
     for (size_t i = 0; basis->vectors && i < n; i++) {
-        basis->vectors[i] = 1.0 / sqrt((double)n);
+        basis->vectors[i] = (lead ? lead[i] : 1.0) / length;
     }
     return basis->vectors ? SRNF_OK : SRNF_ENOMEM;
 }
@@ -68,14 +70,14 @@ static bool basis_add(struct regress_basis *basis, size_t columns, size_t column
 
 /* ---- Two models, one in the other ------------------------------------------------------------ */
 
-int regress_model_create(struct regress_model *model, size_t n, const struct srnf_nested *nested,
-                         size_t number, struct srnf_error *error)
+int regress_model_create(struct regress_model *model, size_t n, const double *lead,
+                         const struct srnf_nested *nested, size_t number, struct srnf_error *error)
 {
     size_t most = nested->reduced + nested->tested + 1;
     int status;
 
     *model = (struct regress_model){0};
-    status = basis_open(&model->basis, n, most < n ? most : n);
+    status = basis_open(&model->basis, n, lead, most < n ? most : n);
     for (size_t j = 0; status == SRNF_OK && j < nested->reduced && model->basis.count < n; j++) {
         (void)basis_add(&model->basis, nested->reduced, j, nested->nuisance);
     }
@@ -105,7 +107,8 @@ void regress_model_clear(struct regress_model *model)
 /* ---- The whole model ------------------------------------------------------------------------- */
 
 /* weights = R^(-1) U, R[k][j] = <u_k, x_j>. */
-static int fill_weights(struct regress_fit *fit, size_t columns, const double *values)
+static int fill_weights(struct regress_fit *fit, const double *lead, size_t columns,
+                        const double *values)
 {
     size_t n = fit->basis.n;
     size_t p = fit->basis.count;
@@ -114,7 +117,7 @@ static int fill_weights(struct regress_fit *fit, size_t columns, const double *v
     if (!r) {
         return SRNF_ENOMEM;
     }
-    r[0] = sqrt((double)n);
+    r[0] = lead ? cblas_dnrm2((int)n, lead, 1) : sqrt((double)n);
     for (size_t k = 0; k < p; k++) {
         for (size_t j = 1; j < p; j++) {
             r[k * p + j] = k <= j ? cblas_ddot((int)n, fit->basis.vectors + k * n, 1,
@@ -129,8 +132,8 @@ static int fill_weights(struct regress_fit *fit, size_t columns, const double *v
     return SRNF_OK;
 }
 
-int regress_fit_create(struct regress_fit *fit, size_t n, size_t columns, const double *values,
-                       struct srnf_error *error)
+int regress_fit_create(struct regress_fit *fit, size_t n, const double *lead, size_t columns,
+                       const double *values, struct srnf_error *error)
 {
     int status;
 
@@ -146,7 +149,7 @@ int regress_fit_create(struct regress_fit *fit, size_t n, size_t columns, const 
                              "column %zu of subject %zu is not finite", i % columns, i / columns);
         }
     }
-    status = basis_open(&fit->basis, n, columns + 1);
+    status = basis_open(&fit->basis, n, lead, columns + 1);
     for (size_t j = 0; j < columns && status == SRNF_OK; j++) {
         if (!basis_add(&fit->basis, columns, j, values)) {
             status = srnf_fail(error, SRNF_EINVAL, (int64_t)j,
@@ -155,7 +158,7 @@ int regress_fit_create(struct regress_fit *fit, size_t n, size_t columns, const 
     }
     if (status == SRNF_OK) {
         fit->weights = srnf_alloc(columns + 1, n * sizeof(double));
-        status = fit->weights ? fill_weights(fit, columns, values) : SRNF_ENOMEM;
+        status = fit->weights ? fill_weights(fit, lead, columns, values) : SRNF_ENOMEM;
     }
     return status;
 }

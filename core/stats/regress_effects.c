@@ -203,6 +203,6 @@ int regress_effects(struct regress_run *run, const double *mean, struct stats_pr
     }
     status = status ? status : fill_displacements(run);
     return status ? status
-                  : stats_run(run->context, run->design->points, predict, &predicting, progress,
-                              error);
+                  : stats_run(run->context, run->no_surfaces ? 0 : run->design->points, predict,
+                              &predicting, progress, error);
 }

@@ -3,7 +3,8 @@
  *
  * For a permutation P every vector u of the basis but the constant becomes c = R P'u, R = 1 - U U'
  * for the smaller model U: the products of c with the data are those of u with permuted residuals.
- * All of a block of permutations are one dgemm.
+ * All of a block of permutations are one dgemm. The constant is left out, since permuted residuals
+ * have none; not so the roots of weights in its place.
  */
 #include "regress.h"
 
@@ -18,10 +19,11 @@ struct permuting {
     const struct regress_run *run;
     const struct regress_model *model;
     struct srnf_regression_test *out;
-    size_t rows;        /* of a permutation: vectors but the constant, the tested ones first */
-    double left;        /* squared norm that the smaller model leaves of the SRNFs */
-    double *squares;    /* [P][6] the same of displacements: xx xy xz yy yz zz */
-    double *largest;    /* [permutations + 1] */
+    size_t first;    /* vector that permuted residuals may have: 1 is the one after the constant */
+    size_t rows;     /* of a permutation: vectors from there on, the tested ones first */
+    double left;     /* squared norm that the smaller model leaves of the SRNFs */
+    double *squares; /* [P][6] the same of displacements: xx xy xz yy yz zz */
+    double *largest; /* [permutations + 1] */
     atomic_uint *count; /* [P] */
     atomic_uint global, tied;
 };
@@ -48,10 +50,12 @@ double regress_quadratic(const struct regress_run *run, size_t count, const doub
     return cblas_ddot((int)(count * n), x, 1, scratch, 1);
 }
 
-/* Number of the basis vector of a row: first the tested, then the nuisance but the constant. */
-static size_t vector_of(const struct regress_model *model, size_t row)
+/* Number of the basis vector of a row: first the tested, then the nuisance. */
+static size_t vector_of(const struct permuting *p, size_t row)
 {
-    return row < model->tested ? model->reduced + row : 1 + row - model->tested;
+    const struct regress_model *model = p->model;
+
+    return row < model->tested ? model->reduced + row : p->first + row - model->tested;
 }
 
 static void find_order(const struct regress_run *run, uint64_t number, struct block *block)
@@ -84,7 +88,7 @@ static int open_block(struct block *block, const struct permuting *p, size_t fir
     for (size_t k = 0; k < count; k++) {
         find_order(run, first + k, block);
         for (size_t r = 0; r < p->rows; r++) {
-            const double *u = p->model->basis.vectors + vector_of(p->model, r) * n;
+            const double *u = p->model->basis.vectors + vector_of(p, r) * n;
             double *c = block->vectors + (k * p->rows + r) * n;
 
             for (size_t i = 0; i < n; i++) {
@@ -309,7 +313,8 @@ int regress_permute(struct regress_run *run, size_t test, struct stats_progress 
     double all = 1.0 + (double)run->permutations;
     int status;
 
-    p.rows = p.model->basis.count - 1;
+    p.first = run->lead ? 0 : 1;
+    p.rows = p.model->basis.count - p.first;
     atomic_init(&p.global, 0);
     atomic_init(&p.tied, 0);
     status = open_test(&p);

@@ -125,7 +125,8 @@ enum stats_kept {
     STATS_KEPT_SAMPLES = 4,
     STATS_KEPT_NORMS = 5,
     STATS_KEPT_VISITS = 6,
-    STATS_KEPT_REGISTERED = 7
+    STATS_KEPT_REGISTERED = 7,
+    STATS_KEPT_SPILLED = 8
 };
 /* The series of what is computed of surfaces so registered, for the two below. what tells apart
    what else is computed of them. */
@@ -147,6 +148,15 @@ SRNF_CHECKED int
 stats_field_distances(const struct srnf_sht *sht, enum srnf_representation representation, size_t n,
                       const double *const *surfaces, const struct srnf_register_options *options,
                       const struct srnf_context *context, double *matrix, struct srnf_error *error);
+
+/* ---- neighbours.c ---------------------------------------------------------------------------- */
+
+/* What two surfaces are bounded apart by: numbers that neither rotations nor warps change. */
+#define STATS_NEIGHBOUR_FEATURES ((size_t)37)
+SRNF_CHECKED int stats_neighbour_features(const struct srnf_sht *sht, const double *surface,
+                                          double *features);
+/* No more than the distance of the two, however registered. */
+double stats_neighbour_bound(const double *a, const double *b);
 
 /* ---- mean.c: see mean.h ---------------------------------------------------------------------- */
 

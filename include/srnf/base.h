@@ -46,6 +46,8 @@ enum srnf_status {
     SRNF_EDEGENERATE = -12,  /* no area, no volume, or a face that names one vertex twice */
     SRNF_ENOT_STAR = -13,    /* no point sees the whole surface, or not from the given centre */
     SRNF_ENUMERIC = -14,     /* a factorization, an eigensolver or a line search broke down */
+    SRNF_EUNMATCHED = -15,   /* landmarks were not met by any warp that keeps orientation */
+    SRNF_EIO = -16,          /* scratch that the caller has lent cannot be written or read */
     SRNF_WNOT_CONVERGED = 1, /* stopped before the tolerance was reached */
 };
 
@@ -60,6 +62,9 @@ struct srnf_error {
 };
 
 /* ---- Progress, cancellation, threads --------------------------------------------------------- */
+
+struct srnf_field_search;  /* srnf/register.h */
+#define SRNF_SEARCH_HERE 1 /* the caller has no other machines for a search */
 
 /* What a long computation gets from its caller. NULL, or NULL members, mean: silent, not
    cancellable, one thread. parallel_for must call body(argument, i) once for each i in [0, count),
@@ -86,6 +91,12 @@ struct srnf_context {
    kept, so that the     result has those that it would have without. */
     bool (*recall)(void *user, uint64_t series, uint64_t index, size_t count, double *values);
     void (*keep)(void *user, uint64_t series, uint64_t index, size_t count, const double *values);
+    /* Registers surfaces to a field where the caller has other machines for it: calls search->take
+       once for each, on the calling thread and in any order, with what srnf_register_to_field finds
+       of it. Asked by srnf_karcher_mean and srnf_folds_compare, never inside parallel_for. Returns
+       SRNF_OK; SRNF_SEARCH_HERE, before it took any; SRNF_ECANCELED, also where the caller has
+       failed in its own way; what take has returned. NULL: as SRNF_SEARCH_HERE. */
+    int (*search)(void *user, const struct srnf_field_search *search, struct srnf_error *error);
 };
 
 /* ---- Memory ---------------------------------------------------------------------------------- */

@@ -108,12 +108,16 @@ void srnf_score_clear(struct srnf_score *score);
  *   sht    [in]  degree and grid of the model
  *   q      [in]  double[3][n_theta][n_phi], registered to mean_q as the members are
  *   score  [out] freed with srnf_score_clear; untouched on error
- * Without columns residual, distance and Mahalanobis distance are those of srnf_typicality_of, with
- * the leave-one-out values of the calibration. With columns they are those of the deviation from
- * the prediction (core/stats/norms_traits.c), which needs all components of the members: complete.
- * So does the check, which is made for up to SRNF_NORM_CHECK_MAX subjects.
- * Cost: with columns, and five times that for the check, an eigenproblem of size n for each
- * subject; for the map n + 1 inversions, which are kept (srnf_context.keep).
+ * Without columns residual, distance and Mahalanobis distance are those of srnf_typicality_of. With
+ * columns they are those of the deviation from the prediction (core/stats/norms_traits.c), which
+ * needs all components of the members: complete. So does the check. Members are left out of all
+ * others and the surface, which is so treated as they are (core/stats/norms_augment.c); where it is
+ * a member itself, or, without columns, in a model that is not complete or has more than
+ * SRNF_NORM_CHECK_MAX subjects, out of the others, as the calibration has it.
+ * The check is made for up to SRNF_NORM_CHECK_MAX subjects.
+ * Cost: for up to so many subjects, or with columns, and five times that for the check, an
+ * eigenproblem of size n for each subject; for the map n + 1 inversions, which are kept
+ * (srnf_context.keep).
  * Errors: SRNF_EINVAL (fewer than 4 subjects beside the columns; columns that follow from those
  * before them, also without one of the subjects: element is its number; neither complete nor a
  * calibration; values that are not finite), SRNF_EDEGENERATE (a mean without area), SRNF_ENOMEM,

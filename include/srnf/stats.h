@@ -27,6 +27,42 @@ SRNF_CHECKED int srnf_distances(const struct srnf_sht *sht, size_t n, const doub
                                 const struct srnf_context *context, double *matrix,
                                 struct srnf_error *error);
 
+struct srnf_neighbours {
+    size_t n, k;
+    size_t *indices;   /* [n][k] nearest first; equal distances in the order of the surfaces */
+    double *distances; /* [n][k] */
+    size_t pairs;      /* n (n - 1) / 2 */
+    size_t registered; /* of them; the others are known to be farther than the k-th of both */
+};
+void srnf_neighbours_clear(struct srnf_neighbours *neighbours);
+/*
+ * The k nearest neighbours of each surface, by the registered distances that srnf_distances has of
+ * all pairs, of which only those are registered that a lower bound does not rule out
+ * (core/stats/neighbours.c). The bound holds whatever the registration finds, up to the quadrature
+ * of warped fields, for which 0.2 % of the norms are taken off it.
+ *   surfaces   [in]  n pointers to double[3][(L+1)^2]
+ *   k          [in]  1 .. n - 1
+ *   options    [in]  of the registration, which is made symmetric; its representation is the SRNF
+ *   neighbours [out] srnf_neighbours_clear
+ * Errors: SRNF_EINVAL, else as srnf_register.
+ */
+SRNF_CHECKED int srnf_nearest_neighbours(const struct srnf_sht *sht, size_t n,
+                                         const double *const *surfaces, size_t k,
+                                         const struct srnf_register_options *options,
+                                         const struct srnf_context *context,
+                                         struct srnf_neighbours *neighbours,
+                                         struct srnf_error *error);
+
+/* Room outside of memory, such as a file. Both calls come from any thread, at the same time never
+   for bytes that overlap; what is read was written before, by this call or by the earlier one that
+   left `used`. They return 0, or a negative status, which then is that of the whole: SRNF_EIO. */
+struct srnf_scratch {
+    void *user;
+    int (*write)(void *user, uint64_t offset, const void *bytes, size_t size);
+    int (*read)(void *user, uint64_t offset, void *bytes, size_t size);
+    uint64_t used; /* bytes that an earlier call has left, for what resumes it; 0: none */
+};
+
 struct srnf_mean_options {
     const struct srnf_register_options *registration; /* NULL: as parameterized */
     double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
@@ -36,6 +72,11 @@ struct srnf_mean_options {
        next; beyond it is made anew each time, which takes longer and gives the same bits. Default
        256 MiB. */
     size_t keep_bytes;
+    /* Where the warps of a large group go, all but held_bytes of them (default 128 MiB): the same
+       bits as in memory. A checkpoint then refers to it, and is resumed with the scratch as it was
+       left and what came after in it. NULL: all are in memory. */
+    const struct srnf_scratch *scratch;
+    size_t held_bytes;
     /* Called after each iteration with all that is needed to go on from there: a caller that keeps
        the bytes can hand them back as `resume`. Optional. */
     void (*checkpoint)(void *user, const void *bytes, size_t size);
@@ -70,8 +111,8 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * plain mean in a common pose. Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
  * The registration's representation is the SRNF.
- * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED. SRNF_WNOT_CONVERGED: the mean as
- * it is after max_iterations.
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED, SRNF_EIO (scratch).
+ * SRNF_WNOT_CONVERGED: the mean as it is after max_iterations.
  */
 SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,
                                    const double *const *surfaces,

@@ -32,6 +32,8 @@ static bool is_a_status(enum srnf_status status)
     case SRNF_EDEGENERATE:
     case SRNF_ENOT_STAR:
     case SRNF_ENUMERIC:
+    case SRNF_EUNMATCHED:
+    case SRNF_EIO:
     case SRNF_WNOT_CONVERGED:
         return true;
     }

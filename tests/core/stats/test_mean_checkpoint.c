@@ -12,7 +12,7 @@
 #define ITERATIONS ((size_t)5)
 #define STOP_AFTER ((size_t)3)
 #define STRIDE ((size_t)(FIGURES_SLOW ? 1601 : 397)) /* of the words that lie */
-#define HEAD_WORDS ((size_t)8)                       /* before the history */
+#define HEAD_WORDS ((size_t)9)                       /* before the history */
 
 /* Keeps the bytes of every checkpoint; asks to stop after one of them. */
 struct keeper {

@@ -106,6 +106,60 @@ static int score(const struct normals *a, const struct srnf_norm_model *model, c
     return srnf_score(a->g.sht, model, q, &options, NULL, out, NULL);
 }
 
+/* Each of 12 beside the other 11: their ranks are those of 12 values, each once, as if none of them
+   were the new one. Surfaces are registered to nothing here. */
+static void surface_and_members_are_treated_alike(void **state)
+{
+    const size_t n = 12;
+    struct normals a;
+
+    (void)state;
+    normals_open(&a, n, 0.01, 77);
+    for (size_t covariates = 0; covariates < 2; covariates++) {
+        size_t seen[2][12] = {{0}};
+
+        for (size_t out = 0; out < n; out++) {
+            struct srnf_norm_options options = srnf_norm_options_defaults();
+            struct srnf_norm_model model = normals_model(&a, covariates == 1);
+            struct srnf_pca pca;
+            struct srnf_score score;
+            double *q = shapes_doubles(n * a.size);
+            double age[12];
+
+            for (size_t i = 0; i < n; i++) { /* the last one is the new one */
+                size_t from = (out + 1 + i) % n;
+
+                memcpy(q + i * a.size, a.q + from * a.size, a.size * sizeof(double));
+                age[i] = a.age[from];
+            }
+            stats_average(a.g.grid, n - 1, q, a.mean_q);
+            assert_int_equal(srnf_pca_fit(a.g.grid, n - 1, a.mean_q, q, 0, &pca), SRNF_OK);
+            model.pca = &pca;
+            model.calibration = NULL;
+            model.values = covariates ? age : NULL;
+            options.at = &age[n - 1];
+            options.map = options.check = false;
+            assert_int_equal(
+                srnf_score(a.g.sht, &model, q + (n - 1) * a.size, &options, NULL, &score, NULL),
+                SRNF_OK);
+            for (size_t t = 0; t < 2; t++) {
+                double rank = score.trait[t].percentile * (double)n / 100.0 - 0.5;
+
+                figure_below("rank off a whole number", fabs(rank - round(rank)), 1e-9);
+                seen[t][(size_t)round(rank)]++;
+            }
+            srnf_score_clear(&score);
+            srnf_pca_clear(&pca);
+            srnf_free(q);
+        }
+        for (size_t r = 0; r < n; r++) {
+            assert_int_equal(seen[SRNF_TRAIT_RESIDUAL][r], 1);
+            assert_int_equal(seen[SRNF_TRAIT_DISTANCE][r], 1);
+        }
+    }
+    normals_close(&a);
+}
+
 /* Without covariates the deviations from a prediction are those of the calibration. */
 static void predictions_by_the_mean_are_the_calibration(void **state)
 {
@@ -508,6 +562,7 @@ static void wrong_input_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(surface_and_members_are_treated_alike),
         cmocka_unit_test(ranks_count_subjects),
         cmocka_unit_test(ranks_together_are_uniform),
         cmocka_unit_test(uniformity_has_its_p),

@@ -9,12 +9,14 @@
 
 #define N ((size_t)3)
 #define COMPARED ((size_t)6)
+#define VISITS ((size_t)10)
 #define DEGREE 5
 #define EACH (FIGURES_SLOW ? (size_t)60 : SIZE_MAX) /* refused one by one, before strides */
 
 /* What the runs work on. */
 static struct group g;
 static double *fields;                 /* [N + 1][3][P]: the mean and N fields */
+static double *visited;                /* [VISITS][3][P]: the same */
 static double *compared;               /* [COMPARED][3][P]: the N fields again and again */
 static struct srnf_pca model;          /* of the N fields */
 static struct srnf_pca repeated_model; /* of all that are compared */
@@ -34,6 +36,19 @@ static int run_registered_distance(void)
     return srnf_distances(g.sht, 2, g.surfaces, &registration, NULL, matrix, NULL);
 }
 
+static int run_neighbours(void)
+{
+    struct srnf_neighbours neighbours;
+    int status =
+        srnf_nearest_neighbours(g.sht, 2, g.surfaces, 1, &registration, NULL, &neighbours, NULL);
+
+    if (status >= 0) {
+        srnf_neighbours_clear(&neighbours);
+    }
+    assert_null(neighbours.indices);
+    return status;
+}
+
 static void ignore(void *user, const void *bytes, size_t size)
 {
     (void)user;
@@ -41,7 +56,28 @@ static void ignore(void *user, const void *bytes, size_t size)
     (void)size;
 }
 
-static int run_mean_with(const struct srnf_register_options *options, size_t iterations)
+/* Scratch in memory. */
+static unsigned char scratch_bytes[(size_t)2 << 20];
+
+static int write_scratch(void *user, uint64_t offset, const void *bytes, size_t size)
+{
+    (void)user;
+    assert_true(offset + size <= sizeof scratch_bytes);
+    memcpy(scratch_bytes + offset, bytes, size);
+    return SRNF_OK;
+}
+
+static int read_scratch(void *user, uint64_t offset, void *bytes, size_t size)
+{
+    (void)user;
+    memcpy(bytes, scratch_bytes + offset, size);
+    return SRNF_OK;
+}
+
+static const struct srnf_scratch scratch = {.write = write_scratch, .read = read_scratch};
+
+static int run_mean_with(const struct srnf_register_options *options, size_t iterations,
+                         size_t held_bytes)
 {
     struct srnf_mean_options mean_options = srnf_mean_options_defaults();
     struct srnf_mean mean;
@@ -51,6 +87,8 @@ static int run_mean_with(const struct srnf_register_options *options, size_t ite
     mean_options.max_iterations = iterations;
     mean_options.tolerance = 0.0;
     mean_options.checkpoint = ignore;
+    mean_options.scratch = held_bytes < SIZE_MAX ? &scratch : NULL;
+    mean_options.held_bytes = held_bytes;
     status = srnf_karcher_mean(g.sht, 2, g.surfaces, &mean_options, NULL, &mean, NULL);
     if (status >= 0) {
         srnf_mean_clear(&mean);
@@ -61,12 +99,17 @@ static int run_mean_with(const struct srnf_register_options *options, size_t ite
 
 static int run_mean(void)
 {
-    return run_mean_with(NULL, 1);
+    return run_mean_with(NULL, 1, SIZE_MAX);
 }
 
 static int run_registered_mean(void)
 {
-    return run_mean_with(&registration, 2);
+    return run_mean_with(&registration, 2, SIZE_MAX);
+}
+
+static int run_spilled_mean(void)
+{
+    return run_mean_with(&registration, 2, 0);
 }
 
 /* In the pulled-back metric, of registered surfaces: the mean of SRNFs comes before it. */
@@ -218,6 +261,28 @@ static int run_pairs(void)
     return status;
 }
 
+static int run_trajectories(void)
+{
+    static const double sizes[10] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    static const double times[10] = {0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0};
+    static const size_t subjects[10] = {0, 0, 2, 2, 4, 4, 6, 6, 8, 8};
+    static const double column[10] = {0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0};
+    static const double at[1] = {1.0};
+    const struct srnf_nested nested = {0, 1, NULL, column};
+    const struct srnf_regress_design design = {1, column, 1, &nested, 1, at};
+    const struct srnf_visits visits = {VISITS, g.f[0], visited, sizes, times, subjects, at};
+    struct srnf_trajectories_options options = srnf_trajectories_options_defaults();
+    struct srnf_trajectories trajectories = {0};
+    int status;
+
+    options.permutations = 20;
+    options.bootstraps = 100;
+    status = srnf_fit_trajectories(g.sht, &visits, &design, &options, NULL, &trajectories, NULL);
+    assert_true((status < 0) == (trajectories.subject == NULL));
+    srnf_trajectories_clear(&trajectories);
+    return status;
+}
+
 static int run_ranks(void)
 {
     static const double values[4] = {1.0, 2.0, 4.0, 3.0};
@@ -352,6 +417,7 @@ static void distances_survive(void **state)
     (void)state;
     refusing_sweep("distances", run_distances, EACH, 1);
     refusing_sweep("a registered distance", run_registered_distance, EACH, 11);
+    refusing_sweep("nearest neighbours", run_neighbours, FIGURES_SLOW ? 20 : 60, 29);
 }
 
 static void mean_survives(void **state)
@@ -359,6 +425,7 @@ static void mean_survives(void **state)
     (void)state;
     refusing_sweep("mean", run_mean, EACH, 1);
     refusing_sweep("registered mean", run_registered_mean, EACH, 7);
+    refusing_sweep("mean with its warps in scratch", run_spilled_mean, EACH, 13);
     refusing_sweep("mean in the pulled-back metric", run_pulled_mean, EACH / 4, 7);
 }
 
@@ -399,6 +466,7 @@ static void judging_survives(void **state)
     refusing_sweep("interval of a proportion", run_interval, 4, 1);
     refusing_sweep("linear model", run_regression, EACH, 3);
     refusing_sweep("differences within subjects", run_pairs, EACH, 3);
+    refusing_sweep("trajectories", run_trajectories, EACH, 3);
     refusing_sweep("comparison with a subject twice", run_repeated_comparison, EACH, 3);
 }
 
@@ -426,12 +494,18 @@ int main(void)
         memcpy(compared + i * 3 * g.points, fields + (1 + i % N) * 3 * g.points,
                3 * g.points * sizeof(double));
     }
+    visited = shapes_doubles(VISITS * 3 * g.points);
+    for (size_t i = 0; i < VISITS; i++) {
+        memcpy(visited + i * 3 * g.points, fields + (1 + i * i % N) * 3 * g.points,
+               3 * g.points * sizeof(double));
+    }
     registration = srnf_register_options_defaults();
     registration.degree = 2;
     registration.common_pose = true;
     failed = cmocka_run_group_tests(tests, NULL, NULL);
     srnf_free(workspace);
     srnf_free(compared);
+    srnf_free(visited);
     srnf_free(fields);
     group_close(&g);
     return failed;

@@ -1,0 +1,57 @@
+/*
+ * test_trajectories_200.c - 200 studies of 12 subjects whose slopes have nothing in common and do
+ * not depend on the group: how often the mean slope and the group are found at the level .05, over
+ * the whole surface and on the map, where all subjects have the same visits and where they have
+ * not.
+ *
+ * srnfd-test: nightly
+ * srnfd-test: timeout 3600
+ */
+#include "lines.h"
+
+#define RUNS ((size_t)200)
+#define N ((size_t)12)
+
+static void nothing_is_found_at_the_level(void **state)
+{
+    (void)state;
+    for (size_t unequal = 0; unequal < 2; unequal++) {
+        size_t slope = 0;
+        size_t slope_map = 0;
+        size_t group = 0;
+        size_t group_map = 0;
+
+        for (size_t run = 0; run < RUNS; run++) {
+            const struct lines_plan plan = {N, unequal, 0.0, 0.0, 0.1, 0.02, 1000 + run};
+            struct lines l;
+            struct srnf_trajectories out;
+
+            lines_open(&l, &plan);
+            lines_group(&l);
+            l.design.points = 0;
+            assert_int_equal(lines_fit(&l, 199, run, NULL, &out), SRNF_OK);
+            slope += out.slope.p_value <= 0.05;
+            slope_map += out.slope.max_p_value <= 0.05;
+            group += out.model.test_of[0].p_value <= 0.05;
+            group_map += out.model.test_of[0].max_p_value <= 0.05;
+            srnf_trajectories_clear(&out);
+            lines_close(&l);
+        }
+        printf("# %zu studies, %s visits: mean slope %zu, on the map %zu; group %zu, %zu\n", RUNS,
+               unequal ? "different" : "equal", slope, slope_map, group, group_map);
+        /* Binomial(200, .05): above 20 with a chance of 1e-3, below 2 as well. */
+        assert_true(slope >= 2 && slope <= 20 && slope_map >= 2 && slope_map <= 20);
+        assert_true(group >= 2 && group <= 20 && group_map >= 2 && group_map <= 20);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_is_found_at_the_level),
+    };
+
+    openblas_set_num_threads(1);
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
