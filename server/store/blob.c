@@ -18,6 +18,7 @@
  * Cost: SHA-256 at some 300 MB/s each way.
  */
 #include "store/internal.h"
+#include "store/numbers.h"
 
 #include "store/digest.h"
 #include "store/store.h"
@@ -374,5 +375,27 @@ int store_blob_find(struct store *store, const char *sql, const char *id, unsign
         status = store_blob_read(store, reader->db, hash, bytes, size);
     }
     store_reader_return(store, reader);
+    return status;
+}
+
+int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
+                       double **values)
+{
+    unsigned char *bytes = NULL;
+    size_t size = 0;
+    int status = store_blob_read(store, db, hash, &bytes, &size);
+
+    *values = NULL;
+    if (status == STORE_OK && (size % 8 != 0 || size / 8 != count)) {
+        status = STORE_CORRUPT;
+    }
+    if (status == STORE_OK) {
+        *values = malloc(count ? size : 1);
+        status = *values ? STORE_OK : STORE_NOMEM;
+    }
+    if (status == STORE_OK) {
+        store_get_doubles(bytes, *values, count);
+    }
+    free(bytes);
     return status;
 }

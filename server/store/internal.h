@@ -338,13 +338,7 @@ int store_open_offline(struct store *store, sqlite3 **db, const char *directory,
                        size_t message_size);
 void store_close_offline(struct store *store, sqlite3 *db);
 
-/* ---- Numbers (numbers.c) --------------------------------------------------------------------- */
-
-/* Integers and doubles as the store writes them: eight bytes each, least significant first,
-   whatever the machine; -0 as 0. */
-void store_put_integer(unsigned char bytes[8], int64_t value);
-void store_put_doubles(unsigned char *bytes, const double *values, size_t count);
-/* Reads a blob of exactly count doubles: malloc. */
+/* Reads a blob of exactly count doubles: malloc (blob.c). */
 int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
                        double **values);
 
@@ -430,6 +424,10 @@ int store_job_remove(sqlite3 *db, const char *id, struct store_write *write);
 /* On the writer thread: the job has ended, and so its checkpoint goes, if it has one. The blob
    becomes what write drops. */
 int store_checkpoint_drop(sqlite3 *db, const char *job, struct store_write *write);
+/* Removes the file that the job has for what memory has no room for, if it has one (scratch.c); and
+   those of all jobs that have ended. */
+void store_scratch_remove(struct store *store, const char *job);
+int store_scratch_sweep(struct store *store);
 /* Drops the checkpoints of all jobs that have ended, one by one. */
 int store_checkpoint_sweep(struct store *store);
 

@@ -336,6 +336,9 @@ int store_job_transition(struct store *store, const char *id, int64_t attempt,
                          : store_write_freeing(store, run_transition, &transition);
         store_blob_unstage(store, &staged);
     }
+    if (status == STORE_OK && to != STORE_JOB_ACCEPTED) {
+        store_scratch_remove(store, id);
+    }
     store_ids_clear(&transition.named);
     return status;
 }
@@ -377,6 +380,8 @@ int store_job_request_cancel(struct store *store, const char *id, struct store_j
     status = store_write_freeing(store, run_cancel, &cancel);
     if (status != STORE_OK) {
         store_job_clear(job);
+    } else if (job->status == STORE_JOB_DISMISSED) {
+        store_scratch_remove(store, id);
     }
     return status;
 }
@@ -466,5 +471,6 @@ int store_job_recover(struct store *store, int64_t deaths_max, const char *named
 
     *requeued = status == STORE_OK ? recovery.requeued : 0;
     *failed = status == STORE_OK ? recovery.failed : 0;
-    return status == STORE_OK ? store_checkpoint_sweep(store) : status;
+    status = status == STORE_OK ? store_checkpoint_sweep(store) : status;
+    return status == STORE_OK ? store_scratch_sweep(store) : status;
 }

@@ -12,6 +12,7 @@
  * again they get another id.
  */
 #include "store/internal.h"
+#include "store/numbers.h"
 #include "store/batch.h"
 #include "store/model.h"
 #include "store/page.h"

@@ -5,9 +5,8 @@
  *
  * -0 is written as 0: the two are equal, and equal content has one id.
  */
-#include "store/internal.h"
+#include "store/numbers.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static void put_bits(unsigned char bytes[8], uint64_t bits)
@@ -34,7 +33,7 @@ void store_put_doubles(unsigned char *bytes, const double *values, size_t count)
     }
 }
 
-static void get_doubles(const unsigned char *bytes, double *values, size_t count)
+void store_get_doubles(const unsigned char *bytes, double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         uint64_t bits = 0;
@@ -44,26 +43,4 @@ static void get_doubles(const unsigned char *bytes, double *values, size_t count
         }
         memcpy(&values[i], &bits, sizeof bits);
     }
-}
-
-int store_read_doubles(struct store *store, sqlite3 *db, const char *hash, size_t count,
-                       double **values)
-{
-    unsigned char *bytes = NULL;
-    size_t size = 0;
-    int status = store_blob_read(store, db, hash, &bytes, &size);
-
-    *values = NULL;
-    if (status == STORE_OK && (size % 8 != 0 || size / 8 != count)) {
-        status = STORE_CORRUPT;
-    }
-    if (status == STORE_OK) {
-        *values = malloc(count ? size : 1);
-        status = *values ? STORE_OK : STORE_NOMEM;
-    }
-    if (status == STORE_OK) {
-        get_doubles(bytes, *values, count);
-    }
-    free(bytes);
-    return status;
 }

@@ -6,6 +6,7 @@
  *   DIR/reserve         room for deletions on a full disk (reserve.c)
  *   DIR/blobs/          content-addressed files (blob.c)
  *   DIR/prepared/       prepared meshes, which follow from the blobs (prepared.c)
+ *   DIR/scratch/        what running jobs have no room for in memory (scratch.c)
  *   DIR/tokens          who may call (token.c), with tokens.lock beside it
  *
  * Order of opening: lock, blobs, database and migrations, writer thread, readers; closing goes

@@ -6,6 +6,7 @@
  * (lmax + 1)^2 of them.
  */
 #include "store/internal.h"
+#include "store/numbers.h"
 #include "store/batch.h"
 #include "store/holdings.h"
 #include "store/page.h"

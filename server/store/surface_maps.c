@@ -6,6 +6,7 @@
  * never change. Values are one blob of doubles (numbers.c), map after map.
  */
 #include "store/internal.h"
+#include "store/numbers.h"
 #include "store/surface.h"
 
 #include <sodium.h>

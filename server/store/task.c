@@ -1,11 +1,13 @@
 /*
- * task.c - tasks and leases (task.h). Writes of many workers that come together share a
- * transaction, and so a sync, as all writes do (writer.c).
+ * task.c - tasks and leases (task.h), and arrays of workers that Slurm was asked for (pilots.h).
+ * Writes of many workers that come together share a transaction, and so a sync, as all writes do
+ * (writer.c).
  */
 #include "store/task.h"
 
 #include "store/digest.h"
 #include "store/internal.h"
+#include "store/pilots.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -47,7 +49,7 @@ static enum store_task_status status_of(const char *name)
                                          : STORE_TASK_WAITING;
 }
 
-static int read_one(sqlite3_stmt *row, struct store_task *task)
+static void read_one(sqlite3_stmt *row, struct store_task *task)
 {
     char status[16];
 
@@ -55,30 +57,15 @@ static int read_one(sqlite3_stmt *row, struct store_task *task)
     task->status = status_of(status);
     task->attempt = sqlite3_column_int64(row, 1);
     task->lost = sqlite3_column_int64(row, 2);
-    task->expires_ms = sqlite3_column_int64(row, 3);
-    store_column_id(row, 4, task->worker, sizeof task->worker);
-    store_column_id(row, 6, task->secret, sizeof task->secret);
-    if (task->status == STORE_TASK_DONE) {
-        const void *bytes = sqlite3_column_blob(row, 5);
-
-        task->result_size = (size_t)sqlite3_column_bytes(row, 5);
-        task->result = malloc(task->result_size ? task->result_size : 1);
-        if (!task->result) {
-            return STORE_NOMEM;
-        }
-        if (task->result_size > 0) {
-            memcpy(task->result, bytes, task->result_size);
-        }
-    }
-    return STORE_OK;
+    store_column_id(row, 3, task->worker, sizeof task->worker);
+    store_column_id(row, 4, task->secret, sizeof task->secret);
 }
 
 static int read_all(sqlite3 *db, size_t n, struct store_task *tasks)
 {
     sqlite3_stmt *row = NULL;
     int status = store_prepare(db, &row,
-                               "SELECT status, attempt, lost, expires_ms, worker, result, "
-                               "secret FROM task "
+                               "SELECT status, attempt, lost, worker, secret FROM task "
                                "WHERE id = ?1",
                                "t", NULL);
 
@@ -88,7 +75,7 @@ static int read_all(sqlite3 *db, size_t n, struct store_task *tasks)
             status = store_step(db, row);
         }
         if (status == STORE_OK) {
-            status = read_one(row, &tasks[i]);
+            read_one(row, &tasks[i]);
         }
         (void)sqlite3_reset(row);
     }
@@ -101,13 +88,8 @@ int store_tasks_open(struct store *store, const char *job, const char *kind, siz
 {
     struct open_tasks open = {.job = job, .kind = kind, .n = n, .tasks = tasks};
     struct store_reader *reader = NULL;
-    int status;
+    int status = store_write(store, run_open, &open);
 
-    for (size_t i = 0; i < n; i++) {
-        tasks[i].result = NULL;
-        tasks[i].result_size = 0;
-    }
-    status = store_write(store, run_open, &open);
     if (status == STORE_OK) {
         status = store_reader_take(store, &reader);
     }
@@ -115,9 +97,61 @@ int store_tasks_open(struct store *store, const char *job, const char *kind, siz
         status = read_all(reader->db, n, tasks);
         store_reader_return(store, reader);
     }
-    for (size_t i = 0; status != STORE_OK && i < n; i++) {
-        free(tasks[i].result);
-        tasks[i].result = NULL;
+    return status;
+}
+
+/* ---- Reading --------------------------------------------------------------------------------- */
+
+int store_task_holds(struct store *store, const char *id, const char *secret)
+{
+    struct store_reader *reader = NULL;
+    char digest[65];
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    store_sha256_hex(digest, secret, strlen(secret));
+    if (status == STORE_OK) {
+        status = store_prepare(reader->db, &row,
+                               "SELECT 1 FROM task WHERE id = ? AND secret = ? "
+                               "AND status = 'leased'",
+                               "tt", id, digest);
+        status = status == STORE_OK ? store_step(reader->db, row) : status;
+        sqlite3_finalize(row);
+        store_reader_return(store, reader);
+    }
+    return status == STORE_NOT_FOUND ? STORE_CONFLICT : status;
+}
+
+static int copy_result(sqlite3_stmt *row, unsigned char **result, size_t *size)
+{
+    const void *bytes = sqlite3_column_blob(row, 0);
+
+    *size = (size_t)sqlite3_column_bytes(row, 0);
+    *result = malloc(*size ? *size : 1);
+    if (!*result) {
+        return STORE_NOMEM;
+    }
+    if (*size > 0) {
+        memcpy(*result, bytes, *size);
+    }
+    return STORE_OK;
+}
+
+int store_task_result(struct store *store, const char *id, unsigned char **result, size_t *size)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *row = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *result = NULL;
+    *size = 0;
+    if (status == STORE_OK) {
+        status = store_prepare(reader->db, &row,
+                               "SELECT result FROM task WHERE id = ? AND status = 'done'", "t", id);
+        status = status == STORE_OK ? store_step(reader->db, row) : status;
+        status = status == STORE_OK ? copy_result(row, result, size) : status;
+        sqlite3_finalize(row);
+        store_reader_return(store, reader);
     }
     return status;
 }
@@ -127,7 +161,7 @@ int store_tasks_open(struct store *store, const char *job, const char *kind, siz
 struct move {
     const char *id, *text; /* text: secret or reason, as the move has it */
     char secret[65];       /* digest */
-    int64_t attempt, ms;
+    int64_t attempt;
     const char *worker;
     const void *result;
     size_t size;
@@ -153,47 +187,24 @@ static int run_lease(struct store *store, sqlite3 *db, struct store_write *write
 {
     const struct move *move = write->argument;
     size_t changed = 0;
-    int status = store_execute(db, &changed,
-                               "UPDATE task SET status = 'leased', attempt = ?, secret = ?, "
-                               "worker = ?, expires_ms = ? WHERE id = ? AND status = 'waiting' "
-                               "AND attempt < ?",
-                               "ittiti", move->attempt, move->secret, move->worker, move->ms,
-                               move->id, move->attempt);
+    int status =
+        store_execute(db, &changed,
+                      "UPDATE task SET status = 'leased', attempt = ?, secret = ?, "
+                      "worker = ? WHERE id = ? AND status = 'waiting' AND attempt < ?",
+                      "ittti", move->attempt, move->secret, move->worker, move->id, move->attempt);
 
     (void)store;
     return judge(status, changed);
 }
 
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,
-                     const char *worker, int64_t expires_ms)
+                     const char *worker)
 {
     struct move move = move_of(id, secret);
 
     move.attempt = attempt;
     move.worker = worker;
-    move.ms = expires_ms;
     return store_write(store, run_lease, &move);
-}
-
-static int run_extend(struct store *store, sqlite3 *db, struct store_write *write)
-{
-    const struct move *move = write->argument;
-    size_t changed = 0;
-    int status = store_execute(db, &changed,
-                               "UPDATE task SET expires_ms = ? WHERE id = ? AND secret = ? "
-                               "AND status = 'leased'",
-                               "itt", move->ms, move->id, move->secret);
-
-    (void)store;
-    return judge(status, changed);
-}
-
-int store_task_extend(struct store *store, const char *id, const char *secret, int64_t expires_ms)
-{
-    struct move move = move_of(id, secret);
-
-    move.ms = expires_ms;
-    return store_write(store, run_extend, &move);
 }
 
 static int run_finish(struct store *store, sqlite3 *db, struct store_write *write)
@@ -254,21 +265,19 @@ static int run_lose(struct store *store, sqlite3 *db, struct store_write *write)
     int status = store_execute(
         db, &changed,
         "UPDATE task SET status = 'waiting', secret = '', lost = lost + 1, " ADD_REASON(
-            "('attempt ' || attempt || ': no sign of ' || worker)") " WHERE id = ?1 AND attempt = "
-                                                                    "?2 AND status = 'leased' AND "
-                                                                    "expires_ms <= ?3",
-        "tii", move->id, move->attempt, move->ms);
+            "?3") " WHERE id = ?1 AND attempt = ?2 AND status = 'leased'",
+        "tit", move->id, move->attempt, move->text);
 
     (void)store;
     return judge(status, changed);
 }
 
-int store_task_lose(struct store *store, const char *id, int64_t attempt, int64_t now_ms)
+int store_task_lose(struct store *store, const char *id, int64_t attempt, const char *reason)
 {
     struct move move = move_of(id, NULL);
 
     move.attempt = attempt;
-    move.ms = now_ms;
+    move.text = reason;
     return store_write(store, run_lose, &move);
 }
 
@@ -292,6 +301,22 @@ int store_task_reset(struct store *store, const char *id)
     return store_write(store, run_reset, &move);
 }
 
+static int run_drop(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct move *move = write->argument;
+
+    (void)store;
+    return store_execute(db, NULL, "DELETE FROM task WHERE job = ? AND status = 'done'", "t",
+                         move->id);
+}
+
+int store_tasks_drop_done(struct store *store, const char *job)
+{
+    struct move move = {.id = job};
+
+    return store_write(store, run_drop, &move);
+}
+
 int store_task_reasons(struct store *store, const char *id, char reasons[STORE_TASK_REASONS_MAX])
 {
     struct store_reader *reader = NULL;
@@ -304,4 +329,112 @@ int store_task_reasons(struct store *store, const char *id, char reasons[STORE_T
         store_reader_return(store, reader);
     }
     return status;
+}
+
+/* ---- Pilots ---------------------------------------------------------------------------------- */
+
+static const char *const pilots_statuses[] = {"intended", "submitted", "ending"};
+
+static int run_pilots_put(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const struct store_pilots *row = write->argument;
+
+    (void)store;
+    return store_execute(db, NULL,
+                         "INSERT OR REPLACE INTO pilots (name, job, number, status, try, size, "
+                         "memory, token) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                         "ttttiiit", row->name, row->job, row->number, pilots_statuses[row->status],
+                         row->try, row->size, row->memory, row->token);
+}
+
+int store_pilots_put(struct store *store, const struct store_pilots *row)
+{
+    struct store_pilots copy = *row;
+
+    return store_write(store, run_pilots_put, &copy);
+}
+
+static int run_pilots_drop(struct store *store, sqlite3 *db, struct store_write *write)
+{
+    const char *const *name = write->argument;
+
+    (void)store;
+    return store_execute(db, NULL, "DELETE FROM pilots WHERE name = ?", "t", *name);
+}
+
+int store_pilots_drop(struct store *store, const char *name)
+{
+    return store_write(store, run_pilots_drop, &name);
+}
+
+static void read_pilots(sqlite3_stmt *rows, struct store_pilots *row)
+{
+    char status[16];
+
+    *row = (struct store_pilots){.status = STORE_PILOTS_INTENDED};
+    store_column_id(rows, 0, row->name, sizeof row->name);
+    store_column_id(rows, 1, row->job, sizeof row->job);
+    store_column_id(rows, 2, row->number, sizeof row->number);
+    store_column_id(rows, 3, status, sizeof status);
+    for (size_t i = 0; i < sizeof pilots_statuses / sizeof pilots_statuses[0]; i++) {
+        if (strcmp(status, pilots_statuses[i]) == 0) {
+            row->status = (enum store_pilots_status)i;
+        }
+    }
+    row->try = sqlite3_column_int64(rows, 4);
+    row->size = sqlite3_column_int64(rows, 5);
+    row->memory = sqlite3_column_int64(rows, 6);
+    store_column_id(rows, 7, row->token, sizeof row->token);
+}
+
+int store_pilots_list(struct store *store, struct store_pilots **list, size_t *n)
+{
+    struct store_reader *reader = NULL;
+    sqlite3_stmt *rows = NULL;
+    int status = store_reader_take(store, &reader);
+
+    *list = NULL;
+    *n = 0;
+    if (status != STORE_OK) {
+        return status;
+    }
+    status = store_prepare(reader->db, &rows,
+                           "SELECT name, job, number, status, try, size, memory, token "
+                           "FROM pilots ORDER BY name",
+                           "");
+    while (status == STORE_OK && (status = store_step(reader->db, rows)) == STORE_OK) {
+        struct store_pilots *grown = realloc(*list, (*n + 1) * sizeof **list);
+
+        if (!grown) {
+            status = STORE_NOMEM;
+            break;
+        }
+        *list = grown;
+        read_pilots(rows, &grown[(*n)++]);
+    }
+    sqlite3_finalize(rows);
+    store_reader_return(store, reader);
+    if (status == STORE_NOT_FOUND) {
+        return STORE_OK;
+    }
+    free(*list);
+    *list = NULL;
+    *n = 0;
+    return status;
+}
+
+int store_pilots_wanted(struct store *store, const char *job, bool *wanted)
+{
+    struct store_reader *reader = NULL;
+    char status[16] = "";
+    int result = store_reader_take(store, &reader);
+
+    *wanted = false;
+    if (result == STORE_OK) {
+        result = store_text(reader->db, status, sizeof status,
+                            "SELECT status FROM job WHERE id = ?", job);
+        store_reader_return(store, reader);
+        *wanted = strcmp(status, "accepted") == 0 || strcmp(status, "running") == 0;
+    }
+    return result == STORE_NOT_FOUND ? STORE_OK : result;
 }

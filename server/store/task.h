@@ -7,7 +7,7 @@
  *
  * A lease is known by its task and its secret, which is new with each attempt. Each move is one
  * UPDATE guarded by the status and the attempt or secret: of two that come at once, one gets
- * STORE_CONFLICT. Tasks go with the end of their job.
+ * STORE_CONFLICT. When a lease expires is not known here. Tasks go with the end of their job.
  */
 #ifndef SRNFD_STORE_TASK_H
 #define SRNFD_STORE_TASK_H
@@ -27,34 +27,36 @@ enum store_task_status { STORE_TASK_WAITING, STORE_TASK_LEASED, STORE_TASK_DONE 
 struct store_task {
     char id[STORE_ID_MAX]; /* task- and 32 hexadecimal digits */
     enum store_task_status status;
-    int64_t attempt, lost, expires_ms;
+    int64_t attempt, lost;
     char worker[STORE_ID_MAX];
-    char secret[65];       /* digest of that of a lease, or "" */
-    unsigned char *result; /* of one that is done: malloc */
-    size_t result_size;
+    char secret[65]; /* digest of that of a lease, or "" */
 };
 
 /* Adds those tasks of a job that are not there yet, and fills the n rows as they stand; ids are
-   given. On failure no row has a result. */
+   given. */
 int store_tasks_open(struct store *store, const char *job, const char *kind, size_t n,
                      struct store_task *tasks);
 /* Attempt `attempt` of a waiting task goes to a worker. secret: as the worker gets it; of it the
    digest is kept. */
 int store_task_lease(struct store *store, const char *id, int64_t attempt, const char *secret,
-                     const char *worker, int64_t expires_ms);
-/* The lease holds until then. */
-int store_task_extend(struct store *store, const char *id, const char *secret, int64_t expires_ms);
+                     const char *worker);
+/* Whether this is the lease of the task: STORE_OK or STORE_CONFLICT. Nothing is written. */
+int store_task_holds(struct store *store, const char *id, const char *secret);
 /* The result of the lease: the task is done. */
 int store_task_finish(struct store *store, const char *id, const char *secret, const void *result,
                       size_t size);
+/* The result of a task that is done: malloc. STORE_NOT_FOUND: it has none. */
+int store_task_result(struct store *store, const char *id, unsigned char **result, size_t *size);
 /* The worker gives the lease back; reason NULL: nothing was wrong. Otherwise the attempt is lost,
    for that reason. */
 int store_task_give_back(struct store *store, const char *id, const char *secret,
                          const char *reason);
-/* The lease of that attempt has expired: it is lost. STORE_CONFLICT: it was extended, or ended. */
-int store_task_lose(struct store *store, const char *id, int64_t attempt, int64_t now_ms);
+/* The lease of that attempt is lost, for that reason. STORE_CONFLICT: it has ended. */
+int store_task_lose(struct store *store, const char *id, int64_t attempt, const char *reason);
 /* A task that is done is to be computed again: its result is none. */
 int store_task_reset(struct store *store, const char *id);
+/* The tasks of a job that are done go, with their results: the job has no need of them any more. */
+int store_tasks_drop_done(struct store *store, const char *job);
 /* What was said of lost attempts, one a line. */
 int store_task_reasons(struct store *store, const char *id, char reasons[STORE_TASK_REASONS_MAX]);
 

@@ -34,8 +34,6 @@ static int64_t open_two(struct store *store, char job[STORE_ID_MAX], struct stor
 /* As they are when the job comes to them again. */
 static void look(struct store *store, const char *job, struct store_task tasks[2])
 {
-    free(tasks[0].result);
-    free(tasks[1].result);
     assert_int_equal(store_tasks_open(store, job, "pairs", 2, tasks), STORE_OK);
 }
 
@@ -45,26 +43,37 @@ static void a_lease_ends_with_one_result(void **state)
     struct store *store = fixture->store;
     struct store_task tasks[2];
     char job[STORE_ID_MAX];
+    unsigned char *result;
+    size_t size;
 
     open_two(store, job, tasks);
     assert_int_equal(tasks[0].status, STORE_TASK_WAITING);
     assert_int_equal(store_task_finish(store, ONE, "a", "x", 1), STORE_CONFLICT);
-    assert_int_equal(store_task_lease(store, ONE, 1, "a", "w", 1000), STORE_OK);
-    assert_int_equal(store_task_lease(store, ONE, 2, "b", "v", 1000), STORE_CONFLICT);
+    assert_int_equal(store_task_lease(store, ONE, 1, "a", "w"), STORE_OK);
+    assert_int_equal(store_task_lease(store, ONE, 2, "b", "v"), STORE_CONFLICT);
     assert_int_equal(store_task_finish(store, ONE, "forged", "x", 1), STORE_CONFLICT);
     assert_int_equal(store_task_finish(store, TWO, "a", "x", 1), STORE_CONFLICT);
     assert_int_equal(store_task_finish(store, "task-3", "a", "x", 1), STORE_CONFLICT);
-    assert_int_equal(store_task_extend(store, ONE, "a", 2000), STORE_OK);
+    assert_int_equal(store_task_holds(store, ONE, "a"), STORE_OK);
+    assert_int_equal(store_task_holds(store, ONE, "forged"), STORE_CONFLICT);
+    assert_int_equal(store_task_holds(store, TWO, "a"), STORE_CONFLICT);
+    assert_int_equal(store_task_result(store, ONE, &result, &size), STORE_NOT_FOUND);
     assert_int_equal(store_task_finish(store, ONE, "a", "xyz", 3), STORE_OK);
     assert_int_equal(store_task_finish(store, ONE, "a", "uvw", 3), STORE_CONFLICT);
-    assert_int_equal(store_task_extend(store, ONE, "a", 3000), STORE_CONFLICT);
+    assert_int_equal(store_task_holds(store, ONE, "a"), STORE_CONFLICT);
     assert_int_equal(store_task_give_back(store, ONE, "a", NULL), STORE_CONFLICT);
     look(store, job, tasks);
     assert_int_equal(tasks[0].status, STORE_TASK_DONE);
-    assert_int_equal(tasks[0].result_size, 3);
-    assert_memory_equal(tasks[0].result, "xyz", 3);
     assert_int_equal(tasks[1].status, STORE_TASK_WAITING);
-    free(tasks[0].result);
+    assert_int_equal(store_task_result(store, ONE, &result, &size), STORE_OK);
+    assert_int_equal(size, 3);
+    assert_memory_equal(result, "xyz", 3);
+    free(result);
+    assert_int_equal(store_tasks_drop_done(store, job), STORE_OK);
+    assert_int_equal(store_task_result(store, ONE, &result, &size), STORE_NOT_FOUND);
+    look(store, job, tasks);
+    assert_int_equal(tasks[0].status, STORE_TASK_WAITING);
+    assert_int_equal(tasks[0].attempt, 0);
 }
 
 static void an_expired_lease_is_stale(void **state)
@@ -75,24 +84,23 @@ static void an_expired_lease_is_stale(void **state)
     struct store_task tasks[2];
 
     open_two(store, job, tasks);
-    assert_int_equal(store_task_lease(store, ONE, 1, "a", "slow", 1000), STORE_OK);
-    assert_int_equal(store_task_lose(store, ONE, 1, 999), STORE_CONFLICT);
-    assert_int_equal(store_task_lose(store, ONE, 2, 5000), STORE_CONFLICT);
-    assert_int_equal(store_task_lose(store, ONE, 1, 1000), STORE_OK);
-    assert_int_equal(store_task_lose(store, ONE, 1, 1000), STORE_CONFLICT);
+    assert_int_equal(store_task_lease(store, ONE, 1, "a", "slow"), STORE_OK);
+    assert_int_equal(store_task_lose(store, ONE, 2, "no sign"), STORE_CONFLICT);
+    assert_int_equal(store_task_lose(store, ONE, 1, "no sign of slow"), STORE_OK);
+    assert_int_equal(store_task_lose(store, ONE, 1, "no sign"), STORE_CONFLICT);
     assert_int_equal(store_task_finish(store, ONE, "a", "x", 1), STORE_CONFLICT);
-    assert_int_equal(store_task_lease(store, ONE, 1, "c", "late", 9000), STORE_CONFLICT);
-    assert_int_equal(store_task_lease(store, ONE, 2, "b", "next", 9000), STORE_OK);
+    assert_int_equal(store_task_lease(store, ONE, 1, "c", "late"), STORE_CONFLICT);
+    assert_int_equal(store_task_lease(store, ONE, 2, "b", "next"), STORE_OK);
     assert_int_equal(store_task_finish(store, ONE, "a", "x", 1), STORE_CONFLICT);
     assert_int_equal(store_task_give_back(store, ONE, "b", "it broke"), STORE_OK);
-    assert_int_equal(store_task_lease(store, ONE, 3, "d", "kind", 9000), STORE_OK);
+    assert_int_equal(store_task_lease(store, ONE, 3, "d", "kind"), STORE_OK);
     assert_int_equal(store_task_give_back(store, ONE, "d", NULL), STORE_OK);
     look(store, job, tasks);
     assert_int_equal(tasks[0].status, STORE_TASK_WAITING);
     assert_int_equal(tasks[0].attempt, 3);
     assert_int_equal(tasks[0].lost, 2);
     assert_int_equal(store_task_reasons(store, ONE, reasons), STORE_OK);
-    assert_string_equal(reasons, "attempt 1: no sign of slow\nit broke");
+    assert_string_equal(reasons, "no sign of slow\nit broke");
 }
 
 static void leases_outlive_the_daemon(void **state)
@@ -102,14 +110,13 @@ static void leases_outlive_the_daemon(void **state)
     char job[STORE_ID_MAX];
 
     open_two(fixture->store, job, tasks);
-    assert_int_equal(store_task_lease(fixture->store, ONE, 1, "a", "w", 1000), STORE_OK);
-    assert_int_equal(store_task_lease(fixture->store, TWO, 1, "b", "w", 1000), STORE_OK);
+    assert_int_equal(store_task_lease(fixture->store, ONE, 1, "a", "w"), STORE_OK);
+    assert_int_equal(store_task_lease(fixture->store, TWO, 1, "b", "w"), STORE_OK);
     assert_int_equal(store_task_finish(fixture->store, TWO, "b", "y", 1), STORE_OK);
     store_close(fixture->store);
     fixture->store = fixture_store(fixture->path);
     look(fixture->store, job, tasks);
     assert_int_equal(tasks[0].status, STORE_TASK_LEASED);
-    assert_int_equal(tasks[0].expires_ms, 1000);
     assert_string_equal(tasks[0].worker, "w");
     assert_int_equal(tasks[1].status, STORE_TASK_DONE);
     assert_int_equal(store_task_finish(fixture->store, ONE, "a", "x", 1), STORE_OK);
@@ -118,7 +125,6 @@ static void leases_outlive_the_daemon(void **state)
     look(fixture->store, job, tasks);
     assert_int_equal(tasks[0].status, STORE_TASK_WAITING);
     assert_int_equal(tasks[0].lost, 1);
-    free(tasks[1].result);
 }
 
 static void tasks_go_with_their_job(void **state)
@@ -129,14 +135,14 @@ static void tasks_go_with_their_job(void **state)
     char job[STORE_ID_MAX], reasons[STORE_TASK_REASONS_MAX];
     int64_t attempt = open_two(store, job, tasks);
 
-    assert_int_equal(store_task_lease(store, ONE, 1, "a", "w", 1000), STORE_OK);
+    assert_int_equal(store_task_lease(store, ONE, 1, "a", "w"), STORE_OK);
     assert_int_equal(
         store_job_transition(store, job, attempt, STORE_JOB_ACCEPTED, NULL, NULL, NULL), STORE_OK);
-    assert_int_equal(store_task_extend(store, ONE, "a", 2000), STORE_OK);
+    assert_int_equal(store_task_holds(store, ONE, "a"), STORE_OK);
     assert_int_equal(
         store_job_transition(store, job, attempt - 1, STORE_JOB_DISMISSED, NULL, NULL, NULL),
         STORE_OK);
-    assert_int_equal(store_task_extend(store, ONE, "a", 3000), STORE_CONFLICT);
+    assert_int_equal(store_task_holds(store, ONE, "a"), STORE_CONFLICT);
     assert_int_equal(store_task_finish(store, ONE, "a", "x", 1), STORE_CONFLICT);
     assert_int_equal(store_task_reasons(store, TWO, reasons), STORE_NOT_FOUND);
 }
