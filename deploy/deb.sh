@@ -73,10 +73,12 @@ stage=$out/stage/srnfd
 make --no-print-directory -s install-service DESTDIR="$stage" PREFIX=/usr
 strip --remove-section=.comment --remove-section=.note "$stage/usr/bin/srnfd"
 install -D -m 644 deploy/srnfd.service "$stage/lib/systemd/system/srnfd.service"
+install -D -m 644 deploy/srnfd-worker.service "$stage/lib/systemd/system/srnfd-worker.service"
 install -D -m 644 deploy/srnfd.sysusers "$stage/usr/lib/sysusers.d/srnfd.conf"
 install -D -m 644 deploy/srnfd.json "$stage/etc/srnfd/srnfd.json"
 install -D -m 644 -t "$stage/usr/share/doc/srnfd" README.md CHANGELOG.md deploy/OPERATIONS.md docs/*.md
 install -D -m 644 deploy/nginx.conf "$stage/usr/share/doc/srnfd/examples/nginx.conf"
+install -D -m 644 deploy/srnfd-slurm.json "$stage/usr/share/doc/srnfd/examples/srnfd-slurm.json"
 documents srnfd
 mkdir -p "$stage/DEBIAN"
 echo /etc/srnfd/srnfd.json >"$stage/DEBIAN/conffiles"
@@ -106,7 +108,7 @@ cat >"$stage/DEBIAN/prerm" <<'SCRIPT'
 #!/bin/sh
 set -e
 if [ -d /run/systemd/system ] && [ "$1" = remove ]; then
-    deb-systemd-invoke stop srnfd.service >/dev/null || true
+    deb-systemd-invoke stop srnfd.service srnfd-worker.service >/dev/null || true
 fi
 SCRIPT
 # What was computed is not removed with the program: only an empty folder is.

@@ -17,7 +17,7 @@ enum kind { KIND_TEXT, KIND_CHOICE, KIND_NUMBER, KIND_FLAG };
 
 /* What each KIND_CHOICE may say. */
 static const char *const access_logs[] = {"all", "requests", "refusals", NULL};
-static const char *const executors[] = {"local", "workers", NULL};
+static const char *const executors[] = {"local", "workers", "slurm", NULL};
 
 static const struct setting {
     enum kind kind;
@@ -30,6 +30,20 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, workers), 0, 256, true},
     {KIND_CHOICE, offsetof(struct config, executor), 0, 0, false},
     {KIND_NUMBER, offsetof(struct config, lease_seconds), 1, 3600, false},
+    {KIND_NUMBER, offsetof(struct config, task_seconds), 1, 1e6, false},
+    {KIND_TEXT, offsetof(struct config, slurm_partition), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_account), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_qos), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_time), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, slurm_cpus), 1, 256, true},
+    {KIND_NUMBER, offsetof(struct config, slurm_memory), 0, 16777216, true},
+    {KIND_NUMBER, offsetof(struct config, slurm_workers), 1, 1000, true},
+    {KIND_TEXT, offsetof(struct config, slurm_arguments), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_server), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_program), 0, 0, false},
+    {KIND_TEXT, offsetof(struct config, slurm_cache), 0, 0, false},
+    {KIND_NUMBER, offsetof(struct config, slurm_seconds), 0.1, 120, false},
+    {KIND_NUMBER, offsetof(struct config, slurm_poll_seconds), 0.1, 300, false},
     {KIND_NUMBER, offsetof(struct config, http_threads), 0, 16, true},
     {KIND_NUMBER, offsetof(struct config, request_threads), 1, 32, true},
     {KIND_NUMBER, offsetof(struct config, upload_threads), 1, 32, true},
@@ -52,6 +66,7 @@ static const struct setting {
     {KIND_NUMBER, offsetof(struct config, grace_seconds), 0, 3600, false},
     {KIND_NUMBER, offsetof(struct config, job_seconds), 0, 31536000, false},
     {KIND_NUMBER, offsetof(struct config, job_memory), 0, 1099511627776.0, true},
+    {KIND_NUMBER, offsetof(struct config, job_cache), 0, 1099511627776.0, true},
     {KIND_NUMBER, offsetof(struct config, kept_encodings), 0, 1099511627776.0, true},
     {KIND_NUMBER, offsetof(struct config, kept_meshes), 0, 1e15, true},
     {KIND_NUMBER, offsetof(struct config, retention_days), 0, 36500, false},
@@ -82,10 +97,34 @@ static const struct config_help names[N_SETTINGS] = {
      "worker threads; 0, the default, is one per processor"},
     {"executor", "SRNFD_EXECUTOR", "--executor",
      "local, the default: worker threads compute all of a job; workers: they offer what they can "
-     "as "
-     "tasks to the processes of srnfd worker"},
+     "as tasks to the processes of srnfd worker; slurm: so, and a cluster is asked for these"},
     {"leaseSeconds", "SRNFD_LEASE_SECONDS", "--lease-seconds",
      "without a sign of the worker, after which its task goes to another, 15"},
+    {"taskSeconds", "SRNFD_TASK_SECONDS", "--task-seconds",
+     "without a result of the worker, whatever signs it gives, after which its task goes to "
+     "another, 600"},
+    {"slurmPartition", "SRNFD_SLURM_PARTITION", "--slurm-partition",
+     "of the workers that Slurm is asked for; the cluster's default, like account, qos and time"},
+    {"slurmAccount", "SRNFD_SLURM_ACCOUNT", "--slurm-account", "that they are charged to"},
+    {"slurmQos", "SRNFD_SLURM_QOS", "--slurm-qos", "their quality of service"},
+    {"slurmTime", "SRNFD_SLURM_TIME", "--slurm-time", "their time limit, as in 2:00:00 or 1-0"},
+    {"slurmCpus", "SRNFD_SLURM_CPUS", "--slurm-cpus", "processors of each, and tasks at once, 1"},
+    {"slurmMemory", "SRNFD_SLURM_MEMORY", "--slurm-memory",
+     "MiB of each; 0, the default: as the cluster gives. One that runs out of it is followed by "
+     "ones with twice as much"},
+    {"slurmWorkers", "SRNFD_SLURM_WORKERS", "--slurm-workers", "of them at once, at most, 16"},
+    {"slurmArguments", "SRNFD_SLURM_ARGUMENTS", "--slurm-arguments",
+     "more for sbatch, separated by blanks, each as --option or --option=value; none"},
+    {"slurmServer", "SRNFD_SLURM_SERVER", "--slurm-server",
+     "URL under which the nodes reach the service; by default where it listens"},
+    {"slurmProgram", "SRNFD_SLURM_PROGRAM", "--slurm-program",
+     "srnfd on the nodes; by default the path of this one"},
+    {"slurmCache", "SRNFD_SLURM_CACHE", "--slurm-cache",
+     "folder on the nodes for what tasks are about; none"},
+    {"slurmSeconds", "SRNFD_SLURM_SECONDS", "--slurm-seconds",
+     "that sbatch, squeue or scancel may take, 15"},
+    {"slurmPollSeconds", "SRNFD_SLURM_POLL_SECONDS", "--slurm-poll-seconds",
+     "between two questions to squeue, 3"},
     {"httpThreads", "SRNFD_HTTP_THREADS", "--http-threads",
      "threads of the HTTP library; 0, the default, is one for two processors, 1 to 4"},
     {"requestThreads", "SRNFD_REQUEST_THREADS", "--request-threads",
@@ -130,6 +169,10 @@ static const struct config_help names[N_SETTINGS] = {
     {"jobMemory", "SRNFD_JOB_MEMORY", "--job-memory",
      "bytes that a job may have in use, beyond them it fails with memory-limit; 0, the default, is "
      "three quarters of the memory divided by the workers and one more"},
+    {"jobCache", "SRNFD_JOB_CACHE", "--job-cache",
+     "bytes that a mean of a large group holds in memory of the warps of its members, beyond them "
+     "it has a file in the data directory; 0, the default, is an eighth of jobMemory, 134217728 at "
+     "most"},
     {"keptEncodings", "SRNFD_KEPT_ENCODINGS", "--kept-encodings",
      "bytes of encodings that are kept for later jobs, 268435456; 0: none are"},
     {"keptMeshes", "SRNFD_KEPT_MESHES", "--kept-meshes",
@@ -178,6 +221,11 @@ static const struct config defaults = {
     .workers = 0,
     .executor = "local",
     .lease_seconds = 15,
+    .task_seconds = 600,
+    .slurm_cpus = 1,
+    .slurm_workers = 16,
+    .slurm_seconds = 15,
+    .slurm_poll_seconds = 3,
     .request_threads = 4,
     .upload_threads = 2,
     .max_connections = 1024,
@@ -194,6 +242,7 @@ static const struct config defaults = {
     .grace_seconds = 20,
     .job_seconds = 0,
     .job_memory = 0,
+    .job_cache = 0,
     .kept_encodings = 268435456,
     .kept_meshes = 1073741824,
     .retention_days = 0,

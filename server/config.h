@@ -16,9 +16,21 @@ struct config {
     char listen[CONFIG_TEXT_MAX];
     char data[CONFIG_TEXT_MAX];
     double workers;                 /* 0: one per processor */
-    char executor[CONFIG_TEXT_MAX]; /* local or workers */
+    char executor[CONFIG_TEXT_MAX]; /* local, workers or slurm */
     double lease_seconds;           /* that a worker may give no sign */
-    double http_threads;            /* 0: by the number of processors */
+    double task_seconds;            /* that a worker may give no result */
+    /* Of the executor slurm; "" and 0 leave the choice to the cluster. */
+    char slurm_partition[CONFIG_TEXT_MAX], slurm_account[CONFIG_TEXT_MAX];
+    char slurm_qos[CONFIG_TEXT_MAX], slurm_time[CONFIG_TEXT_MAX];
+    char slurm_arguments[CONFIG_TEXT_MAX];                             /* more of them for sbatch */
+    char slurm_server[CONFIG_TEXT_MAX];                                /* URL of the service; "": by
+                                                                        where it listens */
+    char slurm_program[CONFIG_TEXT_MAX], slurm_cache[CONFIG_TEXT_MAX]; /* paths on the nodes */
+    double slurm_cpus, slurm_memory; /* of a pilot; memory in MiB */
+    double slurm_workers;            /* pilots at once */
+    double slurm_seconds;            /* that a program of Slurm may take */
+    double slurm_poll_seconds;       /* between two looks at the queue */
+    double http_threads;             /* 0: by the number of processors */
     double request_threads;
     double upload_threads; /* that parse bodies */
     double upload_memory;  /* bytes for that; 0: a share of the machine's */
@@ -36,6 +48,7 @@ struct config {
     double sync_wait_seconds;
     double job_seconds;                  /* that a job may run; 0: any */
     double job_memory;                   /* bytes of a job; 0: its share of the machine */
+    double job_cache;                    /* bytes before its scratch; 0: a part of that */
     double kept_encodings;               /* bytes for later jobs; 0: none */
     double kept_meshes;                  /* the same of prepared meshes */
     double retention_days;               /* that ended jobs are kept; 0: for ever */

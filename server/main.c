@@ -1,14 +1,15 @@
 /*
  * main.c - the daemon's command line, and the order in which its layers start and stop.
  *
- * Up: store, jobs (which recovers the queue), api, http. Down, on SIGTERM or SIGINT: http stops
- * listening and lets requests end, jobs let their runs end or put them back, both within the one
- * grace, then the store closes.
+ * Up: store, jobs (which recovers the queue), api, http, slurm. Down, on SIGTERM or SIGINT: workers
+ * that Slurm was asked for are cancelled, http stops listening and lets requests end, jobs let
+ * their runs end or put them back, both within the one grace, then the store closes.
  * A second signal does not hurry this; kill -9 is always safe, because everything acknowledged is
  * on the disk.
  *
- * The jobs layer calls back on changed rows before http exists and after it is gone; the pointer to
- * it is therefore kept under a lock. Lock: link.lock protects link.http, rank before http's own.
+ * The jobs layer calls back on changed rows before http and slurm exist and after they are gone;
+ * the pointers to them are therefore kept under a lock. Lock: link.lock protects link.http and
+ * link.slurm, rank before their own.
  */
 #include "api/handler.h"
 #include "processes/processes.h"
@@ -22,6 +23,7 @@
 #include "http/http.h"
 #include "jobs/fault.h"
 #include "log.h"
+#include "main/executor.h"
 #include "main/token_command.h"
 #include "notify.h"
 #include "priority.h"
@@ -50,6 +52,7 @@
 struct link {
     pthread_rwlock_t lock;
     struct http *http;
+    struct slurm *slurm;
 };
 
 /* All that lives while the daemon serves, in the order of its making. */
@@ -59,6 +62,8 @@ struct service {
     struct api *api;
     struct http *http;
     struct metrics *metrics;
+    struct executor executor;
+    struct slurm *slurm;
     struct link link;
     struct jobs_process table[PROCESSES_MAX];
     char numeric_build[BUILD_ID_SIZE];
@@ -97,6 +102,9 @@ static void tasks_offered(void *user)
     if (service->link.http) {
         http_job_changed(service->link.http, API_WAIT_TASKS);
     }
+    if (service->link.slurm) {
+        slurm_wake(service->link.slurm);
+    }
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
@@ -124,10 +132,11 @@ static void job_logged(void *user, const char *event, const char *job_id, const 
     log_line(level_of(event), event, fields, trace[0] ? 3 : 2);
 }
 
-static void link_http(struct service *service, struct http *http)
+static void link_layers(struct service *service, struct http *http, struct slurm *slurm)
 {
     (void)pthread_rwlock_wrlock(&service->link.lock);
     service->link.http = http;
+    service->link.slurm = slurm;
     (void)pthread_rwlock_unlock(&service->link.lock);
 }
 
@@ -144,15 +153,17 @@ static int start_jobs(struct service *service, const struct config *config)
                                .faulty = service->faulty,
                                .job_seconds = config->job_seconds,
                                .job_memory = (size_t)config->job_memory,
+                               .job_cache = (size_t)config->job_cache,
                                .kept_encodings = config->kept_encodings,
                                .retention_days = config->retention_days,
                                .sweep_seconds = config->sweep_seconds,
                                .log = job_logged,
                                .changed = job_changed,
                                .progressed = job_progressed,
-                               .offers_tasks = strcmp(config->executor, "workers") == 0,
+                               .offers_tasks = executor_offers_tasks(config),
                                .offered = tasks_offered,
                                .lease_seconds = config->lease_seconds,
+                               .task_seconds = config->task_seconds,
                                .metrics = service->metrics};
     size_t n = 0;
 
@@ -184,6 +195,7 @@ static struct api_config api_settings(const struct config *config)
                                .link_prefixes = config->link_prefixes,
                                .link_networks = config->link_networks,
                                .link_seconds = config->link_seconds,
+                               .executor = config->executor,
                                .quotas = {[STORE_QUOTA_QUEUED] = (int64_t)config->quota_queued,
                                           [STORE_QUOTA_RUNNING] = (int64_t)config->quota_running,
                                           [STORE_QUOTA_BYTES] = (int64_t)config->quota_bytes,
@@ -254,7 +266,16 @@ static int start(struct service *service, const struct config *config, char *mes
     if (http_start(&service->http, &http, message, size) != 0) {
         return -1;
     }
-    link_http(service, service->http);
+    service->executor.slurm = (struct slurm_config){
+        .store = service->store, .jobs = service->jobs, .metrics = service->metrics};
+    if (executor_start(&service->executor, config, http_address(service->http), &service->slurm,
+                       message, size) != 0) {
+        return -1;
+    }
+    link_layers(service, service->http, service->slurm);
+    if (service->slurm) {
+        slurm_wake(service->slurm);
+    }
     return 0;
 }
 
@@ -265,7 +286,8 @@ static void stop(struct service *service, double grace_seconds)
     if (service->jobs) {
         jobs_drain(service->jobs);
     }
-    link_http(service, NULL);
+    link_layers(service, NULL, NULL);
+    slurm_close(service->slurm); /* while its workers can still give back what they have */
     http_stop(service->http, grace_seconds);
     if (service->jobs) {
         jobs_close(service->jobs, end - clock_now());
@@ -360,7 +382,7 @@ static bool check_settings(const struct config *config, char *message, size_t si
         (void)snprintf(message, size, "--tls-certificate and --tls-key need each other");
         return false;
     }
-    if (!check_links(config, message, size)) {
+    if (!check_links(config, message, size) || !executor_check(config, message, size)) {
         return false;
     }
     if (config->insecure || (http_is_loopback(config->listen) && !config->allowed_hosts[0])) {

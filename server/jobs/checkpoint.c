@@ -12,6 +12,7 @@
 #include "jobs/internal.h"
 
 #include "store/job.h"
+#include "store/task.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -105,6 +106,10 @@ int jobs_run_checkpoint_save(struct jobs_run *run, const void *bytes, size_t siz
     pthread_mutex_unlock(&kept->mutex);
     if (all) {
         status = write_row(run, all, all_size, "state");
+    }
+    /* What its tasks so far have yielded is in the state. */
+    if (status == STORE_OK && run->jobs->config.offers_tasks) {
+        (void)store_tasks_drop_done(run->jobs->config.store, run->job->id);
     }
     free(all);
     return status;

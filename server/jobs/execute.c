@@ -161,6 +161,10 @@ void jobs_run_execute(struct jobs_run *run)
         process->run(run, jobs->config.user, run->job->inputs, &result);
         fault_enter(NULL, NULL);
         (void)jobs_memory_enter(NULL);
+        if (!result.results && run->failed.problem_code) {
+            result = run->failed;
+        }
+        jobs_scratch_judge(run, &result);
         judge_memory(run, &result);
     } else {
         result.problem_code = "no-such-process";

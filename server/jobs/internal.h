@@ -20,6 +20,8 @@
  *   26 rounds.mutex: open rounds of tasks and their slots
  *
  *   27 remotes.mutex: the table of workers on other machines
+ *
+ *   28 passes.mutex: the tokens of pilots
  */
 #ifndef SRNFD_JOBS_INTERNAL_H
 #define SRNFD_JOBS_INTERNAL_H
@@ -102,6 +104,18 @@ bool jobs_kept_recall(const struct jobs_kept *kept, uint64_t series, uint64_t in
 void jobs_kept_keep(struct jobs_kept *kept, uint64_t series, uint64_t index, size_t count,
                     const double *values);
 
+/* ---- Scratch (scratch.c) --------------------------------------------------------------------- */
+
+struct store_scratch; /* store/scratch.h */
+struct jobs_scratch {
+    struct store_scratch *file; /* NULL: none was asked for */
+    struct srnf_scratch lent;
+    atomic_int failed; /* STORE_* of the first write or read that did, or STORE_OK */
+};
+/* Where scratch has failed, that is the problem. */
+void jobs_scratch_judge(const struct jobs_run *run, struct jobs_result *result);
+void jobs_scratch_close(struct jobs_run *run);
+
 /* ---- Runs (run.c) ---------------------------------------------------------------------------- */
 
 #define JOBS_MESSAGE_MAX 160
@@ -134,7 +148,9 @@ struct jobs_run {
     bool phased;                    /* a phase was begun; until then there is one, the job; mutex */
     char message[JOBS_MESSAGE_MAX]; /* mutex */
     struct jobs_kept kept;
+    struct jobs_scratch scratch;
     struct jobs_doubts doubts; /* mutex */
+    struct jobs_result failed; /* jobs_run_fail; its thread's */
 };
 
 void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *job,
@@ -242,6 +258,7 @@ struct jobs {
     struct jobs_retention retention;
     struct jobs_rounds rounds;
     struct jobs_remotes remotes;
+    struct jobs_passes passes;
 };
 
 #define JOBS_NO_LANE SIZE_MAX

@@ -17,6 +17,9 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#define CACHE_PART 8 /* of a job's memory */
+#define CACHE_MOST ((size_t)128 << 20)
+
 /* Ids go on where the last run of the daemon stopped, even if the clock has gone back since. */
 static bool note_newest(void *user, const struct store_job *job)
 {
@@ -101,6 +104,13 @@ static size_t count_workers(size_t asked)
     return asked > 0 ? asked : online > 0 ? (size_t)online : 1;
 }
 
+static size_t cache_of(const struct jobs_config *config)
+{
+    size_t part = config->job_memory / CACHE_PART;
+
+    return config->job_cache ? config->job_cache : part < CACHE_MOST ? part : CACHE_MOST;
+}
+
 int jobs_open(struct jobs **out, const struct jobs_config *config)
 {
     struct jobs *jobs = calloc(1, sizeof *jobs);
@@ -116,11 +126,14 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs->config.max_queued = config->max_queued ? config->max_queued : JOBS_QUEUE_DEFAULT;
     jobs->config.lease_seconds =
         config->lease_seconds > 0.0 ? config->lease_seconds : JOBS_LEASE_SECONDS;
+    jobs->config.task_seconds =
+        config->task_seconds > 0.0 ? config->task_seconds : JOBS_TASK_SECONDS;
     jobs->n_workers = count_workers(config->workers);
     jobs->n_slots = jobs->n_workers + JOBS_EXPRESS_THREADS;
     jobs->lane = JOBS_NO_LANE;
     jobs->config.job_memory =
         config->job_memory ? config->job_memory : jobs_memory_share(jobs->n_slots);
+    jobs->config.job_cache = cache_of(&jobs->config);
     pthread_mutex_init(&jobs->mutex, NULL);
     pthread_cond_init(&jobs->wake, NULL);
     pthread_cond_init(&jobs->ended, NULL);
@@ -129,6 +142,7 @@ int jobs_open(struct jobs **out, const struct jobs_config *config)
     jobs_transforms_init(&jobs->transforms);
     jobs_rounds_init(&jobs->rounds);
     jobs_remotes_init(&jobs->remotes);
+    jobs_passes_init(&jobs->passes);
     openblas_set_num_threads(1);
 
     jobs->threads = calloc(jobs->n_workers, sizeof *jobs->threads);
@@ -190,6 +204,7 @@ void jobs_close(struct jobs *jobs, double grace_seconds)
     }
     jobs_transforms_destroy(&jobs->transforms);
     jobs_remotes_destroy(&jobs->remotes);
+    jobs_passes_destroy(&jobs->passes);
     jobs_rounds_destroy(&jobs->rounds);
     pthread_mutex_destroy(&jobs->ids.mutex);
     pthread_cond_destroy(&jobs->express_wake);

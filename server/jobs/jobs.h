@@ -62,7 +62,9 @@ struct jobs_config {
     double job_seconds;        /* a run that takes longer fails with time-limit; 0: no limit */
     size_t job_memory;         /* bytes; a run that needs more fails with memory-limit; 0: the
                                   worker's share of the machine (jobs/memory.h) */
-    double calm_seconds;       /* a job that runs alone starts no sooner than this after the engine;
+    size_t job_cache;      /* bytes of what jobs_run_scratch has room for that are in memory; 0: an
+                                  eighth of job_memory, 128 MiB at most */
+    double calm_seconds;   /* a job that runs alone starts no sooner than this after the engine;
                                   0: JOBS_CALM_DEFAULT */
     const char *faulty;    /* the job that the daemon died of last time, "" or NULL: not known */
     double kept_encodings; /* bytes of encodings that are kept for later jobs; 0: none are */
@@ -76,6 +78,7 @@ struct jobs_config {
     /* The same, but only for progress and message of a running job; may be NULL. */
     void (*progressed)(void *user, const char *job_id);
     double lease_seconds; /* of tasks, without a sign of the worker; 0: JOBS_LEASE_SECONDS */
+    double task_seconds;  /* of a lease, without a result; 0: JOBS_TASK_SECONDS */
     bool offers_tasks;    /* to workers on other machines (jobs/tasks.h) */
     /* Called, on any thread and without locks held, whenever there are tasks to lease; may be
        NULL. */
@@ -122,6 +125,8 @@ size_t jobs_worker_count(const struct jobs *jobs);
 const char *jobs_numeric_build(const struct jobs *jobs);
 /* Bytes that a job may have in use. */
 size_t jobs_memory_limit(const struct jobs *jobs);
+/* Bytes of what jobs_run_scratch has room for that a job may hold in memory. */
+size_t jobs_cache_limit(const struct jobs *jobs);
 
 /* What the engine does at this moment. */
 struct jobs_health {
@@ -166,6 +171,17 @@ int jobs_run_checkpoint_load(struct jobs_run *run, unsigned char **bytes, size_t
    MiB of them at most, in the run's checkpoint beside what was saved, about every second, and
    recalls those of earlier attempts. */
 void jobs_run_keep_parts(struct jobs_run *run);
+/* From now on the run's context has this member search (srnf_context.search); user: the run. */
+void jobs_run_search_by(struct jobs_run *run,
+                        int (*search)(void *user, const struct srnf_field_search *search,
+                                      struct srnf_error *error));
+/* What the job fails with, should its process end with no results: for what happens beneath the
+   core, which passes on no more than a status. The first one counts. On the thread of the run. */
+void jobs_run_fail(struct jobs_run *run, const struct jobs_result *result);
+/* Room outside of memory for what a large job has: a file of the job, which its next attempt finds
+   as it was and which goes with its end. NULL: there is none, which fails the job. On the thread of
+   the run. */
+const struct srnf_scratch *jobs_run_scratch(struct jobs_run *run);
 /* Bytes of encodings that may be kept for later jobs; 0: none are. */
 int64_t jobs_run_encodings_limit(const struct jobs_run *run);
 /* Count an encoding, or a prepared mesh, that was needed: found as it was kept, or made anew. */

@@ -9,6 +9,7 @@
 #include "jobs/internal.h"
 #include "jobs/rounds.h"
 
+#include "clock.h"
 #include "store/digest.h"
 #include "store/store.h"
 
@@ -85,8 +86,9 @@ static void leave(struct jobs *jobs, struct place place)
 
 /* ---- Leasing --------------------------------------------------------------------------------- */
 
-/* Takes the next task of the open rounds in turn. The round is entered. */
-static struct place take(struct jobs *jobs)
+/* Takes the next task of the open rounds in turn, of those of one job where one is named. The round
+   is entered. */
+static struct place take(struct jobs *jobs, const char *job)
 {
     struct place place = {.round = NULL};
 
@@ -95,6 +97,9 @@ static struct place take(struct jobs *jobs)
          round = round->link) {
         size_t i = round->cursor;
 
+        if (job[0] && strcmp(round->job, job) != 0) {
+            continue;
+        }
         while (i < round->what->n && round->slots[i].state != SLOT_WAITING) {
             i++;
         }
@@ -131,29 +136,20 @@ static void make_secret(char secret[JOBS_SECRET_SIZE])
     (void)sodium_bin2hex(secret, JOBS_SECRET_SIZE, bytes, sizeof bytes);
 }
 
-static int64_t lease_end(const struct jobs *jobs)
-{
-    return store_now_ms() + (int64_t)(1e3 * jobs->config.lease_seconds);
-}
-
 /* Notes what became of the try to lease the slot, and leaves the round. */
 static void settle(struct jobs *jobs, struct place place, const struct jobs_lease *lease,
-                   const char *worker, int64_t expires_ms, int status)
+                   const char *worker, int status)
 {
-    struct jobs_slot *slot = &place.round->slots[place.index];
-    struct store_task *row = &slot->row;
+    struct store_task *row = &place.round->slots[place.index].row;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
     if (status == 0) {
-        slot->state = SLOT_LEASED;
-        place.round->leased++;
         row->attempt = lease->attempt;
-        row->expires_ms = expires_ms;
         store_sha256_hex(row->secret, lease->secret, strlen(lease->secret));
         (void)snprintf(row->worker, sizeof row->worker, "%s", worker);
-        pthread_cond_signal(&place.round->changed);
+        jobs_slot_lease(place.round, place.index, lease->seconds);
     } else {
-        jobs_slot_free(place.round, place.index, false);
+        jobs_slot_free(place.round, place.index, false, NULL);
     }
     leave_held(place.round);
     pthread_mutex_unlock(&jobs->rounds.mutex);
@@ -161,10 +157,9 @@ static void settle(struct jobs *jobs, struct place place, const struct jobs_leas
 
 int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_lease *lease)
 {
-    struct place place = take(jobs);
+    struct place place = take(jobs, remote->job);
     const struct jobs_round *what;
     const struct store_task *row;
-    int64_t expires_ms = lease_end(jobs);
     int status;
 
     *lease = (struct jobs_lease){.seconds = jobs->config.lease_seconds};
@@ -181,11 +176,11 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
     status = what->describe(what->user, place.index, &lease->what) == 0 ? STORE_OK : STORE_NOMEM;
     if (status == STORE_OK) {
         status = store_task_lease(jobs->config.store, lease->task, lease->attempt, lease->secret,
-                                  remote->name, expires_ms);
+                                  remote->name);
     }
-    settle(jobs, place, lease, remote->name, expires_ms, status);
+    settle(jobs, place, lease, remote->name, status);
     if (status == STORE_OK) {
-        jobs_remotes_note(&jobs->remotes, remote->name, REMOTE_LEASED);
+        jobs_remotes_note(&jobs->remotes, remote->name, REMOTE_LEASED, lease->kind);
         metrics_add(jobs->config.metrics, METRIC_TASKS, METRIC_LABELS(lease->kind, "leased"), 1);
     } else {
         jobs_task_clear(&lease->what);
@@ -255,77 +250,100 @@ int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, 
     return status;
 }
 
+/* In the slot of a lease that is current; the mutex is held. */
+static int extend(struct jobs *jobs, struct jobs_slot *slot)
+{
+    double now = clock_now();
+
+    if (slot->losing) {
+        return STORE_CONFLICT;
+    }
+    if (now - slot->since > jobs->config.task_seconds) {
+        slot->expires = now; /* the run loses it at its next look */
+        return STORE_CONFLICT;
+    }
+    slot->expires = now + jobs->config.lease_seconds;
+    return STORE_OK;
+}
+
 int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds)
 {
-    int64_t expires_ms = lease_end(jobs);
-    int status = store_task_extend(jobs->config.store, task, secret, expires_ms);
     struct place place = enter(jobs, task);
+    int status = STORE_CONFLICT;
 
     *seconds = jobs->config.lease_seconds;
-    if (place.round) {
+    if (!place.round) { /* the job has not come to it again: it will honour the lease */
+        return store_task_holds(jobs->config.store, task, secret);
+    }
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    if (is_current(&place.round->slots[place.index], secret)) {
         struct jobs_slot *slot = &place.round->slots[place.index];
 
-        pthread_mutex_lock(&jobs->rounds.mutex);
-        if (status == STORE_OK && is_current(slot, secret)) {
-            slot->row.expires_ms = expires_ms;
-            jobs_remotes_note(&jobs->remotes, slot->row.worker, REMOTE_ALIVE);
-        }
-        leave_held(place.round);
-        pthread_mutex_unlock(&jobs->rounds.mutex);
+        status = extend(jobs, slot);
+        jobs_remotes_note(&jobs->remotes, slot->row.worker, REMOTE_ALIVE,
+                          place.round->what->kind->name);
     }
+    leave_held(place.round);
+    pthread_mutex_unlock(&jobs->rounds.mutex);
     return status;
 }
 
 /* ---- Its end --------------------------------------------------------------------------------- */
 
-/* Notes the end of a lease that the store has agreed to: a result (which is taken over), or a task
-   that is free again. Leaves the round. */
+/* How a lease ended. */
+struct end {
+    struct tasks_bytes *result; /* taken over where there is room for it; NULL: there is none */
+    bool lost;
+    const char *certain; /* why, where any attempt would end so */
+};
+
+/* Notes the end of a lease that the store has agreed to. Leaves the round. */
 static void note_end(struct jobs *jobs, struct place place, const char *secret,
-                     struct tasks_bytes *result, bool lost)
+                     const struct end *end)
 {
     struct jobs_slot *slot = &place.round->slots[place.index];
     const char *kind = place.round->what->kind->name;
-    bool current;
+    double seconds = 0.0;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
-    current = is_current(slot, secret);
-    if (current) {
+    if (is_current(slot, secret)) {
+        seconds = clock_now() - slot->since;
         jobs_remotes_note(&jobs->remotes, slot->row.worker,
-                          result ? REMOTE_DONE
-                          : lost ? REMOTE_LOST
-                                 : REMOTE_BACK);
-    }
-    if (current && result) {
-        place.round->leased--;
-        place.round->done++;
-        slot->state = SLOT_DONE;
-        slot->row.result = result->bytes;
-        slot->row.result_size = result->size;
-        result->bytes = NULL;
-        pthread_cond_signal(&place.round->changed);
-    } else if (current) {
-        jobs_slot_free(place.round, place.index, lost);
+                          end->result ? REMOTE_DONE
+                          : end->lost ? REMOTE_LOST
+                                      : REMOTE_BACK,
+                          kind);
+        if (end->result) {
+            place.round->seconds += seconds;
+            place.round->measured++;
+            jobs_slot_finish(place.round, place.index, end->result);
+        } else {
+            jobs_slot_free(place.round, place.index, end->lost, end->certain);
+        }
     }
     leave_held(place.round);
     pthread_mutex_unlock(&jobs->rounds.mutex);
     metrics_add(jobs->config.metrics, METRIC_TASKS,
-                METRIC_LABELS(kind, result ? "done"
-                                    : lost ? "lost"
-                                           : "returned"),
+                METRIC_LABELS(kind, end->result ? "done"
+                                    : end->lost ? "lost"
+                                                : "returned"),
                 1);
-    if (!result) {
+    if (end->result) {
+        metrics_add(jobs->config.metrics, METRIC_TASK_SECONDS, METRIC_LABELS(kind), seconds);
+    } else {
         jobs_rounds_offer(jobs);
     }
 }
 
 int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
-                         const char *reason)
+                         const char *reason, bool certain)
 {
     struct place place = enter(jobs, task);
     int status = store_task_give_back(jobs->config.store, task, secret, reason);
 
     if (place.round && status == STORE_OK) {
-        note_end(jobs, place, secret, NULL, reason != NULL);
+        note_end(jobs, place, secret,
+                 &(struct end){.lost = reason != NULL, .certain = certain ? reason : NULL});
     } else {
         leave(jobs, place);
     }
@@ -357,7 +375,7 @@ int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, c
     if (status == STORE_OK && !fits(&place, bytes, size)) {
         leave(jobs, place);
         free(copy.bytes);
-        status = jobs_lease_give_back(jobs, task, secret, "a result that cannot be one");
+        status = jobs_lease_give_back(jobs, task, secret, "a result that cannot be one", false);
         return status == STORE_OK ? STORE_CORRUPT : status;
     }
     if (status == STORE_OK) {
@@ -369,7 +387,7 @@ int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, c
                     (double)size);
     }
     if (place.round && status == STORE_OK) {
-        note_end(jobs, place, secret, &copy, false);
+        note_end(jobs, place, secret, &(struct end){.result = &copy});
     } else {
         leave(jobs, place);
     }

@@ -69,14 +69,17 @@ static void refuse(struct jobs_memory *memory, size_t used, size_t bytes)
     }
 }
 
-static bool charge_one(struct jobs_memory *memory, size_t bytes)
+/* needed: to have no room is a refusal. */
+static bool charge_one(struct jobs_memory *memory, size_t bytes, bool needed)
 {
     size_t used, peak;
 
     used = atomic_load_explicit(&memory->used, memory_order_relaxed);
     do {
         if (used > memory->limit || bytes > memory->limit - used) {
-            refuse(memory, used, bytes);
+            if (needed) {
+                refuse(memory, used, bytes);
+            }
             return false;
         }
     } while (!atomic_compare_exchange_weak_explicit(&memory->used, &used, used + bytes,
@@ -95,7 +98,7 @@ static bool charge_parent(struct jobs_memory *memory, size_t bytes)
 {
     size_t all, own;
 
-    if (charge_one(memory->parent, bytes)) {
+    if (charge_one(memory->parent, bytes, true)) {
         return true;
     }
     all = atomic_load(&memory->parent->used);
@@ -122,7 +125,12 @@ bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes)
     if (jobs_memory_told(memory)) {
         return false;
     }
-    return charge_one(memory, bytes) && (!memory->parent || charge_parent(memory, bytes));
+    return charge_one(memory, bytes, true) && (!memory->parent || charge_parent(memory, bytes));
+}
+
+bool jobs_memory_fits(struct jobs_memory *memory, size_t bytes)
+{
+    return charge_one(memory, bytes, false);
 }
 
 void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes)

@@ -48,6 +48,8 @@ struct jobs_memory *jobs_memory_current(void);
    was charged is to be discharged by whoever did it. */
 bool jobs_memory_charge(struct jobs_memory *memory, size_t bytes);
 void jobs_memory_discharge(struct jobs_memory *memory, size_t bytes);
+/* The same for what can do without, of an account with no parent: no room is no refusal. */
+bool jobs_memory_fits(struct jobs_memory *memory, size_t bytes);
 /* Whether what uses the account is to stop, and notes that it was said (NULL: never). */
 bool jobs_memory_told(struct jobs_memory *memory);
 

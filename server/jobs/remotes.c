@@ -8,6 +8,7 @@
 #include "jobs/internal.h"
 #include "jobs/rounds.h"
 
+#include "clock.h"
 #include "store/store.h"
 
 #include <stdlib.h>
@@ -25,14 +26,15 @@ void jobs_remotes_destroy(struct jobs_remotes *remotes)
 }
 
 /* Lets go of those without a sign of late. The mutex is held. */
-static void forget(struct jobs_remotes *remotes, int64_t now_ms)
+static void forget(struct jobs_remotes *remotes)
 {
+    double now = clock_now();
     size_t left = 0;
 
     for (size_t i = 0; i < remotes->count; i++) {
         const struct jobs_remote_state *state = &remotes->list[i];
 
-        if (now_ms - state->last_ms < (int64_t)(1e3 * JOBS_REMOTE_SECONDS)) {
+        if (now - state->last < JOBS_REMOTE_SECONDS) {
             remotes->list[left++] = *state;
         }
     }
@@ -67,7 +69,7 @@ void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, remote->name);
     if (!state) {
-        forget(remotes, now);
+        forget(remotes);
         state = add(remotes);
         if (state) {
             *state = (struct jobs_remote_state){.first_ms = now};
@@ -76,24 +78,39 @@ void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *r
     if (state) {
         state->remote = *remote;
         state->last_ms = now;
+        state->last = clock_now();
     }
     pthread_mutex_unlock(&remotes->mutex);
 }
 
-void jobs_remotes_note(struct jobs_remotes *remotes, const char *name, enum jobs_remote_event event)
+static size_t index_of(const char *kind)
+{
+    size_t i = 0;
+
+    while (tasks_kind_at(i) && strcmp(tasks_kind_at(i)->name, kind) != 0) {
+        i++;
+    }
+    return i;
+}
+
+void jobs_remotes_note(struct jobs_remotes *remotes, const char *name, enum jobs_remote_event event,
+                       const char *kind)
 {
     struct jobs_remote_state *state;
 
     pthread_mutex_lock(&remotes->mutex);
     state = find(remotes, name);
     if (state) {
+        struct jobs_remote_counts *of = &state->of[index_of(kind)];
+
         if (event != REMOTE_LOST) {
             state->last_ms = store_now_ms();
+            state->last = clock_now();
         }
-        state->leased += event == REMOTE_LEASED;
-        state->leased -= event != REMOTE_LEASED && event != REMOTE_ALIVE && state->leased > 0;
-        state->done += event == REMOTE_DONE;
-        state->lost += event == REMOTE_LOST;
+        of->leased += event == REMOTE_LEASED;
+        of->leased -= event != REMOTE_LEASED && event != REMOTE_ALIVE && of->leased > 0;
+        of->done += event == REMOTE_DONE;
+        of->lost += event == REMOTE_LOST;
     }
     pthread_mutex_unlock(&remotes->mutex);
 }
@@ -106,7 +123,7 @@ void jobs_remotes(struct jobs *jobs,
     size_t count;
 
     pthread_mutex_lock(&remotes->mutex);
-    forget(remotes, store_now_ms());
+    forget(remotes);
     count = remotes->count;
     copy = count > 0 ? malloc(count * sizeof *copy) : NULL;
     if (copy) {
@@ -123,11 +140,13 @@ void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased)
     struct jobs_remotes *remotes = &jobs->remotes;
 
     pthread_mutex_lock(&remotes->mutex);
-    forget(remotes, store_now_ms());
+    forget(remotes);
     *workers = remotes->count;
     *leased = 0;
     for (size_t i = 0; i < remotes->count; i++) {
-        *leased += remotes->list[i].leased;
+        for (size_t k = 0; k < TASKS_KINDS_MAX; k++) {
+            *leased += remotes->list[i].of[k].leased;
+        }
     }
     pthread_mutex_unlock(&remotes->mutex);
 }

@@ -1,10 +1,14 @@
 /*
- * rounds.c - the job's side of its tasks: opens a round, waits until all tasks are done, and hands
- * the results over in the order of the tasks.
+ * rounds.c - the job's side of its tasks: opens a round, and takes the results as they come until
+ * all tasks are done.
  *
  * The thread of the run sleeps. Requests of workers change slots and wake it; four times a second
- * it looks for leases that have expired and whether the job is to stop. A task that has lost as
- * many attempts as it may is poison: the job fails with what was said of them.
+ * it looks for leases that have expired, by the monotonic clock, and whether the job is to stop. A
+ * task that has lost as many attempts as it may, or has failed for certain twice in the same way,
+ * is poison: the job fails with what was said of them.
+ *
+ * A result is charged to the memory of the job from when it comes until it is taken. Where the job
+ * has no room it stays in the store alone, and is read when its turn has come.
  */
 #include "jobs/rounds.h"
 
@@ -49,14 +53,73 @@ void jobs_task_clear(struct jobs_task *task)
     *task = (struct jobs_task){.n_contents = 0};
 }
 
-void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost)
+/* ---- Slots ----------------------------------------------------------------------------------- */
+
+void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds)
 {
     struct jobs_slot *slot = &round->slots[index];
 
-    round->leased -= slot->state == SLOT_LEASED;
+    slot->state = SLOT_LEASED;
+    slot->losing = false;
+    slot->since = clock_now();
+    slot->expires = slot->since + seconds;
+    slot->before = SIZE_MAX;
+    slot->after = round->first_leased;
+    if (slot->after != SIZE_MAX) {
+        round->slots[slot->after].before = index;
+    }
+    round->first_leased = index;
+    round->leased++;
+    pthread_cond_signal(&round->changed);
+}
+
+/* Out of the list of those that are leased, if it is in it. */
+static void unlink_slot(struct jobs_open_round *round, const struct jobs_slot *slot)
+{
+    if (slot->state != SLOT_LEASED) {
+        return;
+    }
+    if (slot->before != SIZE_MAX) {
+        round->slots[slot->before].after = slot->after;
+    } else {
+        round->first_leased = slot->after;
+    }
+    if (slot->after != SIZE_MAX) {
+        round->slots[slot->after].before = slot->before;
+    }
+    round->leased--;
+}
+
+void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_bytes *result)
+{
+    struct jobs_slot *slot = &round->slots[index];
+
+    unlink_slot(round, slot);
+    slot->state = SLOT_DONE;
+    if (result && jobs_memory_fits(round->memory, result->size)) {
+        slot->result = result->bytes;
+        slot->size = result->size;
+        result->bytes = NULL;
+    }
+    round->arrived[round->done++] = index;
+    pthread_cond_signal(&round->changed);
+}
+
+void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost, const char *certain)
+{
+    struct jobs_slot *slot = &round->slots[index];
+    char digest[65] = "";
+    bool same = false;
+
+    if (certain) {
+        store_sha256_hex(digest, certain, strlen(certain));
+        same = strcmp(digest, slot->certain) == 0;
+        memcpy(slot->certain, digest, sizeof digest);
+    }
+    unlink_slot(round, slot);
     slot->state = SLOT_WAITING;
     slot->row.lost += lost;
-    if (slot->row.lost >= JOBS_TASK_LOST_MAX && !round->failed) {
+    if ((same || slot->row.lost >= JOBS_TASK_LOST_MAX) && !round->failed) {
         round->failed = true;
         round->poison = index;
     }
@@ -113,37 +176,16 @@ static int fail_store(struct jobs_result *result, int status)
     return JOBS_TASK_FAILED;
 }
 
-/* A slot from its row. A result that cannot be one is none: the task is computed again. */
-static int enter_slot(struct jobs_run *run, struct jobs_open_round *round, size_t index,
-                      struct jobs_result *result)
+/* A slot from its row. Leases that an earlier attempt of the job has given hold from now on. */
+static void enter_slot(struct jobs_run *run, struct jobs_open_round *round, size_t index)
 {
     struct jobs_slot *slot = &round->slots[index];
-    const struct tasks_kind *kind = round->what->kind;
-    struct jobs_task task = {.n_contents = 0};
-    bool good = false;
-    int status = 0;
 
-    slot->state = slot->row.status == STORE_TASK_LEASED ? SLOT_LEASED : SLOT_WAITING;
-    round->leased += slot->state == SLOT_LEASED;
-    if (slot->row.status != STORE_TASK_DONE) {
-        return 0;
+    if (slot->row.status == STORE_TASK_LEASED) {
+        jobs_slot_lease(round, index, run->jobs->config.lease_seconds);
+    } else if (slot->row.status == STORE_TASK_DONE) {
+        jobs_slot_finish(round, index, NULL);
     }
-    status = round->what->describe(round->what->user, index, &task);
-    if (status == 0) {
-        good = kind->check(task.inputs.bytes, task.inputs.size, slot->row.result,
-                           slot->row.result_size);
-        jobs_task_clear(&task);
-    }
-    if (good) {
-        slot->state = SLOT_DONE;
-        round->done++;
-    } else if (status == 0) {
-        free(slot->row.result);
-        slot->row.result = NULL;
-        status = store_task_reset(run->jobs->config.store, slot->row.id);
-        status = status ? fail_store(result, status) : 0;
-    }
-    return status;
 }
 
 static int open_round(struct jobs_run *run, struct jobs_open_round *round,
@@ -155,7 +197,8 @@ static int open_round(struct jobs_run *run, struct jobs_open_round *round,
 
     round->slots = srnf_alloc(n, sizeof *round->slots);
     round->order = srnf_alloc(n, sizeof *round->order);
-    if (rows && round->slots && round->order) {
+    round->arrived = srnf_alloc(n, sizeof *round->arrived);
+    if (rows && round->slots && round->order && round->arrived) {
         status = 0;
     }
     for (size_t i = 0; status == 0 && i < n; i++) {
@@ -172,9 +215,7 @@ static int open_round(struct jobs_run *run, struct jobs_open_round *round,
     }
     for (size_t i = 0; status == 0 && i < n; i++) {
         round->slots[i].row = rows[i];
-    }
-    for (size_t i = 0; status == 0 && i < n; i++) {
-        status = enter_slot(run, round, i, result);
+        enter_slot(run, round, i);
     }
     if (status == 0) {
         qsort_r(round->order, n, sizeof *round->order, by_id, round->slots);
@@ -185,78 +226,211 @@ static int open_round(struct jobs_run *run, struct jobs_open_round *round,
 
 /* ---- Waiting --------------------------------------------------------------------------------- */
 
-/* Leases that have expired are lost, where the store agrees. The mutex is held, but let go of
-   meanwhile: only this thread ends the round. True: there are tasks to lease again. */
-static bool expire(struct jobs_run *run, struct jobs_open_round *round)
+/* The first lease that has expired, or SIZE_MAX. The mutex is held. */
+static size_t find_expired(const struct jobs_open_round *round, double now)
+{
+    size_t i = round->first_leased;
+
+    while (i != SIZE_MAX && (round->slots[i].losing || round->slots[i].expires > now)) {
+        i = round->slots[i].after;
+    }
+    return i;
+}
+
+/* Asks the store to lose the lease of a slot, which is not extended meanwhile. The mutex is held,
+   but let go of: only this thread ends the round. */
+static bool lose(struct jobs_run *run, struct jobs_open_round *round, size_t index)
 {
     struct jobs *jobs = run->jobs;
-    int64_t now = store_now_ms();
+    struct jobs_slot *slot = &round->slots[index];
+    double limit = jobs->config.task_seconds;
+    int64_t attempt = slot->row.attempt;
+    char worker[STORE_ID_MAX], reason[STORE_ID_MAX + 80];
+    bool lost;
+
+    slot->losing = true;
+    (void)snprintf(worker, sizeof worker, "%s", slot->row.worker);
+    if (clock_now() - slot->since > limit) {
+        (void)snprintf(reason, sizeof reason, "attempt %lld: no result of %s in %.0f s",
+                       (long long)attempt, worker, limit);
+    } else {
+        (void)snprintf(reason, sizeof reason, "attempt %lld: no sign of %s", (long long)attempt,
+                       worker);
+    }
+    pthread_mutex_unlock(&jobs->rounds.mutex);
+    lost = store_task_lose(jobs->config.store, slot->row.id, attempt, reason) == STORE_OK;
+    if (lost) {
+        metrics_add(jobs->config.metrics, METRIC_TASKS,
+                    METRIC_LABELS(round->what->kind->name, "lost"), 1);
+        jobs_remotes_note(&jobs->remotes, worker, REMOTE_LOST, round->what->kind->name);
+        jobs_log(jobs, "task-lost", run->job, reason);
+    }
+    pthread_mutex_lock(&jobs->rounds.mutex);
+    if (lost && slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
+        jobs_slot_free(round, index, true, NULL);
+    }
+    return lost;
+}
+
+/* Leases that have expired are lost, where the store agrees: it does not where a result has just
+   come, which is noted in a moment. The mutex is held, but let go of meanwhile. True: there are
+   tasks to lease again. */
+static bool expire(struct jobs_run *run, struct jobs_open_round *round)
+{
+    double now = clock_now();
     bool freed = false;
+    size_t i;
 
-    for (size_t i = 0; i < round->what->n && round->leased > 0; i++) {
-        struct jobs_slot *slot = &round->slots[i];
-        int64_t attempt = slot->row.attempt;
-        char worker[STORE_ID_MAX];
-
-        if (slot->state != SLOT_LEASED || slot->row.expires_ms > now) {
-            continue;
-        }
-        (void)snprintf(worker, sizeof worker, "%s", slot->row.worker);
-        pthread_mutex_unlock(&jobs->rounds.mutex);
-        if (store_task_lose(jobs->config.store, slot->row.id, attempt, now) == STORE_OK) {
-            metrics_add(jobs->config.metrics, METRIC_TASKS,
-                        METRIC_LABELS(round->what->kind->name, "lost"), 1);
-            jobs_remotes_note(&jobs->remotes, worker, REMOTE_LOST);
-            jobs_log(jobs, "task-lost", run->job, worker);
-            pthread_mutex_lock(&jobs->rounds.mutex);
-            if (slot->state == SLOT_LEASED && slot->row.attempt == attempt) {
-                jobs_slot_free(round, i, true);
-                freed = true;
-            }
-        } else {
-            pthread_mutex_lock(&jobs->rounds.mutex);
-        }
+    while ((i = find_expired(round, now)) != SIZE_MAX) {
+        freed = lose(run, round, i) || freed;
+    }
+    for (i = round->first_leased; i != SIZE_MAX; i = round->slots[i].after) {
+        round->slots[i].losing = false; /* the store may fail: the next look tries again */
     }
     return freed;
 }
 
+static double progress_of(const struct jobs_round *round, size_t done)
+{
+    double part = (double)done / (double)round->n;
+
+    return round->to > 0.0 ? round->from + (round->to - round->from) * part : part;
+}
+
 /* The mutex is held, but let go of meanwhile. */
-static void tell(struct jobs_run *run, const struct jobs_open_round *round, size_t told[2])
+static void tell(struct jobs_run *run, struct jobs_open_round *round, size_t told[2])
 {
     size_t done = round->done, leased = round->leased, n = round->what->n;
-    char message[80];
+    char message[JOBS_MESSAGE_MAX + JOBS_REMARK_MAX], work[40] = "waiting for workers";
+    char remark[JOBS_REMARK_MAX];
 
-    if (told[0] == done && told[1] == leased) {
+    if (told[0] == done && told[1] == leased && !round->remarked) {
         return;
     }
     told[0] = done;
     told[1] = leased;
+    round->remarked = false;
+    memcpy(remark, round->remark, sizeof remark);
     pthread_mutex_unlock(&run->jobs->rounds.mutex);
     if (leased > 0) {
-        (void)snprintf(message, sizeof message, "%zu of %zu tasks done, %zu at work", done, n,
-                       leased);
-    } else {
-        (void)snprintf(message, sizeof message, "%zu of %zu tasks done, waiting for workers", done,
-                       n);
+        (void)snprintf(work, sizeof work, "%zu at work", leased);
     }
-    run->context.progress(run, (double)done / (double)n, message);
+    (void)snprintf(message, sizeof message, "%zu of %zu tasks done, %s%s%s", done, n, work,
+                   remark[0] ? "; " : "", remark);
+    run->context.progress(run, progress_of(round->what, done), message);
     pthread_mutex_lock(&run->jobs->rounds.mutex);
 }
 
-static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round)
+/* ---- Taking ---------------------------------------------------------------------------------- */
+
+/* The result of a task that is done, charged to the job. False: it cannot be one. */
+static bool check_result(const struct jobs_round *what, size_t index,
+                         const struct tasks_bytes *result, int *status)
+{
+    struct jobs_task task;
+    bool good = false;
+
+    *status = what->describe(what->user, index, &task);
+    if (*status == 0) {
+        good = what->kind->check(task.inputs.bytes, task.inputs.size, result->bytes, result->size);
+        jobs_task_clear(&task);
+    }
+    return good;
+}
+
+/* As the store has it. *good false: it cannot be one, and the task is to be computed again. */
+static int load_result(struct jobs_run *run, struct jobs_open_round *round, size_t index,
+                       struct tasks_bytes *loaded, bool *good, struct jobs_result *result)
+{
+    struct store *store = run->jobs->config.store;
+    const char *id = round->slots[index].row.id;
+    int status = store_task_result(store, id, &loaded->bytes, &loaded->size);
+
+    if (status != STORE_OK) {
+        return status == STORE_NOMEM ? SRNF_ENOMEM : fail_store(result, status);
+    }
+    if (!jobs_memory_charge(run->memory, loaded->size)) {
+        free(loaded->bytes);
+        loaded->bytes = NULL;
+        return SRNF_ENOMEM;
+    }
+    *good = check_result(round->what, index, loaded, &status);
+    if (status == 0 && !*good) {
+        status = store_task_reset(store, id);
+        status = status ? fail_store(result, status) : 0;
+    }
+    return status;
+}
+
+/* Takes the result of one task. */
+static int take_one(struct jobs_run *run, struct jobs_open_round *round, size_t index, bool *good,
+                    struct jobs_result *result)
+{
+    struct jobs_slot *slot = &round->slots[index];
+    struct tasks_bytes bytes = {.bytes = slot->result, .size = slot->size};
+    int status = 0;
+
+    *good = true;
+    slot->result = NULL;
+    if (!bytes.bytes) {
+        status = load_result(run, round, index, &bytes, good, result);
+    }
+    if (status == 0 && *good) {
+        status = round->what->take(round->what->user, index, bytes.bytes, bytes.size);
+    }
+    if (bytes.bytes) {
+        jobs_memory_discharge(run->memory, bytes.size);
+    }
+    free(bytes.bytes);
+    return status;
+}
+
+/* Takes what has come since. The mutex is held, but let go of meanwhile. */
+static int take_arrived(struct jobs_run *run, struct jobs_open_round *round, size_t *taken,
+                        struct jobs_result *result)
 {
     struct jobs *jobs = run->jobs;
-    size_t told[2] = {SIZE_MAX, SIZE_MAX};
+    int status = 0;
+
+    while (status == 0 && *taken < round->done && !round->failed) {
+        size_t index = round->arrived[*taken];
+        bool good;
+
+        pthread_mutex_unlock(&jobs->rounds.mutex);
+        status = take_one(run, round, index, &good, result);
+        pthread_mutex_lock(&jobs->rounds.mutex);
+        if (good) {
+            ++*taken;
+        } else { /* its place goes to the last that came */
+            round->arrived[*taken] = round->arrived[--round->done];
+            jobs_slot_free(round, index, true, NULL);
+        }
+    }
+    return status;
+}
+
+static int wait_for_all(struct jobs_run *run, struct jobs_open_round *round,
+                        struct jobs_result *result)
+{
+    struct jobs *jobs = run->jobs;
+    size_t told[2] = {SIZE_MAX, SIZE_MAX}, taken = 0;
     double look = clock_now() + LOOK_SECONDS;
     int status = 0;
 
     pthread_mutex_lock(&jobs->rounds.mutex);
-    while (status == 0 && round->done < round->what->n && !round->failed) {
+    while (status == 0 && taken < round->what->n && !round->failed) {
         struct timespec until = clock_timespec(look);
         bool freed = false;
 
+        status = take_arrived(run, round, &taken, result);
         tell(run, round, told);
-        (void)pthread_cond_clockwait(&round->changed, &jobs->rounds.mutex, CLOCK_MONOTONIC, &until);
+        if (status || round->failed || taken == round->what->n) {
+            continue;
+        }
+        if (taken == round->done) {
+            (void)pthread_cond_clockwait(&round->changed, &jobs->rounds.mutex, CLOCK_MONOTONIC,
+                                         &until);
+        }
         if (clock_now() < look) {
             continue;
         }
@@ -321,30 +495,32 @@ static int fail_poisoned(struct jobs_run *run, const struct jobs_open_round *rou
 static void clear_round(struct jobs_open_round *round)
 {
     for (size_t i = 0; round->slots && i < round->what->n; i++) {
-        free(round->slots[i].row.result);
+        if (round->slots[i].result) {
+            jobs_memory_discharge(round->memory, round->slots[i].size);
+            free(round->slots[i].result);
+        }
     }
     srnf_free(round->slots);
     srnf_free(round->order);
+    srnf_free(round->arrived);
     pthread_cond_destroy(&round->changed);
 }
 
 int jobs_run_round(struct jobs_run *run, const struct jobs_round *what, struct jobs_result *result)
 {
-    struct jobs_open_round round = {.what = what};
+    struct jobs_open_round round = {
+        .what = what, .job = run->job->id, .memory = run->memory, .first_leased = SIZE_MAX};
     int status;
 
     pthread_cond_init(&round.changed, NULL);
     status = open_round(run, &round, result);
     if (status == 0) {
         publish(run->jobs, &round);
-        status = wait_for_all(run, &round);
+        status = wait_for_all(run, &round, result);
         withdraw(run->jobs, &round);
     }
     if (status == 0 && round.failed) {
         status = fail_poisoned(run, &round, result);
-    }
-    for (size_t i = 0; status == 0 && i < what->n; i++) {
-        what->take(what->user, i, round.slots[i].row.result, round.slots[i].row.result_size);
     }
     clear_round(&round);
     return status;

@@ -1,6 +1,6 @@
 /*
- * rounds.h - what the run's side (rounds.c), the workers' side (leases.c) and the table of workers
- * (remotes.c) share.
+ * rounds.h - what the run's side (rounds.c), the workers' side (leases.c), the table of workers
+ * (remotes.c) and that of passes (passes.c) share.
  *
  * A slot goes WAITING -> TAKEN -> LEASED -> DONE. TAKEN: a thread asks the store for the lease, and
  * nobody else may. Only what the store has agreed to is noted in a slot.
@@ -17,22 +17,38 @@
 #include "jobs/tasks.h"
 #include "store/task.h"
 
+#define JOBS_REMARK_MAX 104
+
 enum slot_state { SLOT_WAITING, SLOT_TAKEN, SLOT_LEASED, SLOT_DONE };
 
 struct jobs_slot {
     struct store_task row;
     enum slot_state state;
+    size_t before, after;  /* of the list of those that are LEASED; SIZE_MAX: none */
+    double since, expires; /* of a lease, by the monotonic clock */
+    bool losing;           /* the store is asked to lose the lease: it is extended no more */
+    unsigned char *result; /* malloc, charged to the job; NULL: the store has it alone */
+    size_t size;
+    char certain[65]; /* digest of the last failure that a worker called certain, or "" */
 };
 
 struct jobs_open_round {
     const struct jobs_round *what;
-    struct jobs_slot *slots; /* [n] */
-    size_t *order;           /* [n] indexes by id */
-    size_t done, leased;     /* slots */
-    size_t cursor;           /* no slot before it is WAITING */
+    const char *job;
+    struct jobs_memory *memory; /* of the run */
+    struct jobs_slot *slots;    /* [n] */
+    size_t *order;              /* [n] indexes by id */
+    size_t *arrived;            /* [n] indexes of those that are DONE, as they came */
+    size_t done, leased;        /* slots */
+    size_t first_leased;        /* SIZE_MAX: none */
+    size_t cursor;              /* no slot before it is WAITING */
     size_t users;
-    bool failed; /* a task was lost too often */
+    bool failed; /* a task was lost too often, or for certain */
     size_t poison;
+    double seconds;  /* that tasks took whose leases have ended with a result */
+    size_t measured; /* how many these are */
+    char remark[JOBS_REMARK_MAX];
+    bool remarked; /* it is another than was told last */
     pthread_cond_t changed;
     struct jobs_open_round *link;
 };
@@ -44,10 +60,23 @@ struct jobs_rounds {
 void jobs_rounds_init(struct jobs_rounds *rounds);
 void jobs_rounds_destroy(struct jobs_rounds *rounds);
 
-/* A task is free again; lost: its attempt was. The mutex is held. */
-void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost);
+/* A task is leased from now on. The mutex is held, as for all that follows. */
+void jobs_slot_lease(struct jobs_open_round *round, size_t index, double seconds);
+/* A task is done; result (malloc) is taken over, where the job has room for it. */
+void jobs_slot_finish(struct jobs_open_round *round, size_t index, struct tasks_bytes *result);
+/* A task is free again; lost: its attempt was. certain: why, where every attempt would end so; NULL
+   otherwise. */
+void jobs_slot_free(struct jobs_open_round *round, size_t index, bool lost, const char *certain);
 /* Tells those who wait for tasks that there may be some. No lock is held. */
 void jobs_rounds_offer(struct jobs *jobs);
+
+struct jobs_pass;
+struct jobs_passes {
+    pthread_mutex_t mutex;
+    struct jobs_pass *first;
+};
+void jobs_passes_init(struct jobs_passes *passes);
+void jobs_passes_destroy(struct jobs_passes *passes);
 
 struct jobs_remotes {
     pthread_mutex_t mutex;
@@ -59,8 +88,8 @@ void jobs_remotes_destroy(struct jobs_remotes *remotes);
 /* The worker has asked for a task. */
 void jobs_remotes_sign(struct jobs_remotes *remotes, const struct jobs_remote *remote);
 enum jobs_remote_event { REMOTE_LEASED, REMOTE_ALIVE, REMOTE_DONE, REMOTE_BACK, REMOTE_LOST };
-/* What became of a lease of the worker of that name. */
-void jobs_remotes_note(struct jobs_remotes *remotes, const char *name,
-                       enum jobs_remote_event event);
+/* What became of a lease, of a task of that kind, of the worker of that name. */
+void jobs_remotes_note(struct jobs_remotes *remotes, const char *name, enum jobs_remote_event event,
+                       const char *kind);
 
 #endif

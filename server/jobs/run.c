@@ -134,6 +134,7 @@ void jobs_run_init(struct jobs_run *run, struct jobs *jobs, struct store_job *jo
 void jobs_run_destroy(struct jobs_run *run)
 {
     jobs_kept_destroy(&run->kept);
+    jobs_scratch_close(run);
     free(run->doubts.list);
     pthread_mutex_destroy(&run->mutex);
     pthread_cond_destroy(&run->loop.left);
@@ -188,6 +189,21 @@ const struct srnf_context *jobs_run_context(struct jobs_run *run)
 struct jobs *jobs_run_jobs(struct jobs_run *run)
 {
     return run->jobs;
+}
+
+void jobs_run_search_by(struct jobs_run *run,
+                        int (*search)(void *user, const struct srnf_field_search *search,
+                                      struct srnf_error *error))
+{
+    run->context.search = search;
+}
+
+void jobs_run_fail(struct jobs_run *run, const struct jobs_result *result)
+{
+    if (!run->failed.problem_code) {
+        run->failed = *result;
+        run->failed.results = NULL;
+    }
 }
 
 void jobs_run_resumed(struct jobs_run *run)

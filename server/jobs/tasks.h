@@ -15,6 +15,7 @@
 
 #define JOBS_TASK_LOST_MAX 5      /* attempts of a task without a result, and its job fails */
 #define JOBS_LEASE_SECONDS 15.0   /* without a sign of the worker */
+#define JOBS_TASK_SECONDS 600.0   /* without a result, whatever signs the worker gives */
 #define JOBS_SECRET_SIZE 33       /* 32 hexadecimal digits and a zero */
 #define JOBS_REMOTE_NAME_MAX 64   /* bytes of what a worker tells of itself, with the zero */
 #define JOBS_REMOTES_MAX 2048     /* workers that are remembered */
@@ -34,11 +35,13 @@ void jobs_task_clear(struct jobs_task *task);
 struct jobs_round {
     const struct tasks_kind *kind;
     size_t n;
+    double from, to; /* of the progress of the run's phase; both 0: all of it */
     /* Fills the task of that index, always with the same bytes. On any thread, while the round is
        open. Returns 0 or a core status. */
     int (*describe)(void *user, size_t index, struct jobs_task *task);
-    /* Takes a result that was checked. On the thread of the run, in the order of the indexes. */
-    void (*take)(void *user, size_t index, const void *result, size_t size);
+    /* Takes a result that was checked, as it comes. On the thread of the run. Returns 0 or a core
+       status, which ends the round. */
+    int (*take)(void *user, size_t index, const void *result, size_t size);
     void *user;
 };
 /* Whether jobs offer their tasks to workers, or compute all by themselves. */
@@ -57,6 +60,7 @@ struct jobs_remote {
     char host[JOBS_REMOTE_NAME_MAX], cpu[JOBS_REMOTE_NAME_MAX];
     char owner[STORE_OWNER_MAX]; /* name of its token, "" without */
     size_t slots;
+    char job[STORE_ID_MAX]; /* whose tasks alone it may lease; "": those of all */
 };
 
 struct jobs_lease {
@@ -73,27 +77,56 @@ int jobs_lease(struct jobs *jobs, const struct jobs_remote *remote, struct jobs_
 /* The bytes of one of the contents of the task: malloc. STORE_NOT_FOUND: it has no such content. */
 int jobs_lease_content(struct jobs *jobs, const char *task, const char *secret, const char *digest,
                        struct tasks_bytes *content);
-/* It holds for *seconds more. */
+/* It holds for *seconds more. Nothing is written. */
 int jobs_lease_extend(struct jobs *jobs, const char *task, const char *secret, double *seconds);
 /* Takes the result of the lease; bytes are copied. STORE_CORRUPT: it cannot be the result of this
    task; the attempt is lost. */
 int jobs_lease_finish(struct jobs *jobs, const char *task, const char *secret, const void *bytes,
                       size_t size);
-/* reason NULL: nothing was wrong with it. */
+/* reason NULL: nothing was wrong with it. certain: any attempt will end so; the second time that a
+   task ends so for the same reason, its job fails. */
 int jobs_lease_give_back(struct jobs *jobs, const char *task, const char *secret,
-                         const char *reason);
+                         const char *reason, bool certain);
 
 /* ---- Who works (remotes.c) ------------------------------------------------------------------- */
 
 struct jobs_remote_state {
     struct jobs_remote remote;
-    int64_t first_ms, last_ms; /* signs of it */
-    size_t leased, done, lost; /* tasks at work, with a result, and without */
+    int64_t first_ms, last_ms; /* signs of it, by the clock of the day */
+    double last;               /* by the monotonic clock */
+    struct jobs_remote_counts {
+        size_t leased, done, lost; /* tasks at work, with a result, and without */
+    } of[TASKS_KINDS_MAX];         /* by the index of tasks_kind_at */
 };
 /* Calls visit for each worker that gave a sign of late, in the order of their coming. */
 void jobs_remotes(struct jobs *jobs,
                   bool (*visit)(void *user, const struct jobs_remote_state *state), void *user);
 /* Tasks that are leased, and workers that gave a sign of late. */
 void jobs_remotes_count(struct jobs *jobs, size_t *workers, size_t *leased);
+
+/* ---- Whoever brings workers (demands.c, passes.c) -------------------------------------------- */
+
+/* What a round that is open has to do. */
+struct jobs_demand {
+    char job[STORE_ID_MAX];
+    size_t left, done; /* tasks, those that are leased among the first */
+    double seconds;    /* that a task took on average; 0: none was done since the round opened */
+};
+/* Fills demands with those of the open rounds, `most` of them; returns how many. */
+size_t jobs_demands(struct jobs *jobs, struct jobs_demand *demands, size_t most);
+/* Says beside the progress of the open rounds of the job why workers are missing; "": nothing. */
+void jobs_remark(struct jobs *jobs, const char *job, const char *remark);
+
+/* A pass is a token of the service's own making with which the tasks of one job can be leased, and
+   nothing else. Of it the digest is known: SHA-256 in hexadecimal digits. */
+#define JOBS_PASS_PREFIX "srnfd_pilot_"
+#define JOBS_PASS_SIZE 64 /* bytes of the longest with its zero */
+/* False without memory. */
+bool jobs_pass_add(struct jobs *jobs, const char digest[65], const char *job);
+void jobs_pass_drop(struct jobs *jobs, const char digest[65]);
+/* The job of a pass; false: there is no such pass. */
+bool jobs_pass_find(struct jobs *jobs, const char *secret, char job[STORE_ID_MAX]);
+/* Whether there still is a pass for the job. */
+bool jobs_pass_holds(struct jobs *jobs, const char *job);
 
 #endif

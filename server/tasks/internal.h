@@ -6,11 +6,23 @@
 
 #include "tasks/tasks.h"
 
+#define TASKS_DEGREE_MAX 1000
+
 void tasks_put(unsigned char bytes[8], uint64_t value);
 uint64_t tasks_get(const unsigned char bytes[8]);
 void tasks_put_double(unsigned char bytes[8], double value);
 double tasks_get_double(const unsigned char bytes[8]);
+/* False: one of them is not finite, and some are read. */
+bool tasks_get_doubles(const unsigned char *bytes, size_t count, double *values);
+
+/* The options of a registration (options.c). */
+#define TASKS_OPTIONS_SIZE 96
+void tasks_put_options(unsigned char *bytes, const struct srnf_register_options *options);
+/* False: these are none, or of another version. */
+bool tasks_get_options(const unsigned char *bytes, struct srnf_register_options *options);
 
 extern const struct tasks_kind tasks_pairs_kind;
+extern const struct tasks_kind tasks_searches_kind;
+extern const struct tasks_kind tasks_encodings_kind;
 
 #endif

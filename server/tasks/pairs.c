@@ -1,8 +1,8 @@
 /*
  * pairs.c - the kind "pairs": registered distances of some pairs of surfaces.
  *
- *   inputs   "srnfpair", the numbers of enum field in their order, then first and second of each
- *            pair as indexes of surfaces
+ *   inputs   "srnfpair", the numbers of enum field in their order, the options (options.c), then
+ *            first and second of each pair as indexes of surfaces
  *   contents the surfaces, double[3][(L+1)^2] each
  *   result   the distances, in the order of the pairs
  *
@@ -17,48 +17,18 @@
 
 #define MAGIC "srnfpair"
 #define MAGIC_SIZE 8
-#define DEGREE_MAX 1000
+#define VERSION 2
 
-enum field {
-    FIELD_DEGREE,
-    FIELD_METRIC,
-    FIELD_REPRESENTATION,
-    FIELD_ROTATION,
-    FIELD_REPARAMETERIZATION,
-    FIELD_FIELDS_DEGREE,
-    FIELD_PENALTY_JACOBIAN,
-    FIELD_PENALTY_DISPLACEMENT,
-    FIELD_START,
-    FIELD_COMMON_POSE,
-    FIELD_SYMMETRIC,
-    FIELD_EXACT,
-    FIELD_MAX_STEPS,
-    FIELD_SURFACES,
-    FIELD_PAIRS,
-    FIELDS
-};
-#define HEAD (MAGIC_SIZE + 8 * (size_t)FIELDS)
-
-/* An option that is not written here would be its default on a worker. Whoever adds one to the
-   struct adds it here too, and then its size. */
-_Static_assert(sizeof(struct srnf_register_options) == 48, "write the new option as well");
+enum field { FIELD_VERSION, FIELD_DEGREE, FIELD_METRIC, FIELD_SURFACES, FIELD_PAIRS, FIELDS };
+#define HEAD (MAGIC_SIZE + 8 * (size_t)FIELDS + TASKS_OPTIONS_SIZE)
 
 /* ---- Inputs as bytes ------------------------------------------------------------------------- */
 
 int tasks_pairs_write(const struct tasks_pairs *pairs, struct tasks_bytes *inputs)
 {
-    const struct srnf_register_options *o = &pairs->registration;
-    const uint64_t numbers[FIELDS] = {[FIELD_DEGREE] = pairs->degree,
+    const uint64_t numbers[FIELDS] = {[FIELD_VERSION] = VERSION,
+                                      [FIELD_DEGREE] = pairs->degree,
                                       [FIELD_METRIC] = (uint64_t)pairs->metric,
-                                      [FIELD_REPRESENTATION] = (uint64_t)o->representation,
-                                      [FIELD_ROTATION] = o->rotation,
-                                      [FIELD_REPARAMETERIZATION] = o->reparameterization,
-                                      [FIELD_FIELDS_DEGREE] = o->degree,
-                                      [FIELD_START] = (uint64_t)o->start,
-                                      [FIELD_COMMON_POSE] = o->common_pose,
-                                      [FIELD_SYMMETRIC] = o->symmetric,
-                                      [FIELD_EXACT] = o->exact,
-                                      [FIELD_MAX_STEPS] = o->max_steps,
                                       [FIELD_SURFACES] = pairs->n_surfaces,
                                       [FIELD_PAIRS] = pairs->n_pairs};
     unsigned char *at;
@@ -76,9 +46,7 @@ int tasks_pairs_write(const struct tasks_pairs *pairs, struct tasks_bytes *input
     for (size_t i = 0; i < FIELDS; i++) {
         tasks_put(inputs->bytes + MAGIC_SIZE + 8 * i, numbers[i]);
     }
-    tasks_put_double(inputs->bytes + MAGIC_SIZE + 8 * FIELD_PENALTY_JACOBIAN, o->penalty_jacobian);
-    tasks_put_double(inputs->bytes + MAGIC_SIZE + 8 * FIELD_PENALTY_DISPLACEMENT,
-                     o->penalty_displacement);
+    tasks_put_options(inputs->bytes + HEAD - TASKS_OPTIONS_SIZE, &pairs->registration);
     at = inputs->bytes + HEAD;
     for (size_t k = 0; k < pairs->n_pairs; k++, at += 16) {
         tasks_put(at, pairs->pairs[k][0]);
@@ -92,39 +60,22 @@ static uint64_t number(const unsigned char *inputs, enum field field)
     return tasks_get(inputs + MAGIC_SIZE + 8 * (size_t)field);
 }
 
-static double real(const unsigned char *inputs, enum field field)
-{
-    return tasks_get_double(inputs + MAGIC_SIZE + 8 * (size_t)field);
-}
-
 /* All but the pairs, which stay where they are. False: these are no such inputs. */
 static bool read_head(const unsigned char *inputs, size_t size, struct tasks_pairs *pairs)
 {
-    if (size < HEAD || memcmp(inputs, MAGIC, MAGIC_SIZE) != 0 ||
-        number(inputs, FIELD_DEGREE) > DEGREE_MAX ||
+    if (size <= HEAD || memcmp(inputs, MAGIC, MAGIC_SIZE) != 0 ||
+        number(inputs, FIELD_VERSION) != VERSION ||
+        number(inputs, FIELD_DEGREE) > TASKS_DEGREE_MAX ||
+        number(inputs, FIELD_METRIC) > SRNF_METRIC_SPHARM ||
         number(inputs, FIELD_SURFACES) > TASKS_CONTENTS_MAX ||
-        number(inputs, FIELD_PAIRS) != (size - HEAD) / 16 || (size - HEAD) % 16 != 0 ||
-        size == HEAD) {
+        number(inputs, FIELD_PAIRS) != (size - HEAD) / 16 || (size - HEAD) % 16 != 0) {
         return false;
     }
-    *pairs = (struct tasks_pairs){
-        .degree = (size_t)number(inputs, FIELD_DEGREE),
-        .metric = (enum srnf_metric)(number(inputs, FIELD_METRIC) & 0xff),
-        .registration = {.representation = (enum srnf_representation)(
-                             number(inputs, FIELD_REPRESENTATION) & 0xff),
-                         .rotation = number(inputs, FIELD_ROTATION) != 0,
-                         .reparameterization = number(inputs, FIELD_REPARAMETERIZATION) != 0,
-                         .degree = (size_t)number(inputs, FIELD_FIELDS_DEGREE),
-                         .penalty_jacobian = real(inputs, FIELD_PENALTY_JACOBIAN),
-                         .penalty_displacement = real(inputs, FIELD_PENALTY_DISPLACEMENT),
-                         .start = (enum srnf_register_start)(number(inputs, FIELD_START) & 0xff),
-                         .common_pose = number(inputs, FIELD_COMMON_POSE) != 0,
-                         .symmetric = number(inputs, FIELD_SYMMETRIC) != 0,
-                         .exact = number(inputs, FIELD_EXACT) != 0,
-                         .max_steps = (size_t)number(inputs, FIELD_MAX_STEPS)},
-        .n_surfaces = (size_t)number(inputs, FIELD_SURFACES),
-        .n_pairs = (size_t)number(inputs, FIELD_PAIRS)};
-    return true;
+    *pairs = (struct tasks_pairs){.degree = (size_t)number(inputs, FIELD_DEGREE),
+                                  .metric = (enum srnf_metric)number(inputs, FIELD_METRIC),
+                                  .n_surfaces = (size_t)number(inputs, FIELD_SURFACES),
+                                  .n_pairs = (size_t)number(inputs, FIELD_PAIRS)};
+    return tasks_get_options(inputs + HEAD - TASKS_OPTIONS_SIZE, &pairs->registration);
 }
 
 /* ---- Computing ------------------------------------------------------------------------------- */

@@ -50,8 +50,11 @@ struct tasks_kind {
 /* Doubles as bytes [8 * count], with all their bits. */
 void tasks_put_doubles(unsigned char *bytes, const double *values, size_t count);
 
+#define TASKS_KINDS_MAX 8
 /* NULL: there is no such kind. */
 const struct tasks_kind *tasks_kind_find(const char *name);
+/* Those that there are, from 0 on; NULL beyond the last. */
+const struct tasks_kind *tasks_kind_at(size_t index);
 
 /* ---- pairs: distances of pairs of surfaces (pairs.c) ----------------------------------------- */
 
@@ -71,5 +74,60 @@ struct tasks_pairs {
 SRNF_CHECKED int tasks_pairs_write(const struct tasks_pairs *pairs, struct tasks_bytes *inputs);
 /* The distances [n_pairs] of a result that was checked. */
 void tasks_pairs_distances(const void *result, size_t n_pairs, double *distances);
+
+/* ---- searches: registrations of surfaces to a field (searches.c) ----------------------------- */
+
+#define TASKS_SEARCHES "searches"
+
+/* What is asked for: srnf_register_to_field of each surface, on a Gauss-Legendre grid. The first
+   content is the field, double[3][n_theta][n_phi], the others are surfaces,
+   double[3][(degree+1)^2]. */
+struct tasks_searches {
+    size_t degree, n_theta, n_phi;
+    double norm2;
+    struct srnf_register_options registration;
+    size_t n; /* surfaces, 1 .. TASKS_CONTENTS_MAX - 1 */
+};
+
+/* As bytes. Errors: SRNF_ENOMEM, SRNF_ELIMIT (n). */
+SRNF_CHECKED int tasks_searches_write(const struct tasks_searches *searches,
+                                      struct tasks_bytes *inputs);
+/* Calls take for each of the n surfaces of a result, in their order (struct srnf_field_search).
+   Errors: SRNF_EINVAL (no result of n surfaces), SRNF_ENOMEM, what take returns. */
+SRNF_CHECKED int tasks_searches_read(const void *result, size_t size, size_t n,
+                                     int (*take)(void *argument, size_t i, const double rotation[9],
+                                                 struct srnf_warp *warp),
+                                     void *argument);
+
+/* ---- encodings: surfaces of prepared meshes (encodings.c) ------------------------------------ */
+
+#define TASKS_ENCODINGS "encodings"
+#define TASKS_ENCODINGS_MAX ((size_t)128) /* meshes of one task */
+
+/* What is asked for: srnf_encode of a mesh without problems. */
+struct tasks_encoding {
+    struct srnf_encode_options options; /* without sphere and kernel */
+    bool has_sphere, kernel_known;
+    struct srnf_star kernel;
+    double centroid[3], volume, area; /* of the mesh's report: all that encoding reads of it */
+    size_t n_vertices[2], n_faces[2]; /* of the mesh and its sphere */
+};
+/* What became of it. */
+struct tasks_encoded {
+    int status; /* SRNF_OK, or why it cannot be encoded, with the error */
+    struct srnf_encoded encoded;
+    struct srnf_error error;
+};
+
+/* As bytes. Errors: SRNF_ENOMEM, SRNF_ELIMIT (n). */
+SRNF_CHECKED int tasks_encodings_write(size_t n, const struct tasks_encoding *encodings,
+                                       struct tasks_bytes *inputs);
+/* A mesh as the bytes of a content, of this size. */
+size_t tasks_mesh_size(const struct srnf_mesh *mesh);
+void tasks_put_mesh(unsigned char *bytes, const struct srnf_mesh *mesh);
+/* What became of n meshes; coefficients are the caller's (srnf_free). Errors: SRNF_EINVAL (no
+   result of n meshes), SRNF_ENOMEM; then there are none. */
+SRNF_CHECKED int tasks_encodings_read(const void *result, size_t size, size_t n,
+                                      struct tasks_encoded *found);
 
 #endif

@@ -154,7 +154,11 @@ static bool make_headers(const struct link *link, const struct link_request *req
     char token[LINK_TOKEN_MAX];
     bool made;
 
-    read_token(link->target->token_file, token);
+    if (link->target->token) {
+        (void)snprintf(token, sizeof token, "Bearer %s", link->target->token);
+    } else {
+        read_token(link->target->token_file, token);
+    }
     made = add(headers, "Authorization", token[0] ? token : NULL) &&
            add(headers, "Lease-Secret", request->secret) &&
            add(headers, "Content-Type", request->type) &&
@@ -184,7 +188,8 @@ static void set_options(struct link *link, const struct link_request *request,
         (void)curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, on_progress);
         (void)curl_easy_setopt(curl, CURLOPT_XFERINFODATA, link);
     }
-    if (link->target->certificate) {
+    if (link->target->certificate) { /* instead of the system's, a file and a folder */
+        (void)curl_easy_setopt(curl, CURLOPT_CAPATH, NULL);
         (void)curl_easy_setopt(curl, CURLOPT_CAINFO, link->target->certificate);
     }
     if (request->type) {

@@ -12,11 +12,11 @@
 
 /* Where the service is, for all threads. */
 struct link_target {
-    const char *url;        /* without a slash at its end */
-    const char *token_file; /* NULL: no token */
-    const char
-        *certificate; /* PEM file of the one certificate, or authority, that is trusted; NULL:
-                                those of the system */
+    const char *url;         /* without a slash at its end */
+    const char *token_file;  /* NULL: no token, or that below */
+    const char *token;       /* NULL: that of the file */
+    const char *certificate; /* PEM file of the one certificate, or authority, that is trusted;
+                                NULL: those of the system */
 };
 /* What is wrong with the target, a static sentence, or NULL: no URL, or clear text beyond this
    machine. */

@@ -58,7 +58,7 @@ static void send(struct worker_slot *slot, const struct link_request *request,
         bool told = pause > 0.1;
 
         link_send(slot->link, request, answer);
-        if (answer->status != 0 && answer->status != 503) {
+        if (answer->status != 0 && answer->status != 408 && answer->status != 503) {
             return;
         }
         if ((request->stops && atomic_load(&worker->draining)) || atomic_load(&worker->hurried)) {
@@ -188,7 +188,8 @@ static bool ask(struct worker_slot *slot, struct lease *lease)
             lease_clear(lease);
             worker_give_up(worker, WORKER_REFUSED, "the service answers with no lease");
         }
-    } else if (answer.status >= 400 && answer.status < 500 && answer.status != 429) {
+    } else if (answer.status >= 400 && answer.status < 500 && answer.status != 408 &&
+               answer.status != 429) {
         problem_of(&answer, text);
         worker_give_up(worker, WORKER_REFUSED, text);
     } else if (answer.status != 204 && answer.status != 0) {
@@ -255,7 +256,10 @@ static void give_back(struct worker_slot *slot, const struct lease *lease)
     link_answer_clear(&answer);
 }
 
-static void tell_failure(struct worker_slot *slot, const struct lease *lease, const char *what)
+/* certain: the computation itself has failed, as it will anywhere; then the host is of no interest,
+   and the text is that which others tell. */
+static void tell_failure(struct worker_slot *slot, const struct lease *lease, const char *what,
+                         bool certain)
 {
     struct worker *worker = slot->worker;
     char path[PATH_MAX_BYTES], detail[360];
@@ -263,8 +267,12 @@ static void tell_failure(struct worker_slot *slot, const struct lease *lease, co
     json_t *document;
     char *body;
 
-    (void)snprintf(detail, sizeof detail, "on %.60s: %.280s", worker->host, what);
-    document = json_pack("{s:s}", "detail", detail);
+    if (certain) {
+        (void)snprintf(detail, sizeof detail, "%.230s", what);
+    } else {
+        (void)snprintf(detail, sizeof detail, "on %.60s: %.280s", worker->host, what);
+    }
+    document = json_pack("{s:s, s:b}", "detail", detail, "certain", certain);
     body = json_dumps(document, JSON_COMPACT);
     make_path(path, lease, "/failure");
     LOG_WARN("task-failed", log_text("task", lease->task), log_text("detail", detail));
@@ -342,7 +350,7 @@ static void compute(struct worker_slot *slot, struct lease *lease)
     got = get_contents(slot, lease);
     if (got != GOT_ALL) {
         if (got == GOT_DAMAGED) {
-            tell_failure(slot, lease, "what the task is about came damaged");
+            tell_failure(slot, lease, "what the task is about came damaged", false);
         } else {
             give_back(slot, lease);
         }
@@ -355,7 +363,8 @@ static void compute(struct worker_slot *slot, struct lease *lease)
     } else if (atomic_load(&slot->worker->hurried)) {
         give_back(slot, lease);
     } else if (status < 0) {
-        tell_failure(slot, lease, error.message[0] ? error.message : srnf_strerror(status));
+        tell_failure(slot, lease, error.message[0] ? error.message : srnf_strerror(status),
+                     status != SRNF_ENOMEM && status != SRNF_ECANCELED);
     } else {
         return_result(slot, lease, &result, clock_now() - before);
     }
@@ -390,7 +399,7 @@ static void work(struct worker_slot *slot)
     if (lease.kind) {
         compute(slot, &lease);
     } else {
-        tell_failure(slot, &lease, "this worker knows no such kind of task");
+        tell_failure(slot, &lease, "this worker knows no such kind of task", false);
     }
     hold(slot, NULL);
     atomic_store(&worker->worked, clock_now());

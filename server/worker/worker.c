@@ -24,15 +24,24 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #define CACHE_BYTES 1073741824.0
 #define IDLE_SECONDS 60.0
 #define GRACE_SECONDS 20.0
+#define CREDENTIALS_MAX 16384
 
 struct options {
     const char *server, *token_file, *certificate, *cache;
     double slots, cache_bytes, idle_seconds, grace_seconds;
+};
+
+/* What came on standard input: the token, and after its line a certificate. */
+struct credentials {
+    char text[CREDENTIALS_MAX];
+    const char *token;    /* within it; NULL: there is none */
+    char certificate[32]; /* path of a file in memory, or "" */
 };
 
 static const char usage[] =
@@ -40,9 +49,10 @@ static const char usage[] =
     "                    [--cache DIR] [--cache-bytes N] [--idle-seconds S] [--grace-seconds S]\n"
     "  --server         https://host:8443, or http on this machine\n"
     "  --slots          tasks at once; one per processor\n"
-    "  --token-file     whose first line is a token of the role worker\n"
+    "  --token-file     whose first line is a token of the role worker; -: standard input\n"
     "  --certificate    PEM file of the certificate that the service has; the system's "
-    "authorities\n"
+    "authorities;\n"
+    "                   -: what follows the token on standard input\n"
     "  --cache          folder for what tasks are about; none\n"
     "  --cache-bytes    that it may take, 1073741824\n"
     "  --idle-seconds   without a task, after which the worker ends; 0: never; 60\n"
@@ -77,6 +87,11 @@ static bool read_number(const char *text, double most, double *number)
 
     *number = value;
     return end != text && !*end && value >= 0.0 && value <= most;
+}
+
+static bool is_standard_input(const char *path)
+{
+    return path && strcmp(path, "-") == 0;
 }
 
 static int read_options(struct options *options, int n_arguments, char **arguments)
@@ -126,8 +141,52 @@ static int read_options(struct options *options, int n_arguments, char **argumen
     if (options->slots < 1.0) {
         return wrong_use("--slots must be 1 at least", NULL);
     }
-    if (options->token_file && access(options->token_file, R_OK) != 0) {
+    if (options->token_file && !is_standard_input(options->token_file) &&
+        access(options->token_file, R_OK) != 0) {
         return wrong_use("the file of the token cannot be read", options->token_file);
+    }
+    if (is_standard_input(options->certificate) && !is_standard_input(options->token_file)) {
+        return wrong_use("--certificate - goes with --token-file -", NULL);
+    }
+    return 0;
+}
+
+/* Into a file without a name, since not every TLS library takes certificates from memory. It is
+   open until the end. */
+static bool keep_certificate(struct credentials *credentials, const char *text)
+{
+    size_t size = strlen(text);
+    int fd = strncmp(text, "-----BEGIN", 10) == 0 ? memfd_create("certificate", MFD_CLOEXEC) : -1;
+
+    (void)snprintf(credentials->certificate, sizeof credentials->certificate, "/proc/self/fd/%d",
+                   fd);
+    return fd >= 0 && write(fd, text, size) == (ssize_t)size;
+}
+
+/* Reads what standard input has, where the options say that it has something. */
+static int read_credentials(const struct options *options, struct credentials *credentials)
+{
+    char *text = credentials->text, *certificate;
+    size_t size;
+
+    *credentials = (struct credentials){.token = NULL};
+    if (!is_standard_input(options->token_file)) {
+        return 0;
+    }
+    size = fread(text, 1, sizeof credentials->text - 1, stdin);
+    text[size] = '\0';
+    if (size == 0 || !feof(stdin)) {
+        return wrong_use("standard input must have a token, and 16 KiB at most", NULL);
+    }
+    credentials->token = text;
+    text += strcspn(text, "\r\n");
+    certificate = text + strspn(text, "\r\n");
+    *text = '\0';
+    if (!credentials->token[0] || strlen(credentials->token) >= LINK_TOKEN_MAX - 8) {
+        return wrong_use("the first line of standard input is no token", NULL);
+    }
+    if (is_standard_input(options->certificate) && !keep_certificate(credentials, certificate)) {
+        return wrong_use("no certificate follows the token on standard input", NULL);
     }
     return 0;
 }
@@ -264,6 +323,8 @@ static int prepare_process(sigset_t *signals)
     (void)sigaddset(signals, SIGINT);
     (void)pthread_sigmask(SIG_BLOCK, signals, NULL);
     (void)signal(SIGPIPE, SIG_IGN);
+    (void)signal(SIGXFSZ,
+                 SIG_IGN); /* a file that may not grow costs requests, as a full disk does */
     fftw_make_planner_thread_safe();
     openblas_set_num_threads(1);
     return sodium_init() < 0 || curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK ? -1 : 0;
@@ -272,12 +333,14 @@ static int prepare_process(sigset_t *signals)
 int worker_command(int n_arguments, char **arguments)
 {
     struct options options;
+    struct credentials credentials;
     struct worker worker = {.n_slots = 0};
     char url[400];
     const char *problem;
     sigset_t signals;
     int status = read_options(&options, n_arguments, arguments);
 
+    status = status ? status : read_credentials(&options, &credentials);
     if (status) {
         return status;
     }
@@ -285,8 +348,14 @@ int worker_command(int n_arguments, char **arguments)
     while (url[0] && url[strlen(url) - 1] == '/') {
         url[strlen(url) - 1] = '\0';
     }
-    worker.target = (struct link_target){
-        .url = url, .token_file = options.token_file, .certificate = options.certificate};
+    worker.target = (struct link_target){.url = url};
+    if (credentials.token) {
+        worker.target.token = credentials.token;
+    } else {
+        worker.target.token_file = options.token_file;
+    }
+    worker.target.certificate =
+        is_standard_input(options.certificate) ? credentials.certificate : options.certificate;
     problem = link_problem(&worker.target);
     if (problem) {
         return wrong_use(problem, options.server);

@@ -2,60 +2,17 @@
 # srnfd-test: release-only
 # srnfd-test: timeout 300
 #
-# test_workers.sh - distances computed by worker processes: with the same bits as here, when a worker is killed, when the
-# daemon is killed and starts again, and when somebody sends what he should not: a forged secret, a stale lease, a result
-# twice, with a wrong digest or that cannot be one. Who may lease, and what is refused in clear text or by another build.
+# test_workers.sh - distances, means and folds computed by worker processes: with the same bits as here, when a worker is
+# killed, when the daemon is killed and starts again, and when somebody sends what he should not: a forged secret, a stale
+# lease, a result twice, with a wrong digest or that cannot be one. Who may lease, and what is refused in clear text or by
+# another build.
 
 # shellcheck source=tests/support/lib.sh
 . "$(dirname "$0")/../support/lib.sh"
+# shellcheck source=tests/support/workers.sh
+. "$(dirname "$0")/../support/workers.sh"
 
 DATA=$SCRATCH/data
-BUILD=
-WORKER_LOG=$SCRATCH/worker.log
-: >"$WORKER_LOG"
-
-# Four surfaces, as JSON.
-surfaces() {
-    local ids=() name
-    for name in L_thalamus R_thalamus L_pallidum R_pallidum; do
-        post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
-        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":4}"
-        ids+=("$(json .surface.id)")
-    done
-    jq -nc '$ARGS.positional' --args "${ids[@]}"
-}
-
-start_worker() { # [ARGUMENTS..]; sets WORKER_PID
-    nice -n 10 "$SRNFD" worker --server "$URL" --slots 1 "$@" </dev/null >/dev/null 2>>"$WORKER_LOG" &
-    WORKER_PID=$!
-    SERVER_PIDS+=("$WORKER_PID")
-}
-
-# What tasks became of, in the log of all workers.
-told() { # EVENT
-    jq -Rr --arg event "$1" 'fromjson? | objects | select(.event == $event) | .task' "$WORKER_LOG" | wc -l
-}
-
-matrix() { # JOB
-    get "/v1/jobs/$1/results"
-    json '.matrix | tojson'
-}
-
-# Leases as a worker would, by hand: sets TASK and SECRET. The lease is in $BODY.
-lease() { # [CURL ARGUMENTS..]
-    post_json /v1/leases "$(jq -nc --arg build "$BUILD" --argjson wait "${WAIT:-20}" \
-        '{worker: "by-hand", host: "here", cpu: "any", slots: 1, numericBuild: $build, wait: $wait}')" "$@"
-    TASK=$(json .task)
-    SECRET=$(json .secret)
-}
-
-# Sends bytes as the result of the lease.
-result() { # FILE SECRET [DIGEST [CURL ARGUMENTS..]]
-    local digest
-    digest=${3:-sha-256=:$(openssl dgst -sha256 -binary "$1" | base64):}
-    request PUT "/v1/leases/$TASK/result" --header "Lease-Secret: $2" --header "Content-Digest: $digest" \
-        --header 'Content-Type: application/octet-stream' --data-binary "@$1" "${@:4}"
-}
 
 # ---- As it is computed here -----------------------------------------------------------------------------
 
@@ -66,6 +23,37 @@ execute distances "$INPUTS"
 LOCAL=$(json '.matrix | tojson')
 execute distances "$SRM"
 LOCAL_SRM=$(json '.matrix | tojson')
+MEAN="{\"surfaces\":$(jq -c .surfaces <<<"$INPUTS")}"
+execute mean "$MEAN"
+LOCAL_MEAN=$(json "$MEAN_NUMBERS")
+like "$LOCAL_MEAN" '^\["surf-.*[0-9]' 'a mean, computed here'
+POSED=$(jq -c '. + {commonPose: true, tolerance: 0.1}' <<<"$MEAN")
+execute mean "$POSED"
+LOCAL_POSED=$(json "$MEAN_NUMBERS")
+LABELLED=$(jq -c --argjson more "$(surfaces L_caudate R_caudate)" '{name: "six", members:
+    [.surfaces + $more | to_entries[] | {id: .value, label: (if .key % 2 == 0 then "left" else "right" end)}]}' <<<"$MEAN")
+post_json /v1/cohorts "$LABELLED"
+FOLDS='{"cohort":"six","method":"srnf-nn"}'
+execute classify "$FOLDS"
+LOCAL_FOLDS=$(json "$FOLD_NUMBERS")
+like "$LOCAL_FOLDS" '^\[.*[0-9]' 'folds, computed here'
+# The meshes themselves, with one that has no surface of this kind.
+cohort_of_meshes() {
+    post_json /v1/cohorts "$(jq -nc '{name: "meshes", members: [$ARGS.positional[] | {id: .}]}' --args "$@")"
+}
+MESHES=()
+for name in L_hippocampus R_putamen L_amygdala; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+    MESHES+=("$(json .id)")
+done
+cohort_of_meshes "${MESHES[@]}"
+ROWS='[.rows[] | [.surface, .route, .scale, .area, .volume, .fit, .problem, .warnings]] | tojson'
+BY_STAR='{"cohort":"meshes","parameterization":"star","lmax":9}'
+execute encode "$BY_STAR"
+LOCAL_STARS=$(json "$ROWS")
+execute encode '{"cohort":"meshes","lmax":11,"smoothing":0.0001}'
+LOCAL_ROWS=$(json "$ROWS")
+like "$LOCAL_ROWS$LOCAL_STARS" 'surf-.*surf-.*surf-.*not-star-shaped' 'encodings, made here'
 like "$LOCAL" '^\[\[0,0\.[0-9]' 'distances, computed here'
 post_json /v1/leases '{}'
 is_problem 409 tasks-not-offered 'who computes by itself offers nothing'
@@ -77,24 +65,45 @@ start_server "$DATA" --workers 2 --executor workers --lease-seconds 2 || exit 1
 is "$(surfaces)" "$(jq -c .surfaces <<<"$INPUTS")" 'the same surfaces'
 post_json /v1/leases '{"worker":"w","host":"h","cpu":"c","slots":1,"numericBuild":"srnf of long ago","wait":0}'
 is_problem 409 build-mismatch 'a worker of another build is refused'
-start_worker --idle-seconds 1 --cache "$SCRATCH/cache"
+start_worker --idle-seconds 3 --cache "$SCRATCH/cache"
 FIRST=$WORKER_PID
-start_worker --idle-seconds 1
+start_worker --idle-seconds 3
 SECOND=$WORKER_PID
 execute distances "$INPUTS" --header 'Prefer: wait=100'
 is "$(json '.matrix | tojson')" "$LOCAL" 'two workers: the same bits'
 get /v1/workers
-is "$(json '[.items[].done] | add')" 6 'each pair was a task, and was done once'
+is "$(json '[[.items[].done], [.items[].kinds.pairs.done] | add] | tojson')" '[6,6]' 'each pair was a task, and was done once'
 is "$(json '[.items[] | select(.done > 0)] | length')" 2 'both have worked'
 is "$(told task-done)" 6 'as they say themselves'
 compare "$(find "$SCRATCH/cache" -type f | wc -l)" '>=' 2 'what tasks were about is kept on the disk'
 get /metrics
 like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="pairs",event="done"\} 6' 'and counted'
+execute mean "$MEAN" --header 'Prefer: wait=100'
+is "$(json "$MEAN_NUMBERS")" "$LOCAL_MEAN" 'a mean by two workers: the same bits'
+execute mean "$POSED" --header 'Prefer: wait=100'
+is "$(json "$MEAN_NUMBERS")" "$LOCAL_POSED" 'in a common pose too'
+is "$(surfaces L_caudate R_caudate | jq length)" 2 'two more surfaces'
+post_json /v1/cohorts "$LABELLED"
+execute classify "$FOLDS" --header 'Prefer: wait=100'
+is "$(json "$FOLD_NUMBERS")" "$LOCAL_FOLDS" 'and folds'
+for name in L_hippocampus R_putamen L_amygdala; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+done
+cohort_of_meshes "${MESHES[@]}"
+start_worker --idle-seconds 5
+execute encode '{"cohort":"meshes","lmax":11,"smoothing":0.0001}' --header 'Prefer: wait=100'
+is "$(json "$ROWS")" "$LOCAL_ROWS" 'and encodings'
+execute encode "$BY_STAR" --header 'Prefer: wait=100'
+is "$(json "$ROWS")" "$LOCAL_STARS" 'also of what cannot be encoded'
+get /metrics
+like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="searches",event="done"\} [0-9]' 'their registrations were tasks'
+like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="encodings",event="done"\} 2' 'and three encodings one'
+wait_server "$WORKER_PID" 20
 wait_server "$FIRST" 20
 is "$SERVER_STATUS" 0 'without work a worker ends'
 wait_server "$SECOND" 20
 is "$SERVER_STATUS" 0 'and the other one'
-BUILD=$(jq -Rr 'fromjson? | objects | select(.event == "working") | .numericBuild' "$WORKER_LOG" | head -n 1)
+read_build
 
 # ---- Hostile hands ---------------------------------------------------------------------------------------
 
@@ -140,11 +149,7 @@ is "$(json .status)" running 'nothing of that has ended the job'
 
 : >"$WORKER_LOG"
 start_worker
-waited=0
-until get /v1/workers && [ "$(json '[.items[] | select(.worker != "by-hand") | .leased] | max')" = 1 ] || [ "$waited" -gt 200 ]; do
-    sleep 0.05
-    waited=$((waited + 1))
-done
+wait_leased
 kill_server "$WORKER_PID"
 start_worker --idle-seconds 2
 poll_job "$JOB" 100
@@ -254,6 +259,22 @@ like "$(cat "$SCRATCH/refused")" 'https' 'and the worker says so'
 start_worker --token-file "$SCRATCH/token" --idle-seconds 1
 wait_server "$WORKER_PID" 20
 is "$SERVER_STATUS" 0 'a worker with its token is served'
+"$SRNFD" worker --server "$URL" --slots 1 --token-file - --idle-seconds 0.1 <"$SCRATCH/token" 2>/dev/null
+is "$?" 0 'or with a token on standard input'
+for input in '' "$(head -c 20000 /dev/zero | tr '\0' x)" "$(printf '%0200d' 0)"; do
+    "$SRNFD" worker --server "$URL" --token-file - <<<"$input" 2>"$SCRATCH/refused"
+    is "$?" 2 "what is no token is refused: ${#input} bytes"
+done
+"$SRNFD" worker --server "$URL" --token-file - --certificate - <"$SCRATCH/token" 2>"$SCRATCH/refused"
+like "$? $(cat "$SCRATCH/refused")" '^2 .*no certificate follows' 'nor is a certificate that is not there'
+{
+    sleep 0.5
+    "$SRNFD" token revoke lab --data "$DATA" 2>/dev/null
+} &
+WAIT=2 lease --header "Authorization: Bearer $(cat "$SCRATCH/token")"
+is_problem 401 token-invalid 'who waits with a token that is revoked meanwhile gets no lease'
+get /healthz
+is "$STATUS" 200 'and the service goes on'
 stop_server || not_ok 'the service drains'
 
 done_testing

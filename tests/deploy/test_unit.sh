@@ -1,16 +1,25 @@
 #!/usr/bin/env bash
 # What the service manager sees: READY when the daemon listens, signs of life while it does, STOPPING when it drains;
-# and a unit without errors. The manager's socket is played by a few lines of perl, which every Debian has.
+# and units without errors. The manager's socket is played by a few lines of perl, which every Debian has.
 . "$(dirname "$0")/../support/lib.sh"
 
 if command -v systemd-analyze >/dev/null; then
     mkdir -p "$SCRATCH/units"
-    sed "s#^ExecStart=/usr/bin/srnfd#ExecStart=$SRNFD#" deploy/srnfd.service >"$SCRATCH/units/srnfd.service"
-    is "$(systemd-analyze verify --man=no "$SCRATCH/units/srnfd.service" 2>&1 | grep -i 'srnfd.service')" '' \
-        'the unit has no errors'
+    for unit in srnfd srnfd-worker; do
+        sed "s#^ExecStart=/usr/bin/srnfd#ExecStart=$SRNFD#" "deploy/$unit.service" >"$SCRATCH/units/$unit.service"
+        is "$(systemd-analyze verify --man=no "$SCRATCH/units/$unit.service" 2>&1 | grep -i "$unit.service")" '' \
+            "the unit $unit has no errors"
+    done
 else
-    skip 'the unit has no errors' 'no systemd-analyze'
+    skip 'the units have no errors' 'no systemd-analyze'
 fi
+
+# The worker's command line is one that it takes.
+read -r -a COMMAND < <(sed -n 's/^ExecStart=//p' deploy/srnfd-worker.service)
+echo srnf_token >"$SCRATCH/worker-token"
+"$SRNFD" "${COMMAND[@]:1:2}" http://192.0.2.1 --token-file "$SCRATCH/worker-token" "${COMMAND[@]:6:4}" 2>"$SCRATCH/said"
+is "$? $(grep -c 'must be https' "$SCRATCH/said")" '2 1' 'the command line of the worker is one that it takes'
+
 
 command -v perl >/dev/null || { skip 'the manager is told' 'no perl'; done_testing; }
 SOCKET=$SCRATCH/notify

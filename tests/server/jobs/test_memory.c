@@ -540,9 +540,26 @@ static void jobs_share_three_quarters(void **state)
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, engine_teardown)
 
+/* What can do without memory is not told that it was refused: its job does not fail for it. */
+static void no_room_is_no_refusal(void **state)
+{
+    struct jobs_memory job = {.limit = 0};
+
+    (void)state;
+    jobs_memory_begin(&job, 100);
+    assert_true(jobs_memory_fits(&job, 64));
+    assert_false(jobs_memory_fits(&job, 64));
+    assert_int_equal(job.refused, 0);
+    assert_int_equal(job.used, 64);
+    jobs_memory_discharge(&job, 64);
+    assert_true(jobs_memory_fits(&job, 100));
+    jobs_memory_discharge(&job, 100);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_room_is_no_refusal),
         cmocka_unit_test(accounts_are_exact),
         cmocka_unit_test(large_blocks_are_cleared_where_they_are_used),
         cmocka_unit_test(an_account_ends_at_its_limit),

@@ -1,6 +1,7 @@
 /*
- * Results for which there is no room fail their job with storage-full, and the engine goes on: on
- * a file system of 2 MB that only a process of its own sees. Skipped without the right to mount
+ * Results for which there is no room fail their job with storage-full, and so does scratch,
+ * whatever the process makes of it; the engine goes on: on a file system of 2 MB that only a
+ * process of its own sees. Skipped without the right to mount
  * one.
  */
 #include <setjmp.h>
@@ -35,14 +36,38 @@ static void run_size(struct jobs_run *run, void *user, const char *inputs,
     result->results[size] = '\0';
 }
 
+/* Writes as many bytes to scratch as the inputs say, and reads the last of them; answers in any
+   case. */
+static void run_scratch(struct jobs_run *run, void *user, const char *inputs,
+                        struct jobs_result *result)
+{
+    const struct srnf_scratch *scratch = jobs_run_scratch(run);
+    unsigned char bytes[10000], read[sizeof bytes];
+    size_t size = strtoul(inputs, NULL, 10), at = 0;
+    int status = scratch ? SRNF_OK : SRNF_EIO;
+
+    (void)user;
+    memset(bytes, 's', sizeof bytes);
+    for (; status == SRNF_OK && at < size; at += sizeof bytes) {
+        status = scratch->write(scratch->user, at, bytes, sizeof bytes);
+    }
+    if (status == SRNF_OK && (scratch->read(scratch->user, at - sizeof read, read, sizeof read) ||
+                              memcmp(read, bytes, sizeof read) != 0)) {
+        result->problem_code = "data-damaged";
+    } else {
+        result->results = strdup("{}");
+    }
+}
+
 /* Submits a job and waits for its end; the row goes to *job. */
-static bool run_to_end(struct jobs *jobs, const char *inputs, struct store_job *job)
+static bool run_to_end(struct jobs *jobs, const char *process, const char *inputs,
+                       struct store_job *job)
 {
     struct timespec time = {.tv_nsec = 2000000L};
     enum jobs_submission how;
     char id[STORE_ID_MAX];
 
-    if (jobs_submit(jobs, NULL, "size", inputs, NULL, NULL, job, &how) != JOBS_OK) {
+    if (jobs_submit(jobs, NULL, process, inputs, NULL, NULL, job, &how) != JOBS_OK) {
         return false;
     }
     memcpy(id, job->id, sizeof id);
@@ -59,7 +84,8 @@ static bool run_to_end(struct jobs *jobs, const char *inputs, struct store_job *
 /* In the child; returns the number of what failed. */
 static int run_on_a_small_disk(const char *path)
 {
-    static const struct jobs_process table[] = {{"size", run_size, NULL}, {NULL, NULL, NULL}};
+    static const struct jobs_process table[] = {
+        {"size", run_size, NULL}, {"scratch", run_scratch, NULL}, {NULL, NULL, NULL}};
     struct jobs_config config = {.workers = 1, .table = table};
     char message[256];
     struct jobs *jobs;
@@ -72,12 +98,22 @@ static int run_on_a_small_disk(const char *path)
         jobs_open(&jobs, &config) != JOBS_OK) {
         return 1;
     }
-    if (!run_to_end(jobs, "4000000", &job) || job.status != STORE_JOB_FAILED ||
+    if (!run_to_end(jobs, "size", "4000000", &job) || job.status != STORE_JOB_FAILED ||
         strcmp(job.problem_code, "storage-full") != 0) {
         return 2;
     }
     store_job_clear(&job);
-    if (!run_to_end(jobs, "300000", &job) || job.status != STORE_JOB_SUCCESSFUL) {
+    if (!run_to_end(jobs, "scratch", "4000000", &job) || job.status != STORE_JOB_FAILED ||
+        strcmp(job.problem_code, "storage-full") != 0 ||
+        !strstr(job.problem_detail, "--job-cache")) {
+        return 4;
+    }
+    store_job_clear(&job);
+    if (!run_to_end(jobs, "scratch", "300000", &job) || job.status != STORE_JOB_SUCCESSFUL) {
+        return 5;
+    }
+    store_job_clear(&job);
+    if (!run_to_end(jobs, "size", "300000", &job) || job.status != STORE_JOB_SUCCESSFUL) {
         return 3;
     }
     store_job_clear(&job);

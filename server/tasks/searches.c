@@ -1,0 +1,283 @@
+/*
+ * searches.c - the kind "searches": registrations of some surfaces to one field, as a mean or the
+ * folds of a classification ask for them.
+ *
+ *   inputs   "srnfsrch", the numbers of enum field in their order, the options (options.c)
+ *   contents the field, double[3][n_theta][n_phi]; the surfaces, double[3][(L+1)^2] each
+ *   result   for each surface the number of links, the rotation, and for each link kind, degree and
+ *            values
+ *
+ * What is found of a surface depends on field, surface and options alone (srnf_register_to_field).
+ * Cost: a search for each.
+ */
+#include "tasks/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MAGIC "srnfsrch"
+#define MAGIC_SIZE 8
+#define VERSION 1
+#define LINKS_MAX 4096
+#define LINK_DEGREE_MAX 64
+
+enum field {
+    FIELD_VERSION,
+    FIELD_DEGREE,
+    FIELD_ROWS,
+    FIELD_COLUMNS,
+    FIELD_NORM2,
+    FIELD_SURFACES,
+    FIELDS
+};
+#define HEAD (MAGIC_SIZE + 8 * (size_t)FIELDS + TASKS_OPTIONS_SIZE)
+
+/* ---- Inputs as bytes ------------------------------------------------------------------------- */
+
+int tasks_searches_write(const struct tasks_searches *searches, struct tasks_bytes *inputs)
+{
+    const uint64_t numbers[FIELDS] = {[FIELD_VERSION] = VERSION,
+                                      [FIELD_DEGREE] = searches->degree,
+                                      [FIELD_ROWS] = searches->n_theta,
+                                      [FIELD_COLUMNS] = searches->n_phi,
+                                      [FIELD_SURFACES] = searches->n};
+
+    *inputs = (struct tasks_bytes){.bytes = NULL};
+    if (searches->n == 0 || searches->n >= TASKS_CONTENTS_MAX) {
+        return SRNF_ELIMIT;
+    }
+    inputs->size = HEAD;
+    inputs->bytes = malloc(inputs->size);
+    if (!inputs->bytes) {
+        return SRNF_ENOMEM;
+    }
+    memcpy(inputs->bytes, MAGIC, MAGIC_SIZE);
+    for (size_t i = 0; i < FIELDS; i++) {
+        tasks_put(inputs->bytes + MAGIC_SIZE + 8 * i, numbers[i]);
+    }
+    tasks_put_double(inputs->bytes + MAGIC_SIZE + 8 * FIELD_NORM2, searches->norm2);
+    tasks_put_options(inputs->bytes + HEAD - TASKS_OPTIONS_SIZE, &searches->registration);
+    return SRNF_OK;
+}
+
+static uint64_t number(const unsigned char *inputs, enum field field)
+{
+    return tasks_get(inputs + MAGIC_SIZE + 8 * (size_t)field);
+}
+
+/* False: these are no such inputs. */
+static bool read_inputs(const unsigned char *inputs, size_t size, struct tasks_searches *searches)
+{
+    if (size != HEAD || memcmp(inputs, MAGIC, MAGIC_SIZE) != 0 ||
+        number(inputs, FIELD_VERSION) != VERSION ||
+        number(inputs, FIELD_DEGREE) > TASKS_DEGREE_MAX ||
+        number(inputs, FIELD_ROWS) > SRNF_GRID_ROWS_MAX ||
+        number(inputs, FIELD_COLUMNS) > 2 * SRNF_GRID_ROWS_MAX ||
+        number(inputs, FIELD_SURFACES) == 0 ||
+        number(inputs, FIELD_SURFACES) >= TASKS_CONTENTS_MAX) {
+        return false;
+    }
+    *searches =
+        (struct tasks_searches){.degree = (size_t)number(inputs, FIELD_DEGREE),
+                                .n_theta = (size_t)number(inputs, FIELD_ROWS),
+                                .n_phi = (size_t)number(inputs, FIELD_COLUMNS),
+                                .norm2 = tasks_get_double(inputs + MAGIC_SIZE + 8 * FIELD_NORM2),
+                                .n = (size_t)number(inputs, FIELD_SURFACES)};
+    return tasks_get_options(inputs + HEAD - TASKS_OPTIONS_SIZE, &searches->registration);
+}
+
+/* ---- Results as bytes ------------------------------------------------------------------------ */
+
+/* Numbers of a link after its kind and degree; 0: no link of a search. */
+static size_t count_values(uint64_t kind, uint64_t degree)
+{
+    if (kind == SRNF_WARP_ROTATION) {
+        return degree == 0 ? 9 : 0;
+    }
+    return (kind == SRNF_WARP_EXP || kind == SRNF_WARP_EXP_INVERSE) && degree <= LINK_DEGREE_MAX
+               ? 2 * srnf_coefficient_count((size_t)degree)
+               : 0;
+}
+
+/* Appends what was found of one surface. */
+static int append(struct tasks_bytes *result, const double rotation[9],
+                  const struct srnf_warp *warp)
+{
+    size_t size = 80;
+    unsigned char *grown, *at;
+
+    for (size_t k = 0; k < warp->n_links; k++) {
+        const struct srnf_warp_link *link = &warp->links[k];
+        size_t count =
+            count_values(link->kind, link->kind == SRNF_WARP_ROTATION ? 0 : (uint64_t)link->degree);
+
+        if (count == 0) {
+            return SRNF_ENUMERIC;
+        }
+        size += 16 + 8 * count;
+    }
+    grown = size <= TASKS_RESULT_MAX - result->size ? realloc(result->bytes, result->size + size)
+                                                    : NULL;
+    if (!grown) {
+        return SRNF_ENOMEM;
+    }
+    at = grown + result->size;
+    tasks_put(at, warp->n_links);
+    tasks_put_doubles(at + 8, rotation, 9);
+    at += 80;
+    for (size_t k = 0; k < warp->n_links; k++) {
+        const struct srnf_warp_link *link = &warp->links[k];
+        uint64_t degree = link->kind == SRNF_WARP_ROTATION ? 0 : (uint64_t)link->degree;
+        size_t count = count_values(link->kind, degree);
+
+        tasks_put(at, (uint64_t)link->kind);
+        tasks_put(at + 8, degree);
+        tasks_put_doubles(at + 16, link->values, count);
+        at += 16 + 8 * count;
+    }
+    result->bytes = grown;
+    result->size += size;
+    return SRNF_OK;
+}
+
+/* The link at the bytes, appended to the warp (NULL: only looked at); *size: that it takes. */
+static int read_link(const unsigned char *bytes, size_t left, struct srnf_warp *warp, size_t *size)
+{
+    struct srnf_warp_link link;
+    const struct srnf_warp one = {.n_links = 1, .links = &link};
+    double values[2 * (LINK_DEGREE_MAX + 1) * (LINK_DEGREE_MAX + 1)];
+    size_t count = left >= 16 ? count_values(tasks_get(bytes), tasks_get(bytes + 8)) : 0;
+
+    *size = 16 + 8 * count;
+    if (count == 0 || *size > left || !tasks_get_doubles(bytes + 16, count, values)) {
+        return SRNF_EINVAL;
+    }
+    link = (struct srnf_warp_link){.kind = (enum srnf_warp_kind)tasks_get(bytes),
+                                   .degree = (size_t)tasks_get(bytes + 8),
+                                   .values = values};
+    return warp ? srnf_warp_join(&one, warp) : SRNF_OK;
+}
+
+/* What was found of one surface, at *at, which moves on. warp NULL: only looked at. */
+static int read_found(const unsigned char **at, const unsigned char *end, double rotation[9],
+                      struct srnf_warp *warp)
+{
+    size_t left = (size_t)(end - *at), size = 0;
+    uint64_t links = left >= 80 ? tasks_get(*at) : 0;
+    int status = SRNF_OK;
+
+    if (left < 80 || links > LINKS_MAX || !tasks_get_doubles(*at + 8, 9, rotation)) {
+        return SRNF_EINVAL;
+    }
+    *at += 80;
+    for (uint64_t k = 0; k < links && status == SRNF_OK; k++) {
+        status = read_link(*at, (size_t)(end - *at), warp, &size);
+        *at += status == SRNF_OK ? size : 0;
+    }
+    return status;
+}
+
+int tasks_searches_read(const void *result, size_t size, size_t n,
+                        int (*take)(void *argument, size_t i, const double rotation[9],
+                                    struct srnf_warp *warp),
+                        void *argument)
+{
+    const unsigned char *at = result, *end = at + size;
+    int status = SRNF_OK;
+
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        struct srnf_warp warp = {.n_links = 0};
+        double rotation[9];
+
+        status = read_found(&at, end, rotation, take ? &warp : NULL);
+        if (status == SRNF_OK && take) {
+            status = take(argument, i, rotation, &warp);
+        }
+        srnf_warp_clear(&warp);
+    }
+    return status == SRNF_OK && at != end ? SRNF_EINVAL : status;
+}
+
+static bool check_searches(const void *inputs, size_t size, const void *result, size_t result_size)
+{
+    struct tasks_searches searches;
+
+    return read_inputs(inputs, size, &searches) &&
+           tasks_searches_read(result, result_size, searches.n, NULL, NULL) == SRNF_OK;
+}
+
+/* ---- Computing ------------------------------------------------------------------------------- */
+
+/* The numbers of a content (srnf_free), or NULL with the reason. */
+static double *read_content(const struct tasks_content *content, size_t count, int *status)
+{
+    double *values = NULL;
+
+    *status = SRNF_EINVAL;
+    if (content->size == 8 * count) {
+        values = srnf_alloc(count, sizeof(double));
+        *status = values ? SRNF_OK : SRNF_ENOMEM;
+    }
+    if (values && !tasks_get_doubles(content->bytes, count, values)) {
+        *status = SRNF_EINVAL;
+        srnf_free(values);
+        values = NULL;
+    }
+    return values;
+}
+
+static int search_one(const struct tasks_searches *searches, const struct srnf_sht *sht,
+                      const double *field, const struct tasks_content *content,
+                      const struct srnf_context *context, struct tasks_bytes *result,
+                      struct srnf_error *error)
+{
+    struct srnf_warp warp = {.n_links = 0};
+    double rotation[9];
+    int status;
+    double *surface = read_content(content, 3 * srnf_coefficient_count(searches->degree), &status);
+
+    if (surface) {
+        status = srnf_register_to_field(sht, field, searches->norm2, surface,
+                                        &searches->registration, context, rotation, &warp, error);
+    }
+    if (status == SRNF_OK) {
+        status = append(result, rotation, &warp);
+    }
+    srnf_warp_clear(&warp);
+    srnf_free(surface);
+    return status;
+}
+
+static int run_searches(const void *inputs, size_t size, const struct tasks_content *contents,
+                        size_t n_contents, const struct srnf_context *context,
+                        struct tasks_bytes *result, struct srnf_error *error)
+{
+    struct tasks_searches searches;
+    struct srnf_sht *sht = NULL;
+    double *field;
+    int status;
+
+    *result = (struct tasks_bytes){.bytes = NULL};
+    if (!read_inputs(inputs, size, &searches) || n_contents != searches.n + 1) {
+        return SRNF_EINVAL;
+    }
+    field = read_content(&contents[0], 3 * searches.n_theta * searches.n_phi, &status);
+    if (field) {
+        status = srnf_sht_create(&sht, searches.degree, SRNF_GRID_GAUSS_LEGENDRE, searches.n_theta,
+                                 searches.n_phi);
+    }
+    for (size_t i = 0; i < searches.n && status == SRNF_OK; i++) {
+        status = search_one(&searches, sht, field, &contents[1 + i], context, result, error);
+    }
+    srnf_sht_destroy(sht);
+    srnf_free(field);
+    if (status) {
+        free(result->bytes);
+        *result = (struct tasks_bytes){.bytes = NULL};
+    }
+    return status;
+}
+
+const struct tasks_kind tasks_searches_kind = {
+    .name = TASKS_SEARCHES, .run = run_searches, .check = check_searches};

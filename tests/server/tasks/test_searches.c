@@ -1,0 +1,320 @@
+/*
+ * Tasks of kind "searches": what they find has the bits of srnf_register_to_field, however the
+ * surfaces are cut into tasks; what is no such task, content or result is refused; a task that is
+ * told to stop yields nothing.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "support/random.h"
+#include "support/shapes.h"
+#include "tasks/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DEGREE ((size_t)4)
+#define N ((size_t)3)
+#define COUNT ((size_t)(3 * (DEGREE + 1) * (DEGREE + 1)))
+
+struct world {
+    struct shapes_surface field; /* whose SRNF is the field */
+    double surfaces[N][COUNT];
+    unsigned char bytes[N][8 * COUNT], *field_bytes;
+    struct tasks_content contents[1 + N];
+    struct tasks_searches asked;
+    const struct tasks_kind *kind;
+};
+
+static int setup(void **state)
+{
+    struct world *world = calloc(1, sizeof *world);
+    size_t size;
+
+    world->kind = tasks_kind_find(TASKS_SEARCHES);
+    shapes_open(&world->field, DEGREE);
+    shapes_fill(&world->field, shapes_ellipsoid, 1.7);
+    size = 3 * world->field.points;
+    world->field_bytes = malloc(8 * size);
+    tasks_put_doubles(world->field_bytes, world->field.q, size);
+    world->contents[0] = (struct tasks_content){.bytes = world->field_bytes, .size = 8 * size};
+    world->asked = (struct tasks_searches){.degree = DEGREE,
+                                           .n_theta = world->field.grid->n_theta,
+                                           .n_phi = world->field.grid->n_phi,
+                                           .norm2 = 1.25,
+                                           .registration = srnf_register_options_defaults(),
+                                           .n = N};
+    world->asked.registration.degree = 3;
+    world->asked.registration.max_steps = 3;
+    world->asked.registration.start = SRNF_START_RIGID;
+    for (size_t i = 0; i < N; i++) {
+        struct shapes_surface s;
+
+        shapes_open(&s, DEGREE);
+        shapes_fill_random_star(&s, 7 + i, NULL);
+        memcpy(world->surfaces[i], s.f, sizeof world->surfaces[i]);
+        shapes_close(&s);
+        tasks_put_doubles(world->bytes[i], world->surfaces[i], COUNT);
+        world->contents[1 + i] =
+            (struct tasks_content){.bytes = world->bytes[i], .size = sizeof world->bytes[i]};
+    }
+    *state = world;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    struct world *world = *state;
+
+    shapes_close(&world->field);
+    free(world->field_bytes);
+    free(world);
+    return 0;
+}
+
+static struct tasks_bytes run(const struct world *world, const struct tasks_searches *asked,
+                              const struct tasks_content *contents)
+{
+    struct tasks_bytes inputs, result;
+
+    assert_int_equal(tasks_searches_write(asked, &inputs), SRNF_OK);
+    assert_int_equal(
+        world->kind->run(inputs.bytes, inputs.size, contents, 1 + asked->n, NULL, &result, NULL),
+        SRNF_OK);
+    assert_true(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(inputs.bytes);
+    return result;
+}
+
+struct found {
+    const struct world *world;
+    size_t first, count;
+};
+
+static int compare(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
+{
+    struct found *found = argument;
+    const struct world *world = found->world;
+    struct srnf_warp expected;
+    double turned[9];
+
+    assert_int_equal(srnf_register_to_field(world->field.sht, world->field.q, world->asked.norm2,
+                                            world->surfaces[found->first + i],
+                                            &world->asked.registration, NULL, turned, &expected,
+                                            NULL),
+                     SRNF_OK);
+    assert_memory_equal(rotation, turned, sizeof turned);
+    assert_int_equal(warp->n_links, expected.n_links);
+    assert_true(warp->n_links > 1);
+    for (size_t k = 0; k < warp->n_links; k++) {
+        const struct srnf_warp_link *a = &warp->links[k], *b = &expected.links[k];
+        size_t count = a->kind == SRNF_WARP_ROTATION ? 9 : 2 * srnf_coefficient_count(a->degree);
+
+        assert_int_equal(a->kind, b->kind);
+        assert_true(a->kind == SRNF_WARP_ROTATION || a->degree == b->degree);
+        assert_memory_equal(a->values, b->values, count * sizeof(double));
+    }
+    srnf_warp_clear(&expected);
+    found->count++;
+    return SRNF_OK;
+}
+
+static void bits_are_those_of_the_search(void **state)
+{
+    struct world *world = *state;
+    struct found all = {.world = world}, last = {.world = world, .first = N - 1};
+    struct tasks_bytes result = run(world, &world->asked, world->contents);
+    struct tasks_searches one = world->asked;
+    struct tasks_content contents[2] = {world->contents[0], world->contents[N]};
+
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, compare, &all), SRNF_OK);
+    assert_int_equal(all.count, N);
+    free(result.bytes);
+    one.n = 1;
+    result = run(world, &one, contents);
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, 1, compare, &last), SRNF_OK);
+    assert_int_equal(last.count, 1);
+    free(result.bytes);
+}
+
+static int fail_second(void *argument, size_t i, const double rotation[9], struct srnf_warp *warp)
+{
+    (void)rotation;
+    (void)warp;
+    ++*(size_t *)argument;
+    return i == 1 ? SRNF_ENOMEM : SRNF_OK;
+}
+
+static void who_takes_may_fail(void **state)
+{
+    struct world *world = *state;
+    struct tasks_bytes result = run(world, &world->asked, world->contents);
+    size_t taken = 0;
+
+    assert_int_equal(tasks_searches_read(result.bytes, result.size, N, fail_second, &taken),
+                     SRNF_ENOMEM);
+    assert_int_equal(taken, 2);
+    free(result.bytes);
+}
+
+static void refuses(const struct world *world, const struct tasks_bytes *inputs, size_t size,
+                    size_t n_contents)
+{
+    struct tasks_bytes result;
+
+    assert_int_equal(
+        world->kind->run(inputs->bytes, size, world->contents, n_contents, NULL, &result, NULL),
+        SRNF_EINVAL);
+    assert_null(result.bytes);
+    assert_false(n_contents == 1 + N && world->kind->check(inputs->bytes, size, "", 0));
+}
+
+static void what_is_no_task_is_refused(void **state)
+{
+    struct world *world = *state;
+    struct tasks_bytes inputs;
+    double none = (double)NAN;
+
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+    for (size_t size = 0; size < inputs.size; size++) {
+        refuses(world, &inputs, size, 1 + N);
+    }
+    refuses(world, &inputs, inputs.size, N);
+    for (size_t i = 0; i < 1 + N; i++) {
+        world->contents[i].size -= 8;
+        refuses(world, &inputs, inputs.size, 1 + N);
+        world->contents[i].size += 8;
+    }
+    tasks_put_doubles(world->bytes[1] + 16, &none, 1);
+    refuses(world, &inputs, inputs.size, 1 + N);
+    tasks_put_doubles(world->bytes[1] + 16, &world->surfaces[1][2], 1);
+    /* Each byte of the head and the options of another kind of number. */
+    for (size_t at = 0; at < inputs.size; at += 8) {
+        unsigned char kept[8];
+
+        memcpy(kept, inputs.bytes + at, 8);
+        memset(inputs.bytes + at, 0xff, 8); /* no double either, and no count */
+        if (at + 8 < inputs.size) {         /* maxSteps may be anything */
+            refuses(world, &inputs, inputs.size, 1 + N);
+        }
+        memcpy(inputs.bytes + at, kept, 8);
+    }
+    free(inputs.bytes);
+    world->asked.n = 0;
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_ELIMIT);
+    world->asked.n = TASKS_CONTENTS_MAX;
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_ELIMIT);
+}
+
+static void what_is_no_result_is_told(void **state)
+{
+    struct world *world = *state;
+    struct tasks_bytes result = run(world, &world->asked, world->contents), inputs;
+    double none = (double)NAN;
+
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+    for (size_t size = 0; size < result.size; size += size < 300 ? 1 : 97) {
+        assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, size));
+    }
+    tasks_put(result.bytes, UINT64_MAX); /* links */
+    assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(result.bytes);
+    result = run(world, &world->asked, world->contents);
+    tasks_put_doubles(result.bytes + 8, &none, 1);
+    assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(result.bytes);
+    result = run(world, &world->asked, world->contents);
+    tasks_put(result.bytes + 80, SRNF_WARP_SERIES); /* no link of a search */
+    assert_false(world->kind->check(inputs.bytes, inputs.size, result.bytes, result.size));
+    free(result.bytes);
+    free(inputs.bytes);
+}
+
+static bool stops(void *user)
+{
+    (void)user;
+    return true;
+}
+
+static void a_task_that_is_stopped_yields_nothing(void **state)
+{
+    const struct world *world = *state;
+    const struct srnf_context context = {.canceled = stops};
+    struct tasks_bytes inputs, result;
+
+    assert_int_equal(tasks_searches_write(&world->asked, &inputs), SRNF_OK);
+    assert_int_equal(world->kind->run(inputs.bytes, inputs.size, world->contents, 1 + N, &context,
+                                      &result, NULL),
+                     SRNF_ECANCELED);
+    assert_null(result.bytes);
+    free(inputs.bytes);
+}
+
+/* Each option is another number, so that one that were not written, or in another's place, would
+   come back as what it is not. */
+static void options_come_back(void **state)
+{
+    struct srnf_register_options all[2], back;
+    unsigned char bytes[TASKS_OPTIONS_SIZE];
+
+    (void)state;
+    for (size_t k = 0; k < 8; k++) {
+        struct srnf_register_options options = {
+            .representation = k == 0 ? SRNF_REPRESENTATION_SRM : SRNF_REPRESENTATION_SRNF,
+            .rotation = k == 1,
+            .reparameterization = k == 2,
+            .degree = 17,
+            .penalty_jacobian = 0.25,
+            .penalty_displacement = 0.75,
+            .start = k == 3 ? SRNF_START_IDENTITY : SRNF_START_RIGID,
+            .common_pose = k == 4,
+            .symmetric = k == 5,
+            .exact = k == 6,
+            .max_steps = 99};
+
+        memset(&back, 0, sizeof back);
+        tasks_put_options(bytes, &options);
+        assert_true(tasks_get_options(bytes, &back));
+        assert_int_equal(back.representation, options.representation);
+        assert_true(back.rotation == options.rotation &&
+                    back.reparameterization == options.reparameterization &&
+                    back.common_pose == options.common_pose &&
+                    back.symmetric == options.symmetric && back.exact == options.exact);
+        assert_int_equal(back.degree, 17);
+        assert_int_equal(back.start, options.start);
+        assert_int_equal(back.max_steps, 99);
+        assert_true(back.penalty_jacobian == 0.25 && back.penalty_displacement == 0.75);
+        all[k % 2] = back;
+        assert_true(k == 0 || memcmp(&all[0], &all[1], sizeof back) != 0);
+    }
+    for (size_t i = 0; i < TASKS_OPTIONS_SIZE; i += 8) {
+        unsigned char kept[8];
+
+        memcpy(kept, bytes + i, 8);
+        memset(bytes + i, 0xee, 8);
+        assert_true(tasks_get_options(bytes, &back) ==
+                    (i == 40 || i == 48 || i == TASKS_OPTIONS_SIZE - 8));
+        memcpy(bytes + i, kept, 8);
+    }
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(bits_are_those_of_the_search),
+        TEST(who_takes_may_fail),
+        TEST(what_is_no_task_is_refused),
+        TEST(what_is_no_result_is_told),
+        TEST(options_come_back),
+        TEST(a_task_that_is_stopped_yields_nothing),
+    };
+
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
