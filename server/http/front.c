@@ -17,17 +17,16 @@
  * header_seconds and in PIECES_MAX pieces. With all max_connections in use another one gives way
  * (slots.c); where none does, a request is answered 503 here. An answer closes its connection in
  * good order: what the client still sends is passed over for a moment, since closing a socket with
- * unread bytes would take the answer back. Connections that libmicrohttpd's threads close so, they
- * give to the front (front_linger).
+ * unread bytes would take the answer back (front_waiting.c). Connections that libmicrohttpd's
+ * threads close so, they give to the front (front_linger).
  *
  * All of this belongs to the one thread. The one lock that it takes is http->mutex, for slots.c and
  * for the list of those that are given to it. It never blocks on a client: an answer is one send
  * into an empty buffer.
  */
-#include "http/internal.h"
+#include "http/front.h"
 
 #include "clock.h"
-#include "http/head.h"
 #include "log.h"
 
 #include <errno.h>
@@ -39,143 +38,9 @@
 #include <unistd.h>
 
 #define PIECES_MAX 256 /* looks at one head: each looks at all of it again */
-/* For the rest of what a refused client sends: while bytes come, up to an end. */
-#define LINGER_SECONDS 1.0
-#define LINGER_SECONDS_MAX 10.0
-#define LINGER_BYTES_MAX HTTP_DRAIN_MAX
-#define AGAIN_MS 2 /* before those are handed over for which there was no place */
+#define AGAIN_MS 2     /* before those are handed over for which there was no place */
 #define EVENTS 64
 #define NO_DESCRIPTORS_MS 100 /* before accepting again when descriptors ran out */
-
-struct waiting {
-    struct waiting *next, *previous; /* in the order of their deadlines, within their list */
-    struct waiting_list *list;
-    int fd;
-    unsigned pieces;
-    size_t passed_over;
-    double deadline;
-    double end; /* of the passing over */
-    socklen_t peer_length;
-    struct sockaddr_storage peer;
-};
-
-struct waiting_list {
-    struct waiting *first, *last;
-    size_t count;
-};
-
-struct front {
-    struct http *http;
-    pthread_t thread;
-    int epoll, stop, gifts;
-    struct waiting_list heads;    /* whose head has not come */
-    struct waiting_list ready;    /* whose head has, and that wait for a place */
-    struct waiting_list known;    /* the same, of callers with a token that holds */
-    struct waiting_list answered; /* refused, to be closed */
-    struct waiting *given;        /* [m] the list of front_linger, not in the set yet */
-    char bytes[HEAD_BYTES_MAX];
-    bool listening;
-};
-
-static void list_add(struct waiting_list *list, struct waiting *w)
-{
-    w->list = list;
-    w->next = NULL;
-    w->previous = list->last;
-    *(list->last ? &list->last->next : &list->first) = w;
-    list->last = w;
-    list->count++;
-}
-
-static void list_remove(struct waiting *w)
-{
-    struct waiting_list *list = w->list;
-
-    *(w->previous ? &w->previous->next : &list->first) = w->next;
-    *(w->next ? &w->next->previous : &list->last) = w->previous;
-    list->count--;
-}
-
-static void count_waiting(struct front *front, double change)
-{
-    metrics_add(front->http->config.metrics, METRIC_HTTP_CONNECTIONS, METRIC_LABELS("waiting"),
-                change);
-}
-
-/* Forgets it; the descriptor is the caller's. */
-static void let_go(struct front *front, struct waiting *w)
-{
-    (void)epoll_ctl(front->epoll, EPOLL_CTL_DEL, w->fd, NULL);
-    list_remove(w);
-    count_waiting(front, -1);
-    free(w);
-}
-
-static void hang_up(struct front *front, struct waiting *w)
-{
-    int fd = w->fd;
-
-    let_go(front, w);
-    (void)close(fd);
-}
-
-/* ---- Refusing -------------------------------------------------------------------------------- */
-
-/* Passes over what a refused client still sends; closes at its end. */
-static void drain(struct front *front, struct waiting *w)
-{
-    size_t before = w->passed_over;
-    ssize_t n;
-
-    while ((n = recv(w->fd, front->bytes, sizeof front->bytes, MSG_DONTWAIT)) > 0) {
-        w->passed_over += (size_t)n;
-        if (w->passed_over > LINGER_BYTES_MAX) {
-            break;
-        }
-    }
-    if (n > 0 || n == 0 || (errno != EAGAIN && errno != EINTR)) {
-        hang_up(front, w);
-    } else if (w->passed_over > before) {
-        double now = clock_now();
-
-        if (now < w->end) {
-            list_remove(w);
-            list_add(&front->answered, w);
-            w->deadline = now + LINGER_SECONDS;
-        }
-    }
-}
-
-static void linger(struct front *front, struct waiting *w)
-{
-    list_add(&front->answered, w);
-    w->deadline = clock_now() + LINGER_SECONDS;
-    w->end = w->deadline + LINGER_SECONDS_MAX;
-}
-
-/* Answers and begins to close: it may be gone afterwards. Who speaks TLS gets no answer: there is
-   no session yet to send one in. */
-static void refuse(struct front *front, struct waiting *w, const struct head_refusal *refusal)
-{
-    char text[REFUSAL_MAX], start[5] = "";
-    size_t length;
-
-    if (front->http->tls) {
-        hang_up(front, w);
-        return;
-    }
-    (void)!recv(w->fd, start, sizeof start, MSG_PEEK | MSG_DONTWAIT);
-    length = refusal_write(front->http, refusal, start, text);
-    if (send(w->fd, text, length, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)length ||
-        shutdown(w->fd, SHUT_WR) != 0) {
-        hang_up(front, w);
-        return;
-    }
-    list_remove(w);
-    linger(front, w);
-    /* The epoll set tells of new bytes only: those that are there are passed over now. */
-    drain(front, w);
-}
 
 /* ---- Looking at heads ------------------------------------------------------------------------ */
 
@@ -192,18 +57,18 @@ static void hand_over(struct front *front, struct waiting *w, bool known)
 
     switch (slots_take(front->http, (const struct sockaddr *)&peer, known)) {
     case SLOT_NONE:
-        refuse(front, w, &busy);
+        front_refuse(front, w, &busy);
         return;
     case SLOT_LATER:
         if (w->list != list) {
-            list_remove(w);
-            list_add(list, w);
+            front_list_remove(w);
+            front_list_add(list, w);
         }
         return;
     case SLOT_FREE:
         break;
     }
-    let_go(front, w);
+    front_let_go(front, w);
     slots_hand_over(front->http, fd, known);
     /* Closes the descriptor where it fails; slots.c forgets it then. */
     (void)MHD_add_connection(front->http->daemon, fd, (const struct sockaddr *)&peer, length);
@@ -246,7 +111,7 @@ static void look(struct front *front, struct waiting *w)
 
     if (n <= 0) {
         if (n == 0 || (errno != EAGAIN && errno != EINTR)) {
-            hang_up(front, w);
+            front_hang_up(front, w);
         }
         return;
     }
@@ -259,7 +124,7 @@ static void look(struct front *front, struct waiting *w)
     if (verdict == HEAD_COMPLETE) {
         admit(front, w, (size_t)n);
     } else if (verdict == HEAD_REFUSED) {
-        refuse(front, w, &refusal);
+        front_refuse(front, w, &refusal);
     }
 }
 
@@ -285,14 +150,7 @@ static void make_room(struct front *front)
     if (is_crowded(front)) {
         oldest = front->heads.first ? front->heads.first : front->ready.first;
         metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("crowded"), 1);
-        refuse(front, oldest, &crowded);
-    }
-}
-
-static void make_room_to_linger(struct front *front)
-{
-    while (front->answered.count > front->http->config.max_waiting) {
-        hang_up(front, front->answered.first);
+        front_refuse(front, oldest, &crowded);
     }
 }
 
@@ -314,63 +172,12 @@ static bool take_in(struct front *front, int fd, const struct sockaddr_storage *
         free(w);
         return false;
     }
-    list_add(&front->heads, w);
-    count_waiting(front, 1);
+    front_list_add(&front->heads, w);
+    front_count(front, 1);
     metrics_add(front->http->config.metrics, METRIC_HTTP_ACCEPTED, NULL, 1);
     make_room(front);
-    make_room_to_linger(front);
+    front_make_room_to_linger(front);
     return true;
-}
-
-/* Takes in what front_linger was given. */
-static void take_gifts(struct front *front)
-{
-    struct http *http = front->http;
-    struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP | EPOLLET};
-    struct waiting *given, *w;
-    uint64_t count;
-
-    (void)!read(front->gifts, &count, sizeof count);
-    (void)pthread_mutex_lock(&http->mutex);
-    given = front->given;
-    front->given = NULL;
-    (void)pthread_mutex_unlock(&http->mutex);
-    while ((w = given) != NULL) {
-        given = w->next;
-        count_waiting(front, 1);
-        linger(front, w);
-        event.data.ptr = w;
-        if (epoll_ctl(front->epoll, EPOLL_CTL_ADD, w->fd, &event) != 0) {
-            hang_up(front, w);
-        }
-    }
-    make_room_to_linger(front);
-}
-
-void front_linger(struct http *http, int fd)
-{
-    struct waiting *w = fd >= 0 ? calloc(1, sizeof *w) : NULL;
-    const uint64_t one = 1;
-
-    if (!w) {
-        if (fd >= 0) {
-            (void)close(fd);
-        }
-        return;
-    }
-    w->fd = fd;
-    (void)pthread_mutex_lock(&http->mutex);
-    if (http->front) {
-        w->next = http->front->given;
-        http->front->given = w;
-        (void)!write(http->front->gifts, &one, sizeof one);
-        w = NULL;
-    }
-    (void)pthread_mutex_unlock(&http->mutex);
-    if (w) { /* the service ends */
-        (void)close(fd);
-        free(w);
-    }
 }
 
 /* Takes what is there. False when the descriptors ran out. */
@@ -412,19 +219,19 @@ static int expire(struct front *front)
 
         metrics_add(front->http->config.metrics, METRIC_HTTP_CUT, METRIC_LABELS("late"), 1);
         if (w->pieces > 0) {
-            refuse(front, w, &late);
+            front_refuse(front, w, &late);
         } else {
-            hang_up(front, w);
+            front_hang_up(front, w);
         }
     }
     while (front->ready.first && front->ready.first->deadline <= now) {
-        refuse(front, front->ready.first, &busy);
+        front_refuse(front, front->ready.first, &busy);
     }
     while (front->known.first && front->known.first->deadline <= now) {
-        refuse(front, front->known.first, &busy);
+        front_refuse(front, front->known.first, &busy);
     }
     while (front->answered.first && front->answered.first->deadline <= now) {
-        hang_up(front, front->answered.first);
+        front_hang_up(front, front->answered.first);
     }
     for (size_t i = 0; i < 2; i++) {
         const struct waiting *first = i == 0 ? front->heads.first : front->answered.first;
@@ -453,11 +260,11 @@ static bool handle(struct front *front, const struct epoll_event *events, int n)
         } else if (w->list == &front->heads) {
             look(front, w);
         } else if (w->list == &front->answered) {
-            drain(front, w);
+            front_drain(front, w);
         }
     }
     if (gifts) {
-        take_gifts(front);
+        front_take_gifts(front);
     }
     if (arrivals && !accept_all(front)) {
         LOG_WARN("no-descriptors", log_number("waiting", (double)front->heads.count));
@@ -498,7 +305,7 @@ static void front_free(struct front *front)
 
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
         while (lists[i]->first) {
-            hang_up(front, lists[i]->first);
+            front_hang_up(front, lists[i]->first);
         }
     }
     while (front->given) {
