@@ -41,6 +41,7 @@ struct api_config {
     /* Where links in inputs may lead beside this service (remote.h); NULL or "": nowhere. */
     const char *link_prefixes, *link_networks;
     double link_seconds;     /* that all links of a request may take; default 30 */
+    const char *executor;    /* "local", "workers", "slurm": for whoever asks; default "local" */
     struct metrics *metrics; /* may be NULL */
 };
 int api_create(struct api **out, const struct api_config *config);
@@ -58,6 +59,7 @@ struct api_caller {
     const char *role;           /* of the token, static; NULL: no tokens are asked for */
     int64_t quotas[STORE_QUOTAS];
     struct auth_account *account; /* of the token, kept by the api layer; NULL: none */
+    char job[STORE_ID_MAX];       /* whose tasks alone it may lease; "": those of all */
 };
 
 struct api_request {

@@ -10,7 +10,9 @@
  * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
  * an admin sees and changes everything. What belongs to another is answered as what is not there.
  * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics,
- * which reach nothing else. So leases of tasks are for admins and for tokens of the role worker.
+ * which reach nothing else. So leases of tasks are for admins and for tokens of the role worker. A
+ * pass, which the service makes for workers that it starts (jobs/tasks.h), is as good as a token of
+ * that role, for the tasks of one job, also where no tokens are asked for.
  *
  * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
  * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
@@ -29,6 +31,7 @@
 #include "api/auth.h"
 #include "api/tickets.h"
 #include "clock.h"
+#include "jobs/tasks.h"
 #include "log.h"
 #include "owner.h"
 #include "store/holdings.h"
@@ -271,7 +274,7 @@ static bool holds(const struct api_auth *auth, const struct store_token *token)
 bool api_knows(struct api *api, const char *authorization, size_t length)
 {
     struct api_auth *auth = api->auth;
-    char value[SECRET_MAX + sizeof "Bearer "];
+    char value[SECRET_MAX + sizeof "Bearer "], job[STORE_ID_MAX];
     const char *secret;
     bool known = false;
 
@@ -286,6 +289,7 @@ bool api_knows(struct api *api, const char *authorization, size_t length)
         refresh(auth);
         known = holds(auth, store_tokens_find(&auth->tokens, secret));
         (void)pthread_mutex_unlock(&auth->mutex);
+        known = known || jobs_pass_find(api->config.jobs, secret, job);
     }
     return known;
 }
@@ -452,6 +456,24 @@ static bool role_allows(struct api_call *call, enum store_role role, const struc
     return false;
 }
 
+/* Admits, or refuses, whoever comes with what looks like a pass. */
+static bool admit_pass(struct api_call *call, struct api_request *request, const char *secret,
+                       const struct api_route *route)
+{
+    struct api_caller *caller = &request->caller;
+
+    if (strlen(secret) >= SECRET_MAX ||
+        !jobs_pass_find(call->api->config.jobs, secret, caller->job)) {
+        refuse_token(call, UNKNOWN);
+        return false;
+    }
+    /* No token has a colon in its name. */
+    (void)snprintf(caller->name, sizeof caller->name, "slurm:%.50s", caller->job);
+    caller->role = store_role_name(STORE_ROLE_WORKER);
+    caller->restricted = true;
+    return role_allows(call, STORE_ROLE_WORKER, route);
+}
+
 bool auth_admit(struct api_call *call, struct api_request *request, const struct api_route *route)
 {
     struct api_auth *auth = call->api->auth;
@@ -467,6 +489,9 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
         /* Nothing that belongs to anyone is there; the file need not be looked at. */
         request->caller.restricted = true;
         return true;
+    }
+    if (secret && strncmp(secret, JOBS_PASS_PREFIX, sizeof JOBS_PASS_PREFIX - 1) == 0) {
+        return admit_pass(call, request, secret, route);
     }
     (void)pthread_mutex_lock(&auth->mutex);
     refresh(auth);

@@ -19,6 +19,7 @@
 #include "api/routes.h"
 
 #include "api/auth.h"
+#include "api/executions.h"
 #include "api/framing.h"
 #include "api/inflight.h"
 #include "api/references.h"
@@ -219,10 +220,8 @@ static const json_t *body_inputs(struct api_call *call, const struct api_process
     return inputs;
 }
 
-/* The canonical text of the inputs (malloc), and how long a job of them is expected to take; NULL
-   when a problem was answered. */
-static char *canonical_text(struct api_call *call, const struct api_process *process,
-                            struct labels *labels, struct framing *framing, double *seconds)
+char *execution_inputs(struct api_call *call, const struct api_process *process,
+                       struct labels *labels, struct framing *framing, double *seconds)
 {
     struct problem_list problems = {.errors = NULL};
     json_t *body = body_json(call), *canonical = NULL;
@@ -419,7 +418,7 @@ void executions_create(struct api_call *call)
     if (!enter_key(call, wait) || !enter_stream(call, wait)) {
         goto out;
     }
-    inputs = canonical_text(call, process, &labels, &wait->framing, &seconds);
+    inputs = execution_inputs(call, process, &labels, &wait->framing, &seconds);
     body_digest(call->request, digest);
     if (!inputs) {
         goto out;

@@ -48,6 +48,7 @@ struct api_work {
     int64_t bridged_faces;   /* of these meshes together */
     int64_t voxels;          /* of volumes */
     int64_t labelled;        /* of them, in the labels that are asked for */
+    double bytes;            /* that a job is judged to need; 0: it is not judged */
 };
 
 /* One parsed request; parameters are those of the path, in the order of the route's braces. */
@@ -164,6 +165,7 @@ struct api_process {
     const struct process_table *table;
     /* Seconds that a job with these canonical inputs is expected to take. */
     double (*seconds)(const struct api_work *work, const json_t *inputs);
+    bool guessed; /* that is no measured figure: it orders the queue, and nobody is told */
     /* Of a process whose results have a form as a table too: answers with the results of a
        successful job in this form (tables.h). Otherwise NULL. */
     void (*respond_table)(struct api_call *call, const struct store_job *job, int form);

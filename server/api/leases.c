@@ -100,6 +100,7 @@ static bool read_worker(struct api_call *call, const json_t *body, struct jobs_r
 
     *remote = (struct jobs_remote){.slots = (size_t)json_integer_value(slots)};
     memcpy(remote->owner, call->request->caller.name, sizeof remote->owner);
+    memcpy(remote->job, call->request->caller.job, sizeof remote->job);
     if (!read_text(call, body, "worker", remote->name) ||
         !read_text(call, body, "host", remote->host) ||
         !read_text(call, body, "cpu", remote->cpu)) {
@@ -210,17 +211,19 @@ void leases_resume(struct api *api, const struct api_request *request,
     struct jobs_remote *remote = response->wait.state;
     bool answered = !request->gone; /* a lease for nobody would be lost */
 
+    response->wait.state = NULL; /* a problem clears the response */
     if (!answered) {
         response->wait.seconds = 0;
-    } else if (!auth_holds(api->auth, request->caller.account)) {
+    } else if (!auth_holds(api->auth, request->caller.account) ||
+               (remote->job[0] && !jobs_pass_holds(api->config.jobs, remote->job))) {
         auth_refuse_revoked(&call);
     } else {
         answered = answer_lease(&call, remote);
     }
     if (!answered && response->wait.seconds > 0) {
+        response->wait.state = remote;
         return;
     }
-    response->wait.state = NULL;
     response->wait.job_id[0] = '\0';
     free(remote);
     if (!answered) {
@@ -302,15 +305,19 @@ void leases_failure(struct api_call *call)
 {
     json_t *body = refuse_clear_text(call) ? NULL : body_json(call);
     const char *detail = json_string_value(json_object_get(body, "detail"));
+    const json_t *certain = json_object_get(body, "certain");
     char reason[REASON_MAX];
 
-    if (body && (!detail || !detail[0])) {
-        (void)problem_respond(call, "invalid-input", "detail must be a sentence: what went wrong.");
+    if (body && (!detail || !detail[0] || (certain && !json_is_boolean(certain)))) {
+        (void)problem_respond(
+            call, "invalid-input",
+            "detail must be a sentence: what went wrong; certain, if it is there, "
+            "whether any attempt would end so.");
     } else if (body) {
         (void)snprintf(reason, sizeof reason, "%s", detail);
         LOG_WARN("task-failed", log_text("task", call->parameters[0]), log_text("detail", reason));
         respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
-                                                   secret_of(call), reason));
+                                                   secret_of(call), reason, json_is_true(certain)));
     }
     json_decref(body);
 }
@@ -319,23 +326,41 @@ void leases_delete(struct api_call *call)
 {
     if (!refuse_clear_text(call)) {
         respond_nothing(call, jobs_lease_give_back(call->api->config.jobs, call->parameters[0],
-                                                   secret_of(call), NULL));
+                                                   secret_of(call), NULL, false));
     }
 }
 
 /* ---- Who works ------------------------------------------------------------------------------- */
 
+static json_t *counts_json(const struct jobs_remote_counts *of)
+{
+    return json_pack("{s:I, s:I, s:I}", "leased", (json_int_t)of->leased, "done",
+                     (json_int_t)of->done, "lost", (json_int_t)of->lost);
+}
+
 static bool add_worker(void *user, const struct jobs_remote_state *state)
 {
     const struct jobs_remote *remote = &state->remote;
+    struct jobs_remote_counts all = {.leased = 0};
+    json_t *kinds = json_object(), *row;
 
-    return json_array_append_new(
-               user, json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:I, s:I, s:I}", "worker",
-                               remote->name, "host", remote->host, "cpu", remote->cpu, "token",
-                               remote->owner, "slots", (json_int_t)remote->slots, "first",
-                               json_time(state->first_ms), "last", json_time(state->last_ms),
-                               "leased", (json_int_t)state->leased, "done", (json_int_t)state->done,
-                               "lost", (json_int_t)state->lost)) == 0;
+    for (size_t k = 0; tasks_kind_at(k); k++) {
+        const struct jobs_remote_counts *of = &state->of[k];
+
+        all.leased += of->leased;
+        all.done += of->done;
+        all.lost += of->lost;
+        if (of->leased + of->done + of->lost > 0) {
+            (void)json_object_set_new(kinds, tasks_kind_at(k)->name, counts_json(of));
+        }
+    }
+    row = counts_json(&all);
+    (void)json_object_update_new(
+        row, json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o}", "worker", remote->name, "host",
+                       remote->host, "cpu", remote->cpu, "token", remote->owner, "slots",
+                       (json_int_t)remote->slots, "first", json_time(state->first_ms), "last",
+                       json_time(state->last_ms), "kinds", kinds));
+    return json_array_append_new(user, row) == 0;
 }
 
 void workers_list(struct api_call *call)
@@ -345,6 +370,6 @@ void workers_list(struct api_call *call)
     jobs_remotes(call->api->config.jobs, add_worker, items);
     respond_json(call, 200,
                  json_pack("{s:s, s:o}", "executor",
-                           jobs_offers_tasks(call->api->config.jobs) ? "workers" : "local", "items",
-                           items));
+                           call->api->config.executor ? call->api->config.executor : "local",
+                           "items", items));
 }

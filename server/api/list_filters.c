@@ -14,7 +14,6 @@
 #include "api/cohorts.h"
 #include "api/near.h"
 #include "api/routes.h"
-#include "store/job.h"
 
 static bool refuse(struct api_call *call, const char *name, const char *detail)
 {

@@ -30,6 +30,9 @@ void mesh_id(char id[STORE_ID_MAX], const char *format, const void *bytes, size_
 int mesh_examine(struct compute_prepared *mesh, const struct srnf_mesh_read_info *info,
                  const struct srnf_context *context, char **text);
 
+/* The format that a media type, of this length and without parameters, names; NULL: none. */
+const char *mesh_type_format(const char *type, size_t length);
+
 /* Whether its source says that it is the mirror image of what was uploaded. */
 bool mesh_mirrored(const struct store_mesh *mesh);
 

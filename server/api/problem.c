@@ -78,6 +78,8 @@ static const struct problem_kind kinds[] = {
     {"surface-inside-out", 422, "The surface has its normals inwards"},
     {"encoding-unfaithful", 422, "The surface is another shape than its mesh"},
     {"not-converged", 422, "The computation did not converge"},
+    {"not-certified", 422, "The surface is not proved to be the only one"},
+    {"landmarks-not-matched", 422, "The landmarks were not met"},
     {"numerical-failure", 422, "A numerical step broke down"},
     {"time-limit", 422, "The job took longer than is allowed"},
     {"memory-limit", 422, "The job needs more memory than is allowed"},

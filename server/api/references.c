@@ -177,7 +177,7 @@ static json_t *put_off(struct resolving *r, json_t *link, const char *pointer)
     const char *href = json_string_value(json_object_get(link, "href"));
     char url[REMOTE_URL_MAX];
 
-    if (!href || !remote_enabled(r->call->api->remote)) {
+    if (!href || !r->call->request->follows) {
         problem_add(r->list, pointer,
                     "href must be the address of a resource of this service, such as "
                     "/v1/surfaces/{id}; nothing is fetched from elsewhere: upload it first");

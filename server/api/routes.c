@@ -163,6 +163,13 @@ const struct api_route api_routes[] = {
      ROUTE_INPUTS,
      "",
      {JSON}},
+    {"POST",
+     "/v1/processes/{id}/estimate",
+     executions_estimate,
+     SLOW | ROUTE_READS,
+     ROUTE_INPUTS,
+     "",
+     {JSON}},
 
     {"GET",
      "/v1/jobs",

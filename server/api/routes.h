@@ -91,7 +91,7 @@ api_handler models_list, models_get, models_modes, models_scores, models_shape;
 api_handler jobs_list, jobs_get_one, jobs_results, jobs_output, jobs_cancel_one, jobs_delete,
     jobs_events, jobs_events_all;
 api_handler tickets_create_one;
-api_handler processes_list, processes_get, executions_create;
+api_handler processes_list, processes_get, executions_create, executions_estimate;
 api_handler system_landing, system_conformance, system_openapi_json, system_docs, system_healthz,
     system_readyz, system_version, system_openapi, system_metrics, system_caller, users_list;
 api_handler leases_create, leases_content, leases_extend, leases_result, leases_failure,

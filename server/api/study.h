@@ -20,7 +20,7 @@ struct study {
     int status;        /* of the store */
 };
 
-/* Name of the file of an array of a model within its .npz (exports.c). */
+/* Name of the file of an array of a model within its .npz (export_files.c). */
 const char *study_array_file(size_t array);
 
 /* SHA-256 of what a job was asked, in hexadecimal: process, numeric build and canonical inputs. ""

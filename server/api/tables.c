@@ -12,6 +12,8 @@
 #include <string.h>
 
 #include "api/npy.h"
+#include "api/respond.h"
+#include "store/job.h"
 
 static const char *const types[] = {"application/json", CSV_CONTENT_TYPE, NPY_CONTENT_TYPE, NULL};
 static const char *const names[] = {"json", "csv", "npy"};
@@ -150,4 +152,25 @@ void table_respond_npy(struct api_call *call, const double *values, size_t n_dim
     }
     name_file(call, name, "npy");
     respond_bytes(call, 200, NPY_CONTENT_TYPE, bytes, size);
+}
+
+json_t *table_results(struct api_call *call, const struct store_job *job, const char *suffix,
+                      char name[TABLE_NAME_MAX])
+{
+    json_t *document;
+    char *text = NULL;
+    size_t size = 0;
+    int status = store_job_results(call->api->config.store, job->id, &text, &size);
+
+    if (status) {
+        (void)problem_respond_store(call, status, "no-such-job", job->id);
+        return NULL;
+    }
+    document = json_loadb(text, size, 0, NULL);
+    free(text);
+    if (!document) {
+        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
+    }
+    (void)snprintf(name, TABLE_NAME_MAX, "%s-%s", job->id, suffix);
+    return document;
 }

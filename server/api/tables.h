@@ -28,6 +28,8 @@ void csv_member_heads(FILE *out);
 void csv_member(FILE *out, const json_t *labels, const json_t *subjects, const json_t *ids,
                 size_t i);
 
+#define TABLE_NAME_MAX (STORE_ID_MAX + 16)
+
 /* A text under construction: table_open, lines written to ->out, table_respond_csv, which answers
    (or answers that memory is short) and frees. */
 struct table_text {
@@ -40,5 +42,11 @@ bool table_open(struct api_call *call, struct table_text *text);
 void table_respond_csv(struct api_call *call, struct table_text *text, const char *name);
 void table_respond_npy(struct api_call *call, const double *values, size_t n_dimensions,
                        const size_t *shape, const char *name);
+
+/* The results of a job as a document (new reference), and what a table of them is called; NULL: a
+   problem was answered. */
+struct store_job; /* store/job.h */
+json_t *table_results(struct api_call *call, const struct store_job *job, const char *suffix,
+                      char name[TABLE_NAME_MAX]);
 
 #endif

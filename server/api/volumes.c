@@ -23,7 +23,6 @@
 #include "compute/compute.h"
 #include "store/digest.h"
 #include "store/holdings.h"
-#include "store/store.h"
 #include "store/volume.h"
 
 static const char accepted[] =
