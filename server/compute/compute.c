@@ -30,6 +30,8 @@ static const struct {
     {SRNF_EDEGENERATE, "mesh-degenerate"},
     {SRNF_ENOT_STAR, "not-star-shaped"},
     {SRNF_ENUMERIC, "numerical-failure"},
+    {SRNF_EUNMATCHED, "landmarks-not-matched"},
+    {SRNF_EIO, "storage-unavailable"},
     {SRNF_WNOT_CONVERGED, "not-converged"},
 };
 

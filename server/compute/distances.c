@@ -89,7 +89,7 @@ static int describe(void *user, size_t index, struct jobs_task *task)
     return status;
 }
 
-static void take(void *user, size_t index, const void *result, size_t size)
+static int take(void *user, size_t index, const void *result, size_t size)
 {
     const struct spread *spread = user;
     double distances[BLOCK_MAX];
@@ -104,6 +104,7 @@ static void take(void *user, size_t index, const void *result, size_t size)
         spread->matrix[pair[0] * spread->n + pair[1]] = distances[k];
         spread->matrix[pair[1] * spread->n + pair[0]] = distances[k];
     }
+    return SRNF_OK;
 }
 
 /* The surfaces as bytes, with their digests. */

@@ -19,6 +19,7 @@
 #include "compute/prepared.h"
 #include "store/digest.h"
 #include "store/encoding.h"
+#include "tasks/tasks.h"
 
 /* Is the surface still the mesh? If not the job fails; if just about, there is a doubt. */
 static int judge(const struct compute_encode_inputs *inputs, const struct srnf_mesh_report *report,
@@ -52,24 +53,52 @@ static int judge(const struct compute_encode_inputs *inputs, const struct srnf_m
     return SRNF_ENUMERIC;
 }
 
+struct srnf_encode_options compute_encode_options(const struct compute_encode_inputs *inputs)
+{
+    struct srnf_encode_options options = inputs->options;
+
+    options.sphere = NULL;
+    options.kernel = NULL;
+    if (inputs->mirror) {
+        options.center[0] = 0.0 - options.center[0];
+    }
+    return options;
+}
+
+/* Encodes the mesh, or takes what a worker has made of it. */
+static int encode_prepared(const struct compute_encode_inputs *inputs,
+                           const struct compute_prepared *prepared,
+                           const struct srnf_context *context, struct srnf_encoded *encoded,
+                           struct srnf_error *error)
+{
+    struct srnf_encode_options options = compute_encode_options(inputs);
+    struct tasks_encoded *ahead = inputs->ahead;
+
+    if (ahead && (ahead->status || ahead->encoded.coefficients)) {
+        *error = ahead->error;
+        if (ahead->status == 0) {
+            *encoded = ahead->encoded;
+            ahead->encoded.coefficients = NULL;
+        }
+        return ahead->status;
+    }
+    options.sphere = inputs->sphere[0] ? &prepared->sphere : NULL;
+    options.kernel = prepared->kernel_known ? &prepared->kernel : NULL;
+    return srnf_encode(&prepared->mesh, &prepared->report, &options, context, encoded, error);
+}
+
 /* Reads and encodes the mesh. */
 static int make(struct jobs_run *run, const struct srnf_context *context,
                 const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
                 struct compute_doubt *doubt, struct jobs_result *result)
 {
-    struct srnf_encode_options options = inputs->options;
     struct compute_prepared prepared;
     struct srnf_error error = {0};
     int status =
         compute_prepared_load(run, inputs->mesh, inputs->sphere, inputs->mirror, &prepared, result);
 
-    options.sphere = inputs->sphere[0] ? &prepared.sphere : NULL;
-    options.kernel = prepared.kernel_known ? &prepared.kernel : NULL;
-    if (inputs->mirror) {
-        options.center[0] = 0.0 - options.center[0];
-    }
     if (status == 0) {
-        status = srnf_encode(&prepared.mesh, &prepared.report, &options, context, encoded, &error);
+        status = encode_prepared(inputs, &prepared, context, encoded, &error);
         status = status < 0 ? compute_fail(result, status, &error, inputs->mesh) : 0;
         if (status == 0) {
             status = judge(inputs, &prepared.report, encoded, doubt, result);
@@ -163,6 +192,19 @@ static void keep(struct jobs_run *run, const struct compute_encode_inputs *input
                                  sizeof kept + bytes, jobs_run_encodings_limit(run));
         free(value);
     }
+}
+
+bool compute_encode_is_kept(struct jobs_run *run, const struct compute_encode_inputs *inputs)
+{
+    unsigned char *value = NULL;
+    size_t size = 0;
+    char name[65];
+    bool found;
+
+    name_kept(run, inputs, name);
+    found = name[0] && store_encoding_get(jobs_run_store(run), name, &value, &size) == STORE_OK;
+    free(value);
+    return found;
 }
 
 int compute_encode(struct jobs_run *run, const struct srnf_context *context,

@@ -6,6 +6,8 @@
 
 #include "jobs/jobs.h"
 
+struct tasks_encoded; /* tasks/tasks.h */
+
 struct compute_doubt {
     bool any;
     struct jobs_doubt doubt;
@@ -16,6 +18,8 @@ struct compute_encode_inputs {
     char sphere[STORE_ID_MAX];          /* for the parameterization given; otherwise "" */
     struct srnf_encode_options options; /* without its sphere, which is loaded here */
     bool mirror; /* encode the mirror images of mesh and sphere, x to -x, before all else */
+    struct tasks_encoded *ahead; /* what a worker has made of it (compute/encode_ahead.h), which is
+                                    taken; NULL: it is encoded here */
     struct compute_doubt *aside; /* where a doubt goes instead of into the run, for those who may
                                     not use the encoding after all; NULL: into the run */
 };
@@ -34,5 +38,9 @@ struct compute_encode_inputs {
 int compute_encode(struct jobs_run *run, const struct srnf_context *context,
                    const struct compute_encode_inputs *inputs, struct srnf_encoded *encoded,
                    struct jobs_result *result);
+/* Whether an encoding by these inputs is kept from an earlier job. */
+bool compute_encode_is_kept(struct jobs_run *run, const struct compute_encode_inputs *inputs);
+/* The options with which the mesh, mirrored if it is to be, is encoded; no sphere, no kernel. */
+struct srnf_encode_options compute_encode_options(const struct compute_encode_inputs *inputs);
 
 #endif

@@ -65,6 +65,7 @@ void compute_group_clear(struct compute_group *group)
     srnf_free(group->coefficients);
     srnf_free(group->surfaces);
     srnf_free(group->scales);
+    srnf_free(group->origins);
     srnf_free(group->contents);
     srnf_free(group->ids);
     srnf_free(group->bridged);
@@ -86,11 +87,12 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
     group->coefficients = srnf_alloc(n, count * sizeof(double));
     group->surfaces = srnf_alloc(n, sizeof *group->surfaces);
     group->scales = srnf_alloc(n, sizeof(double));
+    group->origins = srnf_alloc(n, sizeof *group->origins);
     group->contents = srnf_alloc(n, sizeof *group->contents);
     group->ids = srnf_alloc(n, sizeof *group->ids);
     group->bridged = srnf_alloc(n, sizeof *group->bridged);
-    if (!group->coefficients || !group->surfaces || !group->scales || !group->contents ||
-        !group->ids || !group->bridged) {
+    if (!group->coefficients || !group->surfaces || !group->scales || !group->origins ||
+        !group->contents || !group->ids || !group->bridged) {
         return SRNF_ENOMEM;
     }
     for (size_t i = 0; i < n; i++) {
@@ -98,6 +100,7 @@ static int gather(const struct slot *slots, size_t n, size_t degree, struct comp
                                    group->degree, group->coefficients + i * count);
         group->surfaces[i] = group->coefficients + i * count;
         group->scales[i] = slots[i].surface.scale;
+        memcpy(group->origins[i], slots[i].surface.origin, sizeof group->origins[i]);
         group->bridged[i] = slots[i].bridged;
         memcpy(group->contents[i], slots[i].surface.content, STORE_ID_MAX);
         memcpy(group->ids[i], slots[i].surface.surface, STORE_ID_MAX);

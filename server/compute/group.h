@@ -22,6 +22,7 @@ struct compute_group {
     double *coefficients;    /* [n][3][(degree+1)^2], owned */
     const double **surfaces; /* [n] into coefficients, owned */
     double *scales;          /* [n] of members encoded here; 0 for stored ones. Owned */
+    double (*origins)[3];    /* [n] of members encoded here, as in struct compute_surface. Owned */
     bool *bridged;           /* [n] encoded here by area in the stead of a stored one. Owned */
     /* [n] content and surface of compute_surface. Owned */
     char (*contents)[STORE_ID_MAX], (*ids)[STORE_ID_MAX];

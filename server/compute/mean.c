@@ -9,6 +9,8 @@
  */
 #include "compute/mean.h"
 
+#include "compute/searches.h"
+
 #include <stdlib.h>
 
 /* Percent that the mean SRNF takes before the pulled-back mean, registered or not. */
@@ -51,7 +53,10 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     options.max_iterations = inputs->max_iterations;
     options.checkpoint = keep_checkpoint;
     options.checkpoint_user = run;
+    options.scratch = inputs->registration ? jobs_run_scratch(run) : NULL;
+    options.held_bytes = jobs_cache_limit(jobs_run_jobs(run));
     jobs_run_keep_parts(run); /* the registrations of the first iteration */
+    compute_searches_spread(run);
     if (jobs_run_checkpoint_load(run, &bytes, &size) == STORE_OK) {
         options.resume = bytes;
         options.resume_size = size;

@@ -1,6 +1,6 @@
 /*
- * model.h - the processes modes, sample and project: what is computed with a model that
- * was made before.
+ * model.h - what is computed with a model that was made before: surfaces from scores (model.c), and
+ * scores of a surface (projection.c).
  */
 #ifndef SRNFD_COMPUTE_MODEL_H
 #define SRNFD_COMPUTE_MODEL_H
@@ -17,6 +17,10 @@ struct compute_model {
 int compute_model_load(struct jobs_run *run, const char *id, struct compute_model *model,
                        struct jobs_result *result);
 void compute_model_clear(struct compute_model *model);
+/* The transform of the model's degree and grid. Returns 0, or a negative status with the problem in
+   result. */
+int compute_model_transform(struct jobs_run *run, const struct compute_model *model,
+                            const struct srnf_sht **sht, struct jobs_result *result);
 
 /*
  * Inverts mean_q + sum_k scores[k] mode_k, from a surface nearby, on the calling thread. For those

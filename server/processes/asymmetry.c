@@ -19,10 +19,10 @@ static const struct process_input inputs[] = {
 };
 
 static const struct process_output outputs[] = {
-    {"directional", OUTPUT_OBJECT,
+    {"directional", PAIRED_ESTIMATE,
      "{value, interval}: root of the mean square over the surface of the mean displacement from "
      "left to right, in the units of the input, 95 % by bootstrap of subjects."},
-    {"fluctuating", OUTPUT_OBJECT,
+    {"fluctuating", PAIRED_ESTIMATE,
      "{value, interval}: standard deviation of the subjects' displacements about it, as those. "
      "What each surface is measured wrongly by is in it."},
     PAIRED_OUTPUTS("asymmetry", "the sides of a subject"),
@@ -56,6 +56,11 @@ const struct api_process asymmetry_process = {
     .description = "Differences between the left and the right side of each subject, one of them "
                    "mirrored, after registering the two: directional asymmetry with a test by sign "
                    "flips and a map, fluctuating asymmetry, and what each subject has.",
+    .methods = "The left and the right side of each subject, one of them mirrored, were registered "
+               "to their mean and to each other, and directional asymmetry, the mean of the "
+               "differences, was tested by flipping the signs of whole subjects' differences; p at "
+               "each point of the map is corrected for all points by the maximum statistic, and "
+               "intervals come from a bootstrap of subjects",
     .table = &table,
     .seconds = paired_seconds,
 };

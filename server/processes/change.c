@@ -18,10 +18,10 @@ static const struct process_input inputs[] = {
 };
 
 static const struct process_output outputs[] = {
-    {"change", OUTPUT_OBJECT,
+    {"change", PAIRED_ESTIMATE,
      "{value, interval}: root of the mean square over the surface of the mean displacement from "
      "the first time to the second, in the units of the input, 95 % by bootstrap of subjects."},
-    {"variation", OUTPUT_OBJECT,
+    {"variation", PAIRED_ESTIMATE,
      "{value, interval}: standard deviation of the subjects' displacements about it, as those."},
     PAIRED_OUTPUTS("change", "the visits of a subject"),
     {NULL, NULL, NULL},
@@ -54,6 +54,10 @@ const struct api_process change_process = {
     .description = "Differences between two visits of each subject, after registering its two "
                    "surfaces: a test by sign flips, a map of the change in the units of the input "
                    "with its region of confidence, and what each subject does.",
+    .methods = "The two surfaces of each subject were registered to their mean and to each other, "
+               "and the mean of the changes within subjects was tested by flipping the signs of "
+               "whole subjects' changes; p at each point of the map is corrected for all points "
+               "by the maximum statistic, and intervals come from a bootstrap of subjects",
     .table = &table,
     .seconds = paired_seconds,
 };

@@ -15,6 +15,7 @@
 
 #include <string.h>
 
+#include "compute/searches.h"
 #include "compute/seconds.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
@@ -278,6 +279,7 @@ static int compute(struct jobs_run *run, const struct classify *classify,
         return compute_fail(result, status, NULL, step);
     }
     jobs_run_keep_parts(run);
+    compute_searches_spread(run);
     status = srnf_classify_by_methods(sht, &asked, jobs_run_context(run), answer->results,
                                       answer->typicality, answer->pairs, &step, &error);
     jobs_transform_release(jobs, sht);

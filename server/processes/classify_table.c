@@ -8,7 +8,6 @@
 #include <stdlib.h>
 
 #include "api/tables.h"
-#include "store/job.h"
 
 static const char *const evidence[] = {"logLikelihoods", "nearestDistances"};
 static const char *const evidence_heads[] = {"logLikelihood", "nearestDistance"};
@@ -84,11 +83,9 @@ static void write_all(FILE *out, json_t *document)
 
 void classify_respond_table(struct api_call *call, const struct store_job *job, int form)
 {
-    json_t *document = NULL;
-    char *results = NULL, name[STORE_ID_MAX + 16];
+    char name[TABLE_NAME_MAX];
     struct table_text text;
-    size_t size = 0;
-    int status;
+    json_t *document;
 
     if (form == TABLE_NPY) {
         (void)problem_respond(call, "not-acceptable",
@@ -96,19 +93,10 @@ void classify_respond_table(struct api_call *call, const struct store_job *job, 
                               "text/csv.");
         return;
     }
-    status = store_job_results(call->api->config.store, job->id, &results, &size);
-    if (status) {
-        (void)problem_respond_store(call, status, "no-such-job", job->id);
-        return;
-    }
-    document = json_loadb(results, size, 0, NULL);
-    if (!document) {
-        (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
-    } else if (table_open(call, &text)) {
-        (void)snprintf(name, sizeof name, "%s-classify", job->id);
+    document = table_results(call, job, "classify", name);
+    if (document && table_open(call, &text)) {
         write_all(text.out, document);
         table_respond_csv(call, &text, name);
     }
     json_decref(document);
-    free(results);
 }

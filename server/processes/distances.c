@@ -21,7 +21,6 @@
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 #include "toolkit/seconds.h"
-#include "store/job.h"
 
 struct distances {
     struct group_input group;
@@ -246,23 +245,19 @@ static void respond_csv(struct api_call *call, const json_t *document, const dou
 
 static void respond_table(struct api_call *call, const struct store_job *job, int form)
 {
-    json_t *document = NULL;
+    char name[TABLE_NAME_MAX];
+    json_t *document = table_results(call, job, "distances", name);
     double *values = NULL;
-    char *text = NULL, name[STORE_ID_MAX + 16];
-    size_t size = 0, n = 0;
-    int status = store_job_results(call->api->config.store, job->id, &text, &size);
+    size_t n = 0;
 
-    if (status) {
-        (void)problem_respond_store(call, status, "no-such-job", job->id);
-        goto out;
+    if (!document) {
+        return;
     }
-    document = json_loadb(text, size, 0, NULL);
-    values = document ? read_matrix(document, &n) : NULL;
+    values = read_matrix(document, &n);
     if (!values || json_array_size(json_object_get(document, "labels")) != n) {
         (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
         goto out;
     }
-    (void)snprintf(name, sizeof name, "%s-distances", job->id);
     if (form == TABLE_NPY) {
         const size_t shape[2] = {n, n};
         table_respond_npy(call, values, 2, shape, name);
@@ -272,7 +267,6 @@ static void respond_table(struct api_call *call, const struct store_job *job, in
 out:
     free(values);
     json_decref(document);
-    free(text);
 }
 
 static const struct process_table table = {

@@ -14,14 +14,17 @@
 #include <string.h>
 
 #include "api/cohorts.h"
+#include "compute/encode_ahead.h"
+#include "jobs/tasks.h"
 #include "store/cohort.h"
 #include "store/mesh.h"
 #include "store/surface.h"
 #include "toolkit/group.h"
 
-#define PORTION ((size_t)16)   /* members between two looks at the checkpoint */
-#define CHECKPOINT_SECONDS 1.0 /* between two checkpoints at least */
-#define CHECKPOINT_COST 50.0   /* and in times what writing one took */
+#define PORTION ((size_t)16)       /* members between two looks at the checkpoint */
+#define PORTION_MOST ((size_t)256) /* the same where workers encode them */
+#define CHECKPOINT_SECONDS 1.0     /* between two checkpoints at least */
+#define CHECKPOINT_COST 50.0       /* and in times what writing one took */
 
 /* ---- The input ------------------------------------------------------------------------------- */
 
@@ -131,7 +134,7 @@ struct portion {
     struct jobs_run *run;
     struct srnf_context context; /* the run's, without its progress: that is the cohort's */
     size_t first, n, members;
-    struct slot slots[PORTION];
+    struct slot slots[PORTION_MOST];
     atomic_size_t done;
 };
 
@@ -263,19 +266,39 @@ static void prepare_slot(const struct encoding *encoding, size_t index, struct s
     slot->of.aside = &slot->doubt;
 }
 
+/* Those that workers encode, where there are any. */
+static int encode_ahead(struct portion *portion, struct compute_ahead *ahead,
+                        struct jobs_result *result)
+{
+    struct compute_encode_inputs *inputs[PORTION_MOST];
+    double all = (double)portion->members;
+
+    for (size_t i = 0; i < portion->n; i++) {
+        inputs[i] = portion->slots[i].encodes ? &portion->slots[i].of : NULL;
+    }
+    return compute_encode_ahead(portion->run, portion->n, inputs, (double)portion->first / all,
+                                (double)(portion->first + portion->n) / all, ahead, result);
+}
+
 /* Encodes the members of a portion and adds their rows. False with the problem set, or cancelled.
  */
 static bool run_portion(struct portion *portion, const struct encoding *encoding, json_t *rows,
                         struct jobs_result *result)
 {
     const struct srnf_context *context = jobs_run_context(portion->run);
+    struct compute_ahead ahead;
     bool good = true;
 
     for (size_t i = 0; i < portion->n; i++) {
         prepare_slot(encoding, portion->first + i, &portion->slots[i]);
     }
+    if (encode_ahead(portion, &ahead, result)) {
+        compute_ahead_clear(&ahead);
+        return false;
+    }
     atomic_store(&portion->done, 0);
     context->parallel_for(context->user, portion->n, encode_one, portion);
+    compute_ahead_clear(&ahead);
     good = !context->canceled(context->user);
     for (size_t i = 0; i < portion->n; i++) {
         struct slot *slot = &portion->slots[i];
@@ -361,6 +384,7 @@ json_t *encode_run_cohort(struct jobs_run *run, const struct encoding *encoding,
     struct portion *portion = srnf_alloc(1, sizeof *portion);
     json_t *rows = recall_rows(run, encoding->cohort.n), *document = NULL;
     struct pace pace = {context->seconds(context->user), 0.0};
+    size_t most = jobs_offers_tasks(jobs_run_jobs(run)) ? PORTION_MOST : PORTION;
     bool good = portion != NULL;
 
     if (!portion) {
@@ -372,7 +396,7 @@ json_t *encode_run_cohort(struct jobs_run *run, const struct encoding *encoding,
     while (good && json_array_size(rows) < encoding->cohort.n) {
         portion->first = json_array_size(rows);
         portion->n = encoding->cohort.n - portion->first;
-        portion->n = portion->n < PORTION ? portion->n : PORTION;
+        portion->n = portion->n < most ? portion->n : most;
         good = run_portion(portion, encoding, rows, result);
         if (good) {
             save_rows(run, rows, &pace);

@@ -9,7 +9,6 @@
 
 #include "api/tables.h"
 #include "api/warnings.h"
-#include "store/job.h"
 
 /* ---- JSON ---------------------------------------------------------------------------- */
 
@@ -100,18 +99,15 @@ void encode_respond_table(struct api_call *call, const struct store_job *job, in
     static const char *const head[] = {"member", "id",       "label",  "subject", "surface",
                                        "route",  "mirrored", "lmax",   "scale",   "area",
                                        "volume", "fitRms",   "fitMax", "problem", "detail"};
-    json_t *document = NULL;
-    const json_t *rows;
+    char name[TABLE_NAME_MAX];
+    json_t *document = table_results(call, job, "encodings", name);
+    const json_t *rows = json_object_get(document, "rows");
     struct table_text text;
-    char *bytes = NULL, name[STORE_ID_MAX + 16];
-    size_t size = 0;
-    int status = store_job_results(call->api->config.store, job->id, &bytes, &size);
 
-    document = status == STORE_OK ? json_loadb(bytes, size, 0, NULL) : NULL;
-    rows = json_object_get(document, "rows");
-    if (status) {
-        (void)problem_respond_store(call, status, "no-such-job", job->id);
-    } else if (!json_is_array(rows) || form != TABLE_CSV) {
+    if (!document) {
+        return;
+    }
+    if (!json_is_array(rows) || form != TABLE_CSV) {
         (void)problem_respond(call, "not-acceptable",
                               "The results of encode are served as application/json, those of a "
                               "cohort as text/csv too.");
@@ -123,9 +119,7 @@ void encode_respond_table(struct api_call *call, const struct store_job *job, in
         for (size_t i = 0; i < json_array_size(rows); i++) {
             write_row(text.out, json_array_get(rows, i));
         }
-        (void)snprintf(name, sizeof name, "%s-encodings", job->id);
         table_respond_csv(call, &text, name);
     }
     json_decref(document);
-    free(bytes);
 }

@@ -12,7 +12,6 @@
 #include "api/respond.h"
 #include "api/volumes.h"
 #include "api/warnings.h"
-#include "store/store.h"
 #include "store/volume.h"
 #include "toolkit/table.h"
 

@@ -18,6 +18,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "toolkit/landmarks.h"
 #include "toolkit/pair.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
@@ -38,6 +39,7 @@ struct joining {
     long steps;
     bool registered, symmetric;
     int method, handedness;
+    struct landmarks_input landmarks;
 };
 
 /* In the order of enum srnf_geodesic_method; pullback, after those, is another metric. */
@@ -66,6 +68,7 @@ static const struct process_input inputs[] = {
      "surfaces. pullback is the geodesic within the space of surfaces, by straightening the path "
      "in the metric that the SRNF pulls back to it; it takes 3 surfaces or more.",
      .choices = methods},
+    LANDMARKS_INPUT(joining, landmarks_of_geodesic),
     HANDEDNESS_INPUT(joining, "the mirror image of the second end as well, registered where names "
                               "or a quick rigid match suggest two sides, and to warn where it"),
     {.name = NULL},
@@ -100,6 +103,7 @@ static const struct process_output outputs[] = {
      "the SRNFs (inverted); iterations, converged, gradient (relative)."},
     {"registration", OUTPUT_OBJECT_OR_NULL, "As" REGISTRATION_FIGURES_TEXT},
     BRIDGED_OUTPUT,
+    LANDMARKS_OUTPUT,
     {NULL, NULL, NULL},
 };
 
@@ -109,11 +113,17 @@ static void check(struct process_inputs *given)
     const json_t *steps = json_object_get(given->canonical, "steps");
 
     registration_one_spelling(given);
+    landmarks_exclude(given, "register", false);
     if (steps && method && strcmp(json_string_value(method), methods[PULLBACK]) == 0 &&
         json_integer_value(steps) < PULLBACK_STEPS_MIN) {
         problem_add(given->list, "/inputs/steps", "pullback takes a path of %d surfaces or more",
                     PULLBACK_STEPS_MIN);
     }
+}
+
+static void complete(struct process_inputs *given)
+{
+    landmarks_complete(given, "from", "to", PROCESS_WARP_DEGREE_DEFAULT);
 }
 
 /* ---- The path -------------------------------------------------------------------------------- */
@@ -125,6 +135,7 @@ struct path {
     struct srnf_pullback_geodesic pullback; /* its figures, when asked for; steps 0 otherwise */
     struct srnf_surface_measures *measures; /* [steps] */
     double *squared_norms;                  /* [steps] of the straight line in Q */
+    json_t *landmarks; /* what the registration leaves between them, and warnings */
 };
 
 static void path_clear(struct jobs_run *run, struct path *path)
@@ -134,6 +145,7 @@ static void path_clear(struct jobs_run *run, struct path *path)
     srnf_pullback_geodesic_clear(&path->pullback);
     srnf_free(path->measures);
     srnf_free(path->squared_norms);
+    json_decref(path->landmarks);
 }
 
 /* Registers the second end to the first, whose place the registered one takes. */
@@ -141,12 +153,18 @@ static int register_end(struct jobs_run *run, const struct joining *joining, str
                         struct jobs_result *result)
 {
     struct pair *pair = &path->pair;
+    struct landmarks landmarks = {.n = 0};
     int status;
 
     path->options = registration_pair_defaults(false);
     path->options.symmetric = joining->symmetric;
     jobs_run_phase(run, SHARE_REGISTRATION);
-    status = pair_register(run, pair, &path->options, (enum handedness)joining->handedness, result);
+    status = landmarks_place(run, &joining->landmarks, pair, &landmarks, result);
+    status = status ? status
+                    : pair_register(run, pair, &path->options, (enum handedness)joining->handedness,
+                                    result);
+    status = status ? status : landmarks_report(run, &landmarks, pair, path->landmarks, result);
+    landmarks_clear(&landmarks);
     if (status == 0) {
         memcpy(pair->coefficients + pair->count, pair->registration.coefficients,
                pair->count * sizeof(double));
@@ -378,6 +396,10 @@ static json_t *document_of(struct jobs_run *run, const struct joining *joining,
                     "surfaces between have nothing to do with the ends; use method srnf.");
     }
     warnings_put(document, warnings);
+    warnings_put(document, json_incref(json_object_get(path->landmarks, "warnings")));
+    (void)json_object_set(document, "landmarks",
+                          joining->registered ? json_object_get(path->landmarks, "landmarks")
+                                              : json_null());
     registration_bridged(document, json_object_get(document, "registration"), path->pair.bridged);
     warnings_put(document, pair_warnings(run, &path->pair));
     return document;
@@ -388,7 +410,7 @@ static json_t *document_of(struct jobs_run *run, const struct joining *joining,
 static json_t *run_geodesic(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct joining *joining = typed;
-    struct path path = {.measures = NULL};
+    struct path path = {.landmarks = json_object()};
     json_t *surfaces, *document = NULL;
 
     if (compute(run, joining, &path, result) == 0) {
@@ -404,6 +426,7 @@ static const struct process_table table = {
     .outputs = outputs,
     .size = sizeof(struct joining),
     .check = check,
+    .complete = complete,
     .run = run_geodesic,
 };
 

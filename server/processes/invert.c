@@ -33,7 +33,7 @@ struct start {
 struct inverting {
     struct target target;
     struct start start;
-    int method;
+    int method, certificate;
     long degree, max_iterations;
     double tolerance;
 };
@@ -42,6 +42,8 @@ struct inverting {
 static const char *const methods[] = {"auto",     "gauss-newton", "spectral",
                                       "gradient", "closed-form",  NULL};
 static const char *const initials[] = {"auto", "sphere", "star", NULL};
+enum certificate { CERTIFICATE_AUTO, CERTIFICATE_NONE, CERTIFICATE_REQUIRE };
+static const char *const certificates[] = {"auto", "none", "require", NULL};
 
 /* ---- The input initial ----------------------------------------------------------------------- */
 
@@ -139,6 +141,11 @@ static const struct process_input inputs[] = {
      "null: the method's own limit, which is a failure when it is reached. A number given here "
      "makes the surface reached by then a result, with converged false.",
      .lowest = 1, .highest = PROCESS_ITERATIONS_MAX, .nullable = true},
+    {"certificate", INPUT_CHOICE, AT(certificate),
+     "auto: how far off the surface can be, and whether it is the only one of its degree, where "
+     "that can be computed; none: neither, in less time; require: a failure, not-certified, unless "
+     "the surface is proved to be the only one.",
+     .choices = certificates},
     {.name = NULL},
 };
 
@@ -158,7 +165,8 @@ static const struct process_output outputs[] = {
     {"method", OUTPUT_STRING, "The method that produced the result."},
     {"history", OUTPUT_OBJECTS, "[{iteration, energy, seconds, transforms}]."},
     {"certificate", OUTPUT_OBJECT_OR_NULL,
-     "residual, secondEigenvalue, threshold, unique; null where it was not computed."},
+     "residual, secondEigenvalue, threshold, unique; null where it was not computed. Where unique "
+     "is false, secondEigenvalue is a bound from above."},
     {"smallestSingularValue", OUTPUT_NUMBER_OR_NULL,
      "Of the differential of Q at the surface, translations left out; null where it was not "
      "computed."},
@@ -231,6 +239,7 @@ static int search(struct jobs_run *run, const struct inverting *inverting, const
     options.surface = start;
     options.tolerance = inverting->tolerance;
     options.max_iterations = (size_t)inverting->max_iterations;
+    options.certify = inverting->certificate != CERTIFICATE_NONE;
     jobs_run_phase(run, 100.0);
     status = srnf_invert(inverted->sampled.sht, inverted->sampled.q, &options,
                          jobs_run_context(run), inversion, &error);
@@ -349,6 +358,31 @@ static bool ran_out(const struct inverting *inverting, const struct srnf_inversi
     return true;
 }
 
+/* A proof was asked for, and there is none: a failure that says why. */
+static bool lacks_proof(const struct inverting *inverting, const struct srnf_inversion *inversion,
+                        struct jobs_result *result)
+{
+    const struct srnf_certificate *certificate = &inversion->certificate;
+
+    if (inverting->certificate != CERTIFICATE_REQUIRE || certificate->unique) {
+        return false;
+    }
+    result->problem_code = "not-certified";
+    if (certificate->computed) {
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "The surface may have neighbours with the same normals: the second "
+                       "eigenvalue is at most %.2g, and means something only above %.2g. Convex "
+                       "surfaces and those near them cannot be certified.",
+                       certificate->second_eigenvalue, certificate->threshold);
+    } else {
+        (void)snprintf(result->problem_detail, sizeof result->problem_detail,
+                       "There is a certificate only up to degree 31 and for exact SRNFs; here the "
+                       "degree is %ld and the relative energy that is left %.2g.",
+                       inverting->degree, inversion->relative_energy);
+    }
+    return true;
+}
+
 static json_t *keep_surface(struct jobs_run *run, const struct inverting *inverting,
                             const struct inverted *inverted, struct jobs_result *result)
 {
@@ -376,7 +410,8 @@ static json_t *run_invert(struct jobs_run *run, const void *typed, struct jobs_r
     json_t *surface, *document = NULL;
 
     if (compute(run, inverting, &inverted, result) == 0 &&
-        !ran_out(inverting, &inverted.inversion, result)) {
+        !ran_out(inverting, &inverted.inversion, result) &&
+        !lacks_proof(inverting, &inverted.inversion, result)) {
         surface = keep_surface(run, inverting, &inverted, result);
         document = surface ? document_of(&inverted, surface) : NULL;
     }
@@ -399,4 +434,5 @@ const struct api_process invert_process = {
                    "proves the surface right and how far off it can be.",
     .table = &table,
     .seconds = invert_seconds,
+    .guessed = true, /* it goes on until a tolerance is met */
 };

@@ -50,7 +50,7 @@ static void complete(struct process_inputs *given)
     size_t n = json_array_size(json_object_get(given->canonical, "surfaces"));
     bool pullback = strcmp(json_string_value(method), methods[METHOD_PULLBACK]) == 0;
 
-    mean_complete(given, pullback ? COPIES_PULLBACK : COPIES);
+    mean_complete(given, pullback ? COPIES_PULLBACK : mean_copies(given, COPIES));
     if (pullback && n > PROCESS_PULLBACK_GROUP_MAX) {
         problem_add(given->list, "/inputs/method",
                     "pullback takes up to %d surfaces; there are %zu", PROCESS_PULLBACK_GROUP_MAX,

@@ -57,6 +57,18 @@ void paired_describe_sides(struct process_inputs *given);
         MEAN_SRNF_METHOD(paired, "srnf: of the space of SRNFs, in which differences are vectors.", \
                          NULL)
 
+#define PAIRED_NUMBERS "{\"type\":\"array\",\"items\":{\"type\":\"number\"}}"
+#define PAIRED_ESTIMATE                                                     \
+    OUTPUT_OBJECT ",\"required\":[\"value\",\"interval\"],\"properties\":{" \
+                  "\"value\":{" OUTPUT_NUMBER_OR_NULL "},\"interval\":" PAIRED_NUMBERS "}"
+#define PAIRED_SUBJECTS                                                                      \
+    "\"type\":\"array\",\"items\":{" OUTPUT_OBJECT                                           \
+    ",\"required\":[\"subject\",\"sizes\",\"length\",\"deviation\",\"along\",\"distance\"]," \
+    "\"properties\":{\"subject\":{" OUTPUT_STRING "},\"sizes\":" PAIRED_NUMBERS              \
+    ",\"length\":{" OUTPUT_NUMBER_OR_NULL "},\"deviation\":{" OUTPUT_NUMBER_OR_NULL          \
+    "},\"along\":{" OUTPUT_NUMBER_OR_NULL "},\"distance\":{" OUTPUT_NUMBER_OR_NULL           \
+    "},\"field\":{" OUTPUT_NUMBERS_OR_NULLS "}}}"
+
 #define PAIRED_OUTPUTS(difference, between)                                                        \
     {"pValue", OUTPUT_NUMBER,                                                                      \
      "Of the mean " difference ", by flips of the signs of whole subjects' differences: p of the " \
@@ -75,13 +87,13 @@ void paired_describe_sides(struct process_inputs *given);
         {"largestEffect", OUTPUT_NUMBER, "Largest value of effect on the map."},                   \
         {"largestConfidence", OUTPUT_NUMBER, "Largest value of confidence on the map."},           \
         {"distance", OUTPUT_NUMBER, "Norm of the mean " difference ", in L2 of SRNFs."},           \
-        {"individual", OUTPUT_OBJECT,                                                              \
+        {"individual", PAIRED_ESTIMATE,                                                            \
          "{value, interval}: standard deviation of the subjects, each the mean of its two "        \
          "surfaces, as those above."},                                                             \
-        {"share", OUTPUT_OBJECT,                                                                   \
+        {"share", PAIRED_ESTIMATE,                                                                 \
          "{value, interval}: share of the mean in the squares of all differences, in L2 of "       \
          "SRNFs."},                                                                                \
-        {"perSubject", OUTPUT_OBJECTS,                                                             \
+        {"perSubject", PAIRED_SUBJECTS,                                                            \
          "[{subject, sizes (roots of areas, of both), length (root of the mean square of its "     \
          "displacement), deviation (of that from the mean of the other subjects), along (its "     \
          "part along that mean), distance (in L2 of SRNFs), field}]. Lengths in the units of the " \

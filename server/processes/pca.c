@@ -43,7 +43,7 @@ static const struct process_output outputs[] = {
 
 static void complete(struct process_inputs *given)
 {
-    mean_complete(given, COPIES);
+    mean_complete(given, mean_copies(given, COPIES));
 }
 
 /* ---- The model ------------------------------------------------------------------------------- */

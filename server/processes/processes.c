@@ -12,7 +12,8 @@
     row(extract) row(encode) row(invert) row(geodesic) row(register) row(distances) row(mean) \
         row(pca) row(modes) row(sample) row(project) row(evaluate) row(compare) row(shoot)    \
             row(transport) row(transfer) row(classify) row(repair) row(mirror) row(regress)   \
-                row(train) row(predict) row(score) row(report) row(change) row(asymmetry)
+                row(train) row(predict) row(score) row(report) row(change) row(asymmetry)     \
+                    row(pca_parts) row(trajectories) row(neighbours)
 
 #define DECLARE(name) extern const struct api_process name##_process;
 #define ADDRESS(name) &name##_process,

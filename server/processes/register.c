@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "toolkit/landmarks.h"
 #include "toolkit/pair.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/registration_report.h"
@@ -38,6 +39,7 @@ struct registering {
     long degree;
     int start, handedness;
     struct penalty penalty;
+    struct landmarks_input landmarks;
 };
 
 /* ---- Penalty --------------------------------------------------------------------------------- */
@@ -150,6 +152,7 @@ static const struct process_input inputs[] = {
                     "ten pairs of real surfaces the distance was up to 11 % larger)."),
     {"exact", INPUT_BOOLEAN, AT(exact),
      "For surfaces that differ by a warp alone: no penalty, up to degree 32.", .fallback = 0},
+    LANDMARKS_INPUT(registering, landmarks_of_register),
     HANDEDNESS_INPUT(registering,
                      "the mirror image of the moving surface as well, registered where names or a "
                      "quick rigid match suggest two sides, and to warn where it"),
@@ -209,6 +212,7 @@ static const struct process_output outputs[] = {
     {"note", OUTPUT_STRING, "How it was searched, in a sentence."},
     BRIDGED_OUTPUT,
     {"registration", OUTPUT_OBJECT, "Degree, penalty and all other options."},
+    LANDMARKS_OUTPUT,
     {"warp", OUTPUT_OBJECT,
      "links: maps of the sphere to be applied in order, each a rotation (matrix), or exp or "
      "exp-inverse (p to exp_p(w(p)), w = grad phi + p x grad psi, and its inverse; harmonic "
@@ -256,6 +260,18 @@ static json_t *warp_json(const struct pair *pair)
                      "gauss-legendre", "nTheta", (json_int_t)shape[0], "nPhi", (json_int_t)shape[1],
                      "points", json_nested(registration->points, 3, shape), "jacobian",
                      json_nested(registration->jacobian, 2, shape));
+}
+
+static void check(struct process_inputs *given)
+{
+    landmarks_exclude(given, "exact", true);
+    landmarks_exclude(given, "reparameterization", false);
+}
+
+static void complete(struct process_inputs *given)
+{
+    landmarks_complete(given, "template", "moving",
+                       (long)json_integer_value(json_object_get(given->canonical, "degree")));
 }
 
 static json_t *document_of(struct jobs_run *run, const struct pair *pair,
@@ -338,6 +354,7 @@ static json_t *run_register(struct jobs_run *run, const void *typed, struct jobs
     const struct registering *registering = typed;
     struct srnf_register_options options = options_of(registering);
     struct srnf_surface_measures measures;
+    struct landmarks landmarks = {.n = 0};
     json_t *surface, *document = NULL;
     struct pair pair;
 
@@ -346,13 +363,19 @@ static json_t *run_register(struct jobs_run *run, const void *typed, struct jobs
         goto out;
     }
     jobs_run_phase(run, 100.0);
-    if (pair_register(run, &pair, &options, (enum handedness)registering->handedness, result) ||
+    if (landmarks_place(run, &registering->landmarks, &pair, &landmarks, result) ||
+        pair_register(run, &pair, &options, (enum handedness)registering->handedness, result) ||
         compute_measure(run, pair.degree, 1, pair.registration.coefficients, &measures, result)) {
         goto out;
     }
     surface = keep_surface(run, &pair, &measures, result);
     document = surface ? document_of(run, &pair, &options, surface) : NULL;
+    if (document && landmarks_report(run, &landmarks, &pair, document, result)) {
+        json_decref(document);
+        document = NULL;
+    }
 out:
+    landmarks_clear(&landmarks);
     pair_clear(run, &pair);
     return document;
 }
@@ -361,6 +384,8 @@ static const struct process_table table = {
     .inputs = inputs,
     .outputs = outputs,
     .size = sizeof(struct registering),
+    .check = check,
+    .complete = complete,
     .run = run_register,
 };
 

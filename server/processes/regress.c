@@ -127,13 +127,14 @@ static int compute(struct jobs_run *run, const struct regress *asked, struct gro
 
 static json_t *run_regress(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
+    static const struct regress_more more = {.process = "regress", .title = "mean of a regression"};
     const struct regress *asked = typed;
     struct group_mean mean;
     struct srnf_regression found = {0};
     json_t *document = NULL;
 
     if (compute(run, asked, &mean, &found, result) == 0) {
-        document = regress_document(run, asked, &mean, &found, result);
+        document = regress_document(run, asked, &mean, &found, &more, result);
     }
     srnf_regression_clear(&found);
     group_mean_clear(&mean);

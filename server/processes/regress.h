@@ -21,9 +21,19 @@ struct regress {
 extern const struct input_own regress_formula, regress_at, regress_cohort;
 void regress_describe(struct process_inputs *given);
 
-/* regress_result.c: the document with all its surfaces; NULL with the problem set. */
+/* What the document of regress tells beside its own, where another process has it made. */
+struct regress_more {
+    const char *process, *title;               /* its id; name of the mean surface */
+    const struct store_maps *maps;             /* of the mean surface, or NULL */
+    const struct srnf_predicted_slope *slopes; /* [points of the design], or NULL */
+    bool weighted;                             /* subjects have weights */
+};
+
+/* regress_result.c: the document with all its surfaces; NULL with the problem set. Lengths of found
+   times regress_scale are in units of the input. */
 json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                          const struct group_mean *mean, const struct srnf_regression *found,
-                         struct jobs_result *result);
+                         const struct regress_more *more, struct jobs_result *result);
+double regress_scale(struct jobs_run *run, const struct group_mean *mean);
 
 #endif

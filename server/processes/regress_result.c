@@ -20,6 +20,7 @@ struct document {
     const struct group_mean *mean;
     const struct srnf_regression *found;
     const json_t *design;
+    const struct regress_more *more;
     struct jobs_result *result;
     double scale; /* of the group: units of the input to those of the mean */
     json_t *root;
@@ -76,7 +77,8 @@ static json_t *test_json(const struct document *d, size_t t, bool with_map)
     (void)json_object_set_new(object, "leastFdr", json_finite(least_of(points, test->fdr)));
     (void)json_object_set_new(
         object, "level",
-        json_string(d->asked->design.nested[t].reduced > 0 ? "asymptotic" : "exact"));
+        json_string(d->more->weighted || d->asked->design.nested[t].reduced > 0 ? "asymptotic"
+                                                                                : "exact"));
     set_share(object, "r2", &test->r2);
     set_share(object, "partialR2", &test->part);
     if (with_map) {
@@ -238,7 +240,7 @@ static json_t *coefficient_surface(const struct document *d, size_t c, size_t te
 
     (void)snprintf(title, sizeof title, "effect of %.60s", name);
     if (maps.count) {
-        surface = mean_keep_surface(d->run, "regress", title, d->mean, &maps, d->result);
+        surface = mean_keep_surface(d->run, d->more->process, title, d->mean, &maps, d->result);
     }
     store_maps_clear(&maps);
     return surface;
@@ -285,9 +287,14 @@ static bool set_coefficients(const struct document *d)
 /* A predicted surface, its centre where the others have theirs. */
 static json_t *prediction_surface(const struct document *d, size_t k)
 {
-    static const char *const names[] = {"standardError", "confidence"};
+    static const char *const names[] = {"standardError", "confidence", "slope", "slopeError",
+                                        "slopeConfidence"};
     const struct srnf_predicted_shape *point = &d->found->predicted[k];
-    const double *const values[] = {point->standard_error, point->confidence};
+    const struct srnf_predicted_slope none = {NULL, NULL, NULL};
+    const struct srnf_predicted_slope *slope = d->more->slopes ? &d->more->slopes[k] : &none;
+    const double *const values[] = {point->standard_error, point->confidence, slope->normal,
+                                    slope->standard_error, slope->confidence};
+    size_t count = d->more->slopes ? 5 : 2;
     const struct group_input *members = d->mean->members;
     const struct compute_group *group = &d->mean->outputs.group;
     const double origin[3] = {0.0, 0.0, 0.0};
@@ -301,7 +308,7 @@ static json_t *prediction_surface(const struct document *d, size_t k)
         return NULL;
     }
     srnf_surface_move(group->degree, point->coefficients, &measures, origin);
-    maps = maps_of(d, 2, names, values, 2);
+    maps = maps_of(d, count, names, values, count);
     if (maps.count) {
         struct surface_description description = {
             .name = title,
@@ -311,7 +318,7 @@ static json_t *prediction_surface(const struct document *d, size_t k)
             .measures = &measures,
             .parameterization = "inherited",
             .route = routes_of_group(d->run, members->n, members->ids, group->bridged),
-            .source = process_source(d->run, "regress", NULL, NULL),
+            .source = process_source(d->run, d->more->process, NULL, NULL),
             .maps = &maps,
         };
 
@@ -402,25 +409,35 @@ static void set_figures(const struct document *d)
     (void)json_object_set(d->root, "formula", json_object_get(d->design, "formula"));
 }
 
+double regress_scale(struct jobs_run *run, const struct group_mean *mean)
+{
+    const struct group_input *members = mean->members;
+    double scale = 0.0;
+
+    for (size_t i = 0; i < members->n; i++) {
+        scale +=
+            process_scale(run, members->ids[i], mean->outputs.group.scales[i]) / (double)members->n;
+    }
+    return scale;
+}
+
 json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                          const struct group_mean *mean, const struct srnf_regression *found,
-                         struct jobs_result *result)
+                         const struct regress_more *more, struct jobs_result *result)
 {
     const struct group_input *members = mean->members;
     struct document d = {.run = run,
                          .asked = asked,
                          .mean = mean,
                          .found = found,
+                         .more = more,
+                         .scale = regress_scale(run, mean),
                          .design = json_object_get(members->cohort, "design"),
                          .result = result,
                          .root = json_object()};
     json_t *surface;
 
-    for (size_t i = 0; i < members->n; i++) {
-        d.scale +=
-            process_scale(run, members->ids[i], mean->outputs.group.scales[i]) / (double)members->n;
-    }
-    surface = mean_keep_surface(run, "regress", "mean of a regression", mean, NULL, result);
+    surface = mean_keep_surface(run, more->process, more->title, mean, more->maps, result);
     if (!surface) {
         goto fail;
     }

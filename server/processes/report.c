@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "api/respond.h"
+#include "api/warnings.h"
 #include "compute/seconds.h"
 #include "processes/processes.h"
 #include "store/job.h"
@@ -308,6 +309,20 @@ static bool put_sections(struct report_page *page, json_t *list)
     return good;
 }
 
+static void warn_omitted(const struct report_page *page, json_t *document)
+{
+    char text[240];
+
+    if (page->n_omitted > 0) {
+        report_omitted(page, text, sizeof text);
+        warning_add(warnings_of(document), "shapes-omitted",
+                    json_pack("{s:I, s:I, s:i}", "omitted", (json_int_t)page->n_omitted, "shown",
+                              (json_int_t)page->n_shapes, "resolution",
+                              (int)page->asked->resolution),
+                    "%s", text);
+    }
+}
+
 static json_t *run_report(struct jobs_run *run, const void *typed, struct jobs_result *result)
 {
     const struct report *asked = typed;
@@ -323,6 +338,7 @@ static json_t *run_report(struct jobs_run *run, const void *typed, struct jobs_r
         document =
             json_pack("{s:o, s:I, s:I, s:O}", "html", json_stringn(html, size), "bytes",
                       (json_int_t)size, "shapes", (json_int_t)page.n_shapes, "sections", list);
+        warn_omitted(&page, document);
     }
     report_page_clear(&page);
     free(html);

@@ -14,8 +14,9 @@
 #define REPORT_RESOLUTION_MIN 8
 #define REPORT_RESOLUTION_DEFAULT 24
 #define REPORT_RESOLUTION_MAX 64
-#define REPORT_SHAPES_MAX ((size_t)16 << 20) /* bytes of shapes; others are named only */
-#define REPORT_ROWS_MAX 500                  /* of a table */
+#define REPORT_SHAPES_MIB 16 /* of shapes; others are named only */
+#define REPORT_SHAPES_MAX ((size_t)REPORT_SHAPES_MIB << 20)
+#define REPORT_ROWS_MAX 500 /* of a table */
 
 struct report_jobs {
     size_t n;
@@ -46,6 +47,7 @@ struct report_page {
     char *texts[4]; /* of these, in their order */
     size_t sizes[4];
     size_t n_shapes, n_views, n_sections;
+    size_t n_omitted;        /* shapes for which there was no room */
     struct srnf_mesh sphere; /* that surfaces are triangulated over */
 };
 
@@ -55,6 +57,9 @@ bool report_page_open(struct report_page *page, struct jobs_run *run, const stru
 void report_page_clear(struct report_page *page);
 /* The page as one document (malloc), or NULL with the problem set. Nothing can be written after. */
 char *report_page_close(struct report_page *page, size_t *size);
+
+/* Why shapes are missing and what helps, as sentences. */
+void report_omitted(const struct report_page *page, char *text, size_t size);
 
 /* Text with all that has a meaning in HTML escaped, and without control characters. */
 void report_text(FILE *out, const char *text);

@@ -149,6 +149,28 @@ void report_page_clear(struct report_page *page)
     *page = (struct report_page){0};
 }
 
+void report_omitted(const struct report_page *page, char *text, size_t size)
+{
+    (void)snprintf(text, size,
+                   "%zu shape%s not shown, as the shapes of a report have %d MiB: take a lower "
+                   "resolution than %ld, fewer modes, or several reports.",
+                   page->n_omitted, page->n_omitted == 1 ? " is" : "s are", REPORT_SHAPES_MIB,
+                   page->asked->resolution);
+}
+
+/* At the beginning, where it is seen. */
+static void put_omitted(FILE *out, const struct report_page *page)
+{
+    char text[240];
+
+    if (page->n_omitted > 0) {
+        report_omitted(page, text, sizeof text);
+        (void)fputs("<section class=\"warning\"><p>", out);
+        report_text(out, text);
+        (void)fputs("</p></section>", out);
+    }
+}
+
 static void put(FILE *out, const struct report_page *page, size_t text)
 {
     (void)fwrite(page->texts[text], 1, page->sizes[text], out);
@@ -162,6 +184,7 @@ static void fill(FILE *out, const struct report_page *page, size_t place)
         (void)fputs("<h1>", out);
         report_text(out, page->asked->title);
         (void)fputs("</h1>", out);
+        put_omitted(out, page);
         put(out, page, 0);
     } else {
         (void)fputs("{\"lists\":[{\"bits\":16,\"data\":\"", out);

@@ -7,7 +7,7 @@
  * a screen shows: 1/30,000 of the radius, and of the range of a map.
  *
  * A view refers to one shape or to several along a path: {"shapes", "at", "texts"}. Beyond
- * REPORT_SHAPES_MAX bytes a surface is named only.
+ * REPORT_SHAPES_MAX bytes a surface is named only, and counted for the warning shapes-omitted.
  */
 #include "processes/report.h"
 
@@ -22,6 +22,7 @@
 #define CHUNK 256          /* vertices that are computed between two questions for cancellation */
 #define PATH_MAX_SHAPES 11 /* of a path; longer ones are thinned out */
 #define MODE_POINTS 4      /* along a mode, beside the mean */
+#define TOO_LARGE "not shown, as the report would become too large."
 
 /* ---- Numbers --------------------------------------------------------------------------------- */
 
@@ -286,7 +287,8 @@ bool report_surface(struct report_page *page, const json_t *record)
     int status;
 
     if (is_full(page)) {
-        name_only(page, name_of(record), "not shown, as the report would become too large.");
+        page->n_omitted++;
+        name_only(page, name_of(record), TOO_LARGE);
         return true;
     }
     status = load(page, record, &surface);
@@ -323,8 +325,9 @@ bool report_path(struct report_page *page, const json_t *records)
     json_t *texts = json_array();
     long first = (long)page->n_shapes, shape = 0;
     bool good = true;
+    size_t i = 0;
 
-    for (size_t i = 0; i < kept && good && !is_full(page); i++) {
+    for (; i < kept && good && !is_full(page); i++) {
         const json_t *record =
             json_array_get(records, kept > 1 ? (i * (n - 1) + (kept - 1) / 2) / (kept - 1) : 0);
         struct store_surface surface = {0};
@@ -337,13 +340,14 @@ bool report_path(struct report_page *page, const json_t *records)
         good = status > 0 || (status == 0 && shape >= 0);
         store_surface_clear(&surface);
     }
+    page->n_omitted += kept - i;
     if (good && json_array_size(texts) > 0) {
         put_path(page, first, texts, "path");
         begin_figure(page);
         (void)fprintf(page->body, "%zu surfaces%s</figcaption></figure>", n,
                       json_array_size(texts) < n ? ", not all of them shown" : "");
     } else if (good) {
-        name_only(page, "Surfaces", "not shown.");
+        name_only(page, "Surfaces", kept > i ? TOO_LARGE : "not shown.");
     }
     json_decref(texts);
     return good;
@@ -419,6 +423,23 @@ static bool put_mode(struct report_page *page, const struct compute_model *model
     return good;
 }
 
+/* As many as were asked for, and as fit. */
+static bool put_modes(struct report_page *page, const struct compute_model *model)
+{
+    size_t asked = (size_t)page->asked->modes, k = 0;
+    size_t n = asked < model->pca.components ? asked : model->pca.components;
+    bool good = true;
+
+    for (; good && k < n && !is_full(page); k++) {
+        good = put_mode(page, model, k);
+    }
+    if (good && k < n) {
+        page->n_omitted += (n - k) * (MODE_POINTS + 1);
+        name_only(page, n - k > 1 ? "Further components" : "Another component", TOO_LARGE);
+    }
+    return good;
+}
+
 bool report_model(struct report_page *page, const json_t *record)
 {
     const char *id = json_string_value(json_object_get(record, "id"));
@@ -432,11 +453,7 @@ bool report_model(struct report_page *page, const json_t *record)
     put_components(page->body, record);
     if (page->asked->modes > 0) {
         good = compute_model_load(page->run, id, &model, page->result) == 0;
-        for (size_t k = 0;
-             good && k < (size_t)page->asked->modes && k < model.pca.components && !is_full(page);
-             k++) {
-            good = put_mode(page, &model, k);
-        }
+        good = good && put_modes(page, &model);
         compute_model_clear(&model);
     }
     return good;

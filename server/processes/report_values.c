@@ -152,22 +152,6 @@ static void put_figures(FILE *out, const json_t *object)
     (void)fputs(any ? "</tbody></table>" : "", out);
 }
 
-/* Names of the cells of any row, in their order. Returns how many. */
-static size_t find_columns(const json_t *first, const char *columns[COLUMNS_MAX])
-{
-    size_t n = 0;
-    json_t *member;
-    const char *name;
-
-    json_object_foreach(object_of(first), name, member)
-    {
-        if (n < COLUMNS_MAX && !is_passed_over(name) && is_cell(member)) {
-            columns[n++] = name;
-        }
-    }
-    return n;
-}
-
 /* A table under construction: its columns, and the rows so far. */
 struct rows {
     FILE *out;
@@ -175,11 +159,29 @@ struct rows {
     size_t n_columns, n;
 };
 
-/* key: NULL in a list. */
+/* Adds the names of the cells of a row that other rows did not have. */
+static void add_columns(struct rows *rows, const json_t *row)
+{
+    json_t *member;
+    const char *name;
+
+    json_object_foreach(object_of(row), name, member)
+    {
+        size_t k = 0;
+
+        while (k < rows->n_columns && strcmp(rows->columns[k], name) != 0) {
+            k++;
+        }
+        if (k == rows->n_columns && k < COLUMNS_MAX && !is_passed_over(name) && is_cell(member)) {
+            rows->columns[rows->n_columns++] = name;
+        }
+    }
+}
+
+/* After add_columns of all rows; key: NULL in a list. */
 static void put_row(struct rows *rows, const char *key, const json_t *row)
 {
     if (rows->n == 0) {
-        rows->n_columns = find_columns(row, rows->columns);
         (void)fputs(rows->n_columns ? "<table><thead><tr>" : "", rows->out);
         (void)fputs(rows->n_columns && key ? "<td></td>" : "", rows->out);
         for (size_t k = 0; k < rows->n_columns; k++) {
@@ -274,6 +276,10 @@ static bool put_objects(struct report_page *page, const char *name, const json_t
     put_heading(page->body, name, depth);
     json_array_foreach(list, i, one)
     {
+        add_columns(&rows, one);
+    }
+    json_array_foreach(list, i, one)
+    {
         put_row(&rows, NULL, one);
     }
     end_rows(&rows);
@@ -311,6 +317,10 @@ static bool put_part(struct report_page *page, const char *name, const json_t *v
     put_heading(page->body, name, depth);
     if (!is_keyed(value)) {
         return report_members(page, value, depth + 1);
+    }
+    json_object_foreach(object_of(value), key, member)
+    {
+        add_columns(&rows, member);
     }
     json_object_foreach(object_of(value), key, member)
     {

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "compute/searches.h"
 #include "compute/seconds.h"
 #include "toolkit/assessment.h"
 #include "toolkit/group_doubts.h"
@@ -168,6 +169,7 @@ static int compute(struct jobs_run *run, const struct train *train, struct train
     }
     jobs_run_phase(run, 95.0);
     jobs_run_keep_parts(run);
+    compute_searches_spread(run);
     answer->n_theta = srnf_sht_grid(sht)->n_theta;
     answer->n_phi = srnf_sht_grid(sht)->n_phi;
     status = srnf_train(sht, answer->group.n, answer->group.surfaces, answer->classes.labels,

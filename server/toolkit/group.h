@@ -73,6 +73,9 @@ extern const struct input_own group_surfaces, group_cohort, group_members;
 /* Their parts, for inputs that differ a little. */
 void group_read_surfaces(struct process_inputs *inputs, const struct process_input *input);
 void group_read_members(struct process_inputs *inputs, const struct process_input *input);
+/* The same of a process that compares some members with each other and not others, and asks
+   inputs_routes of each such part itself. */
+void group_read_members_apart(struct process_inputs *inputs, const struct process_input *input);
 bool group_type_surfaces(const json_t *value, void *member);
 bool group_type_members(const json_t *value, void *member);
 void group_input_clear(void *member); /* struct group_input */

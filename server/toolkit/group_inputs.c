@@ -165,7 +165,7 @@ static void group_read_cohort(struct process_inputs *inputs, const struct proces
     }
 }
 
-void group_read_members(struct process_inputs *inputs, const struct process_input *input)
+void group_read_members_apart(struct process_inputs *inputs, const struct process_input *input)
 {
     const json_t *cohort = given_cohort(inputs);
     json_t *surfaces;
@@ -176,8 +176,18 @@ void group_read_members(struct process_inputs *inputs, const struct process_inpu
     }
     surfaces = json_array();
     read_cohort(inputs, input, cohort, surfaces);
-    (void)inputs_routes(inputs, surfaces);
     (void)json_object_set_new(json_object_get(inputs->canonical, "cohort"), "surfaces", surfaces);
+}
+
+void group_read_members(struct process_inputs *inputs, const struct process_input *input)
+{
+    const json_t *cohort;
+
+    group_read_members_apart(inputs, input);
+    cohort = json_object_get(inputs->canonical, "cohort");
+    if (cohort) {
+        (void)inputs_routes(inputs, json_object_get(cohort, "surfaces"));
+    }
 }
 
 json_t *group_stored_members(struct process_inputs *inputs)
@@ -208,6 +218,7 @@ void inputs_check_memory(struct process_inputs *inputs, size_t n, long degree, s
     double bytes =
         (double)n * (double)copies * 3.0 * (double)rows * 2.0 * (double)rows * 8.0 + more;
 
+    inputs->call->work.bytes = bytes;
     if (bytes > limit) {
         problem_add(inputs->list, "/inputs",
                     "%zu surfaces of degree %ld need about %.0f MiB; a job may have %.0f MiB: take "

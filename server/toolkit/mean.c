@@ -17,32 +17,53 @@
 const char *const mean_srnf_methods[] = {"srnf", NULL};
 
 /* Of the warps of registered members, on the working grid of a mean: points, Jacobians and what
-   they were made by (core/stats/mean.c). Nuclei at degree 15 have chains of 0.02 to 0.09 MB. */
+   they were made by (core/stats/mean.c), as far as they are in memory (core/stats/mean_spill.c).
+   Nuclei at degree 15 have chains of 0.02 to 0.09 MB. */
 #define BYTES_REGISTERED (32.0 * 4608.0 + 1e5)
+#define BYTES_HELD 134217728.0 /* without an engine to ask */
+/* Of their steps, and of fields that are made in batches. */
+#define BYTES_STEPS 6e3
+#define BYTES_BATCHES 5e7
 /* And of what evaluating and moving them takes, as far as it is kept. */
 #define BYTES_KEPT 1.2e6
 #define BYTES_KEPT_MOST 268435456.0
 #define SQUARES 5.0 /* matrices of n x n numbers: distances, and a Gram matrix with its vectors */
 
-static double bytes_beside_fields(const struct process_inputs *inputs, size_t n)
+static size_t group_size(const struct process_inputs *inputs)
 {
+    const json_t *surfaces = json_object_get(inputs->canonical, "surfaces");
+    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
+
+    return json_array_size(surfaces ? surfaces : json_object_get(cohort, "surfaces"));
+}
+
+static double bytes_beside_fields(const struct process_inputs *inputs, size_t n, long degree)
+{
+    const struct jobs *jobs = inputs->call->api->config.jobs;
     double members = (double)n;
+    double coefficients = 24.0 * (double)srnf_coefficient_count((size_t)degree);
+    double cache = jobs ? (double)jobs_cache_limit(jobs) : BYTES_HELD;
     double bytes = n <= COMPUTE_PAIRS_MAX ? SQUARES * 8.0 * members * members : 0.0;
 
+    bytes += 2.0 * members * coefficients;
     if (json_is_true(json_object_get(inputs->canonical, "register"))) {
-        bytes += members * BYTES_REGISTERED + fmin(members * BYTES_KEPT, BYTES_KEPT_MOST);
+        bytes += fmin(members * BYTES_REGISTERED, cache) + members * BYTES_STEPS +
+                 fmin(members * BYTES_KEPT, BYTES_KEPT_MOST) + BYTES_BATCHES;
     }
     return bytes;
 }
 
+size_t mean_copies(const struct process_inputs *inputs, size_t copies)
+{
+    return group_size(inputs) > COMPUTE_PAIRS_MAX ? 1 : copies;
+}
+
 void mean_complete(struct process_inputs *inputs, size_t copies)
 {
-    const json_t *surfaces = json_object_get(inputs->canonical, "surfaces");
-    const json_t *cohort = json_object_get(inputs->canonical, "cohort");
-    size_t n = json_array_size(surfaces ? surfaces : json_object_get(cohort, "surfaces"));
+    size_t n = group_size(inputs);
     long degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, inputs->degree);
 
-    inputs_check_memory(inputs, n, degree, copies, bytes_beside_fields(inputs, n));
+    inputs_check_memory(inputs, n, degree, copies, bytes_beside_fields(inputs, n, degree));
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */

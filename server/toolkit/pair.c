@@ -50,6 +50,11 @@ int pair_register(struct jobs_run *run, struct pair *pair,
     struct srnf_error error = {0};
     int status;
 
+    if (pair->landmarks) { /* they say what corresponds: no mesh and no mirror image is asked */
+        status = srnf_register_landmarks(pair->sht, fixed, NULL, moving, options, pair->landmarks,
+                                         NULL, jobs_run_context(run), &pair->registration, &error);
+        return status < 0 ? compute_fail(result, status, &error, "registering") : 0;
+    }
     if (!pair->by_route) {
         routes_origin(run, first, &origins[0]);
         routes_origin(run, second, &origins[1]);

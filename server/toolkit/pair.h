@@ -9,11 +9,13 @@
 #include "compute/bridge.h"
 
 struct pair {
-    struct compute_surface ends[2]; /* as loaded */
-    size_t degree;                  /* the larger of the two */
-    size_t count;                   /* coefficients of a surface: 3 (degree + 1)^2 */
-    const struct srnf_sht *sht;     /* of that degree, on its working grid */
-    double *coefficients;           /* [2][count] */
+    struct compute_surface ends[2];         /* as loaded */
+    size_t degree;                          /* the larger of the two */
+    size_t count;                           /* coefficients of a surface: 3 (degree + 1)^2 */
+    const struct srnf_sht *sht;             /* of that degree, on its working grid */
+    double *coefficients;                   /* [2][count] */
+    const struct srnf_landmarks *landmarks; /* that guide pair_register; NULL, as pair_load leaves
+                                               it: none */
     bool by_route; /* meshes were encoded by a route that was asked for: no other is sought */
     /* What pair_register adds: */
     struct srnf_registration registration; /* of the second end to the first */
@@ -30,9 +32,10 @@ struct pair {
 int pair_load(struct jobs_run *run, const char *first, const char *second,
               enum srnf_parameterization route, double share, struct pair *pair,
               struct jobs_result *result);
-/* Registers the second to the first, through their meshes where the surfaces came by different
-   routes (compute/bridge.h) and none was asked for; and its mirror image too if handedness is to be
-   checked. As pair_load; a registration that has not converged is a result. */
+/* Registers the second to the first, guided by landmarks if there are any; otherwise through their
+   meshes where the surfaces came by different routes (compute/bridge.h) and none was asked for. And
+   its mirror image too, if handedness is to be checked and no landmarks guide. As pair_load; a
+   registration that has not converged is a result. */
 int pair_register(struct jobs_run *run, struct pair *pair,
                   const struct srnf_register_options *options, enum handedness handedness,
                   struct jobs_result *result);

@@ -104,6 +104,14 @@ double distances_seconds(const struct api_work *work, const json_t *inputs)
            pairs * (registered ? 2.0 * seconds_of_registration(degree) : 1e-6 * degree * degree);
 }
 
+/* As if every other pair were registered. */
+double neighbours_seconds(const struct api_work *work, const json_t *inputs)
+{
+    double n = of_members(work), pairs = 0.5 * n * (n - 1.0);
+
+    return seconds_of_group(work, true) + pairs * seconds_of_registration(degree_of(work, inputs));
+}
+
 double mean_seconds(const struct api_work *work, const json_t *inputs)
 {
     double n = of_members(work), degree = degree_of(work, inputs);

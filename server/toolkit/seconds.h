@@ -11,9 +11,9 @@
 typedef double process_seconds(const struct api_work *work, const json_t *inputs);
 
 process_seconds encode_seconds, invert_seconds, geodesic_seconds, register_seconds,
-    distances_seconds, mean_seconds, modes_seconds, sample_seconds, project_seconds,
-    evaluate_seconds, compare_seconds, shoot_seconds, transport_seconds, transfer_seconds,
-    regress_seconds;
+    distances_seconds, neighbours_seconds, mean_seconds, modes_seconds, sample_seconds,
+    project_seconds, evaluate_seconds, compare_seconds, shoot_seconds, transport_seconds,
+    transfer_seconds, regress_seconds;
 
 /* Of the encodings of a group's meshes, and where it is registered of those that bridge its
    routes. */

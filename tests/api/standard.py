@@ -209,7 +209,7 @@ def make_inputs(service):
     service.send('/v1/cohorts', json={'name': 'six', 'members': members})
 
     sided = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + side))['id'], 'subject': f's{i}',
-              'time': side, 'side': ('left', 'right')[side]} for i in range(5) for side in (0, 1)]
+              'time': side, 'side': ('left', 'right')[side], 'covariates': {'part': 'ab'[side]}} for i in range(5) for side in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'pairs', 'members': sided})
     pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
 
@@ -243,6 +243,8 @@ def make_inputs(service):
                     'bootstraps': 100},
         'change': pairs,
         'asymmetry': pairs,
+        'pca-parts': {'cohort': link('cohorts/pairs'), 'register': False, 'modes': 0},
+        'trajectories': pairs,
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'train': kept,
         'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},

@@ -132,6 +132,22 @@ compare "$(jq -n --slurpfile a "$SCRATCH/a.json" --slurpfile b "$BODY" '[("x", "
     [$a[0][$k][1:], $b[0][$k][1:]] | transpose[] | (.[0] - .[1]) | . * .] | add | sqrt')" '<=' 1e-5 \
     'as its coefficients say too'
 
+execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"certificate\":\"none\"}"
+is "$STATUS $(json '[.certificate, .smallestSingularValue, .surfaceErrorBound] | map(. == null) | all')" '200 true' \
+    'without a certificate nothing is said of its error'
+compare "$(json .surfaceError)" '<=' 1e-5 'and the surface is the same'
+execute invert "{\"srnf\":{\"surface\":\"$S\"},\"initial\":\"sphere\",\"certificate\":\"require\"}"
+is "$STATUS $(json '.certificate | .unique and .secondEigenvalue > .threshold')" '200 true' \
+    'a surface with folds is the only one of its degree'
+execute invert "{\"srnf\":{\"surface\":\"$CAUDATE\"},\"lmax\":15,\"certificate\":\"require\"}"
+is_problem 422 not-certified 'where that is not proved, it was required in vain'
+like "$(json .detail)" 'degree is 15 and the relative energy that is left 0[.][0-9]+' 'with its figures'
+post_json /v1/surfaces "$(jq -cn 'def unit($k): [range(81) | if . == $k then 1 else 0 end];
+    {coefficients: {lmax: 8, x: unit(3), y: unit(1), z: unit(2)}}')"
+execute invert "{\"srnf\":{\"surface\":\"$(json .id)\"},\"certificate\":\"require\"}"
+is_problem 422 not-certified 'a sphere is never proved to be the only one'
+like "$(json .detail)" 'second eigenvalue is at most [0-9.e-]+, and means something only above' 'and why'
+
 get "/v1/surfaces/$S/srnf"
 jq -c '{inputs: {srnf: {lmax: 15, nTheta, nPhi, q: .values}, method: "closed-form"}}' "$BODY" >"$SCRATCH/q.json"
 post_json /v1/processes/invert/execution "@$SCRATCH/q.json"

@@ -150,6 +150,8 @@ check(has('p value', six(results['compare-groups']['pValue'])) and has('distance
 check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca']['model']['explained'][0])), 'eigenvalues too')
 accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
 check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
+effect = results['regress']['coefficients'][1]['largestEffect']
+check('largestEffect' not in results['regress']['coefficients'][0] and any(six(effect) in row for row in reader.cells), 'and what the first row of a table lacks')
 matrix = results['distances']['matrix']
 check([row[1:] for row in reader.cells if row and row[0] == subject][0][1] == six(matrix[0][1]), 'distances too')
 
@@ -179,6 +181,28 @@ while IFS=$'\t' read -r verdict name detail; do
     *) not_ok "$name" "$verdict $detail" ;;
     esac
 done <"$SCRATCH/checks"
+
+# ---- Of more shapes than it may carry -------------------------------------------------------------------
+
+PATHS=() ENDS=()
+for i in 0 3; do
+    execute encode "{\"mesh\":$(jq .id <<<"${MEMBERS[i]}"),\"lmax\":4}"
+    ENDS+=("$(json .surface.id)")
+done
+for steps in 11 12 13; do
+    execute geodesic "{\"from\":\"${ENDS[0]}\",\"to\":\"${ENDS[1]}\",\"steps\":$steps,\"register\":false}"
+    is "$STATUS" 200 "a path of $steps shapes"
+    get '/v1/jobs?process=geodesic'
+    PATHS+=("\"$(json '.jobs[0].id')\"")
+done
+execute report "{\"jobs\":[$(IFS=, && echo "${PATHS[*]}"),\"$PCA\",\"$COMPARED\"],\"modes\":10,\"resolution\":64,\"title\":\"Large\"}"
+is "$STATUS $(json '.detail // (.warnings | map(.code) | join(" "))')" '200 shapes-omitted' 'a report without all shapes warns'
+is "$(json '.warnings[0].figures | .shown + .omitted')" 60 'of those of three paths, of a model with five components, and of a mean'
+is "$(json '.warnings[0].figures.shown')" "$(json .shapes)" 'as many as it carries'
+compare "$(json '.warnings[0].figures.omitted')" '>' 1 'and as it lacks'
+compare "$(json .bytes)" '<' 25000000 'it keeps its limit'
+like "$(json .html)" '<section class="warning"><p>[0-9]+ shapes are not shown, as the shapes of a report have 16 MiB' 'and says so at its beginning'
+like "$(json .html)" '(Further components|Another component): not shown' 'and where a component is missing'
 
 # ---- What is refused -----------------------------------------------------------------------------------
 

@@ -36,6 +36,8 @@ lag() { # ID
 
 start_server "$SCRATCH/data" --workers 2 || exit 1
 MEMBERS=
+PARTS=
+BOTH=
 S=()
 MESH=
 for side in L R; do
@@ -45,9 +47,14 @@ for side in L R; do
         run encode "{\"mesh\":\"$MESH\",\"lmax\":$LMAX}"
         S+=("$(json .surface.id)")
         MEMBERS="$MEMBERS,{\"id\":\"${S[-1]}\",\"label\":\"$side\"}"
+        PARTS="$PARTS,{\"id\":\"${S[-1]}\",\"subject\":\"$side\",\"covariates\":{\"part\":\"$name\"}}"
+        HAND=$([ "$side" = L ] && echo left || echo right)
+        BOTH="$BOTH,{\"id\":\"${S[-1]}\",\"subject\":\"$name\",\"side\":\"$HAND\",\"time\":$([ "$side" = L ] && echo 0 || echo 1)}"
     done
 done
 post_json /v1/cohorts "{\"name\":\"sides\",\"members\":[${MEMBERS#,}]}"
+post_json /v1/cohorts "{\"name\":\"parts\",\"members\":[${PARTS#,}]}"
+post_json /v1/cohorts "{\"name\":\"pairs\",\"members\":[${BOTH#,}]}"
 run pca '{"cohort":"sides","register":false}'
 M=$(json .model.id)
 A=${S[0]} B=${S[5]} C=${S[11]}
@@ -97,15 +104,18 @@ while read -r name process inputs; do
 done <<END
 encode encode {"mesh":"$MESH","lmax":127,"smoothing":1e-6}
 register register {"template":"$A","moving":"$B","symmetric":true}
+register-landmarks register {"template":"$A","moving":"$B","symmetric":true,"landmarks":{"template":[1,100,200,300],"moving":[1,100,200,300]}}
 register-exact register {"template":"$A","moving":"$B","exact":true,"degree":32}
 geodesic geodesic {"from":"$A","to":"$B","steps":101}
 geodesic-pullback geodesic {"from":"$A","to":"$B",$AS_THEY_ARE,"method":"pullback","steps":99}
 invert invert {"srnf":{"surface":"$A"}}
 distances distances {"cohort":"sides"}
 distances-icp distances {"cohort":"sides","metric":"icp"}
+neighbours neighbours {"cohort":"sides"}
 mean mean {"cohort":"sides"}
 mean-pullback mean {"cohort":"sides",$AS_THEY_ARE,"method":"pullback"}
 pca pca {"cohort":"sides"}
+pca-parts pca-parts {"cohort":"parts","modes":20}
 modes modes {"model":"$M","mode":1,"coefficients":[-3,-2,-1,0,1,2,3]}
 sample sample {"model":"$M","count":200,"seed":1}
 project project {"model":"$M","surface":"$C"}
@@ -122,6 +132,12 @@ repair repair {"mesh":"$MESH"}
 mirror mirror {"mesh":"$MESH"}
 regress regress {"cohort":"sides",$AS_THEY_ARE,"formula":"shape ~ label","permutations":1000000,"seed":1}
 train train {"cohort":"sides","method":"srnf-gauss"}
+score score {"model":"$M","surface":"$A"}
+change change {"cohort":"pairs","permutations":1000000,"seed":1}
+change-flips change {"cohort":"pairs",$AS_THEY_ARE,"permutations":1000000,"bootstraps":10000,"seed":1}
+asymmetry asymmetry {"cohort":"pairs","permutations":1000000,"seed":1}
+trajectories trajectories {"cohort":"pairs","at":[{"time":0},{"time":0.5},{"time":1}],"seed":1}
+trajectories-flips trajectories {"cohort":"pairs",$AS_THEY_ARE,"at":[{"time":0.5}],"bootstraps":10000,"seed":1}
 END
 printf 'longest %d ms, limit %d ms\n' "$worst" "$LIMIT"
 stop_server || exit 1

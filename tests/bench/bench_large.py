@@ -1,68 +1,179 @@
 #!/usr/bin/python3
-"""A large cohort: time and memory of a process on it, by a daemon of its own.
+"""Large cohorts over HTTP, from meshes to principal components: time, memory and sizes as the number of members grows.
 
-    tests/bench/bench_large.py build/srnfd [--members 2000] [--degree 15] [--process pca] [--options JSON] [--meshes DIR]
-                               [--kill SECONDS]
+    tests/bench/bench_large.py build/srnfd [--members 200 500 1000 2000] [--degree 15] [--process pca] [--options JSON]
+                               [--kill PERCENT] [--serve OPTIONS] [--folder DIR]
 
-Members are samples of a model. With --meshes, of the principal components of the coefficients of those meshes, encoded as
-they are (../shared/data/lv_endocardium_ed has 100 ventricles); without, of ellipsoids with bumps. Each is turned in space at
-random, so that there is no common pose. --kill ends the daemon that long after the job began, by SIGKILL, and starts it again.
-Nothing is downloaded; everything is in a temporary directory.
+Members are samples of a model of the star-shaped surfaces in tests/data/aal_subcortex: principal components of the
+logarithms of their radii, and waves of low degree beside them, so that there are as many components as are asked for. Each
+is put on a triangulation of its own (500 to 650 random points of the sphere, their hull), turned and moved at random, and
+packed as a binary PLY. A zip of all with a table is imported; the cohort is encoded; then the process runs. --kill ends the
+daemon by SIGKILL when the job has come so far, and starts it again: `attempt` tells that it was resumed.
+
+For each number of members a line says: seconds of the upload, the encoding and the process; processor seconds of the
+process a member, which tell on a busy machine what seconds do not; the largest memory of the daemon and of the job's own
+account; the scratch file of the job at its largest; database, data directory and result. Then the ratio of processor time a
+member to that of the first. Nothing is downloaded; everything is in a temporary directory.
 """
 import argparse
+import io
 import json
 import os
 import pathlib
 import re
+import shlex
 import signal
 import subprocess
 import tempfile
 import time
+import urllib.error
 import urllib.request
+import zipfile
 
 import numpy
+import scipy.interpolate
+import scipy.spatial
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument('program')
-arguments.add_argument('--members', type=int, default=2000)
+arguments.add_argument('--members', type=int, nargs='+', default=[200, 500, 1000, 2000])
 arguments.add_argument('--degree', type=int, default=15)
 arguments.add_argument('--process', default='pca')
 arguments.add_argument('--options', default='{"components":50}')
-arguments.add_argument('--meshes')
 arguments.add_argument('--kill', type=float)
+arguments.add_argument('--serve', default='')
+arguments.add_argument('--folder')
 asked = arguments.parse_args()
 random = numpy.random.default_rng(16)
+STARS = ('L_thalamus', 'R_thalamus', 'L_pallidum', 'R_pallidum', 'L_amygdala')
+SURFACES = pathlib.Path(__file__).parent.parent / 'data' / 'aal_subcortex'
+MIB = 2.0**20
+WAVES, PAD = 40, 4
 
 
 class Daemon:
-    def __init__(self, data):
-        self.data = data
+    def __init__(self, folder):
+        self.folder = folder
+        self.processor = 0.0  # seconds of those that were killed
+        self.peak = 0.0
         self.start()
 
     def start(self):
-        self.log = open(f'{self.data}/log', 'ab')
-        size = self.log.tell()
-        self.child = subprocess.Popen([asked.program, 'serve', '--listen', '127.0.0.1:0', '--data', f'{self.data}/data'],
-                                      stderr=self.log)
+        log = f'{self.folder}/log'
+        with open(log, 'ab') as stream:
+            size = stream.tell()
+            self.child = subprocess.Popen([asked.program, 'serve', '--listen', '127.0.0.1:0', '--data', f'{self.folder}/data',
+                                           '--access-log', 'refusals', *shlex.split(asked.serve)], stderr=stream)
         self.address = None
         while not self.address:
             time.sleep(0.1)
-            text = pathlib.Path(f'{self.data}/log').read_text()[size:]
-            found = re.search(r'"event":"listening".*?"address":"([^"]+)"', text)
+            if self.child.poll() is not None:
+                raise SystemExit(pathlib.Path(log).read_text()[size:])
+            found = re.search(r'"event":"listening".*?"address":"([^"]+)"', pathlib.Path(log).read_text()[size:])
             self.address = found and found.group(1)
 
-    def status(self, name):
+    def look(self):
+        """Largest memory in MiB and processor seconds so far."""
         text = pathlib.Path(f'/proc/{self.child.pid}/status').read_text()
-        return int(re.search(rf'{name}:\s+(\d+) kB', text).group(1)) / 1024
+        self.peak = max(self.peak, int(re.search(r'VmHWM:\s+(\d+) kB', text).group(1)) / 1024)
+        ticks = pathlib.Path(f'/proc/{self.child.pid}/stat').read_text().rsplit(')', 1)[1].split()[11:13]
+        return self.processor + sum(map(int, ticks)) / os.sysconf('SC_CLK_TCK')
+
+    def kill(self):
+        self.processor = self.look()
+        self.child.send_signal(signal.SIGKILL)
+        self.child.wait()
+        self.start()
 
     def ask(self, method, path, body=None, kind='application/json', **headers):
         data = body if isinstance(body, (bytes, type(None))) else json.dumps(body).encode()
         request = urllib.request.Request(f'http://{self.address}{path}', data, {'Content-Type': kind, **headers}, method=method)
         try:
             with urllib.request.urlopen(request) as answer:
-                return json.loads(answer.read())
+                return answer.read()
         except urllib.error.HTTPError as error:
-            raise SystemExit(f'{method} {path}: {error.read().decode()}') from error
+            raise SystemExit(f'{method} {path}: {error.read().decode()[:2000]}') from error
+
+    def json(self, *arguments, **headers):
+        return json.loads(self.ask(*arguments, **headers))
+
+    def run(self, process, inputs, kill=None):
+        """The job's record when it has ended, and bytes of its scratch at most."""
+        job = self.json('POST', f'/v1/processes/{process}/execution', {'inputs': inputs}, Prefer='respond-async')
+        scratch = pathlib.Path(f'{self.folder}/data/scratch/{job["id"]}')
+        most = 0
+        while job['status'] in ('accepted', 'running'):
+            time.sleep(0.2)
+            if scratch.exists():
+                most = max(most, scratch.stat().st_blocks * 512)
+            if kill is not None and (job.get('progress') or 0) >= kill:
+                self.kill()
+                kill = None
+            self.look()
+            job = self.json('GET', f"/v1/jobs/{job['id']}")
+        if job['status'] != 'successful':
+            raise SystemExit(json.dumps(job['exception']))
+        return job, most
+
+    def metric(self, name):
+        found = re.search(rf'^{re.escape(name)} (\S+)$', self.ask('GET', '/metrics').decode(), re.M)
+        return float(found.group(1)) if found else 0.0
+
+    def stop(self):
+        self.child.terminate()
+        self.child.wait()
+
+
+# ---- Shapes --------------------------------------------------------------------------------------------------------------
+
+
+def read_ply(path):
+    head, body = path.read_bytes().split(b'end_header\n', 1)
+    count = int(re.search(rb'element vertex (\d+)', head).group(1))
+    size = 4 * len(re.findall(rb'property float', head))
+    rows = numpy.frombuffer(body[:count * size], '<f4').reshape(count, -1)
+    return rows[:, :3].astype(float)
+
+
+def log_radii(points, directions):
+    """Of the surface through the points, from the middle of them, in those directions."""
+    centred = points - points.mean(axis=0)
+    radius = numpy.linalg.norm(centred, axis=1)
+    near = scipy.interpolate.NearestNDInterpolator(centred / radius[:, None], numpy.log(radius / radius.mean()))
+    tree = scipy.spatial.cKDTree(centred / radius[:, None])
+    distance, index = tree.query(directions, k=12)
+    weight = numpy.exp(-(distance / 0.15) ** 2) + 1e-12
+    return (weight * near.values[index]).sum(axis=1) / weight.sum(axis=1)
+
+
+class Model:
+    """Logarithms of radii: mean, components, and how much of each."""
+
+    def __init__(self):
+        self.nodes = sphere(4000)
+        rows = numpy.array([log_radii(read_ply(SURFACES / f'{name}.ply'), self.nodes) for name in STARS])
+        self.mean = rows.mean(axis=0)
+        _, values, modes = numpy.linalg.svd(rows - self.mean, full_matrices=False)
+        self.modes = 0.4 * values[:4, None] * modes[:4] / numpy.sqrt(len(rows) - 1)
+        self.tree = scipy.spatial.cKDTree(self.nodes)
+        self.waves = random.normal(size=(WAVES, 3)) * 2.0
+        self.phases = random.uniform(0, 2 * numpy.pi, WAVES)
+
+    def sample(self, directions):
+        at = self.mean + numpy.clip(random.normal(size=4), -2, 2) @ self.modes
+        distance, index = self.tree.query(directions, k=6)
+        weight = numpy.exp(-(distance / 0.04) ** 2) + 1e-12
+        smooth = (weight * at[index]).sum(axis=1) / weight.sum(axis=1)
+        return smooth + numpy.sin(directions @ self.waves.T + self.phases) @ (0.02 * random.normal(size=WAVES))
+
+
+def sphere(count):
+    """Points evenly on a spiral, from a turn of their own."""
+    k = numpy.arange(count) + 0.5
+    z = 1.0 - 2.0 * k / count
+    angle = numpy.pi * (1 + 5**0.5) * k
+    root = numpy.sqrt(1.0 - z * z)
+    return numpy.stack([root * numpy.cos(angle), root * numpy.sin(angle), z], axis=1) @ rotation().T
 
 
 def rotation():
@@ -71,78 +182,73 @@ def rotation():
     return q * numpy.linalg.det(q)
 
 
-def coefficients(daemon, identity):
-    body = daemon.ask('GET', f'/v1/surfaces/{identity}/coefficients')
-    return numpy.array([body[c] for c in 'xyz'])
+def mesh(model):
+    directions = sphere(random.integers(500, 650))
+    faces = scipy.spatial.ConvexHull(directions).simplices
+    a, b, c = (directions[faces[:, k]] for k in range(3))
+    inward = numpy.einsum('ij,ij->i', numpy.cross(b - a, c - a), a + b + c) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    points = directions * (20.0 * numpy.exp(model.sample(directions)))[:, None] @ rotation().T + random.normal(size=3) * 30.0
+    rows = numpy.empty(len(faces), dtype=[('n', 'u1'), ('v', '<i4', 3)])
+    rows['n'], rows['v'] = 3, faces
+    head = (f'ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\n'
+            f'property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n')
+    return head.encode() + points.astype('<f4').tobytes() + rows.tobytes()
 
 
-def model_of_meshes(daemon):
-    shapes = []
-    for path in sorted(pathlib.Path(asked.meshes).iterdir()):
-        if path.suffix not in ('.ply', '.obj', '.off', '.stl', '.vtk'):
-            continue
-        mesh = daemon.ask('POST', f'/v1/meshes?format={path.suffix[1:]}', path.read_bytes(), 'application/octet-stream')
-        done = daemon.ask('POST', '/v1/processes/encode/execution', {'inputs': {'mesh': mesh['id'], 'lmax': asked.degree}},
-                          Prefer='wait=60')
-        shapes.append(coefficients(daemon, done['surface']['id']).ravel())
-    shapes = numpy.array(shapes)
-    mean = shapes.mean(axis=0)
-    _, values, modes = numpy.linalg.svd(shapes - mean, full_matrices=False)
-    keep = min(30, len(shapes) - 1)
-    return mean.reshape(3, -1), (values[:keep, None] * modes[:keep] / numpy.sqrt(len(shapes) - 1)).reshape(keep, 3, -1)
+def archive(count, model):
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as files:
+        files.writestr('table.csv', 'file,subject\n' + ''.join(f's{i}.ply,s{i}\n' for i in range(count)))
+        for i in range(count):
+            files.writestr(f's{i}.ply', mesh(model))
+    return packed.getvalue()
 
 
-def model_of_bumps():
-    """An ellipsoid, and bumps that fall off with their degree."""
-    count = (asked.degree + 1) ** 2
-    mean = numpy.zeros((3, count))
-    for axis, place, length in ((0, 3, 1.0), (1, 1, 0.8), (2, 2, 0.6)):
-        mean[axis, place] = length
-    degree = numpy.sqrt(numpy.arange(count)).astype(int)
-    modes = random.normal(size=(30, 3, count)) * numpy.where(degree > 1, 0.12 / (1.0 + degree) ** 2, 0.0)
-    return mean, modes
+# ---- The run -------------------------------------------------------------------------------------------------------------
 
 
-def main(directory):
-    daemon = Daemon(directory)
-    mean, modes = model_of_meshes(daemon) if asked.meshes else model_of_bumps()
-    began = time.time()
-    members = []
-    for i in range(asked.members):
-        shape = rotation() @ (mean + numpy.tensordot(random.normal(size=len(modes)), modes, 1))
-        body = {'coefficients': {'lmax': asked.degree, **{c: list(shape[k]) for k, c in enumerate('xyz')}}}
-        members.append({'id': daemon.ask('POST', '/v1/surfaces', body)['id'], 'subject': f's{i}'})
-    daemon.ask('POST', '/v1/cohorts', {'name': 'large', 'members': members})
-    print(f'{asked.members} members of degree {asked.degree} stored in {time.time() - began:.1f} s', flush=True)
-    before = daemon.status('VmRSS')
-    began = time.time()
-    job = daemon.ask('POST', f'/v1/processes/{asked.process}/execution',
-                     {'inputs': {'cohort': 'large', **json.loads(asked.options)}}, Prefer='respond-async')
-    if asked.kill:
-        time.sleep(asked.kill)
-        daemon.child.send_signal(signal.SIGKILL)
-        daemon.child.wait()
-        daemon.start()
-    while job['status'] in ('accepted', 'running'):
-        time.sleep(0.2)
-        job = daemon.ask('GET', f"/v1/jobs/{job['id']}")
-    print(f"{asked.process} {asked.options}: {job['status']} after {time.time() - began:.1f} s, attempt {job['attempt']}")
-    print(f"memory before {before:.0f} MiB, at most {daemon.status('VmHWM'):.0f} MiB")
-    if job['status'] != 'successful':
-        raise SystemExit(json.dumps(job['exception']))
-    with urllib.request.urlopen(f"http://{daemon.address}/v1/jobs/{job['id']}/results") as answer:
-        text = answer.read()
-    document = json.loads(text)
-    print(f'result {len(text) / 2**20:.1f} MiB; iterations {document.get("iterations")}, '
-          f'iterations took {document.get("seconds") or 0:.1f} s, warnings {[w["code"] for w in document["warnings"]]}')
-    if 'model' in document:
-        print(f'{document["model"]["components"]} components, bound {document.get("eigenvalueBound")}')
-    size = sum(f.stat().st_size for f in pathlib.Path(f'{directory}/data').rglob('*') if f.is_file())
-    print(f'data directory {size / 2**20:.0f} MiB; processor time of the daemon '
-          f'{sum(map(int, pathlib.Path(f"/proc/{daemon.child.pid}/stat").read_text().split()[13:15])) / os.sysconf("SC_CLK_TCK"):.1f} s')
-    daemon.child.terminate()
-    daemon.child.wait()
+def measure(count, model, folder):
+    packed = archive(count, model)
+    daemon = Daemon(folder)
+    try:
+        began = time.time()
+        daemon.ask('POST', '/v1/imports?cohort=meshes', packed, 'application/zip')
+        upload = time.time() - began
+        began = time.time()
+        job, _ = daemon.run('encode', {'cohort': 'meshes', 'lmax': asked.degree})
+        encode = time.time() - began
+        rows = daemon.json('GET', f"/v1/jobs/{job['id']}/results")['rows']
+        # A hull may have a fold too many for one of them; that it is left out is told.
+        members = [{'id': row['surface'], 'subject': f's{i}'} for i, row in enumerate(rows) if row.get('surface')]
+        daemon.ask('POST', '/v1/cohorts', {'name': 'large', 'members': members})
+        before, began = daemon.look(), time.time()
+        job, scratch = daemon.run(asked.process, {'cohort': 'large', **json.loads(asked.options)}, asked.kill)
+        seconds, processor = time.time() - began, (daemon.look() - before) / len(members)
+        result = daemon.ask('GET', f"/v1/jobs/{job['id']}/results")
+        document = json.loads(result)
+        label = f'{{process="{asked.process}"}}'
+        account = daemon.metric(f'srnfd_job_memory_bytes_sum{label}') / MIB
+        size = sum(f.stat().st_blocks * 512 for f in pathlib.Path(f'{folder}/data').rglob('*') if f.is_file())
+        database = os.path.getsize(f'{folder}/data/srnfd.db')
+        print(f'{len(members)} members (archive {len(packed) / MIB:.0f} MiB): upload {upload:.1f} s, encode {encode:.1f} s, '
+              f'{asked.process} {seconds:.1f} s, attempt {job["attempt"]}; processor {1000 * processor:.1f} ms a member\n'
+              f'    memory: daemon {daemon.peak:.0f} MiB, account of the job {account:.0f} MiB; scratch {scratch / MIB:.0f} MiB; '
+              f'database {database / MIB:.1f} MiB, data directory {size / MIB:.0f} MiB, result {len(result) / MIB:.2f} MiB\n'
+              f'    iterations {document.get("iterations")}, components {document.get("model", {}).get("components")}, '
+              f'bound {document.get("eigenvalueBound")}, warnings {[w["code"] for w in document["warnings"]]}', flush=True)
+        return processor
+    finally:
+        daemon.stop()
 
 
-with tempfile.TemporaryDirectory() as place:
-    main(place)
+def main():
+    model, first = Model(), None
+    for count in asked.members:
+        with tempfile.TemporaryDirectory(dir=asked.folder) as folder:
+            each = measure(count, model, folder)
+        first = first or each
+        print(f'    processor time a member {each / first:.2f} of the first', flush=True)
+
+
+main()

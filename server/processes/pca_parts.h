@@ -1,0 +1,39 @@
+/*
+ * pca_parts.h - what the files of the process pca-parts share.
+ */
+#ifndef SRNFD_PROCESSES_PCA_PARTS_H
+#define SRNFD_PROCESSES_PCA_PARTS_H
+
+#include "compute/parts.h"
+#include "toolkit/mean.h"
+
+#define PCA_PARTS_MAX 32 /* SRNF_PARTS_MAX */
+#define PCA_PARTS_WEIGHT_MAX 1000000
+#define PCA_PARTS_COPIES 7 /* fields of each surface: registered, stacked, weighted, modes */
+#define PCA_PARTS_MODES_MAX 20
+
+struct pca_parts {
+    struct group_input group; /* part after part, each with the subjects in the same order */
+    struct mean_input mean;
+    size_t n, n_parts; /* subjects */
+    double weights[PCA_PARTS_MAX];
+    long components, modes;
+    bool relative_pose;
+    double pose_weight;
+};
+
+/* ---- pca_parts_cohort.c ---------------------------------------------------------------------- */
+
+extern const struct input_own pca_parts_cohort, pca_parts_by, pca_parts_weights;
+/* For complete: the parts and subjects of the canonical cohort, whose members are put part after
+   part; or problems that name who lacks a part. */
+void pca_parts_describe(struct process_inputs *given);
+
+/* ---- pca_parts_result.c ---------------------------------------------------------------------- */
+
+/* The result document (new reference), or NULL with the problem set. */
+json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
+                           const struct compute_parts_inputs *inputs,
+                           const struct compute_parts_outputs *found, struct jobs_result *result);
+
+#endif

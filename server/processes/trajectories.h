@@ -1,0 +1,26 @@
+/*
+ * trajectories.h - what the files of the process trajectories share.
+ */
+#ifndef SRNFD_PROCESSES_TRAJECTORIES_H
+#define SRNFD_PROCESSES_TRAJECTORIES_H
+
+#include "processes/regress.h"
+
+struct trajectories {
+    struct regress model; /* of slopes: first, so that rows of tables may take it for the whole */
+    int scale;            /* 0: shape and size, 1: shape */
+    double *times, *at_times; /* [n] of the members; [points of the design] */
+};
+
+/* trajectories_inputs.c: as those of regress; at has times, and a formula is not needed. The
+   canonical cohort gets times and the design, that has atTimes. */
+extern const struct input_own trajectories_cohort, trajectories_formula;
+void trajectories_describe(struct process_inputs *given);
+
+/* trajectories_result.c: the document of regress with what slopes are; NULL with the problem set.
+   lengths: [members] roots of areas in units of the input. */
+json_t *trajectories_document(struct jobs_run *run, const struct trajectories *asked,
+                              const struct group_mean *mean, const struct srnf_trajectories *found,
+                              struct jobs_result *result);
+
+#endif

@@ -1,0 +1,281 @@
+/*
+ * landmarks.c - where landmarks lie, and what a registration leaves between them.
+ *
+ * A surface is a smooth approximation of its mesh, so that neither vertices nor positions lie on
+ * it: the nearest point of it stands for each, whatever route the surface came by. How far it is
+ * from the point is told; that is the error of the encoding, unless the position is wrong.
+ */
+#include "toolkit/landmarks.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "api/surfaces.h"
+#include "api/warnings.h"
+#include "compute/prepared.h"
+
+/* Of the root of the area, which is about the width of a surface: farther off it a point is none of
+   it. Encodings of real structures are off their meshes by less than a hundredth. */
+#define OFF_LIMIT 0.05
+
+/* ---- Placing --------------------------------------------------------------------------------- */
+
+/* f = R (x - origin) / scale. */
+static void to_surface(const struct surface_place *place, const double x[3], double f[3])
+{
+    double d[3];
+
+    for (size_t c = 0; c < 3; c++) {
+        d[c] = (x[c] - place->origin[c]) / place->scale;
+    }
+    for (size_t c = 0; c < 3; c++) {
+        const double *row = place->rotation + 3 * c;
+
+        f[c] = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+    }
+}
+
+static bool has_vertices(const json_t *points)
+{
+    for (size_t i = 0; i < json_array_size(points); i++) {
+        if (json_is_integer(json_array_get(points, i))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The points of one end in the coordinates of its surface, [n][3]. mesh: that of the vertices. */
+static int read_positions(const json_t *points, const struct srnf_mesh *mesh,
+                          const struct surface_place *place, double *positions,
+                          struct srnf_error *error)
+{
+    for (size_t i = 0; i < json_array_size(points); i++) {
+        const json_t *point = json_array_get(points, i);
+        double x[3];
+
+        if (json_is_integer(point)) {
+            size_t vertex = (size_t)json_integer_value(point);
+
+            if (vertex >= mesh->n_vertices) {
+                (void)snprintf(error->message, sizeof error->message,
+                               "landmark %zu is vertex %zu of %zu", i, vertex, mesh->n_vertices);
+                return SRNF_EINVAL;
+            }
+            memcpy(x, mesh->vertices + 3 * vertex, sizeof x);
+        } else {
+            for (size_t c = 0; c < 3; c++) {
+                x[c] = json_number_value(json_array_get(point, c));
+            }
+        }
+        to_surface(place, x, positions + 3 * i);
+    }
+    return SRNF_OK;
+}
+
+static int place_end(struct jobs_run *run, struct landmarks *l, const struct pair *pair, size_t end,
+                     struct jobs_result *result)
+{
+    const struct compute_surface *surface = &pair->ends[end];
+    const struct surface_place place = process_place(run, surface);
+    const json_t *points = l->input->ends[end];
+    double *positions = srnf_alloc(3 * l->n, sizeof(double));
+    struct srnf_error error = {.element = -1};
+    struct srnf_mesh mesh = {0};
+    int status = positions ? SRNF_OK : SRNF_ENOMEM;
+
+    if (status == SRNF_OK && has_vertices(points)) {
+        status = compute_mesh_read(run, place.mesh, &mesh, result);
+        if (status) {
+            srnf_free(positions);
+            return status;
+        }
+    }
+    status = status ? status : read_positions(points, &mesh, &place, positions, &error);
+    status = status ? status
+                    : srnf_surface_nearest(pair->degree, pair->coefficients + end * pair->count,
+                                           l->n, positions, jobs_run_context(run), l->points[end],
+                                           l->off[end]);
+    for (size_t i = 0; i < l->n && status == SRNF_OK; i++) {
+        l->off[end][i] *= place.scale;
+    }
+    srnf_mesh_clear(&mesh);
+    srnf_free(positions);
+    return status ? compute_fail(result, status, &error, "placing the landmarks") : 0;
+}
+
+/* Those that are not held out, side by side. */
+static void gather(struct landmarks *l)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < l->n; i++) {
+        if (!l->input->held_out[i]) {
+            memcpy(l->guiding + 3 * count, l->points[0] + 3 * i, 3 * sizeof(double));
+            memcpy(l->guiding + 3 * (l->n + count), l->points[1] + 3 * i, 3 * sizeof(double));
+            count++;
+        }
+    }
+    l->pairs = (struct srnf_landmarks){count, l->guiding, l->guiding + 3 * l->n, l->input->weight};
+}
+
+int landmarks_place(struct jobs_run *run, const struct landmarks_input *input, struct pair *pair,
+                    struct landmarks *l, struct jobs_result *result)
+{
+    int status = 0;
+
+    *l = (struct landmarks){.input = input, .n = input->n};
+    if (l->n == 0) {
+        return 0;
+    }
+    l->points[0] = srnf_alloc(14 * l->n, sizeof(double));
+    if (!l->points[0]) {
+        return compute_fail(result, SRNF_ENOMEM, NULL, "placing the landmarks");
+    }
+    l->points[1] = l->points[0] + 3 * l->n;
+    l->off[0] = l->points[1] + 3 * l->n;
+    l->off[1] = l->off[0] + l->n;
+    l->guiding = l->off[1] + l->n;
+    for (size_t end = 0; end < 2 && status == 0; end++) {
+        status = place_end(run, l, pair, end, result);
+    }
+    if (status == 0) {
+        gather(l);
+        pair->landmarks = l->pairs.n ? &l->pairs : NULL;
+    }
+    return status;
+}
+
+void landmarks_clear(struct landmarks *l)
+{
+    srnf_free(l->points[0]);
+    *l = (struct landmarks){.n = 0};
+}
+
+/* ---- Report ---------------------------------------------------------------------------------- */
+
+/* What is left of all of them: angles, and distances on the moving surface as it is stored. */
+static int measure(const struct landmarks *l, const struct pair *pair, double *angles,
+                   double *distances)
+{
+    const struct srnf_landmarks all = {l->n, l->points[0], l->points[1], INFINITY};
+    double *points = srnf_alloc(12 * l->n, sizeof(double));
+    double *values = points ? points + 6 * l->n : NULL;
+    int status =
+        points ? srnf_landmarks_measure(&pair->registration.warp, &all, angles) : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        status = srnf_warp_apply(&pair->registration.warp, l->n, l->points[0], points, NULL);
+    }
+    if (status == SRNF_OK) {
+        memcpy(points + 3 * l->n, l->points[1], 3 * l->n * sizeof(double));
+        status = srnf_harmonics_at_points(pair->degree, 3, pair->coefficients + pair->count,
+                                          2 * l->n, points, values, NULL);
+    }
+    for (size_t i = 0; i < l->n && status == SRNF_OK; i++) {
+        double square = 0.0;
+
+        for (size_t c = 0; c < 3; c++) {
+            double d = values[2 * l->n * c + i] - values[2 * l->n * c + l->n + i];
+
+            square += d * d;
+        }
+        distances[i] = sqrt(square);
+    }
+    srnf_free(points);
+    return status;
+}
+
+static json_t *summary_json(const struct landmarks *l, bool held_out, const double *angles,
+                            const double *distances)
+{
+    double most[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0};
+    size_t count = 0;
+
+    for (size_t i = 0; i < l->n; i++) {
+        if (l->input->held_out[i] == held_out) {
+            most[0] = fmax(most[0], angles[i]);
+            most[1] = fmax(most[1], distances[i]);
+            squares[0] += angles[i] * angles[i];
+            squares[1] += distances[i] * distances[i];
+            count++;
+        }
+    }
+    if (count == 0) {
+        return json_null();
+    }
+    return json_pack(
+        "{s:I, s:o, s:o, s:o, s:o}", "count", (json_int_t)count, "maxAngle", json_finite(most[0]),
+        "rmsAngle", json_finite(sqrt(squares[0] / (double)count)), "maxDistance",
+        json_finite(most[1]), "rmsDistance", json_finite(sqrt(squares[1] / (double)count)));
+}
+
+/* Points that are none of their surface. */
+static void warn_off(const struct landmarks *l, const struct pair *pair, const double scales[2],
+                     json_t *document)
+{
+    for (size_t end = 0; end < 2; end++) {
+        struct srnf_surface_measures measures;
+        size_t worst = 0;
+        double limit;
+
+        if (srnf_surfaces_measure(pair->sht, 1, pair->coefficients + end * pair->count, NULL,
+                                  &measures)) {
+            return;
+        }
+        limit = OFF_LIMIT * scales[end] * sqrt(measures.area);
+        for (size_t i = 0; i < l->n; i++) {
+            worst = l->off[end][i] > l->off[end][worst] ? i : worst;
+        }
+        if (l->off[end][worst] > limit) {
+            warning_add(warnings_of(document), "landmark-off-surface",
+                        json_pack("{s:s, s:I, s:f, s:f}", "surface", pair->ends[end].id, "landmark",
+                                  (json_int_t)worst, "distance", l->off[end][worst], "limit",
+                                  limit),
+                        "Landmark %zu is %.3g from %s, whose nearest point was taken for it; a "
+                        "twentieth of the root of the area is %.3g. Check the position and its "
+                        "coordinates.",
+                        worst, l->off[end][worst], pair->ends[end].id, limit);
+        }
+    }
+}
+
+int landmarks_report(struct jobs_run *run, const struct landmarks *l, const struct pair *pair,
+                     json_t *document, struct jobs_result *result)
+{
+    const double scales[2] = {process_place(run, &pair->ends[0]).scale,
+                              process_place(run, &pair->ends[1]).scale};
+    double *angles, *distances;
+    json_t *points;
+    int status;
+
+    if (l->n == 0) {
+        (void)json_object_set_new(document, "landmarks", json_null());
+        return 0;
+    }
+    angles = srnf_alloc(2 * l->n, sizeof(double));
+    distances = angles ? angles + l->n : NULL;
+    status = angles ? measure(l, pair, angles, distances) : SRNF_ENOMEM;
+    if (status) {
+        srnf_free(angles);
+        return compute_fail(result, status, NULL, "measuring the landmarks");
+    }
+    points = json_array();
+    for (size_t i = 0; i < l->n; i++) {
+        distances[i] *= scales[1];
+        (void)json_array_append_new(
+            points,
+            json_pack("{s:o, s:o, s:b, s:o, s:o}", "angle", json_finite(angles[i]), "distance",
+                      json_finite(distances[i]), "heldOut", (int)l->input->held_out[i], "offFixed",
+                      json_finite(l->off[0][i]), "offMoving", json_finite(l->off[1][i])));
+    }
+    (void)json_object_set_new(
+        document, "landmarks",
+        json_pack("{s:o, s:o, s:o, s:o}", "points", points, "guiding",
+                  summary_json(l, false, angles, distances), "heldOut",
+                  summary_json(l, true, angles, distances), "weight",
+                  isinf(l->input->weight) ? json_string("exact") : json_real(l->input->weight)));
+    warn_off(l, pair, scales, document);
+    srnf_free(angles);
+    return 0;
+}

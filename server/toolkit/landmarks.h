@@ -1,0 +1,81 @@
+/*
+ * landmarks.h - the input "landmarks" of processes that register a pair: points that correspond, by
+ * the vertices of the meshes or by positions; where they lie on the spheres; and what a
+ * registration leaves between them.
+ */
+#ifndef SRNFD_TOOLKIT_LANDMARKS_H
+#define SRNFD_TOOLKIT_LANDMARKS_H
+
+#include "toolkit/pair.h"
+#include "toolkit/table.h"
+
+#define LANDMARKS_GIVEN_MAX 64 /* SRNF_LANDMARKS_MAX */
+#define LANDMARKS_WEIGHT_MAX 1000000
+
+/* As typed. */
+struct landmarks_input {
+    size_t n;                           /* 0: none */
+    json_t *ends[2];                    /* [n] vertices and positions */
+    bool held_out[LANDMARKS_GIVEN_MAX]; /* measured, and nothing more */
+    double weight;                      /* INFINITY: exact */
+};
+
+/*
+ * The row of the table of a process whose typed inputs have a struct landmarks_input called
+ * landmarks. own: landmarks_of_register, whose lists are called template and moving as its surfaces
+ * are, or landmarks_of_geodesic, with from and to.
+ */
+#define LANDMARKS_INPUT(typed, own_)                                                             \
+    {                                                                                            \
+        "landmarks", INPUT_OWN, offsetof(struct typed, landmarks),                               \
+            "Points that correspond: two lists of as many, each point the number of a vertex "   \
+            "of the mesh (from 0) that the surface comes from, or a position [x, y, z] in the "  \
+            "coordinates of that. The nearest point of the surface stands for it. weight: of "   \
+            "the mean squared angle, in radians on the sphere, between where the warp takes "    \
+            "the points and where they belong, in what is minimized; exact: it takes them "      \
+            "there. heldOut: numbers of landmarks (from 0) that the search does not see, which " \
+            "tell how well it does elsewhere.",                                                  \
+            .own = &(own_)                                                                       \
+    }
+extern const struct input_own landmarks_of_register, landmarks_of_geodesic;
+
+#define LANDMARKS_OUTPUT                                                                          \
+    {                                                                                             \
+        "landmarks", OUTPUT_OBJECT_OR_NULL,                                                       \
+            "null where none were given. points: for each its angle, what the registration "      \
+            "leaves on the sphere, in radians; its distance, the same along a straight line "     \
+            "between points of the moving surface, in the units of its input; heldOut; and "      \
+            "offFixed and offMoving, how far the points that were given are from the surfaces, "  \
+            "in the units of each. guiding and heldOut: count, maxAngle, rmsAngle, maxDistance, " \
+            "rmsDistance of both kinds; null where there are none of the kind. weight."           \
+    }
+
+/* For complete: vertices that the meshes do not have, or surfaces without a mesh, are problems. The
+   inputs that name the surfaces are those of own. degree: of the warp. */
+void landmarks_complete(struct process_inputs *inputs, const char *first, const char *second,
+                        long degree);
+/* For check: notes a problem where landmarks guide a search that is not made, since this input has
+   this value. */
+void landmarks_exclude(struct process_inputs *inputs, const char *name, bool value);
+
+/* Where the landmarks of a pair are. */
+struct landmarks {
+    const struct landmarks_input *input;
+    size_t n;
+    double *points[2]; /* [n][3] on the spheres of the ends */
+    double *off[2];    /* [n] from the positions to the surfaces, in the units of the input */
+    double *guiding;   /* [2][n][3] those that are not held out */
+    struct srnf_landmarks pairs;
+};
+/* Places those of the input on a pair that was loaded, and has the search guided by those that are
+   not held out. Returns 0, or a negative status with the problem set; landmarks_clear in any case,
+   after the registration. */
+int landmarks_place(struct jobs_run *run, const struct landmarks_input *input, struct pair *pair,
+                    struct landmarks *landmarks, struct jobs_result *result);
+void landmarks_clear(struct landmarks *landmarks);
+/* LANDMARKS_OUTPUT, and the warnings of points that are off their surfaces, into the document of a
+   registered pair. Returns 0, or a negative status with the problem set. */
+int landmarks_report(struct jobs_run *run, const struct landmarks *landmarks,
+                     const struct pair *pair, json_t *document, struct jobs_result *result);
+
+#endif

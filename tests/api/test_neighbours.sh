@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# srnfd-test: timeout 300
+#
+# test_neighbours.sh - neighbours over HTTP: those that the matrix of distances has, as JSON, CSV and .npy; what is wrong
+# with inputs. core/stats/test_neighbours.c has what is pruned.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+members=()
+for name in L_thalamus R_thalamus L_pallidum R_pallidum; do
+    post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
+    execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":4}"
+    members+=("$(json .surface.id)")
+done
+post_json /v1/cohorts "$(printf '%s\n' "${members[@]}" |
+    jq -Rnc '{name: "nuclei", members: [inputs as $id | {id: $id, subject: "s\($id[5:9])"}]}')"
+is "$STATUS" 201 'a cohort of four'
+
+execute distances '{"cohort":"nuclei","handedness":"ignore"}' --header 'Prefer: wait=120'
+is "$STATUS" 200 'all distances'
+jq -c '.matrix as $m | [range(4) as $i | [range(4) | select(. != $i)] | sort_by($m[$i][.]) | .[:2]] as $near |
+    [$near, [range(4) as $i | $near[$i] | map($m[$i][.])]]' "$BODY" >"$SCRATCH/wanted.json"
+execute neighbours '{"cohort":"nuclei","k":2}' --header 'Prefer: wait=120'
+is "$STATUS" 200 'two neighbours of each'
+check 'are those of all distances, to the bit' cmp "$SCRATCH/wanted.json" <(jq -c '[.indices, .distances]' "$BODY")
+is "$(json '.pairs.all')" 6 'there are six pairs'
+compare "$(json '.pairs.registered')" '<=' 6 'of which no more are registered'
+is "$(json '.pairs | .share == (.all - .registered) / .all')" true 'and the share of the others is told'
+get "/v1/jobs?process=neighbours"
+JOB=$(json ".jobs[0].id")
+get "/v1/jobs/$JOB/results?format=csv"
+is "$(wc -l <"$BODY")" 9 'CSV has a line for each member and neighbour'
+is "$(head -n 1 "$BODY" | tr -d '\r')" 'label,subject,id,rank,neighbour,distance' 'with their names'
+get "/v1/jobs/$JOB/results?format=npy"
+is "$(head -c 128 "$BODY" | grep -ac "(4, 2)")" 1 '.npy has the distances'
+
+execute neighbours '{"cohort":"nuclei"}' --header 'Prefer: wait=120'
+is "$(json '.indices[0] | length')" 3 'of four, each has three others at most'
+execute neighbours '{"cohort":"nuclei","k":0}'
+is "$STATUS $(json .code)" '422 invalid-input' 'k is at least one'
+stop_server || not_ok 'the server ends well'
+done_testing

@@ -1,0 +1,146 @@
+#!/usr/bin/env bash
+# test_pca_parts.sh - joint components of several structures: one part is pca, scores and shares fit together, weights
+# scale as stated, positions count where they are asked for, and incomplete cohorts are told by name.
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+REQUEST_SECONDS=400
+
+# Runs a process to its end, however long it takes.
+run() { # PROCESS INPUTS
+    execute "$1" "$2" --header 'Prefer: wait=300'
+}
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+declare -A SURFACE
+for side in L R; do
+    for name in thalamus putamen caudate; do
+        post "/v1/meshes?name=${side}_$name" --data-binary "@tests/data/aal_subcortex/${side}_$name.ply"
+        run encode "{\"mesh\":\"$(json .id)\",\"lmax\":6,\"mirror\":$([ $side = R ] && echo true || echo false)}"
+        SURFACE[${side}_$name]=$(json .surface.id)
+    done
+done
+# Two more subjects: halfway between the two, and smoothed.
+for name in thalamus putamen; do
+    run geodesic "{\"from\":\"${SURFACE[L_$name]}\",\"to\":\"${SURFACE[R_$name]}\",\"steps\":4}"
+    SURFACE[a_$name]=$(json '.surfaces[1].id')
+    SURFACE[b_$name]=$(json '.surfaces[2].id')
+done
+
+member() { # SURFACE SUBJECT PART
+    printf '{"id":"%s","subject":"%s","label":"%s","covariates":{"part":"%s"}}' "${SURFACE[$1]}" "$2" "${2:0:1}" "$3"
+}
+
+cohort() { # NAME MEMBER..
+    post_json /v1/cohorts "{\"name\":\"$1\",\"members\":[$(IFS=,; echo "${*:2}")]}"
+}
+
+PAIRS=()
+for subject in L R a b; do
+    for name in thalamus putamen; do
+        PAIRS+=("$(member "${subject}_$name" "$subject" "$name")")
+    done
+done
+cohort both "${PAIRS[3]}" "${PAIRS[0]}" "${PAIRS[2]}" "${PAIRS[1]}" "${PAIRS[@]:4}" # in any order
+cohort one "${PAIRS[2]}" "${PAIRS[0]}" "${PAIRS[4]}" "${PAIRS[6]}"
+
+# ---- One part ------------------------------------------------------------------------------------------
+
+run pca '{"cohort":"one","register":false}'
+cp "$BODY" "$SCRATCH/pca.json"
+run pca-parts '{"cohort":"one","register":false}'
+is "$STATUS" 200 'one part'
+is "$(jq -s '.[0].model.eigenvalues == .[1].eigenvalues' "$SCRATCH/pca.json" "$BODY")" true \
+    'has the eigenvalues of pca, to the last bit'
+is "$(jq -s '.[0].model.scores == .[1].scores' "$SCRATCH/pca.json" "$BODY")" true 'and its scores'
+is "$(json '.shares | map(.[0] > 0.999999) | all')" true 'all of it is that part'
+is "$(json .positions)" null 'without positions'
+
+# ---- Two parts -----------------------------------------------------------------------------------------
+
+run pca-parts '{"cohort":"both","modes":2}'
+is "$STATUS" 200 'two parts, registered'
+cp "$BODY" "$SCRATCH/both.json"
+is "$(json '[.parts[].name] | tostring')" '["putamen","thalamus"]' 'in the order of the cohort'
+is "$(json '.subjects | tostring')" '["R","L","a","b"]' 'with its subjects'
+is "$(json '.groups | tostring')" '["R","L","a","b"]' 'and their labels'
+is "$(json '[.scores | length, (.[0] | length)] | tostring')" '[4,3]' 'have scores'
+compare "$(json '[.shares[] | add - 1 | fabs] | max')" -le 1e-9 'shares of each component are 1 together'
+compare "$(json '([.parts[].variance] | add) / .totalVariance - 1 | fabs')" -le 1e-9 'and variances the total'
+compare "$(json '(.cumulative | last) - 1 | fabs')" -le 1e-9 'all of which is explained'
+is "$(json '.modes | length')" 8 'two components, two parts, either way'
+is "$(json '[.modes[] | select(.component == 2 and .part == "thalamus") | .deviations] | tostring')" '[-2,2]' \
+    'two deviations out'
+MEAN=$(json '.parts[0].mean.id')
+is "$(json '.modes[0].surface.source.reference')" "$MEAN" 'from the mean of the part'
+get "/v1/surfaces/$(json '.modes[0].surface.id')/mesh?format=ply"
+is "$STATUS" 200 'whose surfaces have meshes'
+cp "$SCRATCH/both.json" "$BODY"
+isnt "$(json .registration)" null 'and it is told how they were registered'
+run pca-parts '{"cohort":"both","weights":{"putamen":4,"thalamus":4},"modes":0}'
+compare "$(jq -s '.[1].eigenvalues[0] / .[0].eigenvalues[0] - 4 | fabs' "$SCRATCH/both.json" "$BODY")" -le 1e-9 \
+    'four times the weights are four times the variance'
+compare "$(jq -s '.[1].scores[0][0] / .[0].scores[0][0] - 2 | fabs' "$SCRATCH/both.json" "$BODY")" -le 1e-9 \
+    'and twice the scores'
+run pca-parts '{"cohort":"both","weights":{"putamen":0.000001},"modes":0,"components":1}'
+compare "$(json '.shares[0][0]')" -le 1e-3 'a part that weighs nothing has no share'
+
+# ---- Where they are ------------------------------------------------------------------------------------
+
+cohort sided "$(member L_thalamus l thalamus)" "$(member L_putamen l putamen)" "$(member L_caudate l caudate)" \
+    "$(member R_thalamus r thalamus)" "$(member R_putamen r putamen)" "$(member R_caudate r caudate)"
+run pca-parts '{"cohort":"sided","commonPose":true,"relativePose":true,"poseWeight":2}'
+is "$STATUS" 200 'with relative pose'
+compare "$(json '.positions.share + ([.parts[].share] | add) - 1 | fabs')" -le 1e-9 'positions have their share'
+compare "$(json '.positions.share')" -gt 0 'of the variance'
+compare "$(json '[.positions.mean | transpose[] | add | fabs] | max')" -le 1e-9 'about the middle of the parts'
+is "$(json '.shares[0] | length')" 4 'and in the components'
+
+# ---- Routes --------------------------------------------------------------------------------------------
+
+for side in L R; do
+    get "/v1/surfaces/${SURFACE[${side}_thalamus]}"
+    run encode "{\"mesh\":\"$(json .source.mesh)\",\"lmax\":6,\"parameterization\":\"star\",\"mirror\":$(json '.mirrored // false')}"
+    SURFACE[${side}_star]=$(json .surface.id)
+done
+cohort routes "$(member L_star l thalamus)" "$(member R_star r thalamus)" \
+    "$(member L_putamen l putamen)" "$(member R_putamen r putamen)"
+run pca-parts '{"cohort":"routes","register":false,"modes":0}'
+is "$STATUS" 200 'parts may have come by different routes, since they are not compared'
+cohort routes2 "$(member L_star l thalamus)" "$(member R_thalamus r thalamus)" \
+    "$(member L_putamen l putamen)" "$(member R_putamen r putamen)"
+run pca-parts '{"cohort":"routes2","register":false,"modes":0}'
+is_problem 422 mixed-routes 'the members of a part may not'
+
+# ---- What is wrong -------------------------------------------------------------------------------------
+
+refused() { # INPUTS REGEX NAME
+    run pca-parts "$1"
+    is_problem 422 invalid-input "$3"
+    like "$(json '.errors[0].detail')" "$2" 'in words'
+}
+
+cohort lacking "${PAIRS[0]}" "${PAIRS[1]}" "${PAIRS[2]}"
+refused '{"cohort":"lacking"}' 'subject "R" has no member of part "putamen"' 'a subject without a part'
+cohort twice "${PAIRS[0]}" "${PAIRS[1]}" "$(member R_thalamus L thalamus)"
+refused '{"cohort":"twice"}' 'subject "L" has two members of part "thalamus"' 'a part twice'
+cohort single "${PAIRS[0]}" "${PAIRS[1]}"
+refused '{"cohort":"single"}' 'has 1 subject; 2 are needed' 'one subject'
+refused '{"cohort":"both","by":"structure"}' 'no covariate "structure"' 'a covariate that there is not'
+refused '{"cohort":"both","by":7}' 'name of a covariate' 'no name'
+refused '{"cohort":"both","weights":{"pallidum":2}}' 'a part that no member is' 'a weight of no part'
+refused '{"cohort":"both","weights":{"putamen":0}}' 'above 0' 'no weight'
+refused '{"cohort":"both","weights":[1,1]}' 'object' 'weights without names'
+refused '{"cohort":"both","relativePose":true}' 'commonPose' 'relative pose of parts that are turned'
+post_json /v1/cohorts "{\"name\":\"nobody\",\"members\":[{\"id\":\"${SURFACE[L_thalamus]}\",\"covariates\":{\"part\":\"x\"}},
+    {\"id\":\"${SURFACE[R_thalamus]}\",\"covariates\":{\"part\":\"x\"}}]}"
+refused '{"cohort":"nobody"}' 'has no subject' 'members without a subject'
+run register "{\"template\":\"${SURFACE[L_thalamus]}\",\"moving\":\"${SURFACE[R_thalamus]}\",\"start\":\"rigid\",\"degree\":4}"
+SURFACE[turned]=$(json .surface.id)
+cohort turned "$(member L_thalamus l thalamus)" "$(member turned r thalamus)"
+run pca-parts '{"cohort":"turned","commonPose":true,"relativePose":true}'
+is_problem 422 invalid-input 'a surface that was turned'
+like "$(json .detail)" 'was turned' 'by name'
+
+done_testing

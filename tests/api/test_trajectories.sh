@@ -1,0 +1,160 @@
+#!/usr/bin/env bash
+# test_trajectories.sh - trajectories end to end: planted growth and a group that grows faster in the units of the input,
+# predicted surfaces, a subject that is odd, the same least squares by numpy on exported fields, and what is refused by
+# name.
+# srnfd-test: slow
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+
+# Ten subjects with bumps of their own, three visits each but one of four: z grows by 0.1 a year, in patients by 0.2, and
+# in the last patient by 0.6.
+python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
+import json, math, sys, urllib.request
+
+def send(path, document):
+    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))
+
+lmax = 5
+def surface(subject, visit, z):
+    rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, z
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = 0.02 * math.sin(1.7 * subject * k + ord(axis) * k * k) + 0.002 * math.sin(visit * k * k + subject)
+    return send('/v1/surfaces', {'coefficients': {'lmax': lmax, **rows}})['id']
+
+def rate(s):
+    return 0.6 if s == 9 else (0.1, 0.2)[s % 2]
+
+members = [{'id': surface(s, t, 1.0 + rate(s) * t), 'subject': f's{s}', 'time': 60 + t, 'label': ('control', 'patient')[s % 2],
+            'covariates': {'age': 50 + s * s % 7, 'same': 1}} for s in range(10) for t in range(4 if s == 3 else 3)]
+print(json.dumps(members))
+PYTHON
+cohort() { # NAME FILTER
+    curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
+    jq -c "{name: \"$1\", members: ($2)}" "$SCRATCH/members.json" >"$SCRATCH/cohort.json"
+    post_json /v1/cohorts "@$SCRATCH/cohort.json"
+}
+run() { # COHORT MORE PERMUTATIONS
+    execute trajectories "{\"cohort\":\"$1\",\"register\":false,\"permutations\":${3:-99},\"bootstraps\":200${2:-}}"
+}
+
+cohort study .
+is "$STATUS" 201 'a cohort of visits'
+run study
+is "$STATUS" 200 'has trajectories'
+is "$(json '[.subjects, .members, .slope.permutations, .slope.exact, .weighted, .reference > 61] | tojson')" \
+    '[10,31,99,false,true,true]' 'of ten subjects, one with four visits'
+compare "$(json .slope.pValue)" '<=' 0.02 'they grow'
+# z grows by r sqrt(3/(4 pi)) cos(theta): .0489 at the poles for .1 a year, in the mean of the ten here .19
+compare "$(json '.slope.largestEffect - 0.0929 | fabs')" '<' 0.02 'as fast as planted, in the mean'
+is "$(json '[.slope.rate, .slope.variation, .slope.individual, .slope.share | .value >= .interval[0] and .value <= .interval[1]] | all')" \
+    true 'within its interval'
+is "$(json '[(.surface.maps | length), (.terms | length), .model] | tojson')" '[8,0,null]' 'with eight maps and no terms'
+is "$(json '.perSubject | max_by(.oddness | real) | [.subject, .percentile, .speedPercentile] | tojson')" '["s9",95,95]' \
+    'the patient who grows fastest is the oddest'
+compare "$(json '.perSubject[9].speed | real')" '>' 3 'three times as fast as the others'
+
+cohort usual 'map(select(.subject != "s9" and .subject != "s8"))'
+run usual ',"formula":"shape ~ group","fields":true,"at":[{"time":60},{"time":62},{"time":60,"group":"patient"},{"time":62,"group":"patient"}]' 999
+is "$STATUS" 200 'by group'
+cp "$BODY" "$SCRATCH/groups.json"
+is "$(json '[.terms[0].name, (.terms[0].level), (.coefficients | length), (.predictions | length), .predictions[3].at.time] | tojson')" \
+    '["group","asymptotic",2,4,62]' 'a term, two coefficients and four predictions'
+compare "$(json '.terms[0].pValue')" '<=' 0.05 'the groups differ'
+compare "$(json '.coefficients[1].largestEffect - 0.0489 | fabs')" '<' 0.012 'as planted'
+is "$(json '[.predictions[].relativeEnergy < 0.001] | all')" true 'surfaces are predicted'
+is "$(json '[.predictions[0].surface.maps[]] | sort | join(" ")')" \
+    'confidence slope slopeConfidence slopeError standardError' 'with five maps'
+get "/v1/surfaces/$(json '.predictions[3].surface.id')/coefficients"
+compare "$(json '.z[2] / .x[3] - 1.4 / 1.5 | fabs')" '<' 0.03 'patients after two years are as long as planted'
+get "/v1/surfaces/$(jq -r '.predictions[0].surface.id' "$SCRATCH/groups.json")/mesh?format=ply"
+is "$STATUS" 200 'and travel as meshes'
+
+# The same least squares on exported fields: surfaces as they are, so that fields are those of the surfaces, times what
+# the group's scale makes of each.
+if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
+    /usr/bin/python3 - "$URL" "$SCRATCH" >"$SCRATCH/parity" <<'PYTHON'
+import io, json, sys, urllib.request
+import numpy as np
+
+url, scratch = sys.argv[1:]
+result = json.load(open(scratch + '/groups.json'))
+members = json.load(open(scratch + '/cohort.json'))['members']
+n_theta, n_phi = np.array(result['terms'][0]['map']['nTheta']), result['terms'][0]['map']['nPhi']
+
+def get(path):
+    return json.load(urllib.request.urlopen(url + path))
+
+q, times, weights = [], [], None
+scales = []
+for one in members:
+    field = get(f"/v1/surfaces/{one['id']}/srnf?nTheta={n_theta}")
+    scales.append(get(f"/v1/surfaces/{one['id']}")['scale'])
+    weights = np.repeat(np.array(field['weights']), n_phi)
+    q.append(np.array(field['values']).reshape(-1, 3))
+q = np.array(q) * np.array(scales)[:, None, None] / np.mean(scales)
+subjects = list(dict.fromkeys(one['subject'] for one in members))
+slopes, spread, left, freedom = [], [], 0.0, 0
+for name in subjects:
+    own = [i for i, one in enumerate(members) if one['subject'] == name]
+    t = np.array([members[i]['time'] for i in own], float)
+    design = np.stack([np.ones(len(t)), t - t.mean()], 1)
+    fit, *_ = np.linalg.lstsq(design, q[own].reshape(len(own), -1), rcond=None)
+    off = (q[own].reshape(len(own), -1) - design @ fit).reshape(len(own), -1, 3)
+    left += (off ** 2 * weights[None, :, None]).sum()
+    freedom += len(own) - 2
+    slopes.append(fit[1])
+    spread.append(((t - t.mean()) ** 2).sum())
+slopes, spread = np.array(slopes), np.array(spread)
+x = np.stack([np.ones(len(subjects)), [next(one['label'] == 'patient' for one in members if one['subject'] == s) for s in subjects]], 1)
+within = left / freedom
+hat = x @ np.linalg.pinv(x)
+norm2 = lambda v: (v.reshape(len(v), -1, 3) ** 2 * weights[None, :, None]).sum()
+between = max(norm2(slopes - hat @ slopes) - within * ((1 - np.diag(hat)) / spread).sum(), 0) / (len(x) - 2)
+w = 1 / (between + within / spread)
+w /= w.mean()
+b, *_ = np.linalg.lstsq(x * np.sqrt(w)[:, None], slopes * np.sqrt(w)[:, None], rcond=None)
+theirs = np.array([np.array(c['q']).ravel() for c in result['coefficients']])
+print(np.abs(theirs - b).max() / np.abs(b).max())
+print(abs(result['within'] / within - 1), abs(result['between'] / between - 1) if between else 0.0)
+print(np.abs(w - [s['weight'] for s in result['perSubject']]).max())
+PYTHON
+    is "$(wc -w <"$SCRATCH/parity")" 4 'numpy fits the same'
+    while read -r figures; do
+        for figure in $figures; do
+            compare "$figure" '<' 1e-10 'to rounding'
+        done
+    done <"$SCRATCH/parity"
+else
+    skip 'parity with numpy' 'no numpy'
+fi
+
+refused() { # COHORT-FILTER PATTERN MORE
+    cohort wrong "$1"
+    run wrong "${3:-}"
+    like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "$2" "refused: $2"
+}
+refused 'del(.[1:3])' '422 /inputs/cohort subject "s0" has one visit, member 0; a slope needs two'
+refused '.[0:3] |= map(.time = 7)' 'all visits of subject "s0" are at one time, as member 0; a slope needs two'
+refused 'del(.[4].time)' 'member 4 .surf-.* has no time, or one that is no number'
+refused 'del(.[4].subject)' 'member 4 .surf-.* has no subject'
+refused '.[0:12]' 'has 4 subjects; 5 are needed'
+refused 'map(if .subject == "s2" then .label = "rare" else . end)' '/inputs/formula level "rare" of "group" has one subject' \
+    ',"formula":"shape ~ group"'
+refused . '/inputs/formula "same" is the same for all members' ',"formula":"shape ~ same"'
+refused '.[5].covariates = {}' '/inputs/formula 1 of 31 members have no "age", member 5' ',"formula":"shape ~ age"'
+refused . '/inputs/formula has time, which slopes are of already' ',"formula":"shape ~ time"'
+refused . '/inputs/formula must be a formula' ',"formula":7'
+refused . '/inputs/at/0 needs a time, a number' ',"at":[{"time":"soon"}]'
+refused . '/inputs/at/1 has more than a time, and there is no formula' ',"at":[{"time":1},{"time":1,"age":3}]'
+refused . '/inputs/at/0 "size" is no covariate of the formula' ',"formula":"shape ~ age","at":[{"time":1,"size":3}]'
+run study ',"at":[{"time":80}]'
+is "$(json '[.warnings[] | select(.code == "extrapolated")] | length')" 1 'a time beyond the visits is told'
+
+stop_server || not_ok 'the server ends well'
+done_testing
