@@ -296,6 +296,16 @@ class Client(Processes):
         """The inputs of a process, with their schemas, defaults and descriptions."""
         return envelope.inputs(self.describe(process))
 
+    def estimate(
+        self, process: str, inputs: Optional[Mapping[str, Any]] = None, **more: Any
+    ) -> Document:
+        """What a process would take with these inputs, without starting it; what would be refused raises.
+
+        ``estimatedSeconds`` of one processor, ``estimatedBytes`` of memory, either None where the server knows none.
+        """
+        document = {"inputs": self._named(process, {**(inputs or {}), **more})}
+        return Document(self.send("POST", f"/v1/processes/{process}/estimate", document), self)
+
     def submit(
         self,
         process: str,

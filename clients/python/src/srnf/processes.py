@@ -49,12 +49,19 @@ class Processes:
         return self.run("mirror", {"surface" if isinstance(shape, Surface) else "mesh": shape}, **options)
 
     def register(self, template: Shape, moving: Shape, **options: Any) -> Result:
-        """``moving`` laid on ``template``: ``surface``, ``distance``, ``rotation`` (3, 3), ``truncationError``."""
+        """``moving`` laid on ``template``: ``surface``, ``distance``, ``rotation`` (3, 3), ``truncationError``.
+
+        ``landmarks={"template": [..], "moving": [..]}``, vertices or positions, are met, or weighed (``"weight"``).
+        """
         return self.run("register", template=template, moving=moving, **options)
 
     def distances(self, group: Group, **options: Any) -> Result:
         """Distances of all pairs: ``matrix`` of shape (n, n), and ``labels``. Unit-area surfaces are at most 2 apart."""
         return self.run("distances", **_group(group), **options)
+
+    def neighbours(self, group: Group, k: int = 10, **options: Any) -> Result:
+        """The nearest others of each member: ``indices`` and ``distances`` of shape (n, k), and ``pairs`` registered."""
+        return self.run("neighbours", **_group(group), k=k, **options)
 
     def geodesic(self, from_: Shape, to: Shape, **options: Any) -> Result:
         """The path between two: ``surfaces`` (``steps`` of them), ``times`` 0..1, ``distance``, ``length``."""
@@ -71,6 +78,13 @@ class Processes:
     def pca(self, group: Group, **options: Any) -> Result:
         """Mean and principal components, kept as ``model``."""
         return self.run("pca", **_group(group), **options)
+
+    def pca_parts(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """Joint components of several structures of each subject: ``scores``, ``shares``, ``parts``, ``modes``.
+
+        Members have a subject, and the name of their part as covariate ``part`` (``by``).
+        """
+        return self.run("pca-parts", cohort=cohort, **options)
 
     def modes(self, model: Union[Model, str], mode: int = 1, **options: Any) -> Result:
         """Surfaces along component ``mode`` (from 1), at ``coefficients`` in standard deviations."""
@@ -107,6 +121,12 @@ class Processes:
     def asymmetry(self, cohort: Union[Cohort, str], **options: Any) -> Result:
         """How left and right differ: ``directional``, ``fluctuating``, ``pValue``, ``surface`` with maps."""
         return self.run("asymmetry", cohort=cohort, **options)
+
+    def trajectories(self, cohort: Union[Cohort, str], formula: Optional[str] = None, **options: Any) -> Result:
+        """How subjects change with time: ``slope``, ``perSubject``; by ``formula`` ``terms``; ``predictions`` (``at=[..]``)."""
+        if formula is not None:
+            options["formula"] = formula
+        return self.run("trajectories", cohort=cohort, **options)
 
     def classify(self, cohort: Union[Cohort, str], **options: Any) -> Result:
         """Labels predicted, each subject left out in turn: ``methods`` with ``accuracy`` and its interval."""
