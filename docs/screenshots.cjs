@@ -35,6 +35,16 @@ async function main() {
     await open_('Left against right', 'distance of the means');
     await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
     await take('groups');
+    // The sides of each nucleus, as subjects of their own.
+    const send = async (route, body) => (await fetch(url + route, { method: 'POST', headers: { 'Content-Type': 'application/json', Prefer: 'wait=300' }, body: JSON.stringify(body) })).json();
+    const { items } = await (await fetch(`${url}/v1/meshes?limit=50`)).json();
+    await send('/v1/cohorts', { name: 'sides', members: items.map((m) => ({ id: m.id, subject: m.name.slice(2), side: m.name.startsWith('L') ? 'left' : 'right' })) });
+    await send('/v1/processes/asymmetry/execution', { inputs: { cohort: 'sides', lmax: 15 }, name: 'Asymmetry of the nuclei' });
+    await visit(page, '#/cohorts/sides');
+    await press(page, 'Asymmetry of the nuclei');
+    await waitText(page, 'Directional asymmetry', 60000);
+    await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+    await take('within');
     await open_('Left or right?', 'Accuracy');
     await take('classification');
     // The report of the comparison, as it opens from a disk.

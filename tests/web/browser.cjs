@@ -8,7 +8,18 @@ const puppeteer = require(path.join(modules, 'puppeteer-core'));
 const ARGUMENTS = ['--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--no-sandbox', '--disable-dev-shm-usage',
     '--disable-background-networking', '--disable-component-update', '--disable-extensions', '--no-first-run', '--mute-audio'];
 
+// SRNFD_BROWSER=firefox drives Debian's firefox-esr instead, without what needs chromium's debugger. It has WebGL on a
+// display only: xvfb-run.
+const firefox = process.env.SRNFD_BROWSER === 'firefox';
+const PREFERENCES = { 'webgl.force-enabled': true, 'webgl.forbid-software': false, 'webgl.out-of-process': false };
+
 async function launch(options = {}) {
+    if (firefox) {
+        return puppeteer.launch({
+            browser: 'firefox', executablePath: process.env.FIREFOX ?? '/usr/bin/firefox-esr', headless: !process.env.DISPLAY, timeout: 60000,
+            protocolTimeout: 900000, extraPrefsFirefox: PREFERENCES, ...options,
+        });
+    }
     return puppeteer.launch({
         executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: ARGUMENTS, timeout: 60000,
         protocolTimeout: 900000, ...options,
@@ -31,7 +42,7 @@ async function open(browser, url, { width = 1280, height = 900, dark = false } =
         if (!to.startsWith(new URL(url).origin) && !/^(data|blob):/.test(to)) found.push(`a request to ${to}`);
     });
     await page.setViewport({ width, height });
-    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
+    if (!firefox) await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
     await page.goto(url, { waitUntil: 'load' });
     return { page, found, failed };
 }
@@ -62,4 +73,4 @@ async function meter(page) {
     };
 }
 
-module.exports = { meter, launch, open, text, waitText, press, visit, modules };
+module.exports = { firefox, meter, launch, open, text, waitText, press, visit, modules };

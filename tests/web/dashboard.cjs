@@ -63,7 +63,13 @@ async function main() {
         await page.waitForSelector('#in-cohort');
         await page.waitForFunction(() => document.querySelector('#in-cohort').value === 'sides' && document.querySelector('#in-lmax').value === '15');
         await page.$eval('#in-lmax', (node) => { node.value = '8'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'Takes about [0-9]+ s of one processor.*Needs about [0-9.]+ MB of memory');
         await page.click('#in-register');
+        await waitText(page, 'Takes about [0-9]+ s of one processor.*Needs about [0-9]+ kB of memory');
+        await page.$eval('#in-components', (node) => { node.value = '999'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'components: is 999; it must be');
+        await page.$eval('#in-components', (node) => { node.value = ''; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'Takes about [0-9]+ s of one processor.*Needs about [0-9]+ kB of memory');
         await page.type('#job-name', HOSTILE);
         await press(page, 'Start');
         await waitText(page, 'Mean and components', 60000);
@@ -103,6 +109,31 @@ async function main() {
         return total === 0 || `${total} jobs`;
     });
     await step('axe-core finds nothing on the results', () => axe(page, modules));
+
+    await step('sides of subjects are compared, with what each subject does', async () => {
+        const { members } = await api('GET', '/v1/cohorts/sides');
+        const { items } = await api('GET', '/v1/meshes?limit=50');
+        const name = Object.fromEntries(items.map((m) => [m.id, m.name]));
+        const both = members.map((m) => ({ id: m.id, side: name[m.id].startsWith('L') ? 'left' : 'right', subject: name[m.id].slice(2) + (name[m.id].includes('caudate') ? HOSTILE : '') }));
+        await api('POST', '/v1/cohorts', JSON.stringify({ name: 'both', members: both }), { 'Content-Type': 'application/json' });
+        await visit(page, '#/cohorts/both');
+        await waitText(page, 'needs subjects and two times');
+        await press(page, 'AsymmetryHow do left and right sides differ?');
+        await page.waitForFunction(() => document.querySelector('#in-cohort')?.value === 'both');
+        await page.$eval('#in-lmax', (node) => { node.value = '6'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await page.click('#in-register');
+        await press(page, 'Start');
+        await waitText(page, 'Directional asymmetry, what all subjects have in common from left to right: [0-9.]+ mm \\(95 %: [0-9.]+ to [0-9.]+\\)', 60000);
+        await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
+        const { jobs } = await api('GET', '/v1/jobs?process=asymmetry');
+        const results = await api('GET', `/v1/jobs/${jobs[0].id}/results`);
+        if (!(await text(page)).includes(`${+results.directional.value.toPrecision(3)} mm`)) return 'not the value of the API';
+        await page.$$eval('.chart g[role=button]', (nodes) => nodes.find((n) => n.getAttribute('aria-label').startsWith('thalamus')).focus());
+        await page.keyboard.press('Enter');
+        await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 4);
+        return results.perSubject.length === 6 || results.perSubject.length;
+    });
+    await step('axe-core finds nothing on that', () => axe(page, modules));
 
     await step('a job is canceled from the tray', async () => {
         await api('POST', '/v1/processes/distances/execution', JSON.stringify({ inputs: { cohort: 'sides' }, name: 'long one' }),

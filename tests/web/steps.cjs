@@ -6,6 +6,8 @@ function tell(good, name, detail = '') {
     process.stdout.write(`${good ? 'ok' : 'not ok'}\t${name}\t${String(detail).replace(/\s+/g, ' ').slice(0, 600)}\n`);
 }
 async function step(name, act) {
+    // axe-core is put into the page by chromium's debugger, past the policy.
+    if (process.env.SRNFD_BROWSER === 'firefox' && name.startsWith('axe-core')) return note(`left out in Firefox: ${name}`);
     try {
         const wrong = await act();
         tell(wrong === undefined || wrong === true, name, wrong);

@@ -153,6 +153,13 @@ async function main() {
         const trained = await run('train', { cohort: 'example', method: 'srnf-nn', lmax: 4 });
         await run('predict', { model: trained.model.id, cohort: 'example' });
         const norm = (await call('GET', '/v1/models?cohort=example')).items.find((m) => m.kind === 'components');
+        const name = Object.fromEntries((await call('GET', '/v1/meshes?limit=200')).items.map((m) => [m.id, m.name]));
+        const members = (await call('GET', '/v1/cohorts/example')).members.map((m) => ({ ...m, subject: name[m.id].slice(2), side: undefined, time: name[m.id].startsWith('L') ? 0 : 1.5 }));
+        await call('POST', '/v1/cohorts', { name: 'visits', members });
+        await call('POST', '/v1/cohorts', { name: 'both', members: members.map(({ time, mirror, ...m }) => ({ ...m, side: time ? 'right' : 'left' })) });
+        await run('mean', { cohort: 'visits', lmax: 8, register: false });
+        await run('change', { cohort: 'visits', lmax: 8, register: false });
+        await run('asymmetry', { cohort: 'both', lmax: 8, register: false });
         await run('score', { model: norm.id, surface: (await call('GET', '/v1/cohorts/example')).members[0].id });
         const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
         const id = (process) => (jobs ?? items).find((j) => j.processID === process && j.status === 'successful').id;
@@ -166,6 +173,13 @@ async function main() {
         await visit(page, `#/jobs/${id('score')}`);
         await waitText(page, 'Percentile [0-9.]+', 30000);
         await page.waitForFunction(() => document.querySelector('figure.shape select')?.value === 'zScore');
+        await visit(page, `#/jobs/${id('mean')}`);
+        await waitText(page, 'labels\\s+groups\\s+distances', 30000); // no view of its own: its lists are a table
+        await visit(page, `#/jobs/${id('change')}`);
+        await waitText(page, 'From time 0 to time 1.5 the surface moves by [0-9.]+ mm', 30000);
+        await page.waitForFunction(() => document.querySelectorAll('figure.shape canvas').length === 2);
+        await visit(page, `#/jobs/${id('asymmetry')}`);
+        await waitText(page, 'Fluctuating asymmetry, how subjects differ in it: [0-9.]+ mm', 30000);
     });
 
     const { jobs, items } = await call('GET', '/v1/jobs?limit=100');
@@ -175,7 +189,7 @@ async function main() {
     const surface = (await call('GET', '/v1/surfaces?limit=1')).items[0].id;
     const model = (await call('GET', '/v1/models?limit=1')).items[0].id;
     const pages = ['#/', '#/meshes', `#/meshes/${mesh}`, '#/cohorts', '#/cohorts/example', '#/analyses', '#/analyses/classify?cohort=example', '#/analyses/geodesic',
-        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('score')}`, `#/jobs/${of('report')}`, `#/models/${model}`, '#/settings', '#/admin', '#/nowhere'];
+        '#/shapes', `#/shapes/${surface}`, '#/jobs', `#/jobs/${of('pca')}`, `#/jobs/${of('compare-groups')}`, `#/jobs/${of('classify')}`, `#/jobs/${of('regress')}`, `#/jobs/${of('train')}`, `#/jobs/${of('predict')}`, `#/jobs/${of('score')}`, `#/jobs/${of('report')}`, `#/jobs/${of('change')}`, `#/jobs/${of('asymmetry')}`, `#/models/${model}`, '#/settings', '#/admin', '#/nowhere'];
     if (of('distances')) pages.push(`#/jobs/${of('distances')}`);
     for (const scheme of ['light', 'dark']) {
         await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
@@ -192,7 +206,7 @@ async function main() {
         for (const hash of pages) {
             await visit(page, hash);
             const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-            if (wide > 322) return `${hash}: ${wide}`;
+            if (wide > 322) return `${hash}, ${await page.title()}: ${wide}`;
         }
         await page.setViewport({ width: 1280, height: 900 });
     });

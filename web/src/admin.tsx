@@ -24,7 +24,7 @@ const REFRESH_MS = 5000;
 const limit = (n: number | undefined, text: (n: number) => string): string => (n ? text(n) : 'no limit');
 
 function Users() {
-    const users = useLoad<any>((signal) => api.get('/v1/users', signal), []);
+    const users = useLoad((signal) => api.get('/v1/users', {}, signal), []);
     return (
         <section aria-label="Users">
             <h2>Users</h2>
@@ -32,14 +32,14 @@ function Users() {
                 ? <p class="quiet">This service asks for no token: whoever reaches it may do everything. <code>srnfd token add</code> makes the first user.</p>
                 : <div class="scroll" tabIndex={0} role="region" aria-label="Users"><table>
                     <thead><tr>{['Name', 'Roles', 'Holds', 'Of', 'Waiting', 'Running', 'Requests a second', 'Last seen', 'Tokens'].map((t) => <th scope="col">{t}</th>)}</tr></thead>
-                    <tbody>{items.map((u: any) => {
+                    <tbody>{items.map((u) => {
                         const quotas = u.tokens[0]?.quotas ?? {};
-                        const last = u.tokens.map((t: any) => t.lastUsed ?? '').sort().at(-1);
+                        const last = u.tokens.map((t) => t.lastUsed ?? '').sort().at(-1);
                         return (
-                            <tr><td>{u.name}</td><td>{[...new Set(u.tokens.map((t: any) => t.role))].join(', ')}</td><td>{size(u.bytes)}</td><td>{limit(quotas.bytes, size)}</td>
+                            <tr><td>{u.name}</td><td>{[...new Set(u.tokens.map((t) => t.role))].join(', ')}</td><td>{size(u.bytes)}</td><td>{limit(quotas.bytes, size)}</td>
                                 <td>{u.jobsWaiting} of {limit(quotas.queued, String)}</td><td>{u.jobsRunning} of {limit(quotas.running, String)}</td>
                                 <td>{limit(quotas.requests, String)}</td><td>{last ? when(last) : 'not known'}</td>
-                                <td>{u.tokens.map((t: any) => <div><code>{t.id}</code>{t.expires ? ` until ${when(t.expires)}` : ''}</div>)}</td></tr>
+                                <td>{u.tokens.map((t) => <div><code>{t.id}</code>{t.expires ? ` until ${when(t.expires)}` : ''}</div>)}</td></tr>
                         );
                     })}</tbody></table></div>)}</Shown>
             <p class="quiet">Tokens are made and revoked where the service runs: <code>srnfd token add --name NAME</code>, <code>srnfd token revoke ID</code>.</p>
@@ -51,7 +51,7 @@ export function Admin() {
     const who = useValue(caller);
     const state = useLoad(async (signal) => {
         const [metrics, ready, version] = await Promise.all([
-            api.request('/metrics', { signal }).then((r) => r.text()), api.get('/readyz', signal).catch((e) => ({ failed: e })), api.get('/v1/version', signal),
+            api.request('/metrics', { signal }).then((r) => r.text()), api.get('/readyz', {}, signal).then(() => null, (e: unknown) => e), api.get('/v1/version', {}, signal),
         ]);
         return { metrics: readMetrics(metrics), ready, version };
     }, []);
@@ -65,8 +65,8 @@ export function Admin() {
             <Shown of={state} label="the state of the service">{({ metrics, ready, version }) => (
                 <>
                     <section aria-label="Readiness">
-                        <h2>{ready.failed ? 'Not ready' : 'Ready'}</h2>
-                        {ready.failed ? <ProblemBox error={ready.failed} /> : <p class="quiet">Uploads and analyses are taken.</p>}
+                        <h2>{ready ? 'Not ready' : 'Ready'}</h2>
+                        {ready ? <ProblemBox error={ready} /> : <p class="quiet">Uploads and analyses are taken.</p>}
                     </section>
                     <section aria-label="Queue">
                         <h2>Queue</h2>

@@ -3,26 +3,26 @@ import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
 import { go, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
-import { Page, ProblemBox, Shown, useLoad } from './ui';
+import { Page, ProblemBox, Shown, size, span, useLoad } from './ui';
 
 export function Analyses() {
-    const all = useLoad(() => api.processes(), []);
+    const all = useLoad(() => api.list('processes'), []);
     const { query } = useRoute();
-    const models = useLoad(() => api.list<any>('models', { limit: 20 }), []);
+    const models = useLoad(() => api.list('models', { limit: 20 }), []);
     const given = query.toString();
     return (
         <Page title="Analyses">
             {models.value && models.value.items.length > 0 && (
                 <section>
                     <h2>Models</h2>
-                    <ul class="plain">{models.value.items.map((m: any) => (
+                    <ul class="plain">{models.value.items.map((m) => (
                         <li><a href={link('models', m.id)}>{m.name || m.madeFrom?.cohort || m.id}</a> <span class="quiet">{m.subjects} shapes, {m.components} components, degree {m.lmax}</span></li>
                     ))}</ul>
                 </section>
             )}
             <h2>Start a new one</h2>
             <Shown of={all}>{(page) => (
-                <div class="cards">{page.items.map((p: any) => (
+                <div class="cards">{page.items.map((p) => (
                     <a class="card" href={link('analyses', p.id) + (given ? `?${given}` : '')}>
                         <h3>{p.title}</h3><p class="quiet">{p.description}</p>
                     </a>
@@ -96,11 +96,11 @@ const textOf = (value: unknown): string => value === undefined || value === null
 interface Choices { cohorts: string[]; models: { id: string; text: string }[]; shapes: { id: string; name: string }[]; volumes: { id: string; name: string }[] }
 
 async function choicesFor(kinds: Kind[]): Promise<Choices> {
-    const some = async <T,>(wanted: boolean, name: string): Promise<T[]> => (wanted ? (await api.list<T>(name, { limit: 200 })).items : []);
+    const some = async <N extends api.List>(wanted: boolean, name: N): Promise<api.Item<N>[]> => (wanted ? (await api.list(name, { limit: 200 })).items : []);
     const shapes = kinds.some((k) => k === 'shape' || k === 'shapes' || k === 'within');
     const [cohorts, models, volumes, meshes, surfaces] = await Promise.all([
-        some<api.Cohort>(kinds.includes('cohort'), 'cohorts'), some<any>(kinds.includes('model'), 'models'),
-        some<any>(kinds.includes('volume'), 'volumes'), some<api.Mesh>(shapes, 'meshes'), some<api.Surface>(shapes, 'surfaces'),
+        some(kinds.includes('cohort'), 'cohorts'), some(kinds.includes('model'), 'models'),
+        some(kinds.includes('volume'), 'volumes'), some(shapes, 'meshes'), some(shapes, 'surfaces'),
     ]);
     return {
         cohorts: cohorts.map((c) => c.name), volumes,
@@ -109,8 +109,8 @@ async function choicesFor(kinds: Kind[]): Promise<Choices> {
     };
 }
 
-function Field({ input, kind, text, set, choices }: {
-    input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices;
+function Field({ input, kind, text, set, choices, hint }: {
+    input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices; hint?: string;
 }) {
     const id = `in-${input.name}`;
     const { schema } = input;
@@ -164,13 +164,74 @@ function Field({ input, kind, text, set, choices }: {
         <div class="field">
             <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> optional</span>}</label>
             {field}
-            <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}</p>
+            <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}{hint ? ` ${hint}` : ''}</p>
         </div>
+    );
+}
+
+/** What the members of a cohort are told apart by, for inputs that name it. */
+async function columnsOf(cohort: string | undefined): Promise<string> {
+    if (!cohort) return '';
+    const { members } = await api.cohort(cohort);
+    const known = new Set((members ?? []).flatMap((m) => Object.keys(m.covariates ?? {})));
+    const own = (['label', 'time', 'side'] as const).filter((name) => members?.some((m) => m[name] !== null && m[name] !== undefined));
+    const all = [...own, ...known];
+    return all.length ? `Members of this cohort have ${all.slice(0, 40).join(', ')}.` : '';
+}
+
+/** The inputs as they are sent: what is not the default, and what must be there. */
+function inputsOf(process: api.Process, kinds: Kind[], texts: Record<string, string>): Record<string, unknown> {
+    const inputs: Record<string, unknown> = {};
+    process.inputs.forEach((input, i) => {
+        const value = valueOf(kinds[i], texts[input.name] ?? '', input.schema);
+        const usual = JSON.stringify(value) === JSON.stringify(input.schema.default);
+        if (value !== undefined && (!usual || input.required)) inputs[input.name] = value;
+    });
+    return inputs;
+}
+
+const PAUSE_MS = 400; // after the last change, before an estimate is asked for
+
+const about = (seconds: number): string => (seconds < 1 ? 'less than a second' : `about ${span(seconds < 10 ? seconds : +seconds.toPrecision(2))}`);
+
+/** What the service expects of these inputs, or why it would refuse them, before anything is started. */
+function Expected({ process, kinds, texts }: { process: api.Process; kinds: Kind[]; texts: Record<string, string> }) {
+    const inputs = inputsOf(process, kinds, texts);
+    const whole = process.inputs.every((i) => !i.required || inputs[i.name] !== undefined);
+    const asked = JSON.stringify(inputs);
+    const [found, setFound] = useState<{ asked: string; estimate?: api.Estimate; error?: unknown }>();
+    useEffect(() => {
+        if (!whole) return setFound(undefined);
+        const stop = new AbortController();
+        const timer = setTimeout(() => {
+            api.estimate(process.id, JSON.parse(asked), stop.signal).then((estimate) => setFound({ asked, estimate }),
+                (error) => !stop.signal.aborted && setFound({ asked, error }));
+        }, PAUSE_MS);
+        return () => {
+            clearTimeout(timer);
+            stop.abort();
+        };
+    }, [process.id, asked, whole]);
+    if (!whole || !found) return <p class="quiet" role="status">{whole ? 'Estimating…' : ''}</p>;
+    const problem = found.error instanceof api.Failure ? found.error.problem : undefined;
+    if (problem?.status === 422) {
+        return <p class="wrong" role="status">{[...(problem.errors ?? []).map((e) => `${e.pointer.replace('/inputs/', '').replace('/inputs', '')}: ${e.detail}`.replace(/^: /, '')), ...(problem.errors ? [] : [problem.detail])].join(' ')}</p>;
+    }
+    const { estimate } = found;
+    if (!estimate) return <p class="quiet" role="status">No estimate.</p>;
+    const seconds = estimate.estimatedSeconds;
+    return (
+        <p class="quiet" role="status" aria-busy={found.asked !== asked}>
+            {seconds === null ? 'How long it takes depends on more than its inputs.' : `Takes ${about(seconds)} of one processor, give or take a factor of three; nothing if it is known already.`}
+            {estimate.estimatedBytes !== null && ` Needs about ${size(estimate.estimatedBytes)} of memory; a job may have ${size(estimate.memoryLimit)}.`}
+        </p>
     );
 }
 
 /** Inputs that most need not look at. */
 const FINE = /^(mixedRoutes|tolerance|maxIterations|seed|handedness|method|penalty|start|exact|covariance|refit|sizeWeight|validation|symmetric|degree|initial|center|smoothing|distortion|components)$/;
+
+const usualName = (process: api.Process, texts: Record<string, string>): string | undefined => (texts.cohort ? `${process.title}: ${texts.cohort}` : undefined);
 
 export function Form({ id }: { id: string }) {
     const { query } = useRoute();
@@ -183,6 +244,7 @@ export function Form({ id }: { id: string }) {
     }, [id]);
     const [texts, setTexts] = useState<Record<string, string>>({});
     const [name, setName] = useState('');
+    const columns = useLoad(() => columnsOf(texts.cohort), [texts.cohort]);
     const [error, setError] = useState<unknown>();
     const [busy, setBusy] = useState(false);
     useEffect(() => {
@@ -200,16 +262,11 @@ export function Form({ id }: { id: string }) {
     const submit = async (event: Event) => {
         event.preventDefault();
         const { process, kinds } = loaded.value!;
-        const inputs: Record<string, unknown> = {};
-        process.inputs.forEach((input, i) => {
-            const value = valueOf(kinds[i], texts[input.name] ?? '', input.schema);
-            const usual = JSON.stringify(value) === JSON.stringify(input.schema.default);
-            if (value !== undefined && (!usual || input.required)) inputs[input.name] = value;
-        });
+        const inputs = inputsOf(process, kinds, texts);
         setBusy(true);
         setError(undefined);
         try {
-            const job = await api.execute(id, inputs, name.trim() || undefined);
+            const job = await api.execute(id, inputs, name.trim() || usualName(process, texts));
             refreshJobs();
             go(link('jobs', job.id));
         } catch (e) {
@@ -221,7 +278,7 @@ export function Form({ id }: { id: string }) {
         <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
             const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] }));
             const show = ({ input, kind }: (typeof fields)[0]) => (
-                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''}
+                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columns.value : undefined}
                     set={(text) => setTexts({ ...texts, [input.name]: text })} />
             );
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);
@@ -232,8 +289,9 @@ export function Form({ id }: { id: string }) {
                         {fields.filter((f) => !fine.includes(f)).map(show)}
                         {fine.length > 0 && <details><summary>Options that are good as they are</summary>{fine.map(show)}</details>}
                         <div class="field"><label for="job-name">Name <span class="quiet">optional</span></label>
-                            <input id="job-name" type="text" maxLength={255} value={name} onInput={(e) => setName(e.currentTarget.value)} />
+                            <input id="job-name" type="text" maxLength={255} value={name} placeholder={usualName(process, texts)} onInput={(e) => setName(e.currentTarget.value)} />
                             <p class="help">For the list of jobs and the report.</p></div>
+                        <Expected process={process} kinds={kinds} texts={texts} />
                         {error ? <ProblemBox error={error} /> : null}
                         <button class="main" disabled={busy || !mayChange()}>{mayChange() ? 'Start' : 'A viewer may not start analyses'}</button>
                     </form>

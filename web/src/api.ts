@@ -1,18 +1,12 @@
 // The one place that knows the service: where it is, who calls, what its documents look like. Lists come as
 // {items, next} or under the name of what they list ({jobs, links}), job ids as id or jobID, what is unknown as null or
 // not at all, links as a map or as an array: pages see one form of each.
+import type { Answer, Cohort, Estimate, Inputs, Item, JobDocument, JobStatus, List, Method, Outputs, Problem, ProcessId, Received, Route, SendRoute, Sent } from './documents';
+
+export type * from './documents';
 
 /** The service is where the page came from, one folder up: also behind a proxy that adds a prefix. */
 const root = new URL('..', document.baseURI);
-
-export interface Problem {
-    status: number;
-    code: string;
-    title: string;
-    detail: string;
-    errors?: { pointer: string; detail: string }[];
-    [more: string]: unknown;
-}
 
 /** What went wrong, as the service said it. */
 export class Failure extends Error {
@@ -21,29 +15,6 @@ export class Failure extends Error {
     }
 }
 
-export interface MeshProblem { code: string; count: number; first?: number | null; detail: string }
-export interface Mesh {
-    id: string; name: string; format: string; bytes: number; vertices: number; faces: number; created: string;
-    tags: string[];
-    report: {
-        analysable: boolean; route?: string | null; area?: number | null; volume?: number | null; genus?: number | null;
-        closed: boolean; components: number; boundingBoxDiagonal: number;
-        starShaped?: { value?: boolean | null; margin?: number | null; center?: number[] } | null;
-        repairs: { code: string; count: number }[];
-        problems: MeshProblem[];
-    };
-}
-export interface Surface {
-    id: string; name: string; lmax: number; area: number; volume: number; scale: number; route?: string | null;
-    parameterization: string; created: string; fit?: Record<string, any> | null;
-    source?: { mesh?: string | null; job?: string | null; process?: string | null } | null;
-}
-export interface Member {
-    id: string; label?: string | null; subject?: string | null; side?: string | null; time?: number | null;
-    mirror?: boolean; covariates?: Record<string, number | string | boolean | null>;
-}
-export interface Cohort { name: string; memberCount: number; created: string; members?: Member[]; etag?: string }
-export type JobStatus = 'accepted' | 'running' | 'successful' | 'failed' | 'dismissed';
 export interface Job {
     id: string; name: string; process: string; status: JobStatus; message: string; progress: number;
     secondsLeft?: number; queuePosition?: number; created: string; started?: string; finished?: string; updated?: string;
@@ -56,12 +27,7 @@ export interface Schema {
 }
 export interface Input { name: string; title: string; description: string; schema: Schema; required: boolean }
 export interface Process { id: string; title: string; description: string; inputs: Input[] }
-export interface Model {
-    id: string; name: string; created: string; lmax: number; subjects: number; components: number;
-    eigenvalues: number[]; explained: number[]; cumulative: number[]; labels: string[]; groups?: (string | null)[] | null;
-    scores: number[][]; mean: Surface; madeFrom: Record<string, any>; totalVariance: number;
-}
-export interface Caller { tokens: boolean; role: string; name?: string }
+export type Caller = Answer<'/v1/caller'>;
 
 // ---- Who calls ---------------------------------------------------------------------------------------------------
 
@@ -119,18 +85,24 @@ export async function request(path: string, options: RequestInit = {}): Promise<
     return response;
 }
 
-export async function get<T = any>(path: string, signal?: AbortSignal): Promise<T> {
-    return (await request(path, { signal })).json();
+/** A route with its parameters in place. */
+export const pathOf = (route: string, parameters: Record<string, string> = {}): string =>
+    route.replace(/\{(\w+)\}/g, (_, name) => encodeURIComponent(parameters[name]));
+
+export async function get<P extends Route>(route: P, parameters: Record<string, string> = {}, signal?: AbortSignal): Promise<Answer<P>> {
+    return (await request(pathOf(route, parameters), { signal })).json();
 }
 
-export async function send<T = any>(method: string, path: string, body?: unknown, headers = {}): Promise<T> {
-    const response = await request(path, {
-        method,
+/** Sends what the route takes, and returns what it answers. */
+export async function send<P extends SendRoute<M>, M extends Method>(method: M, route: P, parameters: Record<string, string>, body?: Sent<P, M>,
+    headers = {}): Promise<Received<P, M>> {
+    const response = await request(pathOf(route, parameters), {
+        method: method.toUpperCase(),
         headers: { ...(body === undefined ? {} : { 'Content-Type': 'application/json' }), ...headers },
         body: body === undefined ? undefined : JSON.stringify(body),
     });
     const text = await response.text();
-    return (text ? JSON.parse(text) : undefined) as T;
+    return (text ? JSON.parse(text) : undefined) as Received<P, M>;
 }
 
 export const bytes = async (path: string, signal?: AbortSignal): Promise<ArrayBuffer> =>
@@ -164,22 +136,18 @@ export function upload<T>(path: string, body: Blob | FormData, type: string, tol
 
 export interface Page<T> { items: T[]; next: string | null; total?: number }
 
-function pageOf<T>(document: any, name: string): Page<T> {
-    const items = document.items ?? document[name] ?? [];
-    return { items, next: document.next ?? null, total: document.total ?? undefined };
-}
-
-export async function list<T>(name: string, query: Record<string, string | number> = {}): Promise<Page<T>> {
+export async function list<N extends List>(name: N, query: Record<string, string | number> = {}): Promise<Page<Item<N>>> {
     const text = new URLSearchParams(Object.entries(query).map(([key, value]) => [key, `${value}`])).toString();
-    return pageOf(await get(`/v1/${name}${text ? `?${text}` : ''}`), name);
+    const document = await (await request(`/v1/${name}${text ? `?${text}` : ''}`)).json();
+    return { items: document.items ?? document[name] ?? [], next: document.next ?? null, total: document.total ?? undefined };
 }
 
 /** All of a list, page by page; told of what is there so far. */
-export async function listAll<T>(name: string, told: (items: T[]) => void, stop: () => boolean): Promise<void> {
-    let items: T[] = [];
+export async function listAll<N extends List>(name: N, told: (items: Item<N>[]) => void, stop: () => boolean): Promise<void> {
+    let items: Item<N>[] = [];
     let cursor: string | null = null;
     do {
-        const page: Page<T> = await list<T>(name, cursor ? { limit: 200, cursor } : { limit: 200 });
+        const page: Page<Item<N>> = await list(name, cursor ? { limit: 200, cursor } : { limit: 200 });
         if (stop()) return;
         items = items.concat(page.items);
         cursor = page.next;
@@ -189,23 +157,24 @@ export async function listAll<T>(name: string, told: (items: T[]) => void, stop:
 
 // ---- Documents ---------------------------------------------------------------------------------------------------
 
-export function jobOf(d: any): Job {
+export function jobOf(d: JobDocument): Job {
     return {
-        id: d.id ?? d.jobID, name: d.name ?? '', process: d.processID, status: d.status, message: d.message ?? '',
+        id: d.id, name: d.name ?? '', process: d.processID, status: d.status, message: d.message ?? '',
         progress: d.progress ?? 0, secondsLeft: d.estimatedSecondsLeft ?? undefined,
         queuePosition: d.queuePosition ?? undefined, created: d.created, started: d.started ?? undefined,
-        finished: d.finished ?? undefined, updated: d.updated ?? undefined, problem: d.exception ?? undefined,
+        finished: d.finished ?? undefined, updated: d.updated ?? undefined, problem: d.exception as Problem | undefined,
         inputs: d.inputs, tags: d.tags ?? [], cancelRequested: !!d.cancelRequested, build: d.numericBuild,
     };
 }
 
-export async function jobs(limit = 50, cursor?: string): Promise<Page<Job>> {
-    const page = await list<any>('jobs', cursor ? { limit, cursor } : { limit });
+export async function jobs(query: Record<string, string | number> = {}): Promise<Page<Job>> {
+    const page = await list('jobs', { limit: 50, ...query });
     return { ...page, items: page.items.map(jobOf) };
 }
-export const job = async (id: string): Promise<Job> => jobOf(await get(`/v1/jobs/${id}`));
-export const results = (id: string): Promise<any> => get(`/v1/jobs/${id}/results`);
-export const cancel = (id: string): Promise<unknown> => send('POST', `/v1/jobs/${id}/cancel`);
+export const job = async (id: string): Promise<Job> => jobOf(await get('/v1/jobs/{id}', { id }));
+/** Of a job of that process. */
+export const results = async <P extends ProcessId>(id: string): Promise<Outputs<P>> => (await request(pathOf('/v1/jobs/{id}/results', { id }))).json();
+export const cancel = (id: string): Promise<unknown> => send('post', '/v1/jobs/{id}/cancel', { id });
 
 /** "maxIterations" as people write it. */
 export const words = (name: string): string => {
@@ -213,32 +182,36 @@ export const words = (name: string): string => {
     return text[0].toUpperCase() + text.slice(1);
 };
 
-/** Inputs of a process, described as one JSON Schema of an object or as a map of one schema each. */
-export function processOf(d: any): Process {
-    const given = d.inputs ?? {};
-    const isSchema = given.properties && (given.type === 'object' || given.$schema);
-    const inputs = isSchema
-        ? Object.entries<Schema>(given.properties).map(([name, schema]) => ({
-            name, title: words(name), description: schema.description ?? '', schema,
-            required: (given.required ?? []).includes(name),
-        }))
-        : Object.entries<any>(given).map(([name, input]) => ({
-            name, title: input.title ?? words(name), description: input.description ?? input.schema?.description ?? '',
-            schema: input.schema ?? {}, required: (input.minOccurs ?? 1) > 0 && input.schema?.default === undefined,
-        }));
+export function processOf(d: Answer<'/v1/processes/{id}'>): Process {
+    const inputs = Object.entries(d.inputs).map(([name, input]) => {
+        const schema = input.schema as Schema;
+        return {
+            name, title: name === 'lmax' ? words(name) : input.title ?? words(name), description: input.description ?? schema.description ?? '', schema,
+            required: input.minOccurs > 0 && schema.default === undefined,
+        };
+    });
     return { id: d.id, title: d.title ?? d.id, description: d.description ?? '', inputs };
 }
 
-export const processes = async (): Promise<Page<any>> => pageOf<any>(await get('/v1/processes'), 'processes');
-export const process = async (id: string): Promise<Process> => processOf(await get(`/v1/processes/${id}`));
+export const process = async (id: string): Promise<Process> => processOf(await get('/v1/processes/{id}', { id }));
 
 export async function execute(id: string, inputs: Record<string, unknown>, name?: string): Promise<Job> {
     const body = name ? { inputs, name } : { inputs };
-    return jobOf(await send('POST', `/v1/processes/${id}/execution`, body, { Prefer: 'respond-async' }));
+    const text = JSON.stringify(body);
+    const answer = await request(pathOf('/v1/processes/{id}/execution', { id }), {
+        method: 'POST', headers: { 'Content-Type': 'application/json', Prefer: 'respond-async' }, body: text,
+    });
+    return jobOf(await answer.json());
 }
 
+/** What an execution would take; the problem where it would be refused. */
+export const estimate = async (id: string, inputs: Record<string, unknown>, signal?: AbortSignal): Promise<Estimate> =>
+    (await request(`/v1/processes/${id}/estimate`, {
+        method: 'POST', signal, headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ inputs }),
+    })).json();
+
 /** Runs a short process and waits for its results. */
-export async function run<T = any>(id: string, inputs: Record<string, unknown>, signal?: AbortSignal): Promise<T> {
+export async function run<P extends ProcessId>(id: P, inputs: Inputs<P>, signal?: AbortSignal): Promise<Outputs<P>> {
     for (;;) {
         const response = await request(`/v1/processes/${id}/execution`, {
             method: 'POST', signal, headers: { 'Content-Type': 'application/json', Prefer: 'wait=60' },

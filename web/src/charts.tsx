@@ -184,16 +184,16 @@ export function Spread({ title, values, at }: { title: string; values: { value: 
 
 // ---- Bars, lines, intervals ----------------------------------------------------------------------------------------
 
-export function Variance({ explained, cumulative }: { explained: number[]; cumulative: number[] }) {
+export function Variance({ explained, cumulative }: { explained: (number | null)[]; cumulative: (number | null)[] }) {
     const n = Math.min(explained.length, 20);
     const width = 340 / n;
     return (
         <Chart title="Variance of the components" name="variance" rows={[['component', 'explained', 'cumulative'], ...explained.map((e, i) => [i + 1, e, cumulative[i]])]}>
-            <svg viewBox="0 0 420 350" role="img" aria-label={`Variance explained: ${explained.slice(0, 5).map((e, i) => `component ${i + 1} ${Math.round(100 * e)} %`).join(', ')}`}>
+            <svg viewBox="0 0 420 350" role="img" aria-label={`Variance explained: ${explained.slice(0, 5).map((e, i) => `component ${i + 1} ${Math.round(100 * (e ?? 0))} %`).join(', ')}`}>
                 <Axes x={[0.5, n + 0.5]} y={[0, 1]} box={[60, 20, 410, 290]} labels={['component', 'share of the variance']} />
-                {explained.slice(0, n).map((e, i) => <rect x={65 + i * width} y={290 - 270 * e} width={width * 0.7} height={270 * e} fill="#0072b2" />)}
-                <path d={`M${cumulative.slice(0, n).map((c, i) => `${65 + (i + 0.35) * width} ${290 - 270 * c}`).join('L')}`} fill="none" stroke="#d55e00" stroke-width="2" />
-                <text x="405" y="34" font-size="11" text-anchor="end" fill="currentColor">bars: each; line: all so far</text>
+                {explained.slice(0, n).map((e, i) => <rect x={65 + i * width} y={290 - 270 * (e ?? 0)} width={width * 0.7} height={270 * (e ?? 0)} fill="#0072b2" />)}
+                <path d={`M${cumulative.slice(0, n).map((c, i) => `${65 + (i + 0.35) * width} ${290 - 270 * (c ?? 0)}`).join('L')}`} fill="none" stroke="#d55e00" stroke-width="2" />
+                <text x="235" y="338" font-size="11" text-anchor="middle" fill="currentColor">bars: each; line: all so far</text>
             </svg>
         </Chart>
     );

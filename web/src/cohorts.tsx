@@ -6,12 +6,12 @@ import { jobs, mayChange, say, useValue } from './state';
 import { parseTable } from './table';
 import { LongTable, Page, ProblemBox, Shown, Sure, csv, later, plural, save, useLoad, when } from './ui';
 import { DropZone, STATUS, Uploads } from './home';
-import { match } from './upload';
+import { match, sideOf } from './upload';
 
 const Gallery = later<any>(() => import('./shape').then((m) => m.Gallery));
 
 export function Cohorts() {
-    const cohorts = useLoad(() => api.list<api.Cohort>('cohorts', { limit: 200 }), []);
+    const cohorts = useLoad(() => api.list('cohorts', { limit: 200 }), []);
     return (
         <Page title="Cohorts">
             {mayChange() && <DropZone compact />}
@@ -25,22 +25,36 @@ export function Cohorts() {
     );
 }
 
-/** Questions that people ask, and the process that answers each. */
-const QUESTIONS: [id: string, title: string, text: string, labels: boolean][] = [
-    ['pca', 'Mean and components', 'How do these shapes vary?', false],
-    ['compare-groups', 'Compare groups', 'Do two groups differ, and where?', true],
-    ['classify', 'Classify', 'Can the group be told from the shape?', true],
-    ['distances', 'Distances', 'Which shapes are alike?', false],
-    ['mean', 'Mean', 'The shape in the middle', false],
-    ['evaluate-model', 'Quality', 'How well does a model describe them?', false],
-    ['regress', 'Linear model', 'How does shape depend on covariates?', false],
-    ['report', 'Report', 'All that was found, as one page', false],
+/** Questions that people ask, the process that answers each, and what the cohort lacks for it: nothing or a word. */
+type Question = [id: string, title: string, text: string, lacks?: (members: api.Member[]) => string | false];
+const differ = (values: unknown[]): boolean => new Set(values.filter((v) => v !== null && v !== undefined && v !== '')).size > 1;
+const twoLabels = (members: api.Member[]) => !differ(members.map((m) => m.label)) && 'needs two labels';
+const QUESTIONS: Question[] = [
+    ['pca', 'Mean and components', 'How do these shapes vary?'],
+    ['compare-groups', 'Compare groups', 'Do two groups differ, and where?', twoLabels],
+    ['classify', 'Classify', 'Can the group be told from the shape?', twoLabels],
+    ['distances', 'Distances', 'Which shapes are alike?'],
+    ['mean', 'Mean', 'The shape in the middle'],
+    ['evaluate-model', 'Quality', 'How well does a model describe them?'],
+    ['regress', 'Linear model', 'How does shape depend on covariates?'],
+    ['change', 'Change', 'What happens between two visits of a subject?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and two times'],
+    ['asymmetry', 'Asymmetry', 'How do left and right sides differ?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.side))) && 'needs subjects and both sides'],
+    ['report', 'Report', 'All that was found, as one page'],
 ];
 
 type Row = api.Member & { name: string };
 
+/** Changes that are not saved yet, by cohort and its version: whoever looks at a shape and comes back finds them. */
+const drafts = new Map<string, Map<number, api.Member>>();
+
 function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<string, string>; reload: () => void }) {
-    const [changed, setChanged] = useState<Map<number, api.Member>>(new Map());
+    const draft = `${cohort.name} ${cohort.etag}`;
+    const [changed, change] = useState<Map<number, api.Member>>(drafts.get(draft) ?? new Map());
+    const setChanged = (next: Map<number, api.Member>) => {
+        if (next.size) drafts.set(draft, next);
+        else drafts.delete(draft);
+        change(next);
+    };
     const [error, setError] = useState<unknown>();
     const [told, setTold] = useState('');
     const [pasting, setPasting] = useState(false);
@@ -56,7 +70,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
     const put = async (list: api.Member[]) => {
         setError(undefined);
         try {
-            await api.send('PUT', `/v1/cohorts/${cohort.name}/members`, { members: list.map(clean) }, cohort.etag ? { 'If-Match': cohort.etag } : {});
+            await api.send('put', '/v1/cohorts/{name}/members', { name: cohort.name }, { members: list.map(clean) }, cohort.etag ? { 'If-Match': cohort.etag } : {});
             setChanged(new Map());
             say('The cohort was saved');
             reload();
@@ -86,6 +100,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
                 onChange={(e) => set(i, store(e.currentTarget.value))}
                 onKeyDown={(e) => {
                     if (e.key !== 'Enter' && e.key !== 'ArrowDown' && e.key !== 'ArrowUp') return;
+                    set(i, store(e.currentTarget.value)); // the last row has no other to go to
                     const row = e.currentTarget.closest('tr')!;
                     const to = e.key === 'ArrowUp' ? row.previousElementSibling : row.nextElementSibling;
                     const column = (e.currentTarget.closest('td') as HTMLTableCellElement).cellIndex;
@@ -119,12 +134,13 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
             {error ? <ProblemBox error={error} again={reload} /> : null}
             <datalist id="labels">{labels.map((l) => <option value={l} />)}</datalist>
             <LongTable label={`Members of ${cohort.name}`} items={rows} keyOf={(r) => `${rows.indexOf(r)}`}
-                columns={[{ title: 'Shape' }, { title: 'Label' }, { title: 'Subject' }, { title: 'Side', width: '5rem' }, { title: 'Mirror', width: '4rem' }, ...covariates.map((c) => ({ title: c, width: '7rem' }))]}
+                columns={[{ title: 'Shape' }, { title: 'Label' }, { title: 'Subject' }, { title: 'Side', width: '5rem' }, { title: 'Time', width: '5rem' }, { title: 'Mirror', width: '5rem' }, ...covariates.map((c) => ({ title: c, width: '7rem' }))]}
                 row={(r, i) => [
                     <a href={r.id.startsWith('mesh-') ? link('meshes', r.id) : link('shapes', r.id)}>{r.name}</a>,
                     cell(i, r, 'Label', r.label, (t) => ({ label: t || null }), 'labels'),
                     cell(i, r, 'Subject', r.subject, (t) => ({ subject: t || null })),
-                    cell(i, r, 'Side', r.side, (t) => ({ side: t || null })),
+                    cell(i, r, 'Side', r.side, (t) => ({ side: sideOf(t) })),
+                    cell(i, r, 'Time', r.time, (t) => ({ time: t !== '' && Number.isFinite(Number(t)) ? Number(t) : null })),
                     <input type="checkbox" checked={!!r.mirror} disabled={!mayChange()} aria-label={`Mirror ${r.name}`} onChange={(e) => set(i, { mirror: e.currentTarget.checked })} />,
                     ...covariates.map((c) => cell(i, r, c, r.covariates?.[c], (t) => ({
                         covariates: { ...r.covariates, [c]: t === '' ? null : Number.isFinite(Number(t)) ? Number(t) : t },
@@ -135,7 +151,7 @@ function Editor({ cohort, names, reload }: { cohort: api.Cohort; names: Map<stri
 }
 
 /** A member as it is sent: without what is not known. */
-function clean(member: api.Member): Record<string, unknown> {
+function clean(member: api.Member): api.Member {
     const { id, label, subject, side, time, mirror, covariates } = member;
     const known = Object.entries(covariates ?? {}).filter(([, v]) => v !== null && v !== undefined);
     return {
@@ -148,9 +164,9 @@ function clean(member: api.Member): Record<string, unknown> {
 async function namesOf(cohort: api.Cohort): Promise<Map<string, string>> {
     const names = new Map<string, string>();
     const wanted = new Set((cohort.members ?? []).map((m) => m.id));
-    for (const kind of ['meshes', 'surfaces']) {
+    for (const kind of ['meshes', 'surfaces'] as const) {
         if (![...wanted].some((id) => id.startsWith(kind.slice(0, 4)) && !names.has(id))) continue;
-        await api.listAll<api.Mesh>(kind, (items) => {
+        await api.listAll(kind, (items) => {
             for (const item of items) if (wanted.has(item.id)) names.set(item.id, item.name || item.id);
         }, () => [...wanted].every((id) => names.has(id) || !id.startsWith(kind.slice(0, 4))));
     }
@@ -163,11 +179,9 @@ export function CohortPage({ name }: { name: string }) {
         return { cohort, names: await namesOf(cohort) };
     }, [name]);
     const [error, setError] = useState<unknown>();
-    const recent = useValue(jobs);
-    const about = recent.filter((j) => j.inputs === undefined ? false : j.inputs.cohort === name || j.inputs.cohort?.name === name);
     const remove = async () => {
         try {
-            await api.send('DELETE', `/v1/cohorts/${name}`);
+            await api.send('delete', '/v1/cohorts/{name}', { name });
             go('#/cohorts');
         } catch (e) {
             setError(e);
@@ -187,13 +201,13 @@ export function CohortPage({ name }: { name: string }) {
                     {error ? <ProblemBox error={error} /> : null}
                     {mayChange() && (
                         <div class="questions">
-                            {QUESTIONS.map(([id, title, text, needs]) => needs && labels.length < 2
-                                ? <span class="card off" key={id}><strong>{title}</strong><br /><span class="quiet">needs two labels</span></span>
+                            {QUESTIONS.map(([id, title, text, lacks]) => lacks?.(members)
+                                ? <span class="card off" key={id}><strong>{title}</strong><br /><span class="quiet">{lacks(members)}</span></span>
                                 : <a class="card" key={id} href={`${link('analyses', id)}?cohort=${name}`}><strong>{title}</strong><br /><span class="quiet">{text}</span></a>)}
                             <a class="card" href={`#/analyses?cohort=${name}`}><strong>More</strong><br /><span class="quiet">every process</span></a>
                         </div>
                     )}
-                    <CohortJobs name={name} about={about} />
+                    <CohortJobs name={name} />
                     <Gallery members={members.map((m) => ({ id: m.id, name: names.get(m.id) || m.id, group: m.label ?? undefined }))} />
                     <Editor cohort={cohort} names={names} reload={loaded.reload} />
                 </Page>
@@ -202,12 +216,11 @@ export function CohortPage({ name }: { name: string }) {
     );
 }
 
-/** What was asked of this cohort. Lists of jobs have no inputs, so the last ones are asked for one by one. */
-function CohortJobs({ name }: { name: string; about: api.Job[] }) {
+/** What was asked of this cohort, the last first. */
+function CohortJobs({ name }: { name: string }) {
     const recent = useValue(jobs);
-    const ids = recent.filter((j) => QUESTIONS.some(([id]) => id === j.process)).slice(0, 12);
-    const known = useLoad(() => Promise.all(ids.map((j) => api.job(j.id).catch(() => j))), [ids.map((j) => j.id + j.status).join()]);
-    const mine = (known.value ?? []).filter((j) => (j.inputs?.cohort?.name ?? j.inputs?.cohort) === name);
+    const known = useLoad(() => api.jobs({ limit: 20, cohort: name }), [name, recent.map((j) => j.id + j.status).join()]);
+    const mine = known.value?.items ?? [];
     if (!mine.length) return null;
     return (
         <section>

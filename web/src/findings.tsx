@@ -1,5 +1,7 @@
 // Charts of results by what these hold: the same on the page and in a report.
 import { Confusion, Curve, HeatMap, Intervals, Reliability, Scatter, Variance, scaling } from './charts';
+import type * as api from './documents';
+import { Amounts, Subjects } from './charts_within';
 import { useMemo, useState } from 'preact/hooks';
 
 /** Scores of a model's members on two components, in standard deviations. */
@@ -41,6 +43,23 @@ export function Assessment({ of, classes }: { of: any; classes: string[] }) {
     );
 }
 
+/** How large differences within subjects are, and what each subject does; in the unit of the meshes. */
+export function PairedCharts({ result, chosen, onChoose }: { result: api.Outputs<'change'> | api.Outputs<'asymmetry'>; chosen?: number; onChoose?: (i: number) => void }) {
+    const sides = 'directional' in result;
+    const amounts: [string, any][] = 'directional' in result ? [['directional', result.directional], ['fluctuating', result.fluctuating]] : [['change', result.change], ['variation of it', result.variation]];
+    const rows = [...amounts, ['between subjects', result.individual] as [string, any]].filter(([, e]) => typeof e?.value === 'number')
+        .map(([name, e]) => ({ name, value: e.value, low: e.interval[0], high: e.interval[1] }));
+    const subjects = result.perSubject.map((s) => ({ name: s.subject, along: s.along ?? 0, length: s.length ?? 0 }));
+    return (
+        <>
+            <Amounts title="How large it is, with 95 % intervals" name="amounts" unit="mm" rows={rows} />
+            <Subjects title={sides ? 'Asymmetry of each subject' : 'Change of each subject'} unit="mm" subjects={subjects} chosen={chosen} onChoose={onChoose} />
+        </>
+    );
+}
+
+const isPaired = (result: any): boolean => !!result.individual && Array.isArray(result.perSubject) && result.perSubject.length > 0 && 'along' in result.perSubject[0];
+
 /** All charts that can be drawn of a result. */
 export function Findings({ result }: { result: any }) {
     const model = result.model;
@@ -60,6 +79,7 @@ export function Findings({ result }: { result: any }) {
                 </div>
             )}
             {result.matrix?.length > 1 && result.labels && <div class="split"><Distances result={result} /></div>}
+            {isPaired(result) && <div class="split"><PairedCharts result={result} /></div>}
             {curves.some(Boolean) && <div class="split">{curves}</div>}
             {result.calibration?.overall?.percentiles?.length > 1 && (
                 <Curve title="Percentiles of members left out: on the diagonal if they are what they say" name="percentiles" labels={['expected', 'found']}

@@ -129,8 +129,8 @@ function Example() {
 export function Home() {
     const who = useValue(caller);
     const recent = useValue(jobs);
-    const cohorts = useLoad(() => api.list<api.Cohort>('cohorts', { limit: 6 }), [who]);
-    const meshes = useLoad(() => api.list<api.Mesh>('meshes', { limit: 1 }), [who]);
+    const cohorts = useLoad(() => api.list('cohorts', { limit: 6 }), [who]);
+    const meshes = useLoad(() => api.list('meshes', { limit: 1 }), [who]);
     const empty = cohorts.value?.items.length === 0 && meshes.value?.items.length === 0;
     return (
         <Page title={empty ? 'Start a study' : 'Studies'}>

@@ -19,10 +19,10 @@ export function Jobs() {
     const [find, setFind] = useState('');
     const [state, setState] = useState('');
     useEffect(() => {
-        void api.jobs(50).then((page) => setNext(page.next), () => {});
+        void api.jobs().then((page) => setNext(page.next), () => {});
     }, []);
     const more = async () => {
-        const page = await api.jobs(200, next!);
+        const page = await api.jobs({ limit: 200, cursor: next! });
         setAll(all.concat(page.items));
         setNext(page.next);
     };
@@ -81,7 +81,7 @@ export function JobPage({ id }: { id: string }) {
     const [gone, setGone] = useState(false);
     const remove = async () => {
         try {
-            await api.send('DELETE', `/v1/jobs/${id}`);
+            await api.send('delete', '/v1/jobs/{id}', { id });
             setGone(true);
             refreshJobs();
         } catch (e) {

@@ -6,10 +6,13 @@ import { figure } from './text';
 
 export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
 
+/** What points inwards or outwards, even where all of it goes one way. */
+const SIGNED = /^(normalEffect|deviation|zScore)$/;
+
 /** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
 export function mapOf(field: Field): Map3 {
-    if (field.low < 0 && field.high > 0) {
-        const most = Math.max(-field.low, field.high);
+    if (SIGNED.test(field.name) || (field.low < 0 && field.high > 0)) {
+        const most = Math.max(Math.abs(field.low), Math.abs(field.high)) || 1;
         return { field, scale: 'signed', low: -most, high: most };
     }
     if (/significance|fdr|pvalue/i.test(field.name)) return { field, scale: 'cividis', low: 0, high: 1 };

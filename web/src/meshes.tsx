@@ -2,7 +2,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import * as api from './api';
 import { go, link } from './router';
-import { mayChange, refreshJobs, say } from './state';
+import { jobs, mayChange, refreshJobs, say } from './state';
 import { LongTable, Page, ProblemBox, Shown, Sure, figure, later, plural, size, useLoad } from './ui';
 import { DropZone, Uploads } from './home';
 import { batch, freeName } from './upload';
@@ -11,10 +11,10 @@ import { useValue } from './state';
 const Shape = later<any>(() => import('./shape').then((m) => m.Shape));
 
 /** Inputs of repair that would mend what the report names. */
-export function mending(mesh: api.Mesh): Record<string, unknown> | null {
-    const inputs: Record<string, unknown> = { mesh: mesh.id, orient: true, islands: true, duplicates: true, degenerate: true };
+export function mending(mesh: api.Mesh): api.Inputs<'repair'> | null {
+    const inputs: api.Inputs<'repair'> = { mesh: mesh.id, orient: true, islands: true, duplicates: true, degenerate: true };
     const codes = mesh.report.problems.map((p) => p.code);
-    const diagonal = mesh.report.boundingBoxDiagonal;
+    const diagonal = mesh.report.boundingBoxDiagonal ?? 1;
     if (codes.some((c) => /closed|boundary|hole/.test(c))) inputs.holes = 10 * diagonal;
     if (codes.some((c) => /closed|boundary|manifold/.test(c))) inputs.merge = 1e-6 * diagonal;
     if (codes.some((c) => /genus/.test(c))) inputs.handles = 128;
@@ -33,7 +33,7 @@ function Mend({ mesh, done }: { mesh: api.Mesh; done?: (id: string) => void }) {
             refreshJobs();
             if (answer.mesh.report.analysable) {
                 say(`${mesh.name || mesh.id} was mended`);
-                await api.send('PATCH', `/v1/meshes/${answer.mesh.id}`, { name: `${mesh.name || 'mesh'} mended` });
+                await api.send('patch', '/v1/meshes/{id}', { id: answer.mesh.id }, { name: `${mesh.name || 'mesh'} mended` });
                 done?.(answer.mesh.id);
             } else setSaid(answer.mesh.report.problems[0]?.detail ?? 'It cannot be mended this way.');
         } catch (error) {
@@ -58,11 +58,12 @@ export function Meshes() {
     const [chosen, setChosen] = useState<Set<string>>(new Set());
     const [round, setRound] = useState(0);
     const sending = useValue(batch)?.running;
+    const made = useValue(jobs).filter((j) => j.status === 'successful' && /^(extract|repair|mirror)$/.test(j.process)).length;
     useEffect(() => {
         let gone = false;
-        api.listAll<api.Mesh>('meshes', setItems, () => gone).then(() => setLoaded(true), setError);
+        api.listAll('meshes', setItems, () => gone).then(() => setLoaded(true), setError);
         return () => { gone = true; };
-    }, [round, sending]);
+    }, [round, sending, made]);
     const shown = useMemo(() => {
         const text = find.toLowerCase();
         return items.filter((m) => (!only || (only === 'good') === m.report.analysable)
@@ -78,7 +79,7 @@ export function Meshes() {
     const remove = async () => {
         setError(undefined);
         try {
-            for (const id of chosen) await api.send('DELETE', `/v1/meshes/${id}`);
+            for (const id of chosen) await api.send('delete', '/v1/meshes/{id}', { id });
             say(`${plural(chosen.size, 'mesh', 'meshes')} removed`);
             setChosen(new Set());
         } catch (e) {
@@ -90,7 +91,7 @@ export function Meshes() {
         const from = items.filter((m) => m.report.analysable && (chosen.size === 0 || chosen.has(m.id)));
         try {
             const name = await freeName('cohort');
-            await api.send('POST', '/v1/cohorts', { name, members: from.map((m) => ({ id: m.id })).reverse() });
+            await api.send('post', '/v1/cohorts', {}, { name, members: from.map((m) => ({ id: m.id })).reverse() });
             go(link('cohorts', name));
         } catch (e) {
             setError(e);
@@ -136,7 +137,7 @@ export function Meshes() {
 }
 
 export function MeshPage({ id }: { id: string }) {
-    const mesh = useLoad<api.Mesh>((signal) => api.get(`/v1/meshes/${id}`, signal), [id]);
+    const mesh = useLoad((signal) => api.get('/v1/meshes/{id}', { id }, signal), [id]);
     return (
         <Shown of={mesh} page label="the mesh">{(m) => (
             <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
@@ -166,7 +167,7 @@ export function MeshPage({ id }: { id: string }) {
 
 /** Labels of a segmentation, each of which becomes a mesh. */
 export function Volume({ id }: { id: string }) {
-    const volume = useLoad<any>(() => api.get(`/v1/volumes/${id}`), [id]);
+    const volume = useLoad(() => api.get('/v1/volumes/{id}', { id }), [id]);
     const [chosen, setChosen] = useState<Set<number>>(new Set());
     const [error, setError] = useState<unknown>();
     const extract = async () => {
@@ -184,14 +185,15 @@ export function Volume({ id }: { id: string }) {
                 <p>Choose the labels that become meshes, one of each.</p>
                 {error ? <ProblemBox error={error} /> : null}
                 <fieldset><legend>Labels</legend>
-                    {v.labels.map((l: any) => (
-                        <label class="check"><input type="checkbox" checked={chosen.has(l.value)} onChange={() => {
-                            const next = new Set(chosen);
+                    {(v.labels ?? []).map((l) => (
+                        <label class="check"><input type="checkbox" checked={chosen.has(l.value)} onChange={() => setChosen((before) => {
+                            const next = new Set(before);
                             if (!next.delete(l.value)) next.add(l.value);
-                            setChosen(next);
-                        }} /> {l.value}{l.name ? ` ${l.name}` : ''} <span class="quiet">{l.voxels.toLocaleString('en')} voxels</span></label>
+                            return next;
+                        })} /> {l.value}{l.name ? ` ${l.name}` : ''} <span class="quiet">{l.voxels.toLocaleString('en')} voxels</span></label>
                     ))}
                 </fieldset>
+                <p><button onClick={() => setChosen(new Set(chosen.size ? [] : (v.labels ?? []).map((l) => l.value)))}>{chosen.size ? 'Choose none' : 'Choose all'}</button></p>
                 {mayChange() && <button class="main" disabled={!chosen.size} onClick={extract}>Make {plural(chosen.size, 'mesh', 'meshes')}</button>}
             </Page>
         )}</Shown>

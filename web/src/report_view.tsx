@@ -73,7 +73,7 @@ function View({ view, label }: { view: ViewOf; label: string }) {
     const all = useMemo(() => view.shapes.map(shapeAt), [view]);
     const bounds = useMemo(() => boundsOf(all), [all]);
     const [at, setAt] = useState(view.kind === 'mode' ? (all.length - 1) / 2 : 0);
-    const [name, setName] = useState(all[0].fields[0]?.name ?? '');
+    const [name, setName] = useState((all[0].fields.find((f) => f.name === 'normalEffect') ?? all[0].fields[0])?.name ?? '');
     const [threshold, setThreshold] = useState(0.05);
     const moving = useMemo(() => ({ ...all[0], positions: all[0].positions.slice(), normals: all[0].normals.slice() }), [all]);
     const field = all[0].fields.find((f) => f.name === name);

@@ -1,15 +1,18 @@
 // What analyses found, each in the form that answers its question; and the report of it.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import type { ComponentChildren } from 'preact';
 import * as api from './api';
 import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Variance, scaling } from './charts';
 import { link } from './router';
-import { mayChange, refreshJobs } from './state';
 import { normalsOf } from './geometry';
-import { ColourBar, mapOf, paintedBy } from './maps';
-import { PictureButtons, Shape, View, linked, shapeAt, shapePath, surfacePath, useShape } from './shape';
-import { Camera, moved } from './stage';
+import { Groups } from './groups';
+import { Linked, Path } from './paths';
+import { PictureButtons, Shape, View, linked, surfacePath, useShape } from './shape';
+import { moved } from './stage';
+import { AnyResult } from './any_result';
 import { Findings } from './findings';
 import { Page, ProblemBox, Shown, csv, figure, plural, save, size, useLoad } from './ui';
+import { Within } from './within';
 import { makeReport } from './report';
 
 function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
@@ -19,21 +22,6 @@ function Warnings({ list }: { list?: { code: string; detail: string }[] }) {
             <strong>Reasons to doubt</strong>
             <ul>{list.map((w) => <li><code>{w.code}</code> {w.detail}</li>)}</ul>
         </section>
-    );
-}
-
-/** A shape in a view that turns with the others, or a word that it comes. */
-export function Linked({ id, title, resolution = 24, colour }: { id: string; title: string; resolution?: number; colour?: string }) {
-    const { shape, error } = useShape(shapePath(id, resolution));
-    const own = useMemo(() => new Camera(), []);
-    const [alone, setAlone] = useState(false);
-    if (error) return <ProblemBox error={error} />;
-    return (
-        <figure class="shape">
-            {shape ? <View parts={[{ shape, colour }]} camera={alone ? own : linked} label={title} onLink={() => setAlone(!alone)} />
-                : <div class="view" aria-busy="true" />}
-            <figcaption>{title}{alone ? ' (turns alone)' : ''}</figcaption>
-        </figure>
     );
 }
 
@@ -175,7 +163,7 @@ function Modes({ model }: { model: api.Model }) {
                 <div class="no-report">
                     {Array.from({ length: shown }, (_, i) => i + 1).map((mode) => (
                         <div class="field" key={mode}>
-                            <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * model.explained[mode - 1])} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
+                            <label for={`mode-${mode}`}>Component {mode} <span class="quiet">{Math.round(100 * (model.explained[mode - 1] ?? 0))} % of the variance, now {figure(at[mode] ?? 0)} sd{loading === mode ? ', loading…' : ''}</span></label>
                             <div class="row">
                                 <div class="grow track">
                                     <input id={`mode-${mode}`} type="range" min={-3} max={3} step={0.05} value={at[mode] ?? 0}
@@ -218,7 +206,7 @@ function Components({ model }: { model: api.Model }) {
             {model.eigenvalues.map((_, i) => <option value={i + 1}>{i + 1}</option>)}
         </select></label>
     );
-    const surfaces: string[] = model.madeFrom?.contents ?? model.madeFrom?.surfaces ?? [];
+    const surfaces = model.madeFrom.surfaces ?? []; // the members as they were given: encodings of meshes are not kept
     return (
         <>
             <Modes model={model} />
@@ -228,7 +216,7 @@ function Components({ model }: { model: api.Model }) {
                     <div class="row no-report">{select(x, setX, 'Across')}{select(y, setY, 'Up')}</div>
                 </div>
                 {chosen !== undefined && surfaces[chosen]
-                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}`} />
+                    ? <Linked id={surfaces[chosen]} title={`${model.labels[chosen]}${model.groups?.[chosen] ? ` (${model.groups[chosen]})` : ''}${model.madeFrom?.mirrored?.[chosen] ? ', analysed as its mirror image' : ''}`} />
                     : <p class="quiet no-report">Choose a mark to see its shape beside the mean.</p>}
             </div>
             <div class="split">
@@ -250,7 +238,7 @@ function Components({ model }: { model: api.Model }) {
 }
 
 export function ModelPage({ id }: { id: string }) {
-    const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
+    const model = useLoad((signal) => api.get('/v1/models/{id}', { id }, signal), [id]);
     return (
         <Shown of={model} page label="the model">{(m) => (
             <Page title={m.name || m.madeFrom?.cohort || 'Model'} actions={<ReportButton title={m.name || 'Model'} id={m.madeFrom?.job} />}>
@@ -261,103 +249,9 @@ export function ModelPage({ id }: { id: string }) {
     );
 }
 
-// ---- Groups ------------------------------------------------------------------------------------------------------------
-
-function pText(r: any): string {
-    const p = r.pValue;
-    return `${r.pValueIsFloor ? 'p ≤ ' : 'p = '}${figure(p)}`;
-}
-
-/** The geodesic from one mean to the other: both are predictions of a linear model of the labels, so that they are registered to each other. */
-function Between({ result }: { result: any }) {
-    const [path, setPath] = useState<any>();
-    const [busy, setBusy] = useState(false);
-    const [error, setError] = useState<unknown>();
-    const given = result.inputs;
-    const find = async () => {
-        setBusy(true);
-        setError(undefined);
-        try {
-            const model = await api.run('regress', {
-                cohort: given.cohort.name, formula: 'shape ~ label', at: result.groups.map((label: string) => ({ label })), permutations: 19, bootstraps: 100,
-                ...Object.fromEntries(['register', 'commonPose', 'lmax', 'mixedRoutes'].filter((name) => given[name] !== undefined && given[name] !== null).map((name) => [name, given[name]])),
-            });
-            const [from, to] = model.predictions.map((p: any) => p.surface.id);
-            setPath(await api.run('geodesic', { from, to, register: false }));
-            refreshJobs();
-        } catch (e) {
-            setError(e);
-        }
-        setBusy(false);
-    };
-    return (
-        <section aria-label="Between the means">
-            <h2>From {result.groups[0]} to {result.groups[1]}</h2>
-            {path ? <Path surfaces={path.surfaces} texts={path.times.map((t: number) => (t === 0 ? `mean of ${result.groups[0]}` : t === 1 ? `mean of ${result.groups[1]}` : `${Math.round(100 * t)} % of the way`))} energies={path.relativeEnergies} />
-                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation. It takes about as long as the comparison did.</p>
-                    {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? 'Computing the path…' : 'Path between the means'}</button>}</div>}
-            {error ? <ProblemBox error={error} /> : null}
-        </section>
-    );
-}
-
-function Groups({ result }: { result: any }) {
-    const { shape, error } = useShape(surfacePath(result.surface.id, 32));
-    const camera = linked;
-    const [threshold, setThreshold] = useState(0.05);
-    const [corrected, setCorrected] = useState('significance');
-    const [read, setRead] = useState('');
-    const [here, setHere] = useState<number | undefined>();
-    if (error) return <ProblemBox error={error} />;
-    const least = corrected === 'fdr' ? result.leastFdr : result.leastSignificance;
-    const p = shape?.fields.find((f) => f.name.toLowerCase() === corrected);
-    const effect = shape?.fields.find((f) => /effect/i.test(f.name));
-    const keep = p && ((_: number, vertex: number) => p.values[vertex] <= threshold);
-    const any = p ? p.low <= threshold : false;
-    const sizes: number[] = result.groupSizes?.subjects ?? [];
-    return (
-        <>
-            <p class="big">{pText(result)}{result.pValueInterval && result.pValueInterval[0] !== result.pValueInterval[1] ? ` (${figure(result.pValueInterval[0])} to ${figure(result.pValueInterval[1])})` : ''}
-                {' '}<span class="quiet">{result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}{result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}</span></p>
-            <p>{result.groups?.join(' against ')}{sizes.length ? ` (${sizes.join(' and ')} subjects)` : ''}, distance of the means {figure(result.distance)}.</p>
-            <div class="row tools no-report">
-                <label>Grey where p exceeds <input type="number" min={0} max={1} step={0.01} value={threshold} onInput={(e) => setThreshold(+e.currentTarget.value)} /></label>
-                <label>p <select value={corrected} onChange={(e) => setCorrected(e.currentTarget.value)}>
-                    <option value="significance">corrected for all points</option><option value="fdr">false discovery rate</option>
-                </select></label>
-            </div>
-            <p class={any ? '' : 'big'} role="status">{p ? (any ? `Points with p of at most ${figure(threshold)} are in colour.` : `No point is significant: the least p is ${figure(least ?? p.low)}.`) : ''}</p>
-            <div class="split">
-                {shape && [p, effect].map((field) => field && (() => {
-                    const map = { ...mapOf(field), keep };
-                    const parts = [{ shape, colours: paintedBy(map) }];
-                    return (
-                        <figure class="shape">
-                            <View parts={parts} camera={camera} onHover={setHere} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
-                            <ColourBar map={map} threshold={field === p ? threshold : undefined} />
-                            <figcaption class="row">{field === p ? 'p at each point' : 'effect'}{field.meaning ? <span class="quiet">{field.meaning}</span> : null}
-                                <span class="no-report"><PictureButtons parts={parts} camera={camera} name={`map-${field.name}`} /></span>
-                                {field === p && <button class="no-report" onClick={() => {
-                                    let best = 0;
-                                    for (let i = 1; i < p.values.length; i++) if (p.values[i] < p.values[best]) best = i;
-                                    setRead(`Least p ${figure(p.values[best])}${effect ? `, effect there ${figure(effect.values[best])}` : ''}, at vertex ${best}`);
-                                }}>Read the least</button>}
-                            </figcaption>
-                        </figure>
-                    );
-                })())}
-            </div>
-            <p class="quiet no-report">{here === undefined || !p ? 'Point at a map to read it.' : `Here p is ${figure(p.values[here])}${effect ? `, the effect ${figure(effect.values[here])}` : ''}, at vertex ${here}.`}</p>
-            {read && <p role="status">{read}</p>}
-            <div class="actions no-report"><a class="button" href={link('shapes', result.surface.id)}>Maps as files</a></div>
-            {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}
-        </>
-    );
-}
-
 // ---- Classification ----------------------------------------------------------------------------------------------------
 
-function Classification({ result, job }: { result: any; job: api.Job }) {
+function Classification({ result, job }: { result: api.Outputs<'classify'>; job: api.Job }) {
     const names = Object.keys(result.methods);
     const [method, setMethod] = useState(names[0]);
     const [chosen, setChosen] = useState<string | null>(null);
@@ -398,15 +292,22 @@ function Classification({ result, job }: { result: any; job: api.Job }) {
 
 // ---- Distances ---------------------------------------------------------------------------------------------------------
 
-function Distances({ result, job }: { result: any; job: api.Job }) {
+const isWhole = (matrix: (number | null)[][]): matrix is number[][] => matrix.every((row) => row.every((d) => d !== null));
+
+function Distances({ result, job }: { result: api.Outputs<'distances'>; job: api.Job }) {
+    if (!isWhole(result.matrix)) return <DataTable rows={[['', ...result.labels], ...result.matrix.map((row, i) => [result.labels[i], ...row])]} />;
+    return <WholeDistances result={result} matrix={result.matrix} job={job} />;
+}
+
+function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distances'>; matrix: number[][]; job: api.Job }) {
     const [chosen, setChosen] = useState<number | undefined>();
-    const { points, share } = useMemo(() => scaling(result.matrix), [result]);
+    const { points, share } = useMemo(() => scaling(matrix), [matrix]);
     const ids: string[] = result.inputs?.cohort?.surfaces ?? result.inputs?.surfaces ?? job.inputs?.surfaces ?? [];
-    const near = chosen === undefined ? [] : result.matrix[chosen].map((d: number, i: number) => ({ d, i })).filter((e: any) => e.i !== chosen).sort((a: any, b: any) => a.d - b.d).slice(0, 5);
+    const near = chosen === undefined ? [] : matrix[chosen].map((d, i) => ({ d, i })).filter((e) => e.i !== chosen).sort((a, b) => a.d - b.d).slice(0, 5);
     return (
         <>
             <div class="split">
-                <HeatMap labels={result.labels} matrix={result.matrix} chosen={chosen} onChoose={setChosen} />
+                <HeatMap labels={result.labels} matrix={matrix} chosen={chosen} onChoose={setChosen} />
                 <Scatter equal title={`Classical scaling: ${Math.round(100 * share)} % in two dimensions`} name="scaling" labels={['first', 'second']} chosen={chosen} onChoose={setChosen}
                     dots={points.map(([x, y], i) => ({ x, y, name: result.labels[i], group: result.groups?.[i] }))} />
             </div>
@@ -414,64 +315,10 @@ function Distances({ result, job }: { result: any; job: api.Job }) {
                 <div class="split">
                     {ids[chosen] && <Linked id={ids[chosen]} title={result.labels[chosen]} />}
                     <div><h3>Nearest to {result.labels[chosen]}</h3>
-                        <ol>{near.map((e: any) => <li><button class="plain-button" onClick={() => setChosen(e.i)}>{result.labels[e.i]}</button> {figure(e.d)}</li>)}</ol></div>
+                        <ol>{near.map((e) => <li><button class="plain-button" onClick={() => setChosen(e.i)}>{result.labels[e.i]}</button> {figure(e.d)}</li>)}</ol></div>
                 </div>
             )}
         </>
-    );
-}
-
-// ---- Paths ---------------------------------------------------------------------------------------------------------------
-
-function Path({ surfaces, texts, energies }: { surfaces: api.Surface[]; texts: string[]; energies?: (number | null)[] }) {
-    const loaded = useLoad(() => Promise.all(surfaces.map((s) => shapeAt(surfacePath(s.id)))), [surfaces]);
-    const [at, setAt] = useState(0);
-    const [playing, setPlaying] = useState(false);
-    const [version, setVersion] = useState(0);
-    const moving = useMemo(() => loaded.value && { ...loaded.value[0], positions: loaded.value[0].positions.slice(), normals: loaded.value[0].normals.slice(), fields: [] as never[] }, [loaded.value]);
-    const last = surfaces.length - 1;
-    const same = loaded.value?.every((s) => s.positions.length === loaded.value![0].positions.length);
-    useEffect(() => {
-        if (!moving || !loaded.value || !same) return;
-        const i = Math.min(last, Math.floor(at));
-        const t = at - i;
-        const a = loaded.value[i].positions;
-        const b = loaded.value[Math.min(last, i + 1)].positions;
-        for (let k = 0; k < a.length; k++) moving.positions[k] = a[k] + t * (b[k] - a[k]);
-        normalsOf(moving);
-        moved(moving);
-        setVersion((v) => v + 1);
-    }, [at, moving]);
-    useEffect(() => {
-        if (!playing) return;
-        let frame = 0;
-        const start = performance.now();
-        const step = (now: number) => {
-            const phase = ((now - start) / 2500) % 2;
-            setAt(last * (phase < 1 ? phase : 2 - phase));
-            frame = requestAnimationFrame(step);
-        };
-        frame = requestAnimationFrame(step);
-        return () => cancelAnimationFrame(frame);
-    }, [playing]);
-    const here = Math.round(at);
-    return (
-        <Shown of={loaded} label="shapes">{() => (
-            <>
-                <figure class="shape tall">
-                    {moving && <View parts={[{ shape: moving }]} camera={linked} version={version} label={`Shape ${texts[here]}`} />}
-                    <figcaption class="row">
-                        <span>{texts[here]}{energies?.[here] !== undefined ? <span class="quiet"> relative energy {figure(energies[here], 2)}</span> : null}</span>
-                        {moving && <span class="no-report"><PictureButtons parts={[{ shape: moving }]} camera={linked} name="path" /></span>}
-                    </figcaption>
-                </figure>
-                <div class="row no-report">
-                    <button onClick={() => setPlaying(!playing)} aria-pressed={playing}>{playing ? 'Stop' : 'Play'}</button>
-                    <input class="grow" type="range" min={0} max={last} step={0.01} value={at} aria-label="Where along the path" onInput={(e) => { setPlaying(false); setAt(+e.currentTarget.value); }} />
-                </div>
-                <div class="gallery">{surfaces.map((s, i) => <Linked id={s.id} title={texts[i]} resolution={24} />)}</div>
-            </>
-        )}</Shown>
     );
 }
 
@@ -488,7 +335,7 @@ export function alongOne(predictions: any[]): any[] {
     return numeric ? [...predictions].sort((a, b) => a.at[names[0]] - b.at[names[0]]) : predictions;
 }
 
-function Regression({ result }: { result: any }) {
+function Regression({ result }: { result: api.Outputs<'regress'> }) {
     const [chosen, setChosen] = useState(Math.min(1, result.coefficients.length - 1));
     const sorted = useMemo(() => alongOne(result.predictions ?? []), [result]);
     const surfaces = useMemo(() => sorted.map((p: any) => p.surface), [sorted]);
@@ -519,7 +366,7 @@ function Regression({ result }: { result: any }) {
 
 const doubtful = (typicality: any): string => Object.entries<any>(typicality ?? {}).filter(([, t]) => t && t.value > t.limit).map(([name]) => api.words(name).toLowerCase()).join(', ');
 
-function Trained({ result }: { result: any }) {
+function Trained({ result }: { result: api.Outputs<'train'> }) {
     const missed = result.perSubject.filter((s: any) => s.predicted !== s.label);
     return (
         <>
@@ -533,7 +380,7 @@ function Trained({ result }: { result: any }) {
     );
 }
 
-function Predicted({ result }: { result: any }) {
+function Predicted({ result }: { result: api.Outputs<'predict'> }) {
     const [chosen, setChosen] = useState(0);
     const one = result.predictions[chosen];
     const far = doubtful(one.typicality);
@@ -560,7 +407,7 @@ function Predicted({ result }: { result: any }) {
 
 // ---- Beside the norm ---------------------------------------------------------------------------------------------------
 
-function Scored({ result }: { result: any }) {
+function Scored({ result }: { result: api.Outputs<'score'> }) {
     const { zMap, calibration } = result;
     return (
         <>
@@ -574,37 +421,7 @@ function Scored({ result }: { result: any }) {
     );
 }
 
-// ---- Any result ----------------------------------------------------------------------------------------------------------
-
-const isRecord = (v: any, kind: string): boolean => !!v && typeof v === 'object' && typeof v.id === 'string' && v.id.startsWith(kind);
-
-function AnyResult({ result }: { result: any }) {
-    const plain: [string, any][] = [];
-    const shapes: { name: string; id: string }[] = [];
-    const tables: [string, any[]][] = [];
-    for (const [name, value] of Object.entries<any>(result)) {
-        if (['inputs', 'warnings', 'numericBuild', 'history', 'registration'].includes(name)) continue;
-        if (isRecord(value, 'surf-') || isRecord(value, 'mesh-')) shapes.push({ name: value.name || name, id: value.id });
-        else if (Array.isArray(value) && value.length && isRecord(value[0], 'surf-')) value.forEach((v: any) => shapes.push({ name: v.name || name, id: v.id }));
-        else if (Array.isArray(value) && value.length && value[0] && typeof value[0] === 'object' && !Array.isArray(value[0])) tables.push([name, value]);
-        else if (value !== null && value !== undefined) plain.push([name, value]);
-    }
-    const text = (v: any): string => (typeof v === 'number' ? figure(v, 5) : typeof v === 'string' ? v : JSON.stringify(v).slice(0, 300));
-    return (
-        <>
-            <div class="gallery">{shapes.slice(0, 40).map((s) => s.id.startsWith('mesh-')
-                ? <a href={link('meshes', s.id)}>{s.name}</a>
-                : <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link('shapes', s.id)}>Open, download</a></div>)}</div>
-            <dl class="pairs">{plain.map(([name, value]) => <><dt>{name}</dt><dd>{text(value)}</dd></>)}</dl>
-            {tables.map(([name, rows]) => {
-                const columns = Object.keys(rows[0]);
-                return <><h3>{name}</h3><DataTable rows={[columns, ...rows.map((r) => columns.map((c) => (typeof r[c] === 'number' ? r[c] : text(r[c] ?? '–'))))]} /></>;
-            })}
-        </>
-    );
-}
-
-function Written({ result, job }: { result: any; job: api.Job }) {
+function Written({ result, job }: { result: api.Outputs<'report'>; job: api.Job }) {
     const title = result.inputs?.title ?? job.name;
     return (
         <>
@@ -616,8 +433,8 @@ function Written({ result, job }: { result: any; job: api.Job }) {
     );
 }
 
-function Quality({ result }: { result: any }) {
-    const curve = (name: string, title: string) => {
+function Quality({ result }: { result: api.Outputs<'evaluate-model'> }) {
+    const curve = (name: 'generalisation' | 'specificity' | 'compactness', title: string) => {
         const points = (result[name] ?? []).filter((p: any) => p.value !== null).map((p: any) => ({ x: p.components, y: p.value, error: p.standardError }));
         return points.length > 1 ? <Curve key={name} title={title} name={name} points={points} labels={['components', name]} /> : null;
     };
@@ -625,16 +442,17 @@ function Quality({ result }: { result: any }) {
 }
 
 /** A new subject among those of the model. */
-function Projection({ result, job }: { result: any; job: api.Job }) {
+function Projection({ result, job }: { result: api.Outputs<'project'>; job: api.Job }) {
     const id = result.inputs?.model?.id ?? result.inputs?.model ?? job.inputs?.model;
-    const model = useLoad<api.Model>((signal) => api.get(`/v1/models/${id}`, signal), [id]);
+    const model = useLoad((signal) => api.get('/v1/models/{id}', { id }, signal), [id]);
     const surface = result.inputs?.surface?.id ?? result.inputs?.surface ?? job.inputs?.surface;
     return (
         <Shown of={model} label="the model">{(m) => {
             const sd = (k: number) => Math.sqrt(m.eigenvalues[k]) || 1;
             const second = Math.min(1, m.components - 1);
             const dots = m.scores.map((s, i) => ({ x: s[0] / sd(0), y: s[second] / sd(second), name: m.labels[i], group: m.groups?.[i] }));
-            dots.push({ x: result.scores[0] / sd(0), y: result.scores[second] / sd(second), name: 'the new subject', group: 'new' });
+            const [x, y] = [result.scores[0], result.scores[second]];
+            if (typeof x === 'number' && typeof y === 'number') dots.push({ x: x / sd(0), y: y / sd(second), name: 'the new subject', group: 'new' });
             return (
                 <div class="split">
                     <Scatter title="The new subject among the others" name="projection" dots={dots} chosen={dots.length - 1} onChoose={() => {}} labels={['component 1 (sd)', `component ${second + 1} (sd)`]} />
@@ -668,33 +486,38 @@ function ReportButton({ title, job, id }: { title: string; job?: api.Job; id?: s
     );
 }
 
+/** What shows the results of a process; of others all members are listed. */
+const VIEWS: { [P in api.ProcessId]?: (result: api.Outputs<P>, job: api.Job) => ComponentChildren } = {
+    pca: (result) => <Components model={result.model} />,
+    'compare-groups': (result) => <Groups result={result} />,
+    change: (result) => <Within result={result} />,
+    asymmetry: (result) => <Within result={result} />,
+    classify: (result, job) => <Classification result={result} job={job} />,
+    distances: (result, job) => <Distances result={result} job={job} />,
+    regress: (result) => <Regression result={result} />,
+    train: (result) => <Trained result={result} />,
+    predict: (result) => <Predicted result={result} />,
+    score: (result) => <Scored result={result} />,
+    report: (result, job) => <Written result={result} job={job} />,
+    project: (result, job) => <Projection result={result} job={job} />,
+    'evaluate-model': (result) => <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>,
+    geodesic: (result) => <><Path surfaces={result.surfaces} texts={result.times.map((t) => `t = ${figure(t)}`)} energies={result.relativeEnergies.geodesic} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>,
+    modes: (result) => <Path surfaces={result.surfaces} texts={result.coefficients.map((c) => `${figure(c)} sd`)} energies={result.relativeEnergy} />,
+    shoot: (result) => <Path surfaces={result.surfaces} texts={result.surfaces.map((s, i) => s.name || `${i + 1}`)} energies={result.relativeEnergies} />,
+};
+
 export function Results({ job }: { job: api.Job }) {
-    const loaded = useLoad<any>(() => api.results(job.id), [job.id]);
+    const process = job.process as api.ProcessId;
+    const loaded = useLoad(() => api.results<typeof process>(job.id), [job.id]);
     return (
         <Shown of={loaded} label="results">{(result) => {
-            const process = job.process;
-            let view;
-            if (process === 'pca') view = <Components model={result.model} />;
-            else if (process === 'compare-groups') view = <Groups result={result} />;
-            else if (process === 'classify') view = <Classification result={result} job={job} />;
-            else if (process === 'distances') view = <Distances result={result} job={job} />;
-            else if (process === 'regress') view = <Regression result={result} />;
-            else if (process === 'train') view = <Trained result={result} />;
-            else if (process === 'predict') view = <Predicted result={result} />;
-            else if (process === 'score') view = <Scored result={result} />;
-            else if (process === 'report') view = <Written result={result} job={job} />;
-            else if (process === 'project') view = <Projection result={result} job={job} />;
-            else if (process === 'evaluate-model') view = <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>;
-            else if (process === 'geodesic') view = <><Path surfaces={result.surfaces} texts={result.times.map((t: number) => `t = ${figure(t)}`)} energies={result.relativeEnergies} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>;
-            else if (process === 'modes') view = <Path surfaces={result.surfaces} texts={result.coefficients.map((c: number) => `${figure(c)} sd`)} energies={result.relativeEnergy} />;
-            else if (process === 'shoot') view = <Path surfaces={result.surfaces} texts={result.surfaces.map((s: api.Surface, i: number) => s.name || `${i + 1}`)} energies={result.relativeEnergies} />;
-            else view = <AnyResult result={result} />;
+            const view = VIEWS[process] as ((result: object, job: api.Job) => ComponentChildren) | undefined;
             return (
                 <>
-                    <div class="results"><Warnings list={result.warnings} />{view}</div>
+                    <div class="results"><Warnings list={result.warnings} />{view ? view(result, job) : <AnyResult result={result} />}</div>
                     <div class="actions">
                         {process !== 'report' && <ReportButton title={job.name || job.process} job={job} />}
-                        <button onClick={() => save(`${job.process}.json`, JSON.stringify(result, null, 2), 'application/json')}>Results as JSON</button>
+                        <button onClick={() => save(`${process}.json`, JSON.stringify(result, null, 2), 'application/json')}>Results as JSON</button>
                         {process === 'distances' && <button onClick={async () => save('distances.csv', await (await api.request(`/v1/jobs/${job.id}/results?format=csv`)).blob())}>Matrix as CSV</button>}
                     </div>
                 </>

@@ -40,7 +40,7 @@ function TokenForm() {
 export function Settings() {
     const who = useValue(caller);
     const state = useValue(connection);
-    const version = useLoad<any>(() => api.get('/v1/version'), []);
+    const version = useLoad(() => api.get('/v1/version'), []);
     const forget = () => {
         api.setToken('', false);
         forgetJobs();

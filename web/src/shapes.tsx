@@ -12,7 +12,7 @@ export function Surfaces() {
     const [find, setFind] = useState('');
     useEffect(() => {
         let gone = false;
-        api.listAll<api.Surface>('surfaces', setItems, () => gone).then(() => setLoaded(true), setError);
+        api.listAll('surfaces', setItems, () => gone).then(() => setLoaded(true), setError);
         return () => { gone = true; };
     }, []);
     const shown = items.filter((s) => `${s.name} ${s.id} ${s.source?.process ?? ''}`.toLowerCase().includes(find.toLowerCase()));
@@ -30,9 +30,9 @@ export function Surfaces() {
 }
 
 export function SurfacePage({ id }: { id: string }) {
-    const others = useLoad(() => api.list<api.Surface>('surfaces', { limit: 200 }), []);
+    const others = useLoad(() => api.list('surfaces', { limit: 200 }), []);
     const [over, setOver] = useState('');
-    const surface = useLoad<api.Surface>((signal) => api.get(`/v1/surfaces/${id}`, signal), [id]);
+    const surface = useLoad((signal) => api.get('/v1/surfaces/{id}', { id }, signal), [id]);
     return (
         <Shown of={surface} page label="the surface">{(s) => (
             <Page title={s.name || s.id}>
@@ -46,9 +46,9 @@ export function SurfacePage({ id }: { id: string }) {
                             {(others.value?.items ?? []).filter((o) => o.id !== id).map((o) => <option value={o.id}>{o.name || o.id}</option>)}
                         </select></dd>
                         <dt>Degree</dt><dd>{s.lmax}</dd>
-                        <dt>Area, volume</dt><dd>{figure(s.area * s.scale ** 2, 5)}, {figure(s.volume * s.scale ** 3, 5)} in the units of the files</dd>
+                        <dt>Area, volume</dt><dd>{figure(s.area === null ? null : s.area * s.scale ** 2, 5)}, {figure(s.volume === null ? null : s.volume * s.scale ** 3, 5)} in the units of the files</dd>
                         <dt>Route</dt><dd>{s.route ?? s.parameterization}</dd>
-                        {s.fit && <><dt>Fit (rms of the diagonal)</dt><dd>{figure(s.fit.relativeToDiagonal?.rms)}</dd></>}
+                        {s.fit && <><dt>Fit (rms of the diagonal)</dt><dd>{figure((s.fit.relativeToDiagonal as { rms?: number } | undefined)?.rms)}</dd></>}
                         <dt>Made by</dt><dd>{s.source?.job ? <a href={link('jobs', s.source.job)}>{s.source.process}</a> : s.source?.process ?? '–'}
                             {s.source?.mesh && <> of <a href={link('meshes', s.source.mesh)}>a mesh</a></>}</dd>
                         <dt>Made</dt><dd>{when(s.created)}</dd>

@@ -60,7 +60,7 @@ api.watchAnswers((status) => {
 
 export async function whoCalls(): Promise<void> {
     try {
-        caller.set(await api.get<api.Caller>('/v1/caller'));
+        caller.set(await api.get('/v1/caller'));
     } catch (error) {
         if (error instanceof api.Failure && error.problem.status === 404) caller.set({ tokens: false, role: 'user' });
     }
@@ -115,7 +115,7 @@ async function readJobs(): Promise<void> {
     reading = true;
     newer.clear();
     try {
-        const { items } = await api.jobs(LISTED);
+        const { items } = await api.jobs({ limit: LISTED });
         const known = new Set(items.map((j) => j.id));
         const added = [...newer.values()].filter((j): j is api.Job => !!j && !known.has(j.id));
         take(added.concat(items.filter((j) => newer.get(j.id) !== null).map((j) => newer.get(j.id) ?? j)));

@@ -8,7 +8,7 @@ export function figure(x: number | null | undefined, digits = 3): string {
 }
 
 export function size(n: number): string {
-    return n < 1000 ? `${n} B` : n < 1e6 ? `${Math.round(n / 1000)} kB` : `${(n / 1e6).toFixed(1)} MB`;
+    return n < 1000 ? `${n} B` : n < 1e6 ? `${Math.round(n / 1000)} kB` : n < 1e9 ? `${(n / 1e6).toFixed(1)} MB` : `${(n / 1e9).toFixed(1)} GB`;
 }
 
 export function span(seconds: number): string {

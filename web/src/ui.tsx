@@ -123,13 +123,15 @@ export function LongTable<T>({ items, columns, label, row, keyOf }: {
         watch.observe(box.current!);
         return () => watch.disconnect();
     }, []);
+    // What has no width of its own keeps ten letters or so: more columns than fit are scrolled to.
+    const least = columns.reduce((sum, c) => sum + (c.width ? parseFloat(c.width) : 9), 0);
     const inSight = Math.ceil(height / ROW) + 16;
     const first = Math.max(0, Math.min(Math.floor(top / ROW) - 8, items.length - inSight)); // a list may have become shorter
     const last = Math.min(items.length, first + inSight);
     return (
         <div class="long" ref={box} tabIndex={0} role="region" aria-label={label}
             onScroll={(e) => setTop(e.currentTarget.scrollTop)}>
-            <table aria-rowcount={items.length + 1}>
+            <table aria-rowcount={items.length + 1} style={{ minWidth: `${least}rem` }}>
                 <thead>
                     <tr>{columns.map((c) => <th scope="col" style={c.width ? { width: c.width } : undefined}>{c.hidden ? <span class="sr">{c.title}</span> : c.title}</th>)}</tr>
                 </thead>

@@ -74,7 +74,10 @@ export function match(table: Table, meshes: { name: string; id: string }[]): {
     return { members, rows, files: meshes.filter((m) => !used.has(m.id)).map((m) => m.name) };
 }
 
-const SIDES: Record<string, string> = { l: 'left', lh: 'left', left: 'left', r: 'right', rh: 'right', right: 'right' };
+const SIDES: Record<string, 'left' | 'right'> = { l: 'left', lh: 'left', left: 'left', r: 'right', rh: 'right', right: 'right' };
+
+/** The side that a text names, or null. */
+export const sideOf = (text: string): 'left' | 'right' | null => SIDES[text.trim().toLowerCase()] ?? null;
 
 function memberOf(columns: string[], row: string[], key: number, id: string): api.Member {
     const member: api.Member = { id, covariates: {} };
@@ -84,7 +87,7 @@ function memberOf(columns: string[], row: string[], key: number, id: string): ap
         const name = column.toLowerCase();
         if (name === 'label' || name === 'group') member.label = text;
         else if (name === 'subject') member.subject = text;
-        else if (name === 'side') member.side = SIDES[text.toLowerCase()] ?? text;
+        else if (name === 'side' && sideOf(text)) member.side = sideOf(text);
         else if (name === 'time') member.time = Number(text);
         else if (name === 'mirror') member.mirror = /^(true|1|yes)$/i.test(text);
         else member.covariates![column] = /^(true|false)$/i.test(text) ? /true/i.test(text)
@@ -138,16 +141,16 @@ async function sendOne(file: File, told: (part: number) => void, signal: AbortSi
     meshes: { name: string; id: string }[], change: (part: Partial<Batch>) => void,
     mark: (note: string, id?: string) => void, state: Batch): Promise<void> {
     if (ARCHIVE.test(file.name)) {
-        const answer = await api.upload<any>(`/v1/imports?partial=true&cohort=${encodeURIComponent(cohortName(file.name))}`,
+        const answer = await api.upload<api.Imported>(`/v1/imports?partial=true&cohort=${encodeURIComponent(cohortName(file.name))}`,
             file, 'application/octet-stream', told, signal);
-        const refused = answer.refused?.length ?? 0;
-        mark(`${answer.meshes?.length ?? 0} meshes${refused ? `, ${refused} refused: ${answer.refused[0].file}: ${answer.refused[0].detail}` : ''}`);
+        const refused = answer.refused.length;
+        mark(`${answer.meshes.length} meshes${refused ? `, ${refused} refused: ${answer.refused[0].file}: ${answer.refused[0].detail}` : ''}`);
         if (answer.cohort?.name) change({ cohort: answer.cohort.name });
         return;
     }
     const name = encodeURIComponent(file.name.replace(/\.gz$/i, '').replace(/\.[^.]*$/, '').slice(0, 255));
     if (VOLUME.test(file.name)) {
-        const volume = await api.upload<any>(`/v1/volumes?name=${name}`, file, 'application/octet-stream', told, signal);
+        const volume = await api.upload<api.Volume>(`/v1/volumes?name=${name}`, file, 'application/octet-stream', told, signal);
         mark(`${volume.labels?.length ?? 0} labels`, volume.id);
         change({ volumes: [...state.volumes, volume.id] });
         return;
@@ -162,13 +165,13 @@ async function useTable(file: File, meshes: { name: string; id: string }[],
     const table = parseTable(await file.text());
     let known = meshes;
     if (!known.length) {
-        await api.listAll<api.Mesh>('meshes', (items) => { known = items; }, () => false);
+        await api.listAll('meshes', (items) => { known = items; }, () => false);
     }
     const { members, rows, files } = match(table, known);
     change({ unmatched: { rows, files: meshes.length ? files : [] } });
     if (!members.length) throw new Error(`No row of ${file.name} has the name of a mesh that is here.`);
     const name = await freeName(cohortName(file.name));
-    await api.send('POST', '/v1/cohorts', { name, members });
+    await api.send('post', '/v1/cohorts', {}, { name, members });
     change({ cohort: name });
 }
 
@@ -177,7 +180,7 @@ export async function freeName(wanted: string): Promise<string> {
     for (let n = 1; ; n++) {
         const name = n === 1 ? wanted : `${wanted.slice(0, 96)}-${n}`;
         try {
-            await api.get(`/v1/cohorts/${name}`);
+            await api.get('/v1/cohorts/{name}', { name });
         } catch (error) {
             if (error instanceof api.Failure && error.problem.status === 404) return name;
             throw error;

@@ -1,0 +1,53 @@
+// Two groups: whether they differ, where, and the way from one mean to the other.
+import { useState } from 'preact/hooks';
+import * as api from './api';
+import { Path } from './paths';
+import { mayChange, refreshJobs } from './state';
+import { Headline, TestedMaps } from './tested';
+import { ProblemBox, figure } from './ui';
+
+/** The geodesic from one mean to the other: both are predictions of a linear model of the labels, so that they are registered to each other. */
+function Between({ result }: { result: api.Outputs<'compare-groups'> }) {
+    const [path, setPath] = useState<api.Outputs<'geodesic'>>();
+    const [busy, setBusy] = useState(false);
+    const [error, setError] = useState<unknown>();
+    const given = result.inputs;
+    const find = async () => {
+        setBusy(true);
+        setError(undefined);
+        try {
+            const model = await api.run('regress', {
+                cohort: given.cohort.name, formula: 'shape ~ label', at: result.groups.map((label: string) => ({ label })), permutations: 19, bootstraps: 100,
+                ...Object.fromEntries(['register', 'commonPose', 'lmax', 'mixedRoutes'].filter((name) => given[name] !== undefined && given[name] !== null).map((name) => [name, given[name]])),
+            });
+            const [from, to] = model.predictions.map((p: any) => p.surface.id);
+            setPath(await api.run('geodesic', { from, to, register: false }));
+            refreshJobs();
+        } catch (e) {
+            setError(e);
+        }
+        setBusy(false);
+    };
+    return (
+        <section aria-label="Between the means">
+            <h2>From {result.groups[0]} to {result.groups[1]}</h2>
+            {path ? <Path surfaces={path.surfaces} texts={path.times.map((t: number) => (t === 0 ? `mean of ${result.groups[0]}` : t === 1 ? `mean of ${result.groups[1]}` : `${Math.round(100 * t)} % of the way`))} energies={path.relativeEnergies.geodesic} />
+                : <div class="no-report"><p class="quiet">The geodesic between both means, as an animation. It takes about as long as the comparison did.</p>
+                    {mayChange() && <button disabled={busy} onClick={() => void find()}>{busy ? 'Computing the path…' : 'Path between the means'}</button>}</div>}
+            {error ? <ProblemBox error={error} /> : null}
+        </section>
+    );
+}
+
+export function Groups({ result }: { result: api.Outputs<'compare-groups'> }) {
+    const sizes: number[] = result.groupSizes?.subjects ?? [];
+    const flips = result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`;
+    return (
+        <>
+            <Headline test={result} against={`${flips}${result.regressedOut?.length ? `, ${result.regressedOut.join(', ')} regressed out` : ''}`} />
+            <p>{result.groups?.join(' against ')}{sizes.length ? ` (${sizes.join(' and ')} subjects)` : ''}, distance of the means {figure(result.distance)}.</p>
+            <TestedMaps surface={result.surface.id} test={result} beside={[{ name: 'effect', text: 'effect' }]} />
+            {result.inputs?.cohort?.name && result.groups?.length === 2 && <Between result={result} />}
+        </>
+    );
+}

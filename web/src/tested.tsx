@@ -1,0 +1,80 @@
+// What a permutation test found: p in words, and its maps, grey where p exceeds a threshold.
+import { useState } from 'preact/hooks';
+import type { Field } from './glb';
+import { ColourBar, mapOf, paintedBy } from './maps';
+import { link } from './router';
+import { PictureButtons, View, linked, surfacePath, useShape } from './shape';
+import { ProblemBox, figure } from './ui';
+
+export interface Test {
+    pValue: number | null; pValueIsFloor?: boolean; pValueInterval?: (number | null)[];
+    leastSignificance?: number | null; leastFdr?: number | null;
+}
+
+/** The p of the test as a headline, and what it was compared with. */
+export function Headline({ test, against }: { test: Test; against: string }) {
+    const [low, high] = test.pValueInterval ?? [];
+    return (
+        <p class="big">{test.pValueIsFloor ? 'p ≤ ' : 'p = '}{figure(test.pValue)}{typeof low === 'number' && low !== high ? ` (${figure(low)} to ${figure(high)})` : ''}
+            {' '}<span class="quiet">{against}</span></p>
+    );
+}
+
+/** A map beside p: its name, what the page calls it, and the unit that its values are in. */
+export interface Beside { name: string; text: string; unit?: string }
+
+export function TestedMaps({ surface, test, beside }: { surface: string; test: Test; beside: Beside[] }) {
+    const { shape, error } = useShape(surfacePath(surface, 32));
+    const [threshold, setThreshold] = useState(0.05);
+    const [corrected, setCorrected] = useState('significance');
+    const [chosen, setChosen] = useState(beside[0].name);
+    const [read, setRead] = useState('');
+    const [here, setHere] = useState<number | undefined>();
+    if (error) return <ProblemBox error={error} />;
+    const least = corrected === 'fdr' ? test.leastFdr : test.leastSignificance;
+    const p = shape?.fields.find((f) => f.name === corrected);
+    const about = beside.find((b) => b.name === chosen)!;
+    const other = shape?.fields.find((f) => f.name === chosen);
+    const keep = p && ((_: number, vertex: number) => p.values[vertex] <= threshold);
+    const any = p ? p.low <= threshold : false;
+    const unit = about.unit ? ` ${about.unit}` : '';
+    const at = (vertex: number) => (other ? `, the ${about.text} ${figure(other.values[vertex])}${unit}` : '');
+    const readLeast = (field: Field) => {
+        let best = 0;
+        for (let i = 1; i < field.values.length; i++) if (field.values[i] < field.values[best]) best = i;
+        setRead(`Least p ${figure(field.values[best])}${at(best)}, at vertex ${best}`);
+    };
+    return (
+        <>
+            <div class="row tools no-report">
+                <label>Grey where p exceeds <input type="number" min={0} max={1} step={0.01} value={threshold} onInput={(e) => setThreshold(+e.currentTarget.value)} /></label>
+                <label>p <select value={corrected} onChange={(e) => setCorrected(e.currentTarget.value)}>
+                    <option value="significance">corrected for all points</option><option value="fdr">false discovery rate</option>
+                </select></label>
+                {beside.length > 1 && <label>Beside it <select value={chosen} onChange={(e) => setChosen(e.currentTarget.value)}>
+                    {beside.map((b) => <option value={b.name}>{b.text}</option>)}
+                </select></label>}
+            </div>
+            <p class={any ? '' : 'big'} role="status">{p ? (any ? `Points with p of at most ${figure(threshold)} are in colour.` : `No point is significant: the least p is ${figure(least ?? p.low)}.`) : ''}</p>
+            <div class="split">
+                {shape && p && [p, other].map((field) => field && (() => {
+                    const map = { ...mapOf(field), keep, ...(field === p ? {} : { title: `${about.text}${about.unit ? ` (${about.unit})` : ''}` }) };
+                    const parts = [{ shape, colours: paintedBy(map) }];
+                    return (
+                        <figure class="shape">
+                            <View parts={parts} camera={linked} onHover={setHere} label={`Map of ${field.name}; ${any ? 'points that are significant are in colour' : 'no point is significant, all is grey'}`} />
+                            <ColourBar map={map} threshold={field === p ? threshold : undefined} />
+                            <figcaption class="row">{field === p ? 'p at each point' : about.text}{field.meaning ? <span class="quiet">{field.meaning}</span> : null}
+                                <span class="no-report"><PictureButtons parts={parts} camera={linked} name={`map-${field.name}`} /></span>
+                                {field === p && <button class="no-report" onClick={() => readLeast(p)}>Read the least</button>}
+                            </figcaption>
+                        </figure>
+                    );
+                })())}
+            </div>
+            <p class="quiet no-report">{here === undefined || !p ? 'Point at a map to read it.' : `Here p is ${figure(p.values[here])}${at(here)}, at vertex ${here}.`}</p>
+            {read && <p role="status">{read}</p>}
+            <div class="actions no-report"><a class="button" href={link('shapes', surface)}>Maps as files</a></div>
+        </>
+    );
+}
