@@ -15,6 +15,7 @@
 #   make nightly    the tests that are too long for make check
 #   make crash      kill -9 under load, CYCLES=50 times
 #   make faults     each write and each allocation fails in turn
+#   make test-slurm the executor slurm on a cluster of its own, as root; not part of make check
 #   make load       requests a second, beside hostile clients too; shares; short jobs beside long ones
 #   make soak       REQUESTS=1000000 and JOBS=5000 against one daemon, and what it holds meanwhile
 #   make fuzz       each reader, 60 s
@@ -262,10 +263,12 @@ $(B)/paper: $(call obj,$(PAPER_SRC) $(SUPPORT_SRC)) $(SERVER_LIB) $(CORE_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS) $(CORE_LIBS) -lsharp -lpng
 
-# The dashboard's bundle, which is committed, so that nothing else needs npm. make lint compares.
+# The dashboard's bundle and the types of the API that it is held to, both committed, so that nothing else needs npm.
+# make lint compares.
 .PHONY: web
 web:
 	@web/install.sh
+	NODE_PATH=$(abspath build/web/node_modules) node web/types.mjs
 	NODE_PATH=$(abspath build/web/node_modules) node web/build.mjs
 
 # The pictures of docs/dashboard.md.
@@ -390,6 +393,11 @@ paper:
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)
+
+# Needs slurm-wlm and munge; says so and ends well where they are not.
+.PHONY: test-slurm
+test-slurm: $(B)/srnfd $(TOOLS)
+	@SRNFD_BUILD=$(abspath $(B)) SRNFD=$(abspath $(B))/srnfd tests/slurm/run.sh
 
 # ---- installing ---------------------------------------------------------------------------------------
 

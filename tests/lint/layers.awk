@@ -4,8 +4,8 @@
 #
 # prints "file:line: what" for every #include that goes against the layers:
 #
-#   server/  main (main.c and commands.c) -> worker -> processes -> toolkit -> http -> api -> compute -> jobs ->
-#            store -> tasks. A layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
+#   server/  main (main.c and commands.c) -> slurm -> worker -> processes -> toolkit -> http -> api -> compute ->
+#            jobs -> store -> tasks. A layer includes its own headers, those of the layers after it, srnf.h, and what lies directly in
 #            server/ (embedded.h, ..), which in turn includes no layer's header; processes and toolkit pass
 #            http over. Each library has its home: libmicrohttpd in http, jansson in api, worker and the two
 #            between them, SQLite and utf8proc in store, libarchive in api, libcurl in api and worker; only what
@@ -18,7 +18,7 @@
 #   include/ the public headers include each other, and of the system's those that core/ may.
 
 BEGIN {
-    number_of("main worker processes toolkit http api compute jobs store tasks", layer)
+    number_of("main slurm worker processes toolkit http api compute jobs store tasks", layer)
     number_of("harmonics linear mesh formats volume sphere_map srnf surface inversion registration geodesic pullback stats", \
               stage)
     home["microhttpd.h"] = "http"

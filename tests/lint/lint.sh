@@ -276,6 +276,9 @@ check_web() {
         ;;
     esac
     NODE_PATH=$PWD/build/web/node_modules node web/build.mjs "$made" >"$SCRATCH/built" 2>&1 || sed 's/^/web: /' "$SCRATCH/built"
+    NODE_PATH=$PWD/build/web/node_modules node web/types.mjs "$BUILD/web/service.d.ts" 2>&1 | sed 's/^/web: /'
+    cmp -s web/src/service.d.ts "$BUILD/web/service.d.ts" ||
+        echo 'web/src/service.d.ts:1: is not what make web gives of api/openapi.yaml'
     diff -rq web/dist "$made" | sed 's|^|web/dist:1: is not what make web gives: |'
     node build/web/node_modules/typescript/bin/tsc -p web --pretty false | sed -E 's/\(([0-9]+),[0-9]+\): /:\1: /'
 }
