@@ -39,6 +39,17 @@ static void part_keep(void *user, uint64_t series, uint64_t index, size_t count,
     whole->keep(whole->user, series, index, count, values);
 }
 
+/* The search tells its progress itself: as a share of the whole, too. */
+static int part_search(void *user, const struct srnf_field_search *search, struct srnf_error *error)
+{
+    const struct stats_part *part = (const struct stats_part *)user;
+    struct srnf_field_search own = *search;
+
+    own.from = part->from + search->from * (part->to - part->from);
+    own.to = part->from + search->to * (part->to - part->from);
+    return part->whole->search(part->whole->user, &own, error);
+}
+
 struct srnf_context stats_part_enter(struct stats_part *part, double cost)
 {
     const struct srnf_context *whole = part->whole;
@@ -52,6 +63,7 @@ struct srnf_context stats_part_enter(struct stats_part *part, double cost)
         context.parallel_for = whole->parallel_for ? part_parallel_for : NULL;
         context.recall = whole->recall ? part_recall : NULL;
         context.keep = whole->keep ? part_keep : NULL;
+        context.search = whole->search ? part_search : NULL;
     }
     return context;
 }

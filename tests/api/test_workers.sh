@@ -14,6 +14,11 @@
 
 DATA=$SCRATCH/data
 
+searches_done() {
+    get /metrics
+    sed -n 's/^srnfd_tasks_total{kind="searches",event="done"} //p' "$BODY"
+}
+
 # ---- As it is computed here -----------------------------------------------------------------------------
 
 start_server "$SCRATCH/local" --workers 2 || exit 1
@@ -84,8 +89,10 @@ execute mean "$POSED" --header 'Prefer: wait=100'
 is "$(json "$MEAN_NUMBERS")" "$LOCAL_POSED" 'in a common pose too'
 is "$(surfaces L_caudate R_caudate | jq length)" 2 'two more surfaces'
 post_json /v1/cohorts "$LABELLED"
+SEARCHES=$(searches_done)
 execute classify "$FOLDS" --header 'Prefer: wait=100'
 is "$(json "$FOLD_NUMBERS")" "$LOCAL_FOLDS" 'and folds'
+compare "$(searches_done)" '>' "$SEARCHES" 'whose registrations were tasks'
 for name in L_hippocampus R_putamen L_amygdala; do
     post "/v1/meshes?name=$name" --data-binary "@tests/data/aal_subcortex/$name.ply"
 done
@@ -96,7 +103,6 @@ is "$(json "$ROWS")" "$LOCAL_ROWS" 'and encodings'
 execute encode "$BY_STAR" --header 'Prefer: wait=100'
 is "$(json "$ROWS")" "$LOCAL_STARS" 'also of what cannot be encoded'
 get /metrics
-like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="searches",event="done"\} [0-9]' 'their registrations were tasks'
 like "$(cat "$BODY")" 'srnfd_tasks_total\{kind="encodings",event="done"\} 2' 'and three encodings one'
 wait_server "$WORKER_PID" 20
 wait_server "$FIRST" 20
@@ -207,6 +213,18 @@ JOB=$(json .jobID)
 sleep 1
 get /v1/workers
 is "$(json '[.items[] | select(.worker == "gone") | .leased] | max')" 0 'and no task is leased to nobody'
+
+# ---- A result twice --------------------------------------------------------------------------------------
+
+lease
+result "$SCRATCH/one" "$SECRET"
+is "$STATUS" 204 'a result is taken'
+result "$SCRATCH/one" "$SECRET"
+is_problem 409 lease-lost 'and not again, though it is the same'
+request POST "/v1/leases/$TASK/heartbeat" --header "Lease-Secret: $SECRET"
+is_problem 409 lease-lost 'the lease has ended with it'
+get /v1/workers
+is "$(json '[.items[] | select(.worker == "by-hand") | .done] | add')" 1 'it counts once'
 post "/v1/jobs/$JOB/cancel"
 poll_job "$JOB" 20
 

@@ -195,10 +195,59 @@ static void refuses(void **state)
     group_close(&g);
 }
 
+struct asked {
+    size_t times, surfaces;
+    double from, to;
+};
+
+static int decline(void *user, const struct srnf_field_search *search, struct srnf_error *error)
+{
+    struct asked *asked = user;
+
+    (void)error;
+    asked->times++;
+    asked->surfaces += search->n;
+    asked->from = compare_min(asked->from, search->from);
+    asked->to = compare_max(asked->to, search->to);
+    return SRNF_SEARCH_HERE;
+}
+
+/* Registrations are offered to the caller's other machines, with their share of the progress. */
+static void offers_what_it_registers(void **state)
+{
+    static const struct srnf_method two[] = {{"srnf", SRNF_METRIC_SRNF, false, 3.0, 0.5},
+                                             {"spharm", SRNF_METRIC_SPHARM, false, 1.0, 0.5}};
+    struct asked asked = {.from = 1.0};
+    const struct srnf_context context = {.user = &asked, .search = decline};
+    struct srnf_methods_inputs inputs;
+    struct answer answer;
+    struct group g;
+
+    (void)state;
+    open_classes(&g);
+    inputs = inputs_of(&g, NULL);
+    inputs.methods = two;
+    inputs.n_methods = 2;
+    inputs.comparison.registration.degree = 3;
+    inputs.comparison.registration.max_steps = 1;
+    inputs.comparison.registration.start = SRNF_START_RIGID;
+    assert_int_equal(run(&g, &inputs, &context, &answer), SRNF_OK);
+    assert_true(asked.times > 0);
+    assert_int_equal(asked.surfaces, N * asked.times);
+    assert_true(asked.from >= 0.0 && asked.from < asked.to);
+    assert_true(asked.to <= 3.0 / 5.0);
+    for (size_t m = 0; m < 2; m++) {
+        srnf_classification_clear(&answer.results[m]);
+        srnf_folds_typicality_clear(&answer.typicality[m]);
+    }
+    group_close(&g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_one_by_one),
+        cmocka_unit_test(offers_what_it_registers),
         cmocka_unit_test(tells_progress),
         cmocka_unit_test(counts_subjects),
         cmocka_unit_test(refuses),
