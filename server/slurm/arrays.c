@@ -412,7 +412,7 @@ static struct slurm_array *intend(struct slurm *slurm, struct slurm_operation *o
                                   size_t size, const char *token)
 {
     struct store_pilots row = {.status = STORE_PILOTS_INTENDED,
-                               .try = operation->try + 1,
+                               .attempt = operation->attempt + 1,
                                .size = (int64_t)size,
                                .memory = operation->memory};
     struct slurm_array *array = NULL;
@@ -420,8 +420,8 @@ static struct slurm_array *intend(struct slurm *slurm, struct slurm_operation *o
 
     name_prefix(slurm, prefix);
     (void)snprintf(row.job, sizeof row.job, "%s", operation->job);
-    (void)snprintf(row.name, sizeof row.name, "%s%.40s-%lld", prefix, operation->job,
-                   (long long)row.try);
+    (void)snprintf(row.name, sizeof row.name, "%s%.40s-%lld-%s", prefix, operation->job,
+                   (long long)row.attempt, slurm->start);
     store_sha256_hex(row.token, token, strlen(token));
     if (store_pilots_put(slurm->config.store, &row) == 0) {
         array = add(slurm, &row);
@@ -431,7 +431,7 @@ static struct slurm_array *intend(struct slurm *slurm, struct slurm_operation *o
         }
     }
     if (array) {
-        operation->try = row.try;
+        operation->attempt = row.attempt;
         array->done = operation->done;
     }
     return array;

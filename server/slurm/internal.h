@@ -108,7 +108,7 @@ struct slurm_operation {
     size_t most;             /* pilots that it gets */
     size_t pending, running; /* that it has */
     bool unclear;            /* it is not known whether an array was submitted */
-    int64_t try, memory;     /* of the last array; of the next */
+    int64_t attempt, memory; /* of the last array; of the next */
     unsigned failures;       /* arrays in a row that did nothing */
     double next;             /* no array is submitted before */
     bool refused;            /* the trouble is that sbatch did not take the last one */
@@ -118,6 +118,8 @@ struct slurm_operation {
 
 struct slurm {
     struct slurm_config config;
+    char start[5]; /* of this run: names of arrays that have gone are in the queue for minutes, and
+                      must not come again */
     pthread_t thread;
     pthread_mutex_t mutex; /* guards the next two */
     pthread_cond_t wake;

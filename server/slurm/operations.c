@@ -141,9 +141,7 @@ static void count_arrays(struct slurm *slurm)
         if (!o) {
             continue;
         }
-        o->try = array->row.try > o->try ? array->row.
-        try : o
-            ->try;
+        o->attempt = array->row.attempt > o->attempt ? array->row.attempt : o->attempt;
         o->memory = array->row.memory > o->memory ? array->row.memory : o->memory;
         if (array->row.status == STORE_PILOTS_ENDING) {
             continue;

@@ -1,7 +1,7 @@
 /*
  * queue.c - what squeue prints, one element of an array a line:
  *
- *   srnfd-1f2e3d4c-job-0190..-1|123_4|PENDING|Priority
+ *   srnfd-1f2e3d4c-job-0190..-1-07af|123_4|PENDING|Priority
  *
  * A state that is not known here counts as running: a new release of Slurm must not make arrays be
  * asked for twice. A line of another form makes all of the answer none.

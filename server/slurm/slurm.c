@@ -15,6 +15,7 @@
 #include "clock.h"
 
 #include <math.h>
+#include <sodium.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,6 +137,7 @@ int slurm_open(struct slurm **out, const struct slurm_config *config)
         return STORE_NOMEM;
     }
     slurm->config = *config;
+    (void)snprintf(slurm->start, sizeof slurm->start, "%04x", randombytes_uniform(0x10000));
     (void)pthread_mutex_init(&slurm->mutex, NULL);
     (void)pthread_cond_init(&slurm->wake, NULL);
     status = slurm_arrays_load(slurm);

@@ -23,9 +23,9 @@ struct store_pilots {
     char job[STORE_ID_MAX];
     char number[STORE_PILOTS_NUMBER_MAX]; /* that Slurm gave it; "": not known */
     enum store_pilots_status status;
-    int64_t try, size; /* from 1 on */
-    int64_t memory;    /* MiB that were asked for each; 0: as the cluster gives */
-    char token[65];    /* digest */
+    int64_t attempt, size; /* from 1 on */
+    int64_t memory;        /* MiB that were asked for each; 0: as the cluster gives */
+    char token[65];        /* digest */
 };
 
 /* Writes the row of that name, durably. */

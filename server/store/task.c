@@ -344,7 +344,7 @@ static int run_pilots_put(struct store *store, sqlite3 *db, struct store_write *
                          "INSERT OR REPLACE INTO pilots (name, job, number, status, try, size, "
                          "memory, token) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                          "ttttiiit", row->name, row->job, row->number, pilots_statuses[row->status],
-                         row->try, row->size, row->memory, row->token);
+                         row->attempt, row->size, row->memory, row->token);
 }
 
 int store_pilots_put(struct store *store, const struct store_pilots *row)
@@ -381,7 +381,7 @@ static void read_pilots(sqlite3_stmt *rows, struct store_pilots *row)
             row->status = (enum store_pilots_status)i;
         }
     }
-    row->try = sqlite3_column_int64(rows, 4);
+    row->attempt = sqlite3_column_int64(rows, 4);
     row->size = sqlite3_column_int64(rows, 5);
     row->memory = sqlite3_column_int64(rows, 6);
     store_column_id(rows, 7, row->token, sizeof row->token);

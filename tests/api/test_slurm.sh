@@ -152,7 +152,7 @@ stop_server || not_ok 'it drains'
 # ---- By pilots -------------------------------------------------------------------------------------------
 
 start_slurm --slurm-partition shape --slurm-account lab --slurm-qos low --slurm-time 1:00:00 --slurm-cpus 2 \
-    --slurm-arguments '--exclusive --gres=none:1'
+    --slurm-workers 1 --slurm-arguments '--exclusive --gres=none:1'
 is "$(told pilots-local)" 1 'on loopback it says that only this machine has pilots'
 begin 1,0,2,3
 ends_as_local 'pilots compute the same bits'
@@ -165,7 +165,7 @@ await '^0$' rows
 is "$GOT" 0 'and of their rows'
 is "$(grep -c ^sbatch "$STATE/calls")" 1 'sbatch was called once'
 NAME=$(cat "$STATE/101/name")
-like "$NAME" "^srnfd-[0-9a-f]{8}-$JOB-1\$" 'the name says whose array it is'
+like "$NAME" "^srnfd-[0-9a-f]{8}-$JOB-1-[0-9a-f]{4}\$" 'the name says whose array it is'
 is "$(sed -n 's/^sbatch //p' "$STATE/calls")" "--parsable --array=1-1 --job-name=$NAME --ntasks=1 --cpus-per-task=2 \
 --partition=shape --account=lab --qos=low --time=1:00:00 --requeue --export=NONE --propagate=NONE --chdir=/ \
 --output=/dev/null --exclusive --gres=none:1" 'what sbatch was told'
@@ -360,5 +360,6 @@ start_server "$DATA" --tls-certificate "$SCRATCH/other.pem" --tls-key "$SCRATCH/
 like "$(cat "$SCRATCH/refused")" 'service-gone' 'a service with another certificate is none'
 stop_server || not_ok 'it drains'
 is "$(live)" '0 0' 'no pilot is left'
+is "$(cat "$STATE"/*/name | sort | uniq -d)" '' 'no two arrays had the same name: squeue shows those that have ended, too'
 
 done_testing

@@ -15,7 +15,7 @@ static void rows_come_change_and_go(void **state)
     struct fixture *fixture = *state;
     struct store *store = fixture->store;
     struct store_pilots row = {
-        .name = "b", .job = "job-1", .try = 1, .size = 4, .memory = 512, .token = "digest"};
+        .name = "b", .job = "job-1", .attempt = 1, .size = 4, .memory = 512, .token = "digest"};
     struct store_pilots *list;
     size_t n;
 
@@ -37,7 +37,7 @@ static void rows_come_change_and_go(void **state)
     assert_string_equal(list[1].number, "123");
     assert_string_equal(list[1].job, "job-1");
     assert_string_equal(list[1].token, "digest");
-    assert_int_equal(list[1].try, 1);
+    assert_int_equal(list[1].attempt, 1);
     assert_int_equal(list[1].size, 4);
     assert_int_equal(list[1].memory, 512);
     free(list);
