@@ -4,6 +4,7 @@ import * as api from './api';
 import { link } from './router';
 import { caller, useValue } from './state';
 import { Page, ProblemBox, Shown, figure, plural, size, span, useLoad, when } from './ui';
+import { Workers } from './workers';
 
 /** Sums of series of /metrics, by name, and by one label where that is asked for. */
 export function readMetrics(text: string): { sum: (name: string, label?: string, value?: string) => number; by: (name: string, label: string) => [string, number][] } {
@@ -91,6 +92,7 @@ export function Admin() {
                     </section>
                 </>
             )}</Shown>
+            <Workers />
             <Users />
         </Page>
     );
