@@ -1,5 +1,5 @@
 /*
- * auth.c - who calls: tokens, roles, ownership and quotas.
+ * auth.c - who calls: tokens, tickets and passes.
  *
  * Where the data directory has a file of tokens (store/token.h), every request but those for the
  * public routes carries one: Authorization: Bearer (RFC 6750). The file is looked at, by stat, with
@@ -7,16 +7,10 @@
  * away from a running daemon, lets nobody in. Without the file the service has one caller who sees
  * all and has no quotas.
  *
- * Roles: a viewer reads, a user also changes, and both know only what belongs to the token's name;
- * an admin sees and changes everything. What belongs to another is answered as what is not there.
- * /metrics, which counts what all owners do, is for admins and for tokens of the role metrics,
- * which reach nothing else. So leases of tasks are for admins and for tokens of the role worker. A
- * pass, which the service makes for workers that it starts (jobs/tasks.h), is as good as a token of
- * that role, for the tasks of one job, also where no tokens are asked for.
- *
- * Quotas: requests a second are a token bucket of two seconds' worth, streams a count, both of the
- * token and in memory. Jobs and bytes are the owner's and are asked for in the transaction of the
- * store that would add to them.
+ * What a role reaches is in auth_refusals.c, what belongs to whom in auth_owners.c, quotas of
+ * requests and streams in accounts.c. A pass, which the service makes for workers that it starts
+ * (jobs/tasks.h), is as good as a token of the role worker, for the tasks of one job, also where no
+ * tokens are asked for.
  *
  * A browser's EventSource cannot send a token. For routes that say so a ticket stands in for one,
  * once (tickets.h); it is as good as the token at that moment.
@@ -28,9 +22,10 @@
 #include "api/respond.h"
 #include "api/routes.h"
 
+#include "api/accounts.h"
 #include "api/auth.h"
+#include "api/auth_refusals.h"
 #include "api/tickets.h"
-#include "clock.h"
 #include "jobs/tasks.h"
 #include "log.h"
 #include "owner.h"
@@ -38,25 +33,14 @@
 #include "store/store.h"
 #include "store/token.h"
 
-#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <time.h>
 
 #define SECRET_MAX 512           /* of an Authorization header that is looked at */
-#define BURST_SECONDS 2.0        /* of requests that may come at once */
 #define RECORD_MS INT64_C(60000) /* between two records of a token's use */
-
-struct auth_account {
-    struct auth_account *next;
-    char token[STORE_TOKEN_ID_MAX];
-    double level, filled; /* requests in the bucket, and when (monotonic seconds) */
-    size_t streams;
-    int64_t used_ms, recorded_ms;
-};
 
 struct api_auth {
     pthread_mutex_t mutex; /* protects all below it */
@@ -67,15 +51,6 @@ struct api_auth {
     bool readable;
     struct auth_account *accounts;
     struct tickets *tickets;
-};
-
-/* What the first parameter of a path names. */
-static const struct {
-    const char *prefix, *code;
-} owned_paths[] = {
-    {"/v1/meshes/{id}", "no-such-mesh"},      {"/v1/volumes/{id}", "no-such-volume"},
-    {"/v1/surfaces/{id}", "no-such-surface"}, {"/v1/models/{id}", "no-such-model"},
-    {"/v1/jobs/{id}", "no-such-job"},
 };
 
 /* ---- The file -------------------------------------------------------------------------------- */
@@ -165,45 +140,6 @@ void auth_destroy(struct api_auth *auth, struct store *store)
 }
 
 /* ---- Accounts -------------------------------------------------------------------------------- */
-
-/* The account of a token, made where there is none; NULL without memory. The mutex is held. */
-static struct auth_account *account_of(struct api_auth *auth, const struct store_token *token)
-{
-    struct auth_account *account = auth->accounts;
-
-    while (account && strcmp(account->token, token->id) != 0) {
-        account = account->next;
-    }
-    if (!account) {
-        account = calloc(1, sizeof *account);
-        if (!account) {
-            return NULL;
-        }
-        memcpy(account->token, token->id, sizeof account->token);
-        account->level = HUGE_VAL;
-        account->next = auth->accounts;
-        auth->accounts = account;
-    }
-    return account;
-}
-
-/* Takes a request out of the bucket. Returns 0, or the seconds after which there is one. The mutex
-   is held. */
-static double draw(struct auth_account *account, int64_t rate)
-{
-    double now = clock_now(), most = BURST_SECONDS * (double)rate;
-
-    if (rate <= 0) {
-        return 0;
-    }
-    account->level = fmin(most, account->level + (now - account->filled) * (double)rate);
-    account->filled = now;
-    if (account->level < 1) {
-        return (1 - account->level) / (double)rate;
-    }
-    account->level -= 1;
-    return 0;
-}
 
 void auth_record(struct api *api, const struct api_request *request)
 {
@@ -318,9 +254,6 @@ bool auth_holds(struct api_auth *auth, const struct auth_account *account)
     return held;
 }
 
-/* What became of the look at a token. */
-enum admission { ADMITTED, UNREADABLE, UNKNOWN, EXPIRED, TOO_MANY, NO_MEMORY };
-
 /* The token of a ticket in the query, or NULL. The ticket is used up, but not by HEAD, which opens
    no stream. The mutex is held. */
 static const struct store_token *token_of_ticket(struct api_auth *auth,
@@ -359,7 +292,7 @@ static enum admission look_up(struct api_auth *auth, const struct store_token *t
     if (token->expires_ms > 0 && token->expires_ms <= store_now_ms()) {
         return EXPIRED;
     }
-    caller->account = account_of(auth, token);
+    caller->account = account_of(&auth->accounts, token);
     if (!caller->account) {
         return NO_MEMORY;
     }
@@ -371,89 +304,8 @@ static enum admission look_up(struct api_auth *auth, const struct store_token *t
         caller->quotas[i] = token->quotas[i] >= 0 ? token->quotas[i] : auth->defaults[i];
     }
     caller->account->used_ms = store_now_ms();
-    *wait = draw(caller->account, caller->quotas[STORE_QUOTA_REQUESTS]);
+    *wait = account_draw(caller->account, caller->quotas[STORE_QUOTA_REQUESTS]);
     return *wait > 0 ? TOO_MANY : ADMITTED;
-}
-
-static void refuse_token(struct api_call *call, enum admission admission)
-{
-    const char *detail = admission == EXPIRED ? "The token has expired."
-                                              : "The token is not known here; it may have been "
-                                                "revoked.";
-
-    (void)problem_respond(call, "token-invalid", "%s", detail);
-    (void)api_response_header_text(call->response, "WWW-Authenticate",
-                                   "Bearer realm=\"srnfd\", error=\"invalid_token\"");
-}
-
-void auth_refuse_revoked(struct api_call *call)
-{
-    refuse_token(call, UNKNOWN);
-}
-
-static void refuse(struct api_call *call, enum admission admission, double wait)
-{
-    switch (admission) {
-    case UNKNOWN:
-    case EXPIRED:
-        refuse_token(call, admission);
-        break;
-    case TOO_MANY:
-        quota_respond(call, STORE_QUOTA_REQUESTS, (int)ceil(wait));
-        break;
-    case NO_MEMORY:
-        (void)problem_respond(call, "out-of-memory", "There is not enough memory for this.");
-        break;
-    case UNREADABLE:
-    case ADMITTED:
-        (void)problem_respond(call, "not-ready",
-                              "The file of tokens in the data directory cannot be read.");
-        break;
-    }
-}
-
-/* What a token of this role may not do there, as the rest of a sentence; NULL: it may. */
-static const char *refuses_role(enum store_role role, const struct api_route *route,
-                                const char *method)
-{
-    bool reads = strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0 ||
-                 (route->flags & ROUTE_READS) != 0;
-
-    if (role == STORE_ROLE_ADMIN) {
-        return NULL;
-    }
-    if (route->flags & ROUTE_ADMINS) {
-        return "; this is for the role admin.";
-    }
-    if (route->flags & ROUTE_MONITORS) {
-        return role == STORE_ROLE_METRICS ? NULL : "; /metrics is for the roles admin and metrics.";
-    }
-    if (route->flags & ROUTE_WORKERS) {
-        return role == STORE_ROLE_WORKER ? NULL : "; leases are for the roles admin and worker.";
-    }
-    if (role == STORE_ROLE_METRICS) {
-        return ", which may read /metrics alone.";
-    }
-    if (role == STORE_ROLE_WORKER) {
-        return ", which may lease tasks, read what they are about and "
-               "return their results, and nothing else.";
-    }
-    return role == STORE_ROLE_USER || reads ? NULL : ", which may only read.";
-}
-
-/* 403 where a viewer would change something, and where the role does not reach the route. */
-static bool role_allows(struct api_call *call, enum store_role role, const struct api_route *route)
-{
-    const char *sentence = refuses_role(role, route, call->request->method);
-
-    if (!sentence) {
-        return true;
-    }
-    (void)problem_respond(call, "forbidden", "The role of this token is %s%s",
-                          store_role_name(role), sentence);
-    (void)api_response_header_text(call->response, "WWW-Authenticate",
-                                   "Bearer realm=\"srnfd\", error=\"insufficient_scope\"");
-    return false;
 }
 
 /* Admits, or refuses, whoever comes with what looks like a pass. */
@@ -464,14 +316,14 @@ static bool admit_pass(struct api_call *call, struct api_request *request, const
 
     if (strlen(secret) >= SECRET_MAX ||
         !jobs_pass_find(call->api->config.jobs, secret, caller->job)) {
-        refuse_token(call, UNKNOWN);
+        auth_refuse_token(call, UNKNOWN);
         return false;
     }
     /* No token has a colon in its name. */
     (void)snprintf(caller->name, sizeof caller->name, "slurm:%.50s", caller->job);
     caller->role = store_role_name(STORE_ROLE_WORKER);
     caller->restricted = true;
-    return role_allows(call, STORE_ROLE_WORKER, route);
+    return auth_role_allows(call, STORE_ROLE_WORKER, route);
 }
 
 bool auth_admit(struct api_call *call, struct api_request *request, const struct api_route *route)
@@ -517,10 +369,10 @@ bool auth_admit(struct api_call *call, struct api_request *request, const struct
         return false;
     }
     if (admission != ADMITTED) {
-        refuse(call, admission, wait);
+        auth_refuse(call, admission, wait);
         return false;
     }
-    return role_allows(call, role, route);
+    return auth_role_allows(call, role, route);
 }
 
 bool auth_readable(struct api *api)
@@ -552,43 +404,4 @@ void tickets_create_one(struct api_call *call)
     respond_json(
         call, 201,
         json_pack("{s:s, s:i}", "ticket", ticket, "expiresInSeconds", (int)TICKET_SECONDS));
-}
-
-/* ---- Ownership ------------------------------------------------------------------------------- */
-
-struct store_view call_view(const struct api_call *call)
-{
-    const struct api_caller *caller = &call->request->caller;
-
-    return (struct store_view){.owner = caller->name, .all = !caller->restricted};
-}
-
-struct store_owner call_owner(const struct api_call *call)
-{
-    const struct api_caller *caller = &call->request->caller;
-
-    return (struct store_owner){.name = caller->name,
-                                .bytes_max = caller->quotas[STORE_QUOTA_BYTES]};
-}
-
-int call_sees(const struct api_call *call, const char *id)
-{
-    const struct api_caller *caller = &call->request->caller;
-
-    return caller->restricted ? store_owner_has(call->api->config.store, caller->name, id) : 0;
-}
-
-bool auth_owns_path(struct api_call *call, const struct api_route *route)
-{
-    int status = 0;
-
-    for (size_t i = 0; i < sizeof owned_paths / sizeof owned_paths[0]; i++) {
-        if (strncmp(route->pattern, owned_paths[i].prefix, strlen(owned_paths[i].prefix)) == 0) {
-            status = call_sees(call, call->parameters[0]);
-            if (status != 0) {
-                (void)problem_respond_store(call, status, owned_paths[i].code, call->parameters[0]);
-            }
-        }
-    }
-    return status == 0;
 }

@@ -132,18 +132,13 @@ bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *
    -1: none (negotiate.c). */
 int accept_best(const struct api_request *request, const char *const *media_types);
 
-/* ---- Records of what is stored, as JSON (meshes.c, surfaces_record.c, jobs_routes.c) --------- */
+/* ---- Records of what is stored, as JSON (meshes.c, surfaces_record.c, jobs_record.c) --------- */
 
 json_t *mesh_record(const struct store_mesh *mesh);
 /* The stored report of a mesh as it reads today (new reference), or NULL (mesh_report.c). */
 json_t *mesh_report_load(const struct store_mesh *mesh);
 /* Whether a stored mesh cannot be analysed, and the first reason with its element. */
 bool mesh_first_problem(const struct store_mesh *mesh, char code[48], char detail[320]);
-/* Reads the mesh that is the body: its row, but for what the store says of it, and as it was
-   prepared. *held: the owner has it, and the row is as it is there; nothing is prepared then. False
-   when a problem was answered. Row and prepared mesh are to be cleared in any case. */
-bool mesh_read_body(struct api_call *call, const char *name, struct store_mesh *row,
-                    struct compute_prepared *prepared, bool *held);
 /* Reads it and keeps it for the caller; *created: it is new there. False when a problem was
    answered. store_mesh_clear in any case. */
 bool mesh_keep_body(struct api_call *call, const char *name, struct store_mesh *row, bool *created);

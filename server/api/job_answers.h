@@ -1,5 +1,5 @@
 /*
- * job_answers.h - what the job resource and the execution of a process answer alike.
+ * job_answers.h - what the job resource, its list and the execution of a process answer alike.
  */
 #ifndef SRNFD_API_JOB_ANSWERS_H
 #define SRNFD_API_JOB_ANSWERS_H
@@ -9,6 +9,11 @@
 struct store_job; /* store/job.h */
 
 bool job_ended(const struct store_job *job);
+/* The record with the inputs as the job has them, unless they have more than most bytes (arrays of
+   numbers): then the results alone tell them. Takes over and returns the record. */
+json_t *job_with_inputs(json_t *record, const struct store_job *job, size_t most);
+/* The problem of a failed job; NULL for any other. */
+json_t *job_problem(const struct store_job *job, const char *request_id);
 
 struct framing; /* framing.h */
 

@@ -1,5 +1,5 @@
 /*
- * jobs_routes.c - the job resource: list, status, results, cancel, delete.
+ * jobs_routes.c - the job resource: status, results, cancel, delete.
  *
  * A job's state is the engine's; here it only becomes JSON. Results are stored as the text that the
  * process wrote and are handed on unparsed, but for a matrix of distances, which is served as CSV
@@ -7,20 +7,16 @@
  * 409 with Retry-After, of one that failed its problem with that problem's status, of one that was
  * dismissed 410.
  *
- * The record is a statusInfo of OGC API - Processes 1.0 with members of our own; what is not known
- * is absent. DELETE is its dismissal. Of a job that has ended nothing but name and tags can change,
- * so its entity tag is of these; one that has not ended changes by the moment, and has none.
+ * DELETE is a dismissal. Of a job that has ended nothing but name and tags can change, so its
+ * entity tag is of these; one that has not ended changes by the moment, and has none.
  */
-#include "api/links.h"
 #include "api/respond.h"
-#include "api/lists.h"
 #include "api/routes.h"
 
 #include "api/changes.h"
 #include "api/framing.h"
 #include "api/job_answers.h"
 #include "api/tables.h"
-#include "api/json_memory.h"
 #include "api/labels.h"
 #include "store/digest.h"
 #include "store/job.h"
@@ -30,107 +26,9 @@
 #include <string.h>
 #include <time.h>
 
-/* Bytes of inputs that a record shows, and that its entry in a list does. */
-#define INPUTS_MAX ((size_t)64 << 10)
-#define INPUTS_LISTED ((size_t)2 << 10)
-#define CANCEL_SECONDS 20 /* that a job which was dismissed may take to stop */
-#define LOOK_MS 20        /* between two looks whether it has */
-
-static json_t *job_links(const struct store_job *job)
-{
-    json_t *links = json_array();
-    char path[128];
-
-    (void)snprintf(path, sizeof path, "/v1/jobs/%s", job->id);
-    link_add(links, path, "self", LINK_JSON, "The job");
-    (void)snprintf(path, sizeof path, "/v1/jobs/%s/events", job->id);
-    link_add(links, path, "monitor", "text/event-stream", "Its changes");
-    if (job->status == STORE_JOB_SUCCESSFUL || job->status == STORE_JOB_FAILED) {
-        (void)snprintf(path, sizeof path, "/v1/jobs/%s/results", job->id);
-        link_add(links, path, LINK_OGC "results", LINK_JSON, "What it gave");
-    }
-    (void)snprintf(path, sizeof path, "/v1/processes/%s", job->process);
-    link_add(links, path, LINK_OGC "process-desc", LINK_JSON, "The process");
-    link_add(links, "/v1/jobs", "up", LINK_JSON, "All jobs");
-    return links;
-}
-
-/* The problem of a failed job; NULL for any other. */
-static json_t *job_problem(const struct store_job *job, const char *request_id)
-{
-    char instance[96];
-
-    if (job->status != STORE_JOB_FAILED) {
-        return NULL;
-    }
-    (void)snprintf(instance, sizeof instance, "/v1/jobs/%s", job->id);
-    return problem_json(job->problem_code ? job->problem_code : "internal-error",
-                        job->problem_detail, instance, request_id);
-}
-
-/* Sets a member unless the value is null: what is not known is absent. */
-static void set_known(json_t *document, const char *name, json_t *value)
-{
-    if (json_is_null(value)) {
-        json_decref(value);
-    } else {
-        (void)json_object_set_new(document, name, value);
-    }
-}
-
-/* What holds at this moment, and only of jobs that wait or run. */
-static void set_moment(json_t *document, const struct store_job *job)
-{
-    if (job->progress >= 0) {
-        (void)json_object_set_new(document, "progress", json_integer((json_int_t)job->progress));
-    }
-    if (job->status == STORE_JOB_RUNNING && job->seconds_left >= 0) {
-        (void)json_object_set_new(document, "estimatedSecondsLeft", json_real(job->seconds_left));
-    }
-    if (job->status == STORE_JOB_ACCEPTED && job->queue_position > 0) {
-        (void)json_object_set_new(document, "queuePosition",
-                                  json_integer((json_int_t)job->queue_position));
-    }
-}
-
-json_t *job_record(const struct store_job *job, const char *cache)
-{
-    json_t *document = json_object();
-    json_t *problem = job_problem(job, NULL);
-
-    (void)json_object_set_new(document, "jobID", json_string(job->id));
-    (void)json_object_set_new(document, "id", json_string(job->id));
-    (void)json_object_set_new(document, "type", json_string("process"));
-    (void)json_object_set_new(document, "name", json_string(job->name ? job->name : ""));
-    labels_set_tags(document, job->tags);
-    (void)json_object_set_new(document, "processID", json_string(job->process));
-    if (job->owner[0]) {
-        (void)json_object_set_new(document, "owner", json_string(job->owner));
-    }
-    (void)json_object_set_new(document, "status", json_string(store_job_status_name(job->status)));
-    (void)json_object_set_new(document, "message", json_string(job->message ? job->message : ""));
-    set_moment(document, job);
-    set_known(document, "created", json_time(job->created_ms));
-    set_known(document, "started", json_time(job->started_ms));
-    set_known(document, "finished", json_time(job->finished_ms));
-    set_known(document, "updated", json_time(job->updated_ms));
-    (void)json_object_set_new(document, "attempt", json_integer(job->attempt));
-    (void)json_object_set_new(document, "cancelRequested", json_boolean(job->cancel_requested));
-    (void)json_object_set_new(document, "cache", json_string(cache ? cache : "miss"));
-    (void)json_object_set_new(document, "inputsDigest", json_string(job->digest));
-    (void)json_object_set_new(document, "numericBuild",
-                              json_string(job->numeric_build ? job->numeric_build : ""));
-    if (problem) {
-        (void)json_object_set_new(document, "exception", problem);
-    }
-    (void)json_object_set_new(document, "links", job_links(job));
-    return document;
-}
-
-bool job_ended(const struct store_job *job)
-{
-    return job->status != STORE_JOB_ACCEPTED && job->status != STORE_JOB_RUNNING;
-}
+#define INPUTS_MAX ((size_t)64 << 10) /* bytes of inputs that a record shows */
+#define CANCEL_SECONDS 20             /* that a job which was dismissed may take to stop */
+#define LOOK_MS 20                    /* between two looks whether it has */
 
 static void respond_successful(struct api_call *call, const struct store_job *job,
                                const struct framing *framing)
@@ -196,19 +94,6 @@ static bool find_job(struct api_call *call, struct store_job *job)
     return status == 0;
 }
 
-/* The record with the inputs as the job has them, unless they are long (arrays of numbers): then
-   the results alone tell them. Takes over and returns the record. */
-static json_t *with_inputs(json_t *record, const struct store_job *job, size_t most)
-{
-    size_t length = job->inputs ? strlen(job->inputs) : 0;
-    json_t *inputs = length <= most ? json_memory_load(job->inputs, length, 0, NULL, NULL) : NULL;
-
-    if (inputs) {
-        (void)json_object_set_new(record, "inputs", inputs);
-    }
-    return record;
-}
-
 void jobs_get_one(struct api_call *call)
 {
     struct store_job job = {0};
@@ -222,7 +107,7 @@ void jobs_get_one(struct api_call *call)
         (void)api_response_header_text(call->response, "Retry-After", "1");
     }
     if (!job_ended(&job) || !respond_not_modified(call, etag)) {
-        respond_json(call, 200, with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
+        respond_json(call, 200, job_with_inputs(job_record(&job, NULL), &job, INPUTS_MAX));
     }
     store_job_clear(&job);
 }
@@ -419,68 +304,4 @@ void jobs_delete(struct api_call *call)
         respond_json(call, 200, job_record(&job, NULL));
     }
     store_job_clear(&job);
-}
-
-/* ---- GET /v1/jobs ---------------------------------------------------------------------------- */
-
-static bool add_job(void *user, const struct store_job *job)
-{
-    return list_add(user, with_inputs(job_record(job, NULL), job, INPUTS_LISTED), job->created_ms,
-                    job->id);
-}
-
-/* The items of a page that wait for their place, by id; borrowed. */
-struct waiting {
-    json_t *items;
-    size_t left;
-};
-
-static bool place_job(void *user, const char *id, size_t position)
-{
-    struct waiting *waiting = user;
-    json_t *item = json_object_get(waiting->items, id);
-
-    if (item) {
-        (void)json_object_set_new(item, "queuePosition", json_integer((json_int_t)position));
-        waiting->left--;
-    }
-    return waiting->left > 0;
-}
-
-/* The places of those jobs of the page that wait, in one look at the queue: not while the page is
-   read, which holds the only reader that this thread may have. */
-static int place_jobs(struct api_call *call, json_t *items)
-{
-    struct waiting waiting = {.items = json_object()};
-    int status = 0;
-    json_t *item;
-    size_t i;
-
-    json_array_foreach(items, i, item)
-    {
-        const char *name = json_string_value(json_object_get(item, "status"));
-
-        if (name && strcmp(name, store_job_status_name(STORE_JOB_ACCEPTED)) == 0) {
-            (void)json_object_set(waiting.items, json_string_value(json_object_get(item, "id")),
-                                  item);
-            waiting.left++;
-        }
-    }
-    if (waiting.left > 0) {
-        status = jobs_places(call->api->config.jobs, place_job, &waiting);
-    }
-    json_decref(waiting.items);
-    return status;
-}
-
-void jobs_list(struct api_call *call)
-{
-    struct list list;
-    int read;
-
-    if (list_open(call, "jobs", &list)) {
-        list.member = "jobs";
-        read = jobs_page(call->api->config.jobs, &list.page, add_job, &list);
-        list_respond(call, &list, "/v1/jobs", read ? read : place_jobs(call, list.items));
-    }
 }

@@ -16,6 +16,7 @@
  * Cost: the size of everything, read and written once.
  */
 #include "store/internal.h"
+#include "store/files.h"
 #include "store/maintenance.h"
 #include "store/token.h"
 

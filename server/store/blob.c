@@ -18,6 +18,7 @@
  * Cost: SHA-256 at some 300 MB/s each way.
  */
 #include "store/internal.h"
+#include "store/files.h"
 #include "store/numbers.h"
 
 #include "store/digest.h"
@@ -35,14 +36,6 @@
 #include <dirent.h>
 
 #define TEMPORARY "tmp"
-
-int store_open_folder(int at, const char *name)
-{
-    if (mkdirat(at, name, 0700) != 0 && errno != EEXIST) {
-        return -1;
-    }
-    return openat(at, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-}
 
 void store_blob_path(char path[STORE_BLOB_PATH], const char *hash)
 {
@@ -84,34 +77,6 @@ int store_blobs_open(struct store *store, char *message, size_t message_size)
         close(base);
     }
     return status;
-}
-
-int store_write_bytes(int fd, const void *bytes, size_t size)
-{
-    const unsigned char *next = bytes;
-
-    while (size > 0) {
-        ssize_t n = write(fd, next, size);
-
-        if (n < 0 && errno != EINTR) {
-            return store_map_errno(errno);
-        }
-        if (n > 0) {
-            next += n;
-            size -= (size_t)n;
-        }
-    }
-    return STORE_OK;
-}
-
-int store_write_all(int fd, const unsigned char *bytes, size_t size)
-{
-    int status = store_write_bytes(fd, bytes, size);
-
-    if (status != STORE_OK) {
-        return status;
-    }
-    return fsync(fd) == 0 ? STORE_OK : store_map_errno(errno);
 }
 
 int store_blob_stage(struct store *store, const void *bytes, size_t size,

@@ -92,8 +92,6 @@ struct store {
 
 /* The STORE_* code of what the connection just answered. */
 int store_map(sqlite3 *db, int rc);
-/* STORE_FULL where errno says that there is no room, otherwise STORE_IO. */
-int store_map_errno(int error);
 
 /*
  * Prepares a statement and binds its parameters in order. Each letter of kinds takes its arguments:
@@ -116,8 +114,6 @@ void store_column_id(sqlite3_stmt *statement, int column, char *buffer, size_t s
 
 /* ---- Opening (store.c, database.c, migrate.c) ------------------------------------------------ */
 
-/* Makes the directory, with its parents, and leaves it open only to its owner. */
-int store_make_directory(const char *directory);
 int store_connect_writer(const char *path, sqlite3 **db, char *message, size_t message_size);
 int store_connect_reader(const char *path, sqlite3 **db);
 /* Checks whose database it is, and that its version is known; message gets a sentence if not. */
@@ -311,11 +307,6 @@ bool store_blob_is_inline(sqlite3 *db, const char *hash);
 #define STORE_BLOB_PATH 80
 /* Path of a blob's file below blobs/. */
 void store_blob_path(char path[STORE_BLOB_PATH], const char *hash);
-/* Opens the folder, making it if it is not there; -1 with errno. */
-int store_open_folder(int at, const char *name);
-int store_write_bytes(int fd, const void *bytes, size_t size);
-/* Writes all bytes and syncs them. */
-int store_write_all(int fd, const unsigned char *bytes, size_t size);
 
 /* ---- What is derived from meshes (prepared.c, encoding.c) ------------------------------------ */
 

@@ -6,6 +6,7 @@
  * closed as the last one (database.c says why only the daemon's writer may).
  */
 #include "store/internal.h"
+#include "store/files.h"
 
 #include <errno.h>
 #include <fcntl.h>

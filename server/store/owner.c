@@ -14,8 +14,10 @@
 
 #include "owner.h"
 #include "store/holdings.h"
+#include "store/token_file.h"
 
 #include <string.h>
+#include <unistd.h>
 
 const char *store_owner_name(const struct store_owner *owner)
 {
@@ -192,4 +194,32 @@ int store_token_used(struct store *store, const char *token, int64_t when_ms)
     struct use use = {.token = token, .now = when_ms};
 
     return store_write(store, run_use, &use);
+}
+
+void store_tokens_uses(const char *directory, struct store_tokens *tokens)
+{
+    char path[STORE_TOKEN_PATH];
+    sqlite3_stmt *rows = NULL;
+    sqlite3 *db = NULL;
+    int status = store_token_path(path, directory, STORE_DATABASE_NAME);
+
+    if (status == STORE_OK && access(path, R_OK) == 0) {
+        status = store_connect_reader(path, &db);
+    }
+    if (!db) {
+        return;
+    }
+    status = store_prepare(db, &rows, "SELECT token, last_ms FROM token_use", "");
+    while (status == STORE_OK && (status = store_step(db, rows)) == STORE_OK) {
+        char id[STORE_TOKEN_ID_MAX];
+
+        store_column_id(rows, 0, id, sizeof id);
+        for (size_t i = 0; i < tokens->n; i++) {
+            if (strcmp(tokens->list[i].id, id) == 0) {
+                tokens->list[i].last_ms = sqlite3_column_int64(rows, 1);
+            }
+        }
+    }
+    sqlite3_finalize(rows);
+    sqlite3_close(db);
 }

@@ -33,6 +33,7 @@
 #include "store/prepared.h"
 #include "store/digest.h"
 #include "store/prepared_files.h"
+#include "store/files.h"
 
 #define DIGEST_BYTES ((size_t)32)
 #define PAGE INT64_C(4096)

@@ -19,6 +19,7 @@
  * the status is read by all.
  */
 #include "store/internal.h"
+#include "store/files.h"
 
 #include "store/store.h"
 

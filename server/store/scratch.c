@@ -26,6 +26,7 @@
 #include <unistd.h>
 
 #include "store/internal.h"
+#include "store/files.h"
 #include "store/scratch.h"
 
 #define FOLDER "scratch"

@@ -7,6 +7,7 @@
  * schema changes.
  */
 #include "store/internal.h"
+#include "store/files.h"
 
 #include <assert.h>
 #include <errno.h>
@@ -24,14 +25,6 @@ static const struct {
     {SQLITE_CORRUPT, STORE_CORRUPT}, {SQLITE_NOTADB, STORE_CORRUPT},
     {SQLITE_NOMEM, STORE_NOMEM},     {SQLITE_CONSTRAINT, STORE_CONFLICT},
 };
-
-int store_map_errno(int error)
-{
-    /* EFBIG comes from a limit on file sizes: for whoever waits, that is a full disk too. */
-    return error == ENOSPC || error == EDQUOT || error == EFBIG ? STORE_FULL
-           : error == ENOMEM                                    ? STORE_NOMEM
-                                                                : STORE_IO;
-}
 
 int store_map(sqlite3 *db, int rc)
 {

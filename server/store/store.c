@@ -14,6 +14,7 @@
  * checkpoints the log.
  */
 #include "store/internal.h"
+#include "store/files.h"
 
 #include "store/store.h"
 
@@ -34,33 +35,6 @@ int64_t store_now_ms(void)
 
     clock_gettime(CLOCK_REALTIME, &now);
     return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
-int store_make_directory(const char *directory)
-{
-    char *path = strdup(directory);
-    int status = STORE_OK;
-
-    if (!path) {
-        return STORE_NOMEM;
-    }
-    for (char *slash = path + 1; status == STORE_OK && *path; slash++) {
-        char kept = *slash;
-
-        if (kept != '/' && kept != '\0') {
-            continue;
-        }
-        *slash = '\0';
-        if (mkdir(path, 0700) != 0 && errno != EEXIST) {
-            status = store_map_errno(errno);
-        }
-        *slash = kept;
-        if (kept == '\0') {
-            break;
-        }
-    }
-    free(path);
-    return status;
 }
 
 static int lock_directory(struct store *store, char *message, size_t message_size)
