@@ -27,13 +27,12 @@
 #define WATCHED 20.0 /* the same, after which it is no longer looked for */
 #define MEMORY_LEAST 1024 /* MiB: what a pilot had that was not asked for any */
 #define MEMORY_MOST (INT64_C(1) << 20)
-#define CANCELS_MAX 64 /* ids of one call */
 
 /* ---- Rows ------------------------------------------------------------------------------------ */
 
-static void name_prefix(const struct slurm *slurm, char prefix[32])
+void slurm_name_prefix(const struct slurm *slurm, char prefix[SLURM_PREFIX_MAX])
 {
-    (void)snprintf(prefix, 32, "srnfd-%.16s-", slurm->config.installation);
+    (void)snprintf(prefix, SLURM_PREFIX_MAX, "srnfd-%.16s-", slurm->config.installation);
 }
 
 static void put(struct slurm *slurm, const struct slurm_array *array)
@@ -74,11 +73,11 @@ static void drop(struct slurm *slurm, struct slurm_array *array)
 int slurm_arrays_load(struct slurm *slurm)
 {
     struct store_pilots *rows = NULL;
-    char prefix[32];
+    char prefix[SLURM_PREFIX_MAX];
     size_t n = 0;
     int status = store_pilots_list(slurm->config.store, &rows, &n);
 
-    name_prefix(slurm, prefix);
+    slurm_name_prefix(slurm, prefix);
     for (size_t i = 0; status == 0 && i < n; i++) {
         struct slurm_array *array;
 
@@ -416,9 +415,9 @@ static struct slurm_array *intend(struct slurm *slurm, struct slurm_operation *o
                                .size = (int64_t)size,
                                .memory = operation->memory};
     struct slurm_array *array = NULL;
-    char prefix[32];
+    char prefix[SLURM_PREFIX_MAX];
 
-    name_prefix(slurm, prefix);
+    slurm_name_prefix(slurm, prefix);
     (void)snprintf(row.job, sizeof row.job, "%s", operation->job);
     (void)snprintf(row.name, sizeof row.name, "%s%.40s-%lld-%s", prefix, operation->job,
                    (long long)row.attempt, slurm->start);
@@ -471,80 +470,4 @@ void slurm_submit(struct slurm *slurm, struct slurm_operation *operation, size_t
     sodium_memzero(token, sizeof token);
     free(script);
     free(arguments);
-}
-
-/* ---- Cancelling ------------------------------------------------------------------------------ */
-
-struct cancels {
-    const char *arguments[CANCELS_MAX + 2];
-    size_t n; /* with the program */
-};
-
-static void cancel(struct slurm *slurm, struct cancels *cancels)
-{
-    struct slurm_answer answer;
-
-    if (cancels->n > 1) {
-        cancels->arguments[cancels->n] = NULL;
-        slurm_run(&(struct slurm_command){.arguments = cancels->arguments,
-                                          .seconds = slurm->config.seconds},
-                  &answer);
-        if (answer.status == 0) {
-            LOG("pilots-cancelled", log_number("ids", (double)(cancels->n - 1)),
-                log_text("first", cancels->arguments[1]));
-        } else {
-            LOG_WARN("pilots-not-cancelled", log_number("ids", (double)(cancels->n - 1)),
-                     log_text("first", cancels->arguments[1]), log_text("message", answer.why));
-        }
-        slurm_answer_clear(&answer);
-    }
-    cancels->n = 1;
-}
-
-static void add_cancel(struct slurm *slurm, struct cancels *cancels, const char *id)
-{
-    cancels->arguments[cancels->n++] = id;
-    if (cancels->n == CANCELS_MAX + 1) {
-        cancel(slurm, cancels);
-    }
-}
-
-void slurm_shrink(struct slurm *slurm, const struct slurm_operation *operation, size_t most)
-{
-    struct cancels cancels = {.arguments = {"scancel"}, .n = 1};
-
-    for (struct slurm_array *array = slurm->arrays; array; array = array->next) {
-        bool poor = array->row.memory < operation->memory;
-
-        if (strcmp(array->row.job, operation->job) != 0 ||
-            array->row.status != STORE_PILOTS_SUBMITTED) {
-            continue;
-        }
-        for (size_t i = slurm->n_elements; i-- > 0 && (most > 0 || poor);) {
-            struct slurm_element *element = &slurm->elements[i];
-
-            if (element->state == SLURM_PENDING && strcmp(element->name, array->row.name) == 0) {
-                add_cancel(slurm, &cancels, element->id);
-                element->state = SLURM_ENDED;
-                array->pending -= array->pending > 0;
-                array->cut = true;
-                most -= most > 0;
-            }
-        }
-    }
-    cancel(slurm, &cancels);
-}
-
-void slurm_cancel_ending(struct slurm *slurm, bool all)
-{
-    struct cancels cancels = {.arguments = {"scancel"}, .n = 1};
-
-    for (const struct slurm_array *array = slurm->arrays; array; array = array->next) {
-        bool lives = array->pending + array->running > 0 || (all && !array->seen);
-
-        if (array->row.status == STORE_PILOTS_ENDING && array->row.number[0] && lives) {
-            add_cancel(slurm, &cancels, array->row.number);
-        }
-    }
-    cancel(slurm, &cancels);
 }

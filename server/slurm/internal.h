@@ -3,6 +3,7 @@
  *
  *   slurm.c     the thread: looks, settles, asks for pilots and cancels them, in turn
  *   arrays.c    arrays of pilots from their intent to their end
+ *   cancel.c    pilots that are not needed, and those that nobody knows
  *   operations.c  jobs that have pilots: how many each wants, when to try again, what to say
  *   queue.c     what squeue answers
  *   script.c    what sbatch gets
@@ -129,6 +130,8 @@ struct slurm {
     struct slurm_operation *operations;
     struct slurm_element *elements; /* of the last look that was answered */
     size_t n_elements;
+    double active;           /* when there was an array or a job last, or this run began */
+    double swept;            /* when strays were looked for last; 0: never */
     double looked;           /* when the last look began, by the monotonic clock; 0: never */
     bool blind;              /* the last look was not answered */
     char why[SLURM_WHY_MAX]; /* then: why */
@@ -148,6 +151,13 @@ void slurm_submit(struct slurm *slurm, struct slurm_operation *operation, size_t
 void slurm_shrink(struct slurm *slurm, const struct slurm_operation *operation, size_t most);
 /* Cancels what the last look has shown of arrays that are to end; all: whatever it has shown. */
 void slurm_cancel_ending(struct slurm *slurm, bool all);
+/* Cancels strays, if it is time to look for them again. */
+void slurm_sweep(struct slurm *slurm);
+/* When that is; 0: not before there is another array. */
+double slurm_sweep_due(const struct slurm *slurm);
+/* What the names of all arrays of this installation begin with. */
+#define SLURM_PREFIX_MAX 32
+void slurm_name_prefix(const struct slurm *slurm, char prefix[SLURM_PREFIX_MAX]);
 /* The array is to end, and its token ends with it. */
 void slurm_array_end(struct slurm *slurm, struct slurm_array *array);
 

@@ -86,8 +86,22 @@ static void turn(struct slurm *slurm)
     }
     if (!slurm->blind) {
         slurm_cancel_ending(slurm, false);
+        slurm_sweep(slurm);
     }
     slurm_operations_tell(slurm);
+}
+
+/* Seconds until the next turn; 0: until somebody wakes the thread. */
+static double rest(struct slurm *slurm)
+{
+    double due;
+
+    if (slurm->operations || slurm->arrays) {
+        slurm->active = clock_now();
+        return slurm->config.poll_seconds;
+    }
+    due = slurm_sweep_due(slurm);
+    return due > 0.0 ? fmax(due - clock_now(), slurm->config.poll_seconds) : 0.0;
 }
 
 /* ---- The thread ------------------------------------------------------------------------------ */
@@ -122,7 +136,7 @@ static void *slurm_main(void *argument)
         if (clock_now() - turned < TURN_SECONDS && !atomic_load(&slurm->closing)) {
             (void)nanosleep(&pause, NULL);
         }
-        wait_for_work(slurm, slurm->operations || slurm->arrays ? slurm->config.poll_seconds : 0.0);
+        wait_for_work(slurm, rest(slurm));
     }
     return NULL;
 }
@@ -137,6 +151,7 @@ int slurm_open(struct slurm **out, const struct slurm_config *config)
         return STORE_NOMEM;
     }
     slurm->config = *config;
+    slurm->active = clock_now();
     (void)snprintf(slurm->start, sizeof slurm->start, "%04x", randombytes_uniform(0x10000));
     (void)pthread_mutex_init(&slurm->mutex, NULL);
     (void)pthread_cond_init(&slurm->wake, NULL);

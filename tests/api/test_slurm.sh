@@ -169,8 +169,8 @@ like "$NAME" "^srnfd-[0-9a-f]{8}-$JOB-1-[0-9a-f]{4}\$" 'the name says whose arra
 is "$(sed -n 's/^sbatch //p' "$STATE/calls")" "--parsable --array=1-1 --job-name=$NAME --ntasks=1 --cpus-per-task=2 \
 --partition=shape --account=lab --qos=low --time=1:00:00 --requeue --export=NONE --propagate=NONE --chdir=/ \
 --output=/dev/null --exclusive --gres=none:1" 'what sbatch was told'
-is "$(grep -c "^squeue -h -r -t all -o %j|%i|%T|%r --name=$NAME\$" "$STATE/calls")" "$(grep -c ^squeue "$STATE/calls")" \
-    'squeue is asked by name'
+is "$(grep -c "^squeue -h -r -t all -o %j|%i|%T|%r --name=$NAME\$" "$STATE/calls")" \
+    "$(grep ^squeue "$STATE/calls" | grep -vc -- --me)" 'squeue is asked by name'
 TOKEN=$(grep -o 'srnfd_pilot_[A-Za-z0-9_-]*' "$STATE/101/script")
 like "$TOKEN" '^srnfd_pilot_[A-Za-z0-9_-]{43}$' 'the token is in the script'
 is "$(grep -rlF -- "$TOKEN" "$STATE" "$SERVER_LOG" "$DATA" | sort | paste -sd' ')" "$STATE/101/script" 'and nowhere else'
@@ -179,6 +179,14 @@ like "$(cat "$SCRATCH/seen")" 'PATH=' 'sbatch has an environment'
 unlike "$(cat "$SCRATCH/seen")" 'SECRET_OF_THE_DAEMON|SRNFD_' 'without what is the daemon'"'"'s'
 post_json /v1/leases '{}' --header "Authorization: Bearer $TOKEN"
 is_problem 401 token-invalid 'the token ended with the job'
+echo 0 >"$STATE/nodes"
+mkdir -p "$STATE/999/1"
+echo 'a job | of somebody else' >"$STATE/999/name"
+echo PENDING | tee "$STATE/999/1/word" >"$STATE/101/1/word"
+await CANCELLED cat "$STATE/101/1/word"
+is "$GOT" CANCELLED 'what comes back, as after a crash of the controller, is cancelled'
+is "$(cat "$STATE/999/1/word") $(told pilot-stray)" 'PENDING 1' 'and nothing else'
+rm -r "$STATE/999"
 
 # ---- Nothing runs: reasons, shares, growth, shrinking, and what a token may ---------------------------------
 

@@ -106,6 +106,7 @@ list() { # ARGUMENTS..
     for argument; do
         case $argument in
         --name=*) names=,${argument#--name=}, ;;
+        --me) names=all ;;
         esac
     done
     schedule
@@ -115,7 +116,7 @@ list() { # ARGUMENTS..
         array=${element%/*}
         line "$array/name"
         name=$LINE
-        [[ $names == *,$name,* ]] || continue
+        [[ $names == all || $names == *,$name,* ]] || continue
         line "$STATE/reason" Resources
         reason=$LINE
         line "$element/word"
