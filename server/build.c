@@ -19,6 +19,7 @@
 #include <glpk.h>
 #include <jansson.h>
 #include <microhttpd.h>
+#include <pthread.h>
 #include <sodium.h>
 #include <sqlite3.h>
 #include <stdio.h>
@@ -38,6 +39,27 @@
 #define COMPILER "gcc " __VERSION__
 #endif
 
+/* What OpenBLAS, GLPK and libcurl say of themselves. Each puts it together in a buffer of its own
+   with every call, where another thread would read it half written: they are asked once. */
+static struct {
+    char config[160], core[32], glpk[32], curl[200];
+} said;
+
+static void ask_libraries(void)
+{
+    (void)snprintf(said.config, sizeof said.config, "%s", openblas_get_config());
+    (void)snprintf(said.core, sizeof said.core, "%s", openblas_get_corename());
+    (void)snprintf(said.glpk, sizeof said.glpk, "%s", glp_version());
+    (void)snprintf(said.curl, sizeof said.curl, "%s", curl_version());
+}
+
+static void hear_libraries(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+    (void)pthread_once(&once, ask_libraries);
+}
+
 void build_parts(struct build_part parts[BUILD_PARTS])
 {
     const struct {
@@ -45,21 +67,22 @@ void build_parts(struct build_part parts[BUILD_PARTS])
     } table[BUILD_PARTS] = {
         {"srnfd", SRNF_VERSION, "core " SRNF_ANSWER_DIGEST},
         {"compiler", COMPILER, ""},
-        {"openblas", openblas_get_config(), openblas_get_corename()},
+        {"openblas", said.config, said.core},
         {"fftw", fftw_version, ""},
-        {"glpk", glp_version(), ""},
+        {"glpk", said.glpk, ""},
         {"zlib", zlibVersion(), ""},
         {"expat", XML_ExpatVersion(), ""},
         {"libmicrohttpd", MHD_get_version(), ""},
         {"sqlite", sqlite3_libversion(), ""},
         {"jansson", jansson_version_str(), ""},
-        {"libcurl", curl_version(), ""},
+        {"libcurl", said.curl, ""},
         {"libarchive", archive_version_string(), ""},
         {"utf8proc", utf8proc_version(), ""},
         {"libzstd", ZSTD_versionString(), ""},
         {"libsodium", sodium_version_string(), ""},
     };
 
+    hear_libraries();
     for (size_t i = 0; i < BUILD_PARTS; i++) {
         parts[i].name = table[i].name;
         (void)snprintf(parts[i].version, sizeof parts[i].version, "%s%s%s", table[i].first,
@@ -69,9 +92,10 @@ void build_parts(struct build_part parts[BUILD_PARTS])
 
 void build_numeric_id(char id[BUILD_ID_SIZE])
 {
+    hear_libraries();
     (void)snprintf(id, BUILD_ID_SIZE, "srnf %s core %s; %s; openblas %s %s; %s; glpk %s",
-                   SRNF_VERSION, SRNF_ANSWER_DIGEST, COMPILER, openblas_get_config(),
-                   openblas_get_corename(), fftw_version, glp_version());
+                   SRNF_VERSION, SRNF_ANSWER_DIGEST, COMPILER, said.config, said.core, fftw_version,
+                   said.glpk);
 }
 
 void build_arithmetic_id(char id[BUILD_ARITHMETIC_SIZE])
