@@ -171,6 +171,16 @@ ANSWER_TEXT   := $(CORE_SRC) $(sort $(wildcard include/*.h include/srnf/*.h core
 answer_digest  = $(shell (echo '$(OPT)'; cat $(ANSWER_TEXT)) | sha256sum | cut -c 1-16)
 $(O)/server/build.o: $(ANSWER_TEXT)
 $(O)/server/build.o: CPPFLAGS += -DSRNF_ANSWER_DIGEST='"$(answer_digest)"'
+
+# The processes that the service offers: found in server/processes, and listed after those whose order is given.
+PROCESS_SRC := $(sort $(wildcard server/processes/*.c))
+FIRST       := extract encode invert geodesic register distances mean pca modes sample project evaluate compare shoot \
+               transport transfer classify repair mirror regress train predict score report change asymmetry pca_parts \
+               trajectories neighbours
+FOUND       := $(shell sed -n 's/^const struct api_process \([a-z_]*\)_process = {$$/\1/p' $(PROCESS_SRC))
+PROCESSES   := $(filter $(FOUND),$(FIRST)) $(filter-out $(FIRST),$(FOUND))
+$(O)/server/processes/processes.o: $(PROCESS_SRC)
+$(O)/server/processes/processes.o: CPPFLAGS += -D'PROCESSES(row)=$(patsubst %,row(%),$(PROCESSES))'
 .PHONY: numeric-digest
 numeric-digest:
 	@echo $(answer_digest)

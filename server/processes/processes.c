@@ -1,19 +1,13 @@
 /*
  * processes.c - the processes that can be executed, in the order in which they are listed.
  *
- * A name here is all that the service knows of a process: the routes, the job engine's table and
+ * The Makefile finds them: PROCESSES has a row for each struct api_process that a file of this
+ * folder defines. That is all that the service knows of a process: the routes, the engine's table and
  * the self-description are made from what its file declares.
  */
 #include "processes/processes.h"
 
 #include "toolkit/table.h"
-
-#define PROCESSES(row)                                                                        \
-    row(extract) row(encode) row(invert) row(geodesic) row(register) row(distances) row(mean) \
-        row(pca) row(modes) row(sample) row(project) row(evaluate) row(compare) row(shoot)    \
-            row(transport) row(transfer) row(classify) row(repair) row(mirror) row(regress)   \
-                row(train) row(predict) row(score) row(report) row(change) row(asymmetry)     \
-                    row(pca_parts) row(trajectories) row(neighbours)
 
 #define DECLARE(name) extern const struct api_process name##_process;
 #define ADDRESS(name) &name##_process,

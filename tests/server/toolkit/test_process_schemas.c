@@ -6,43 +6,66 @@
  */
 #include "server/toolkit/process_fixture.h"
 
-/* Inputs that each process takes, with nothing optional: @ is a surface, % the model. */
+#include "toolkit/table.h"
+
+/* Inputs with nothing optional of the processes whose tables do not tell them: @ is a surface,
+   # the classifier. */
 static const struct {
     const char *process, *text;
 } least[] = {
-    {"encode", "{\"mesh\":\"" GOOD_MESH "\"}"},
+    {"encode", "{\"mesh\":\"" GOOD_MESH "\"}"}, /* or a cohort */
     {"invert", "{\"srnf\":{\"surface\":\"@\"}}"},
-    {"geodesic", "{\"from\":\"@\",\"to\":\"@\"}"},
-    {"register", "{\"template\":\"@\",\"moving\":\"@\"}"},
-    {"distances", "{\"surfaces\":[\"@\",\"@\"]}"},
-    {"neighbours", "{\"surfaces\":[\"@\",\"@\"]}"},
-    {"mean", "{\"surfaces\":[\"@\",\"@\"]}"},
-    {"pca", "{\"surfaces\":[\"@\",\"@\"]}"},
-    {"modes", "{\"model\":\"%\"}"},
-    {"sample", "{\"model\":\"%\"}"},
-    {"project", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"evaluate-model", "{\"surfaces\":[\"@\",\"@\",\"@\"]}"},
     {"compare-groups", "{\"cohort\":\"patients\"}"},
     {"regress", "{\"cohort\":\"patients\",\"formula\":\"shape ~ age\"}"},
     {"train", "{\"cohort\":\"trained\"}"},
     {"predict", "{\"model\":\"#\",\"surfaces\":[\"@\"]}"},
-    {"score", "{\"model\":\"%\",\"surface\":\"@\"}"},
     {"change", "{\"cohort\":\"pairs\"}"},
     {"asymmetry", "{\"cohort\":\"pairs\"}"},
     {"pca-parts", "{\"cohort\":\"pairs\"}"},
     {"trajectories", "{\"cohort\":\"pairs\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},
-    {"transfer", "{\"source\":\"@\",\"deformed\":\"@\",\"target\":\"@\"}"},
     {"classify", "{\"cohort\":\"patients\"}"},
     {"extract", "{\"volume\":\"" VOLUME "\",\"labels\":[1]}"},
-    {"repair", "{\"mesh\":\"" GOOD_MESH "\"}"},
+    {"repair", "{\"mesh\":\"" GOOD_MESH "\"}"}, /* whatever its problems */
     {"mirror", "{\"mesh\":\"" GOOD_MESH "\"}"},
     {"report", "{\"jobs\":[\"" DONE_JOB "\"]}"},
 };
 
+/* What a table requires: the mesh, surface or model of the fixture; of a group as many surfaces as
+   it has at least. */
+static json_t *required_inputs(const struct fixture *fixture, const struct process_table *table)
+{
+    json_t *inputs = json_object();
+
+    for (const struct process_input *input = table->inputs; input->name; input++) {
+        if (strcmp(input->name, "surfaces") == 0) {
+            json_t *surfaces = json_array();
+
+            while (json_array_size(surfaces) < PROCESS_GROUP_MIN ||
+                   (double)json_array_size(surfaces) < input->lowest) {
+                assert_int_equal(json_array_append_new(surfaces, json_string(fixture->surface)), 0);
+            }
+            assert_int_equal(json_object_set_new(inputs, input->name, surfaces), 0);
+        } else if (input->required) {
+            const char *id = input->kind == INPUT_MESH      ? GOOD_MESH
+                             : input->kind == INPUT_SURFACE ? fixture->surface
+                             : input->kind == INPUT_MODEL   ? fixture->model
+                                                            : NULL;
+
+            if (!id) {
+                fail_msg("%s is required, and not among the least inputs here", input->name);
+            }
+            assert_int_equal(json_object_set_new(inputs, input->name, json_string(id)), 0);
+        }
+    }
+    return inputs;
+}
+
 static json_t *least_inputs(const struct fixture *fixture, const char *process)
 {
+    const struct api api = {.config.processes = &processes};
     char text[512];
 
     for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
@@ -51,8 +74,7 @@ static json_t *least_inputs(const struct fixture *fixture, const char *process)
             return json_loads(text, 0, NULL);
         }
     }
-    fail_msg("%s has no least inputs here", process);
-    return NULL;
+    return required_inputs(fixture, api_process_find(&api, process)->table);
 }
 
 /* The least inputs with one more; value is taken over. */
