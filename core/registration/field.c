@@ -6,7 +6,7 @@
  * chain: few numbers, from which all else follows with the same bits wherever it is computed. So
  * searches can be done on other machines (srnf_context.search).
  */
-#include "registration.h"
+#include "landmarks.h"
 
 #include <math.h>
 #include <string.h>
@@ -33,12 +33,14 @@ static int check_search(const struct srnf_sht *sht, const double *field, double 
     return status;
 }
 
-int srnf_register_to_field(const struct srnf_sht *sht, const double *field, double norm2,
-                           const double *moving, const struct srnf_register_options *options,
-                           const struct srnf_context *context, double rotation[9],
-                           struct srnf_warp *warp, struct srnf_error *error)
+int registration_to_field(const struct srnf_sht *sht, const double *field, double norm2,
+                          const double *moving, const struct srnf_register_options *options,
+                          const struct srnf_landmarks *landmarks,
+                          const struct srnf_context *context, double rotation[9],
+                          struct srnf_warp *warp, struct srnf_error *error)
 {
     struct search_result found = {.iterations = 0};
+    struct landmark_search guide = {.worst = 0};
     struct search search;
     int status = check_search(sht, field, norm2, moving, options, error);
 
@@ -51,6 +53,10 @@ int srnf_register_to_field(const struct srnf_sht *sht, const double *field, doub
         if (norm2 != 0.0) {
             search.full.target.norm2 = norm2;
         }
+        if (landmarks) {
+            guide.pairs = *landmarks;
+            search.landmarks = &guide;
+        }
         status = search_run(&search, &found);
         search_clear(&search);
     }
@@ -61,7 +67,19 @@ int srnf_register_to_field(const struct srnf_sht *sht, const double *field, doub
         memcpy(rotation, found.warp.rotation, sizeof found.warp.rotation);
     }
     search_result_clear(&found);
+    if (status == SRNF_EUNMATCHED) {
+        return landmarks_fail(&guide, error);
+    }
     return status ? srnf_fail(error, status, -1, "%s", srnf_strerror(status)) : SRNF_OK;
+}
+
+int srnf_register_to_field(const struct srnf_sht *sht, const double *field, double norm2,
+                           const double *moving, const struct srnf_register_options *options,
+                           const struct srnf_context *context, double rotation[9],
+                           struct srnf_warp *warp, struct srnf_error *error)
+{
+    return registration_to_field(sht, field, norm2, moving, options, NULL, context, rotation, warp,
+                                 error);
 }
 
 int registration_lay(const struct srnf_sht *sht, enum srnf_representation representation,

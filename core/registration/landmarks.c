@@ -152,8 +152,7 @@ void landmark_track_clear(struct landmark_track *t)
     *t = (struct landmark_track){0};
 }
 
-/* An orthonormal frame of the tangent plane at p. */
-static void frame_at(const double p[3], double t1[3], double t2[3])
+void landmarks_frame(const double p[3], double t1[3], double t2[3])
 {
     size_t least = 0;
     double axis[3] = {0.0, 0.0, 0.0};
@@ -171,9 +170,8 @@ static void frame_at(const double p[3], double t1[3], double t2[3])
     vector_cross(p, t1, t2);
 }
 
-/* Coordinates in the frame of the shortest tangent vector from p to b. */
-static void logarithm(const double p[3], const double b[3], const double *t1, const double *t2,
-                      double out[2])
+void landmarks_logarithm(const double p[3], const double b[3], const double t1[3],
+                         const double t2[3], double out[2])
 {
     double x = vector_dot(b, t1);
     double y = vector_dot(b, t2);
@@ -195,7 +193,7 @@ void landmark_track_linearize(struct landmark_track *t)
         const double *p = t->at + 3 * j;
         double directions[DIRECTIONS][3];
 
-        frame_at(p, directions[0], directions[1]);
+        landmarks_frame(p, directions[0], directions[1]);
         vector_cross(directions[0], p, directions[2]);
         vector_cross(directions[1], p, directions[3]);
         sphere_points_adjoint(&t->fields.plan.points, DIRECTIONS, 1, p, NULL, directions[0],
@@ -208,8 +206,8 @@ void landmark_track_linearize(struct landmark_track *t)
                 row[each + i - 1] = t->fields.scale[i] * derivatives[(2 + a) * count + i];
             }
         }
-        logarithm(p, t->landmarks->moving + 3 * j, directions[0], directions[1],
-                  t->residual + 2 * j);
+        landmarks_logarithm(p, t->landmarks->moving + 3 * j, directions[0], directions[1],
+                            t->residual + 2 * j);
     }
 }
 

@@ -74,12 +74,19 @@ SRNF_CHECKED int landmarks_cost(const struct srnf_landmarks *landmarks,
                                 const struct srnf_warp *chain, double *cost);
 /* The angle between two unit vectors. */
 double landmarks_angle(const double a[3], const double b[3]);
+/* An orthonormal frame of the tangent plane at p. */
+void landmarks_frame(const double p[3], double t1[3], double t2[3]);
+/* Coordinates in the frame of the shortest tangent vector from p to b. */
+void landmarks_logarithm(const double p[3], const double b[3], const double t1[3],
+                         const double t2[3], double out[2]);
 
 /* Lengthens the chain by steps of fields of the search's degree until its landmarks are met.
    SRNF_EUNMATCHED where that would fold or pinch the sphere (landmarks_match.c). */
 SRNF_CHECKED int landmarks_match(const struct search *search, struct srnf_warp *chain);
 /* Whether a chain meets them; otherwise SRNF_EUNMATCHED. */
 SRNF_CHECKED int landmarks_met(const struct search *search, const struct srnf_warp *chain);
+/* Names the one that was farthest off; returns SRNF_EUNMATCHED. */
+int landmarks_fail(const struct landmark_search *landmarks, struct srnf_error *error);
 
 /* Rotations of the domain that bring the landmarks near, most promising first. Where all lie about
    one axis, the best of the turns about it. Returns their number (landmarks_start.c). */

@@ -153,3 +153,11 @@ int landmarks_met(const struct search *s, const struct srnf_warp *chain)
     srnf_free(angles);
     return status;
 }
+
+int landmarks_fail(const struct landmark_search *landmarks, struct srnf_error *error)
+{
+    return srnf_fail(error, SRNF_EUNMATCHED, (int64_t)landmarks->worst,
+                     "landmark %zu was not met, with the others, by any warp that keeps "
+                     "orientation and stretches or shrinks no area by more than a thousand",
+                     landmarks->worst);
+}

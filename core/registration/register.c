@@ -573,10 +573,7 @@ static int finish(const struct srnf_context *context, const struct landmark_sear
 {
     status = srnf_is_canceled(context) ? SRNF_ECANCELED : status;
     if (status == SRNF_EUNMATCHED) {
-        return srnf_fail(error, status, (int64_t)landmarks->worst,
-                         "landmark %zu was not met, with the others, by any warp that keeps "
-                         "orientation and stretches or shrinks no area by more than a thousand",
-                         landmarks->worst);
+        return landmarks_fail(landmarks, error);
     }
     return status ? srnf_fail(error, status, -1, "%s",
                               status == SRNF_EINVAL ? "a field is zero or not finite"

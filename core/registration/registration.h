@@ -309,6 +309,14 @@ SRNF_CHECKED int registration_distance(const struct srnf_sht *sht, const double 
                                        const struct srnf_register_options *options,
                                        const struct srnf_context *context, double *distance,
                                        struct srnf_error *error);
+/* srnf_register_to_field, guided by landmarks, whose fixed points are those of the field; or NULL.
+   SRNF_EUNMATCHED: as srnf_register_landmarks. */
+SRNF_CHECKED int registration_to_field(const struct srnf_sht *sht, const double *field,
+                                       double norm2, const double *moving,
+                                       const struct srnf_register_options *options,
+                                       const struct srnf_landmarks *landmarks,
+                                       const struct srnf_context *context, double rotation[9],
+                                       struct srnf_warp *warp, struct srnf_error *error);
 /* A surface as it is registered by a chain: gamma [n][3] and J [n] at the nodes of the grid of sht,
    and O sqrt(J) q(gamma), [3][n] (field.c). */
 SRNF_CHECKED int registration_lay(const struct srnf_sht *sht,

@@ -91,6 +91,7 @@ static void clear_run(struct mean_run *run)
     srnf_free(run->average);
     srnf_free(run->potentials);
     srnf_free(run->taken);
+    srnf_free(run->marks);
     srnf_free(run->centred);
     srnf_free(run->old_centred);
     srnf_sht_destroy(run->analysis);
@@ -159,6 +160,8 @@ static int create_run(struct mean_run *run, const struct srnf_mean_options *opti
         run->degree = run->registration.degree;
         status = registration_check(&run->registration, error);
     }
+    run->landmarks = options->landmarks;
+    status = status ? status : mean_landmarks_create(run, error);
     status = status ? status : create_grid(run);
     if (status) {
         return status;
@@ -220,7 +223,7 @@ double mean_objective(const struct mean_run *run, double variance)
     double penalties = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        penalties += run->subjects[i].at.penalty / (double)run->n;
+        penalties += (run->subjects[i].at.penalty + run->subjects[i].at.apart) / (double)run->n;
     }
     return variance / run->norm2 + penalties;
 }
@@ -230,7 +233,9 @@ double mean_measured(const struct mean_run *run)
     double sum = 0.0;
 
     for (size_t i = 0; i < run->n; i++) {
-        sum += (run->subjects[i].at.energy + run->subjects[i].at.penalty) / (double)run->n;
+        const struct mean_stand *at = &run->subjects[i].at;
+
+        sum += (at->energy + at->penalty + at->apart) / (double)run->n;
     }
     return sum;
 }
@@ -354,14 +359,19 @@ static int start_run(struct mean_run *run, size_t start, struct srnf_error *erro
 
     if (!run->registered && start == STATS_START_DEFAULT) {
         average_plain(run);
+        mean_landmarks_start(run, start);
         return SRNF_OK;
     }
     if (start == STATS_START_DEFAULT && run->registration.common_pose) {
         mean_adopt(run, 0.0);
+        mean_landmarks_start(run, start);
         return SRNF_OK;
     }
     if (start == STATS_START_DEFAULT) {
         status = find_medoid(run, &start, error);
+    }
+    if (status == SRNF_OK) {
+        mean_landmarks_start(run, start);
     }
     return status ? status
                   : stats_fields(run->work, 1, run->surfaces + start, run->context, run->mean_q,
@@ -448,7 +458,7 @@ static int take_one(void *argument, size_t i, const double rotation[9], struct s
 }
 
 /* All to the mean from nothing where the caller has other machines for it (srnf_context.search), or
-   SRNF_SEARCH_HERE. */
+   SRNF_SEARCH_HERE: also where landmarks guide them, of which those machines know nothing. */
 static int register_elsewhere(struct mean_run *run, struct stats_progress progress,
                               struct srnf_error *error)
 {
@@ -464,8 +474,9 @@ static int register_elsewhere(struct mean_run *run, struct stats_progress progre
                                              .take = take_one,
                                              .argument = run};
 
-    return context && context->search ? context->search(context->user, &search, error)
-                                      : SRNF_SEARCH_HERE;
+    return context && context->search && !mean_is_guided(run)
+               ? context->search(context->user, &search, error)
+               : SRNF_SEARCH_HERE;
 }
 
 /* All to the mean from nothing, and the mean after it. */
@@ -501,12 +512,14 @@ static int move_all(struct mean_run *run, struct srnf_error *error)
 
     if (!run->registered) {
         average_plain(run);
-        return SRNF_OK;
+        return mean_landmarks_follow(run, false, error);
     }
     if (!mean_is_warped(run)) {
-        return register_all(run, error);
+        status = register_all(run, error);
+        return status ? status : mean_landmarks_follow(run, false, error);
     }
     status = run->started ? mean_descend(run, progress_of(run), error) : register_all(run, error);
+    status = status ? status : mean_landmarks_follow(run, false, error);
     return status ? status : mean_center(run, &moved, error);
 }
 
@@ -669,5 +682,7 @@ void srnf_mean_clear(struct srnf_mean *mean)
     srnf_free(mean->registered_q);
     srnf_free(mean->distances);
     srnf_free(mean->history);
+    srnf_free(mean->landmarks);
+    srnf_free(mean->landmark_points);
     *mean = (struct srnf_mean){0};
 }

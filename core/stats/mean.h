@@ -6,8 +6,9 @@
  *   G = (1/n) sum_i [ ||mu - O_i (q_i, gamma_i)||^2 / N + R(gamma_i) ],   N = (1/n) sum_i
  *   ||q_i||^2,
  *
- * with the penalties R of registration/objective.c. N does not change, so neither does the weight
- * of the penalties, and every part of an iteration lowers one and the same G:
+ * with the penalties R of registration/objective.c, and what landmarks add (mean_landmarks.c). N
+ * does not change, so neither does the weight of the penalties, and every part of an iteration
+ * lowers one and the same G:
  *
  *   descend  mean_step.c: one Gauss-Newton step of all warps together, refused unless G falls
  *   average  mu <- the mean of the O_i (q_i, gamma_i), the minimum over mu
@@ -45,6 +46,7 @@ struct mean_stand {
     double rotation[9];     /* O */
     double displacement[9]; /* O' of the displacement penalty */
     double energy, penalty; /* ||mu - O (q, gamma)||^2 / N and R, as last measured */
+    double apart;           /* what landmarks with a weight add (mean_landmarks.c) */
 };
 
 /* Links of a chain in scratch: so many numbers at an offset. */
@@ -101,7 +103,9 @@ struct mean_run {
     double *held_points;              /* [held]: gamma [P][3] and J [P], the warp on the grid */
     double *potentials;               /* [n][2][(D+1)^2] of the Gauss-Newton step of each */
     double *taken;                    /* what is taken of them */
-    uint64_t series;                  /* of the first registrations, as they are kept */
+    const struct srnf_group_landmarks *landmarks; /* or NULL */
+    double *marks;                                /* [landmarks][3] those of the mean */
+    uint64_t series;                              /* of the first registrations, as they are kept */
     size_t iterations;
     struct srnf_mean_iteration *history; /* [max_iterations] */
     size_t history_capacity;
@@ -192,6 +196,30 @@ size_t mean_chain_size(const struct srnf_warp *chain);
 void mean_chain_write(const struct srnf_warp *chain, double *numbers);
 SRNF_CHECKED int mean_chain_read(const double *numbers, size_t count, struct srnf_warp *chain);
 
+/* ---- mean_landmarks.c ------------------------------------------------------------------------ */
+
+/* Whether landmarks guide the warps. */
+bool mean_is_guided(const struct mean_run *run);
+/* Checks those of all subjects. */
+SRNF_CHECKED int mean_landmarks_create(struct mean_run *run, struct srnf_error *error);
+/* Those of the mean where it starts: of that subject, or amid all. */
+void mean_landmarks_start(struct mean_run *run, size_t start);
+/* Those that guide subject i. */
+struct srnf_landmarks mean_landmarks_of(const struct mean_run *run, size_t i);
+/* What is left of them, after a step of the fields that is not taken yet, or NULL. */
+SRNF_CHECKED int mean_landmarks_measure(const struct mean_run *run, size_t i,
+                                        const struct fields *fields, const double *step);
+/* From the step of subject i without landmarks to that with them. factor: of the matrix that the
+   step was found by. */
+SRNF_CHECKED int mean_landmarks_correct(const struct mean_run *run, size_t i, const double *factor,
+                                        size_t unknowns, double *step);
+/* The mean's move to where the squared angles to those of the subjects are least, by one step or
+   to the end; exact ones stay. */
+SRNF_CHECKED int mean_landmarks_follow(struct mean_run *run, bool to_the_end,
+                                       struct srnf_error *error);
+SRNF_CHECKED int mean_landmarks_hand_over(struct mean_run *run, struct srnf_mean *mean,
+                                          struct srnf_error *error);
+
 /* ---- mean_step.c ----------------------------------------------------------------------------- */
 
 /* One step of all warps, and the mean after it. Without any that lowers G all stays as it is. */
@@ -232,6 +260,8 @@ SRNF_CHECKED int mean_hand_over(struct mean_run *run, struct srnf_mean *mean,
 
 /* ---- mean_kept.c: the first registration of each subject as parts of a run ------------------- */
 
+/* A digest, and what there is of landmarks. */
+uint64_t mean_hash_landmarks(const struct mean_run *run, uint64_t hash);
 uint64_t mean_series(const struct mean_run *run, size_t start);
 /* Offers the registration of subject i to be kept. */
 void mean_keep_registered(const struct mean_run *run, size_t i, const struct srnf_context *context);

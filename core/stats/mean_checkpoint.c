@@ -17,6 +17,7 @@
  *   double[k][4] history: change, variance, objective, seconds
  *   double[3][n_theta][n_phi]  the mean
  *   chain        the centring
+ *   double[m][3] the landmarks of the mean, where there are any
  *   n times      double[9] rotation, u64 links that tables carry points along, chain; or, of a
  *                chain in scratch, u64 number of its pieces and, for each, u64 x 3 offset, count of
  *                numbers and digest
@@ -86,7 +87,7 @@ static uint64_t digest(const struct mean_run *run)
             hash = hash_u64(hash, bits_of(run->surfaces[i][k]));
         }
     }
-    return hash;
+    return mean_hash_landmarks(run, hash);
 }
 
 static size_t link_values(const struct srnf_warp_link *link)
@@ -143,11 +144,17 @@ static void put_pieces(struct mean_bytes *bytes, const struct mean_subject *subj
     }
 }
 
+/* Numbers of the landmarks of the mean. */
+static size_t count_marks(const struct mean_run *run)
+{
+    return run->landmarks ? 3 * run->landmarks->n : 0;
+}
+
 static size_t words_needed(const struct mean_run *run)
 {
     size_t words = HEAD_BYTES / 8 + 4 * run->iterations + 3 * run->points;
 
-    words += chain_words(&run->centring);
+    words += chain_words(&run->centring) + count_marks(run);
     for (size_t i = 0; i < run->n; i++) {
         const struct mean_subject *subject = &run->subjects[i];
 
@@ -181,6 +188,7 @@ int mean_checkpoint_write(const struct mean_run *run, struct mean_bytes *bytes)
     }
     put_doubles(bytes, 3 * run->points, run->mean_q);
     put_chain(bytes, &run->centring);
+    put_doubles(bytes, count_marks(run), run->marks);
     for (size_t i = 0; i < run->n; i++) {
         put_doubles(bytes, 9, run->subjects[i].at.rotation);
         put_u64(bytes, run->subjects[i].tabulated);
@@ -359,6 +367,16 @@ static const char *refuse(const struct mean_run *run, const unsigned char *bytes
     return NULL;
 }
 
+static bool are_units(const struct mean_run *run)
+{
+    for (size_t k = 0; k < count_marks(run); k += 3) {
+        if (!(fabs(vector_dot(run->marks + k, run->marks + k) - 1.0) < 1e-6)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
                          struct srnf_error *error)
 {
@@ -396,6 +414,10 @@ int mean_checkpoint_read(struct mean_run *run, const void *bytes, size_t size,
     }
     get_doubles(&reader, 3 * run->points, run->mean_q);
     status = read_chain(&reader, &run->centring);
+    get_doubles(&reader, count_marks(run), run->marks);
+    if (status == SRNF_OK && !are_units(run)) {
+        status = SRNF_EINVAL;
+    }
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
         status = read_subject(&reader, run, &run->subjects[i]);
     }

@@ -15,12 +15,25 @@
 #define HALF ((uint64_t)1 << 32)
 #define WHOLE_MAX 9007199254740992 /* to which doubles hold all whole numbers */
 
+uint64_t mean_hash_landmarks(const struct mean_run *run, uint64_t hash)
+{
+    const struct srnf_group_landmarks *l = run->landmarks;
+
+    if (!l) {
+        return hash;
+    }
+    hash = stats_hash(stats_hash(hash, l->n), l->guiding);
+    hash = stats_hash_doubles(hash, 1, &l->weight);
+    return stats_hash_doubles(hash, 3 * run->n * l->n, l->points);
+}
+
 uint64_t mean_series(const struct mean_run *run, size_t start)
 {
     uint64_t kind = run->spill ? STATS_KEPT_SPILLED : STATS_KEPT_REGISTERED;
     uint64_t what = kind | (start == STATS_START_DEFAULT ? 0 : start + 1) << 8;
 
-    return stats_series(run->work, what, run->n, run->surfaces, &run->registration);
+    return mean_hash_landmarks(
+        run, stats_series(run->work, what, run->n, run->surfaces, &run->registration));
 }
 
 /* ---- In scratch ------------------------------------------------------------------------------ */

@@ -134,7 +134,11 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
                   struct srnf_error *error)
 {
     struct mean_subject *subject = &run->subjects[i];
+    const bool guided = mean_is_guided(run);
+    const struct srnf_landmarks landmarks =
+        guided ? mean_landmarks_of(run, i) : (struct srnf_landmarks){.n = 0};
     struct srnf_warp warp = {0}, recalled = {0};
+    struct srnf_error why = {0};
     double rotation[9];
     int status;
 
@@ -146,11 +150,12 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
         }
         return mean_chain_set(run, i, &recalled);
     }
-    status = srnf_register_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
-                                    &run->registration, context, rotation, &warp, NULL);
+    status = registration_to_field(run->work, run->mean_q, run->norm2, run->surfaces[i],
+                                   &run->registration, guided ? &landmarks : NULL, context,
+                                   rotation, &warp, &why);
     if (status) {
         return srnf_fail(error, status, (int64_t)i, "registering surface %zu to the mean: %s", i,
-                         srnf_strerror(status));
+                         status == SRNF_EUNMATCHED ? why.message : srnf_strerror(status));
     }
     status = mean_take_registered(run, i, rotation, &warp);
     if (status == SRNF_OK && run->iterations == 0) {
@@ -305,6 +310,7 @@ static int find_potentials(const struct mean_run *run, size_t i, const struct me
 {
     struct problem problem = problem_of(run, &tools->moving);
     size_t k = registration_unknowns(run->degree);
+    size_t unknowns = problem.free_rotation ? k : k - 3;
     double *factor = srnf_alloc(k * k + 2 * k, sizeof(double));
     double *damping = factor ? factor + k * k : NULL;
     double *step = factor ? damping + k : NULL;
@@ -315,9 +321,11 @@ static int find_potentials(const struct mean_run *run, size_t i, const struct me
         status = registration_gradient(&problem, &tools->level, warp, samples,
                                        run->subjects[i].at.displacement, step, &curvature);
     }
-    if (status == SRNF_OK && !solve(&tools->level, problem.free_rotation ? k : k - 3, curvature,
-                                    damping, factor, step)) {
+    if (status == SRNF_OK && !solve(&tools->level, unknowns, curvature, damping, factor, step)) {
         status = SRNF_ENUMERIC;
+    }
+    if (status == SRNF_OK && mean_is_guided(run)) {
+        status = mean_landmarks_correct(run, i, factor, unknowns, step);
     }
     if (status == SRNF_OK) {
         registration_potentials(&tools->level.fields, step, potentials);
@@ -343,6 +351,7 @@ int mean_measure(const struct mean_run *run, size_t i, double *field, double *po
     if (status == SRNF_OK) {
         warp = warp_of(run, i, points.gamma, points.jacobian);
         stand(run, i, tools, &warp, &samples);
+        status = mean_landmarks_measure(run, i, NULL, NULL);
     }
     if (status == SRNF_OK && field) {
         fill_field(&warp, &samples, field);
@@ -425,6 +434,8 @@ int mean_try(const struct mean_run *run, size_t i, double length,
     if (status == SRNF_OK) {
         stand(run, i, tools, &warp, &samples);
         fill_field(&warp, &samples, field);
+        status = mean_landmarks_measure(run, i, &tools->level.fields,
+                                        run->taken + 2 * i * tools->level.fields.count);
     }
     samples_clear(&samples);
     close_tools(run, &now);

@@ -183,6 +183,7 @@ int mean_hand_over(struct mean_run *run, struct srnf_mean *mean, struct srnf_err
     if (start && mean->distances) {
         status = place_fields(run, mean, start, error);
     }
+    status = status ? status : mean_landmarks_hand_over(run, mean, error);
     status = status ? status : invert(run, start, mean, error);
     srnf_free(start);
     if (status) {

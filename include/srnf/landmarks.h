@@ -27,6 +27,15 @@ struct srnf_landmarks {
                              moving, in the objective; INFINITY: gamma meets them exactly */
 };
 
+/* Points that correspond in all surfaces of a group, for srnf_mean_options. */
+struct srnf_group_landmarks {
+    size_t n;       /* 1 .. SRNF_LANDMARKS_MAX */
+    size_t guiding; /* 0 .. n: the first ones guide the warps, the others are held out: measured,
+                       and nothing more */
+    const double *points; /* [surfaces][n][3] unit vectors, on the sphere of each surface */
+    double weight;        /* as of srnf_landmarks; of no meaning where none guide */
+};
+
 /*
  * srnf_register, guided by landmarks: the objective gets the term weight (1/n) sum_j angle(gamma
  * (fixed_j), moving_j)^2, or its warps meet all landmarks (core/registration/landmarks.h). The

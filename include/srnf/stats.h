@@ -8,6 +8,7 @@
 
 #include "srnf/base.h"
 #include "srnf/sphere.h"
+#include "srnf/landmarks.h"
 #include "srnf/register.h"
 #include "srnf/pullback.h"
 
@@ -65,6 +66,9 @@ struct srnf_scratch {
 
 struct srnf_mean_options {
     const struct srnf_register_options *registration; /* NULL: as parameterized */
+    /* Points that guide the warps to the mean, or that tell how well these correspond, or NULL.
+       Guided, warps must be sought (registration, reparameterization, and not exact). */
+    const struct srnf_group_landmarks *landmarks;
     double tolerance;      /* relative change of the mean q, or twice in a row of the objective, at
                               which the mean is found; default 1e-3 */
     size_t max_iterations; /* default 20 */
@@ -101,6 +105,10 @@ struct srnf_mean {
     size_t iterations;
     bool converged;
     struct srnf_mean_iteration *history; /* [iterations] */
+    size_t n_landmarks;                  /* of the options */
+    double *landmarks;                   /* [n_landmarks][3] on the sphere of the mean */
+    double *landmark_points; /* [n][n_landmarks][3] where the warps take those, on the sphere of
+                                each surface */
 };
 void srnf_mean_clear(struct srnf_mean *mean);
 
@@ -111,7 +119,10 @@ void srnf_mean_clear(struct srnf_mean *mean);
  * plain mean in a common pose. Subjects run in parallel. Fields
  * of warps are sought on a grid that their degree cannot overfit, however coarse that of sht is.
  * The registration's representation is the SRNF.
- * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED, SRNF_EIO (scratch).
+ * Landmarks are those of the mean and of each surface: the mean's lie where the squared angles to
+ * those of the surfaces are least (core/stats/mean_landmarks.c).
+ * Errors: SRNF_EINVAL, SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED, SRNF_EIO (scratch);
+ * SRNF_EUNMATCHED: landmarks of a surface, the element, that no warp meets as they are to be met.
  * SRNF_WNOT_CONVERGED: the mean as it is after max_iterations.
  */
 SRNF_CHECKED int srnf_karcher_mean(const struct srnf_sht *sht, size_t n,

@@ -107,6 +107,28 @@ static int run_registered_mean(void)
     return run_mean_with(&registration, 2, SIZE_MAX);
 }
 
+/* Two landmarks that guide, and one that does not. */
+static int run_guided_mean(void)
+{
+    static const double points[] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.8, 0.6, 0, 0, 1, 0, 0.6, 0, 0.8};
+    static const struct srnf_group_landmarks landmarks = {3, 2, points, 1.0};
+    struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_mean mean;
+    int status;
+
+    options.registration = &registration;
+    options.max_iterations = 2;
+    options.tolerance = 0.0;
+    options.landmarks = &landmarks;
+    options.checkpoint = ignore;
+    status = srnf_karcher_mean(g.sht, 2, g.surfaces, &options, NULL, &mean, NULL);
+    if (status >= 0) {
+        srnf_mean_clear(&mean);
+    }
+    assert_null(mean.landmarks);
+    return status;
+}
+
 static int run_spilled_mean(void)
 {
     return run_mean_with(&registration, 2, 0);
@@ -425,6 +447,7 @@ static void mean_survives(void **state)
     (void)state;
     refusing_sweep("mean", run_mean, EACH, 1);
     refusing_sweep("registered mean", run_registered_mean, EACH, 7);
+    refusing_sweep("mean guided by landmarks", run_guided_mean, EACH, 29);
     refusing_sweep("mean with its warps in scratch", run_spilled_mean, EACH, 13);
     refusing_sweep("mean in the pulled-back metric", run_pulled_mean, EACH / 4, 7);
 }
