@@ -81,6 +81,16 @@ static int check_options(const struct srnf_folds *c, const struct srnf_classify_
                              "log_scale of subject %zu is not finite", i);
         }
     }
+    if (options->n_features > SRNF_FEATURES_MAX) {
+        return srnf_fail(error, SRNF_EINVAL, -1, "%zu features are more than %zu",
+                         options->n_features, SRNF_FEATURES_MAX);
+    }
+    for (size_t k = 0; k < c->n * options->n_features; k++) {
+        if (!isfinite(options->features[k])) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)(k / options->n_features),
+                             "a feature of member %zu is not finite", k / options->n_features);
+        }
+    }
     return SRNF_OK;
 }
 

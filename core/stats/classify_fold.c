@@ -2,9 +2,10 @@
  * classify_fold.c - a normal distribution for each class on the first principal components, for
  * every number of them, and the likelihoods of members, also of training members left out.
  *
- * Features are the log scale, if asked for, and then the scores, so that k components are the first
- * D = k (+ 1) features. With S the scatter matrix and f its degrees of freedom, and L L' = S, the
- * log-likelihood of x under N(m, S / f) with D features is
+ * Features are the log scale and other numbers, if asked for, and then the scores, so that k
+ * components are the first D = k + o features, o the number of the others. With S the scatter
+ * matrix and f its degrees of freedom, and L L' = S, the log-likelihood of x under N(m, S / f) with
+ * D features is
  *
  *   -1/2 [D log(2 pi / f) + 2 sum of log L_ii + f |z|^2],  z = L^-1 (x - m),
  *
@@ -54,7 +55,8 @@ int classify_fold_create(struct classify_fold *fold, const struct study *study)
     *fold = (struct classify_fold){.subjects = &study->subjects,
                                    .n = n,
                                    .classes = c,
-                                   .offset = study->options->log_scale != NULL};
+                                   .offset = (study->options->log_scale != NULL) +
+                                             study->options->n_features};
     fold->d = d = k + fold->offset;
     fold->memory =
         srnf_alloc(n * d + 2 * c * d + (c + 1) * d * d + 2 * d + r * CLASSIFY_KINDS * d * c +
@@ -199,10 +201,13 @@ void classify_fold_fit_scores(struct classify_fold *fold, const struct study *st
     for (size_t i = 0; i < fold->n; i++) {
         double *x = fold->x + i * fold->d;
 
-        if (fold->offset) {
-            x[0] = study->options->log_scale[i];
+        if (study->options->log_scale) {
+            *x++ = study->options->log_scale[i];
         }
-        memcpy(x + fold->offset, scores + i * stride, components * sizeof(double));
+        for (size_t k = 0; k < study->options->n_features; k++) {
+            *x++ = study->options->features[i * study->options->n_features + k];
+        }
+        memcpy(x, scores + i * stride, components * sizeof(double));
     }
     count_classes(fold);
     find_means(fold);

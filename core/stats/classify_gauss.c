@@ -138,7 +138,8 @@ static int predict(const struct study *study, const size_t *labels, const struct
 static int check_components(const struct study *study, struct srnf_error *error)
 {
     const struct srnf_folds *c = study->comparison;
-    size_t features = study->options->components + (study->options->log_scale != NULL);
+    size_t features = study->options->components + (study->options->log_scale != NULL) +
+                      study->options->n_features;
     /* that one without the subject left out determines, which is of the class or not */
     size_t freedom = study->options->covariance == SRNF_COVARIANCE_CLASS ? study->smallest - 2
                                                                          : study->determined;

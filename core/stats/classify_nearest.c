@@ -1,5 +1,6 @@
 /*
- * classify_nearest.c - the class of the nearest training member, by shape or by shape and size.
+ * classify_nearest.c - the class of the nearest training member, by shape or by shape, size and
+ * other numbers.
  *
  * With size the squared distance is d_ij^2 + (w s (z_i - z_j) / r)^2: z the log scales, s the rms
  * distance between two training members of the fold and r the rms difference of their z. Both
@@ -9,38 +10,56 @@
 #include "classify.h"
 
 #include <math.h>
+#include <string.h>
 
-/* rms difference of z between two members of all but one subject: twice the variance. */
-static double size_spread(const struct subjects *subjects, size_t left_out, const double *z)
+/* rms difference of z between two members of all but one subject: twice the variance. stride: of
+   the numbers of consecutive members. */
+static double size_spread(const struct subjects *subjects, size_t left_out, const double *z,
+                          size_t stride)
 {
     size_t t = subjects->n - subjects->size[left_out];
     double mean = 0.0;
     double sum = 0.0;
 
     for (size_t i = 0; i < subjects->n; i++) {
-        mean += subjects->of[i] == left_out ? 0.0 : z[i] / (double)t;
+        mean += subjects->of[i] == left_out ? 0.0 : z[i * stride] / (double)t;
     }
     for (size_t i = 0; i < subjects->n; i++) {
-        sum += subjects->of[i] == left_out ? 0.0 : (z[i] - mean) * (z[i] - mean);
+        double d = z[i * stride] - mean;
+
+        sum += subjects->of[i] == left_out ? 0.0 : d * d;
     }
     return sqrt(2.0 * sum / (double)(t - 1));
 }
 
-static void add_size(const struct study *study, double *rows)
+/* The term of one number. */
+static void add_number(const struct study *study, const double *z, size_t stride, double *rows)
+{
+    const struct srnf_folds *c = study->comparison;
+
+    for (size_t i = 0; i < c->n; i++) {
+        double spread = size_spread(&study->subjects, study->subjects.of[i], z, stride);
+        double factor = spread > 0.0 ? study->options->size_weight * c->spread[i] / spread : 0.0;
+
+        for (size_t j = 0; j < c->n; j++) {
+            double *d = &rows[i * c->n + j];
+
+            *d = hypot(*d, factor * (z[i * stride] - z[j * stride]));
+        }
+    }
+}
+
+static void add_numbers(const struct study *study, double *rows)
 {
     const struct srnf_folds *c = study->comparison;
     const struct srnf_classify_options *options = study->options;
-    const double *z = options->log_scale;
 
-    for (size_t i = 0; i < c->n; i++) {
-        double spread = size_spread(&study->subjects, study->subjects.of[i], z);
-        double factor = spread > 0.0 ? options->size_weight * c->spread[i] / spread : 0.0;
-
-        for (size_t j = 0; j < c->n; j++) {
-            double d = c->distances[i * c->n + j];
-
-            rows[i * c->n + j] = hypot(d, factor * (z[i] - z[j]));
-        }
+    memcpy(rows, c->distances, c->n * c->n * sizeof *rows);
+    if (options->log_scale) {
+        add_number(study, options->log_scale, 1, rows);
+    }
+    for (size_t k = 0; k < options->n_features; k++) {
+        add_number(study, options->features + k, options->n_features, rows);
     }
 }
 
@@ -90,10 +109,10 @@ int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *lab
         study_open(&study, comparison, labels, n_classes, options ? options : &defaults, error);
     study.rows = comparison->distances;
     study.predict = predict;
-    if (status == SRNF_OK && study.options->log_scale) {
+    if (status == SRNF_OK && (study.options->log_scale || study.options->n_features > 0)) {
         rows = srnf_alloc(comparison->n, comparison->n * sizeof(double));
         if (rows) {
-            add_size(&study, rows);
+            add_numbers(&study, rows);
             study.rows = rows;
         } else {
             status = srnf_fail(error, SRNF_ENOMEM, -1, "%s", srnf_strerror(SRNF_ENOMEM));

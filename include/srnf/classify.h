@@ -131,6 +131,26 @@ SRNF_CHECKED int srnf_folds_compare(const struct srnf_sht *sht, enum srnf_metric
                                     const struct srnf_context *context,
                                     struct srnf_folds *comparison, struct srnf_error *error);
 
+/*
+ * Several structures of each subject as one: the comparison of the vectors (sqrt(w_1) q_1, ..,
+ * sqrt(w_P) q_P) of members, from that of each part. Each part was registered in folds of its own;
+ * the fold of a subject has the mean and the components of the joint vectors of the others, from
+ * the sum of w_p times the inner products of the parts as they lie in that subject's fold of each.
+ * Nothing of the subject left out enters (core/stats/folds_join.c). One part of weight 1 is the
+ * part, to the last bit.
+ *   n_parts     [in]  1 .. SRNF_PARTS_MAX
+ *   parts       [in]  of the same members in the same order, with keep and the same subjects
+ *   weights     [in]  [n_parts] above 0, of squared distances
+ *   components  [in]  that scores are kept of; 1 .. 64
+ *   joint       [out] srnf_folds_clear; without templates, products and registered
+ * Cost n^3 for each subject; folds run in parallel. Errors: SRNF_EINVAL, SRNF_ENUMERIC,
+ * SRNF_ENOMEM, SRNF_ECANCELED.
+ */
+SRNF_CHECKED int srnf_folds_join(size_t n_parts, const struct srnf_folds *parts,
+                                 const double *weights, size_t components,
+                                 const struct srnf_context *context, struct srnf_folds *joint,
+                                 struct srnf_error *error);
+
 /* ---- Second stage: classifiers --------------------------------------------------------------- */
 
 enum srnf_covariance {
@@ -139,9 +159,13 @@ enum srnf_covariance {
     SRNF_COVARIANCE_CLASS = 2,  /* each class its own (quadratic) */
 };
 
+#define SRNF_FEATURES_MAX ((size_t)64)
+
 struct srnf_classify_options {
     const double *log_scale; /* [n] sizes, as a feature beside shape; NULL: shape only */
-    double size_weight;      /* of size in distances; 0 .. 1000, default 1 */
+    const double *features;  /* [n][n_features] other numbers beside shape, such as covariates */
+    size_t n_features;       /* 0 .. SRNF_FEATURES_MAX, default 0 */
+    double size_weight;      /* of size, and of each feature, in distances; 0 .. 1000, default 1 */
     size_t components;       /* of the Gaussians; 0: chosen inside each fold */
     enum srnf_covariance covariance;
     size_t permutations; /* of the labels, for the p-value; 0: none */
@@ -183,7 +207,8 @@ SRNF_CHECKED int srnf_class_subjects(size_t n, const size_t *labels, const size_
 /*
  * Gaussian classifier on the first k components: N(mean of the class, covariance), equal priors;
  * the class of the largest likelihood. A covariance is divided by its degrees of freedom. Size, if
- * given, is one more feature, which k does not count; the likelihoods do not depend on its unit.
+ * given, is one more feature, and so is each of the other numbers; k does not count them, and the
+ * likelihoods do not depend on their units.
  *
  * Components and covariance that are left open are those, of all that the fold has subjects enough
  * for, with the largest sum of log posterior probabilities of the training subjects' labels in an
@@ -207,7 +232,8 @@ SRNF_CHECKED int srnf_classify_gauss(const struct srnf_folds *comparison, const 
 /*
  * The class of the nearest training member, never one of the same subject. With size, d^2 + (w s
  * (z_i - z_j) / r)^2, z the log scale, s the fold's spread, r the rms difference of z between two
- * training members, w size_weight: at w = 1 size weighs as much as shape.
+ * training members, w size_weight: at w = 1 size weighs as much as shape. Each other number adds
+ * such a term.
  */
 SRNF_CHECKED int srnf_classify_nearest(const struct srnf_folds *comparison, const size_t *labels,
                                        size_t n_classes,

@@ -639,6 +639,77 @@ static void refused(const struct srnf_folds *c, const size_t *labels, size_t n_c
     assert_non_null(strstr(error.message, word));
 }
 
+/* One other number is what size is, to the last bit; several decide like one, do not depend on
+   their units, and what is wrong with them is told by name. */
+static void other_numbers_count_as_size_does(void **state)
+{
+    struct srnf_classify_options options = srnf_classify_options_defaults();
+    struct srnf_classify_options plain = options;
+    size_t labels[N];
+    double size[N], numbers[2 * N], many[30 * N] = {0.0};
+    struct srnf_folds c;
+    struct srnf_classification a, b;
+
+    (void)state;
+    classes_two(N, FIRST, labels);
+    c = classes_open(N, COMPONENTS, 0.5, labels, 9);
+    for (size_t i = 0; i < N; i++) {
+        size[i] = sin((double)(7 * i)) + 0.5 * (double)labels[i];
+    }
+    for (int gauss = 0; gauss < 2; gauss++) {
+        int (*classify)(const struct srnf_folds *, const size_t *, size_t,
+                        const struct srnf_classify_options *, const struct srnf_context *,
+                        struct srnf_classification *, struct srnf_error *) =
+            gauss ? srnf_classify_gauss : srnf_classify_nearest;
+
+        options = plain;
+        options.log_scale = size;
+        assert_int_equal(classify(&c, labels, 2, &options, NULL, &a, NULL), SRNF_OK);
+        options = plain;
+        options.features = size;
+        options.n_features = 1;
+        assert_int_equal(classify(&c, labels, 2, &options, NULL, &b, NULL), SRNF_OK);
+        assert_memory_equal(a.evidence, b.evidence, 2 * N * sizeof(double));
+        srnf_classification_clear(&a);
+        srnf_classification_clear(&b);
+    }
+    /* The classes differ by the difference of two numbers that vary far more together. */
+    for (size_t i = 0; i < N; i++) {
+        numbers[2 * i] = 10.0 * cos((double)(5 * i)) + 2.0 * (double)labels[i];
+        numbers[2 * i + 1] = 10.0 * cos((double)(5 * i)) + 0.3 * sin((double)(3 * i));
+    }
+    options = plain;
+    options.components = 1;
+    options.covariance = SRNF_COVARIANCE_POOLED;
+    options.features = numbers;
+    options.n_features = 2;
+    assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &a, NULL), SRNF_OK);
+    assert_true(a.accuracy == 1.0);
+    assert_int_equal(a.components[0], 1);
+    for (size_t i = 0; i < N; i++) {
+        numbers[2 * i] = 3.0 - 1e3 * numbers[2 * i];
+        numbers[2 * i + 1] = 1e-2 * numbers[2 * i + 1] - 5.0;
+    }
+    assert_int_equal(srnf_classify_gauss(&c, labels, 2, &options, NULL, &b, NULL), SRNF_OK);
+    for (size_t i = 0; i < N; i++) {
+        figure_below("log-likelihood ratio",
+                     fabs(a.evidence[2 * i] - a.evidence[2 * i + 1] - b.evidence[2 * i] +
+                          b.evidence[2 * i + 1]),
+                     1e-6);
+    }
+    srnf_classification_clear(&a);
+    srnf_classification_clear(&b);
+    numbers[2 * 4 + 1] = NAN;
+    refused(&c, labels, 2, &options, "feature of member 4");
+    options.n_features = SRNF_FEATURES_MAX + 1;
+    refused(&c, labels, 2, &options, "features are more than");
+    options.features = many;
+    options.n_features = 30;
+    options.components = COMPONENTS;
+    refused(&c, labels, 2, &options, "more than the training subjects determine");
+    classes_clear(&c);
+}
+
 static void wrong_arguments_are_refused(void **state)
 {
     size_t labels[N];
@@ -699,6 +770,7 @@ static void wrong_arguments_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(other_numbers_count_as_size_does),
         cmocka_unit_test(likelihoods_are_those_of_a_plain_fit),
         cmocka_unit_test(the_inner_choice_is_that_of_refitting),
         cmocka_unit_test(subjects_are_left_out_whole),

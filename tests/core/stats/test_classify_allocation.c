@@ -38,6 +38,30 @@ static int run_comparison(void)
     return status;
 }
 
+/* Two parts of planted products, of which two members are of one subject. */
+static int run_join(void)
+{
+    static const double weights[] = {1.0, 2.0};
+    static double values[N * N];
+    static double *products[N] = {values};
+    static size_t templates[N], subjects[N] = {0, 0, 1, 2, 3, 4, 5};
+    const struct srnf_folds parts[2] = {
+        {.n = N, .subjects = subjects, .templates = templates, .products = products},
+        {.n = N, .subjects = subjects, .templates = templates, .products = products}};
+    struct srnf_folds joint;
+    int status;
+
+    for (size_t k = 0; k < N * N; k++) {
+        values[k] = (k % (N + 1) == 0) + 0.1 * (double)((k % N + 1) * (k / N + 1));
+    }
+    status = srnf_folds_join(2, parts, weights, 3, NULL, &joint, NULL);
+    if (status >= 0) {
+        srnf_folds_clear(&joint);
+    }
+    assert_null(joint.scores);
+    return status;
+}
+
 static int run_classifier(bool gauss)
 {
     static const double size[N] = {0.0, 1.0, 0.3, 0.7, 0.2, 0.1, 0.5};
@@ -132,6 +156,7 @@ static void classifiers_survive(void **state)
     planted.subjects = NULL;
     refusing_sweep("methods with sizes", run_methods, 20, 7);
     refusing_sweep("subjects of classes", run_counts, EACH, 1);
+    refusing_sweep("parts that are joined", run_join, EACH, 1);
 }
 
 int main(void)
