@@ -49,6 +49,7 @@ static int iterate(struct jobs_run *run, const struct srnf_sht *sht,
     int status;
 
     options.registration = inputs->registration;
+    options.landmarks = inputs->landmarks;
     options.tolerance = inputs->tolerance;
     options.max_iterations = inputs->max_iterations;
     options.checkpoint = keep_checkpoint;

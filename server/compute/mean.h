@@ -10,10 +10,11 @@ struct compute_mean_inputs {
     const struct srnf_register_options *registration; /* NULL: as they are parameterized */
     double tolerance;
     size_t max_iterations;
-    bool fit;               /* principal components as well */
-    size_t components;      /* of those; 0: all above rounding, of up to COMPUTE_PAIRS_MAX */
-    double share;           /* percent of the job that the mean is; 0: all that is left */
-    bool pullback;          /* the mean in the pulled-back metric instead */
+    bool fit;          /* principal components as well */
+    size_t components; /* of those; 0: all above rounding, of up to COMPUTE_PAIRS_MAX */
+    double share;      /* percent of the job that the mean is; 0: all that is left */
+    bool pullback;     /* the mean in the pulled-back metric instead */
+    const struct srnf_group_landmarks *landmarks; /* or NULL */
     const size_t *subjects; /* [n] as in srnf/subjects.h; NULL: each member its own */
 };
 

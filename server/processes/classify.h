@@ -67,7 +67,13 @@ struct classify_answer {
     struct srnf_folds_typicality typicality[CLASSIFY_METHODS];
 };
 
-/* classify_result.c: the result document; NULL with the problem set. */
+/* classify_result.c: the methods by name, and each pair of methods, which were asked about the same
+   members by the same folds; the latter NULL without memory. subjects: names; numbers, or NULL. */
+json_t *classify_methods_json(const struct classify_methods *asked,
+                              const struct classify_answer *answer, const json_t *subjects);
+json_t *classify_comparisons_json(const struct classify_methods *asked,
+                                  const struct classify_answer *answer, const size_t *subjects);
+/* The result document; NULL with the problem set. */
 json_t *classify_document(struct jobs_run *run, const struct classify *classify,
                           const struct classify_answer *answer, struct jobs_result *result);
 

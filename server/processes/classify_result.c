@@ -92,15 +92,14 @@ static json_t *method_json(const struct srnf_classification *r,
     return document;
 }
 
-/* The methods by name. */
-static json_t *methods_json(const struct classify *classify, const struct classify_answer *answer,
-                            const json_t *subjects)
+json_t *classify_methods_json(const struct classify_methods *asked,
+                              const struct classify_answer *answer, const json_t *subjects)
 {
     bool fold = answer->asked.comparison.refit == SRNF_REFIT_FOLD;
     json_t *methods = json_object();
 
-    for (size_t m = 0; m < classify->methods.n; m++) {
-        const struct srnf_method *method = &classify->methods.list[m];
+    for (size_t m = 0; m < asked->n; m++) {
+        const struct srnf_method *method = &asked->list[m];
 
         (void)json_object_set_new(methods, method->name,
                                   method_json(&answer->results[m], &answer->typicality[m], method,
@@ -117,28 +116,25 @@ static void mark_right(const struct classify_answer *answer, size_t m, bool *rig
     }
 }
 
-/* Each pair of methods, which were asked about the same members by the same folds; NULL without
-   memory. */
-static json_t *comparisons_json(const struct classify *classify,
-                                const struct classify_answer *answer)
+json_t *classify_comparisons_json(const struct classify_methods *asked,
+                                  const struct classify_answer *answer, const size_t *subjects)
 {
     size_t n = answer->classes.n;
     bool *right = srnf_alloc(2 * n, sizeof *right);
     json_t *array = right ? json_array() : NULL;
     int status = SRNF_OK;
 
-    for (size_t a = 0; right && a < classify->methods.n; a++) {
+    for (size_t a = 0; right && a < asked->n; a++) {
         mark_right(answer, a, right);
-        for (size_t b = a + 1; b < classify->methods.n && status == SRNF_OK; b++) {
+        for (size_t b = a + 1; b < asked->n && status == SRNF_OK; b++) {
             size_t only[2] = {0, 0};
             double p = 1.0;
 
             mark_right(answer, b, right + n);
-            status = srnf_mcnemar(n, classify->group.subjects, right, right + n, only, &p);
+            status = srnf_mcnemar(n, subjects, right, right + n, only, &p);
             (void)json_array_append_new(
-                array, json_pack("{s:s, s:s, s:I, s:I, s:o}", "first",
-                                 classify->methods.list[a].name, "second",
-                                 classify->methods.list[b].name, "onlyFirst", (json_int_t)only[0],
+                array, json_pack("{s:s, s:s, s:I, s:I, s:o}", "first", asked->list[a].name,
+                                 "second", asked->list[b].name, "onlyFirst", (json_int_t)only[0],
                                  "onlySecond", (json_int_t)only[1], "pValue", json_finite(p)));
         }
     }
@@ -193,7 +189,7 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     const struct group_input *group = &classify->group;
     const struct classify_classes *classes = &answer->classes;
     json_t *document = json_object(), *order = json_array();
-    json_t *comparisons = comparisons_json(classify, answer);
+    json_t *comparisons = classify_comparisons_json(&classify->methods, answer, group->subjects);
     json_t *subjects =
         group_subjects(run, group->surfaces, json_object_get(group->cohort, "subjects"));
 
@@ -207,7 +203,8 @@ json_t *classify_document(struct jobs_run *run, const struct classify *classify,
     for (size_t c = 0; c < classes->count; c++) {
         (void)json_array_append_new(order, json_string(classes->names[c]));
     }
-    (void)json_object_set_new(document, "methods", methods_json(classify, answer, subjects));
+    (void)json_object_set_new(document, "methods",
+                              classify_methods_json(&classify->methods, answer, subjects));
     (void)json_object_set_new(document, "comparisons", comparisons);
     (void)json_object_set_new(document, "members", json_integer((json_int_t)classes->n));
     (void)json_object_set_new(document, "subjects", json_integer((json_int_t)group->n_subjects));

@@ -17,6 +17,7 @@ static const char *const methods[] = {[METHOD_SRNF] = "srnf", [METHOD_PULLBACK] 
 static const struct process_input inputs[] = {
     GROUP_INPUTS(mean),
     MEAN_INPUTS(mean, NULL),
+    MEAN_LANDMARKS_INPUT(mean),
     {"method", INPUT_CHOICE, offsetof(struct mean, mean.method),
      "srnf: the surface of the mean SRNF. pullback: the surface with the least sum of squared "
      "lengths of geodesics within the space of surfaces, of at most " PROCESS_TEXT(
@@ -51,6 +52,10 @@ static void complete(struct process_inputs *given)
     bool pullback = strcmp(json_string_value(method), methods[METHOD_PULLBACK]) == 0;
 
     mean_complete(given, pullback ? COPIES_PULLBACK : mean_copies(given, COPIES));
+    if (pullback && json_is_object(json_object_get(given->canonical, "landmarks"))) {
+        problem_add(given->list, "/inputs/landmarks",
+                    "cannot be given with method pullback, which registers to its surface without");
+    }
     if (pullback && n > PROCESS_PULLBACK_GROUP_MAX) {
         problem_add(given->list, "/inputs/method",
                     "pullback takes up to %d surfaces; there are %zu", PROCESS_PULLBACK_GROUP_MAX,

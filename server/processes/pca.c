@@ -19,6 +19,7 @@ struct pca {
 static const struct process_input inputs[] = {
     GROUP_INPUTS(pca),
     MEAN_INPUTS(pca, NULL),
+    MEAN_LANDMARKS_INPUT(pca),
     MEAN_SRNF_METHOD(pca, "srnf: components are straight lines in the space of SRNFs.", NULL),
     {"components", INPUT_INTEGER, offsetof(struct pca, components),
      "How many to keep at most; null: all above rounding, 499 of them at most.", .lowest = 1,

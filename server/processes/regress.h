@@ -30,10 +30,9 @@ struct regress_more {
 };
 
 /* regress_result.c: the document with all its surfaces; NULL with the problem set. Lengths of found
-   times regress_scale are in units of the input. */
+   times mean_scale are in units of the input. */
 json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                          const struct group_mean *mean, const struct srnf_regression *found,
                          const struct regress_more *more, struct jobs_result *result);
-double regress_scale(struct jobs_run *run, const struct group_mean *mean);
 
 #endif

@@ -409,18 +409,6 @@ static void set_figures(const struct document *d)
     (void)json_object_set(d->root, "formula", json_object_get(d->design, "formula"));
 }
 
-double regress_scale(struct jobs_run *run, const struct group_mean *mean)
-{
-    const struct group_input *members = mean->members;
-    double scale = 0.0;
-
-    for (size_t i = 0; i < members->n; i++) {
-        scale +=
-            process_scale(run, members->ids[i], mean->outputs.group.scales[i]) / (double)members->n;
-    }
-    return scale;
-}
-
 json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                          const struct group_mean *mean, const struct srnf_regression *found,
                          const struct regress_more *more, struct jobs_result *result)
@@ -431,7 +419,7 @@ json_t *regress_document(struct jobs_run *run, const struct regress *asked,
                          .mean = mean,
                          .found = found,
                          .more = more,
-                         .scale = regress_scale(run, mean),
+                         .scale = mean_scale(run, mean),
                          .design = json_object_get(members->cohort, "design"),
                          .result = result,
                          .root = json_object()};

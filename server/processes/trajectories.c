@@ -129,7 +129,7 @@ static int find_sizes(struct jobs_run *run, const struct trajectories *asked,
     const struct group_input *members = &asked->model.group;
     const struct compute_mean_outputs *made = &mean->outputs;
     size_t n = members->n, field = 3 * made->n_theta * made->n_phi;
-    double scale = regress_scale(run, mean);
+    double scale = mean_scale(run, mean);
     double *lengths = srnf_alloc(n, sizeof *lengths);
 
     for (size_t i = 0; lengths && i < n; i++) {

@@ -127,7 +127,7 @@ json_t *trajectories_document(struct jobs_run *run, const struct trajectories *a
                               struct jobs_result *result)
 {
     size_t points = mean->outputs.n_theta * mean->outputs.n_phi;
-    double scale = regress_scale(run, mean);
+    double scale = mean_scale(run, mean);
     struct store_maps maps = slope_maps(mean, &found->slope, scale);
     const struct regress_more more = {.process = "trajectories",
                                       .title = "mean of trajectories",

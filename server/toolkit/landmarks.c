@@ -73,35 +73,44 @@ static int read_positions(const json_t *points, const struct srnf_mesh *mesh,
     return SRNF_OK;
 }
 
-static int place_end(struct jobs_run *run, struct landmarks *l, const struct pair *pair, size_t end,
-                     struct jobs_result *result)
+int landmarks_place_points(struct jobs_run *run, const json_t *given,
+                           const struct surface_place *place, size_t degree,
+                           const double *coefficients, double *points, double *off,
+                           struct jobs_result *result)
 {
-    const struct compute_surface *surface = &pair->ends[end];
-    const struct surface_place place = process_place(run, surface);
-    const json_t *points = l->input->ends[end];
-    double *positions = srnf_alloc(3 * l->n, sizeof(double));
+    size_t n = json_array_size(given);
+    double *positions = srnf_alloc(3 * n, sizeof(double));
     struct srnf_error error = {.element = -1};
     struct srnf_mesh mesh = {0};
     int status = positions ? SRNF_OK : SRNF_ENOMEM;
 
-    if (status == SRNF_OK && has_vertices(points)) {
-        status = compute_mesh_read(run, place.mesh, &mesh, result);
+    if (status == SRNF_OK && has_vertices(given)) {
+        status = compute_mesh_read(run, place->mesh, &mesh, result);
         if (status) {
             srnf_free(positions);
             return status;
         }
     }
-    status = status ? status : read_positions(points, &mesh, &place, positions, &error);
+    status = status ? status : read_positions(given, &mesh, place, positions, &error);
     status = status ? status
-                    : srnf_surface_nearest(pair->degree, pair->coefficients + end * pair->count,
-                                           l->n, positions, jobs_run_context(run), l->points[end],
-                                           l->off[end]);
-    for (size_t i = 0; i < l->n && status == SRNF_OK; i++) {
-        l->off[end][i] *= place.scale;
+                    : srnf_surface_nearest(degree, coefficients, n, positions,
+                                           jobs_run_context(run), points, off);
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
+        off[i] *= place->scale;
     }
     srnf_mesh_clear(&mesh);
     srnf_free(positions);
     return status ? compute_fail(result, status, &error, "placing the landmarks") : 0;
+}
+
+static int place_end(struct jobs_run *run, struct landmarks *l, const struct pair *pair, size_t end,
+                     struct jobs_result *result)
+{
+    const struct surface_place place = process_place(run, &pair->ends[end]);
+
+    return landmarks_place_points(run, l->input->ends[end], &place, pair->degree,
+                                  pair->coefficients + end * pair->count, l->points[end],
+                                  l->off[end], result);
 }
 
 /* Those that are not held out, side by side. */
@@ -154,29 +163,23 @@ void landmarks_clear(struct landmarks *l)
 
 /* ---- Report ---------------------------------------------------------------------------------- */
 
-/* What is left of all of them: angles, and distances on the moving surface as it is stored. */
-static int measure(const struct landmarks *l, const struct pair *pair, double *angles,
-                   double *distances)
+int landmarks_distances(size_t degree, const double *coefficients, size_t n, const double *a,
+                        const double *b, double *distances)
 {
-    const struct srnf_landmarks all = {l->n, l->points[0], l->points[1], INFINITY};
-    double *points = srnf_alloc(12 * l->n, sizeof(double));
-    double *values = points ? points + 6 * l->n : NULL;
-    int status =
-        points ? srnf_landmarks_measure(&pair->registration.warp, &all, angles) : SRNF_ENOMEM;
+    double *points = srnf_alloc(12 * n, sizeof(double));
+    double *values = points ? points + 6 * n : NULL;
+    int status = SRNF_ENOMEM;
 
-    if (status == SRNF_OK) {
-        status = srnf_warp_apply(&pair->registration.warp, l->n, l->points[0], points, NULL);
+    if (points) {
+        memcpy(points, a, 3 * n * sizeof(double));
+        memcpy(points + 3 * n, b, 3 * n * sizeof(double));
+        status = srnf_harmonics_at_points(degree, 3, coefficients, 2 * n, points, values, NULL);
     }
-    if (status == SRNF_OK) {
-        memcpy(points + 3 * l->n, l->points[1], 3 * l->n * sizeof(double));
-        status = srnf_harmonics_at_points(pair->degree, 3, pair->coefficients + pair->count,
-                                          2 * l->n, points, values, NULL);
-    }
-    for (size_t i = 0; i < l->n && status == SRNF_OK; i++) {
+    for (size_t i = 0; i < n && status == SRNF_OK; i++) {
         double square = 0.0;
 
         for (size_t c = 0; c < 3; c++) {
-            double d = values[2 * l->n * c + i] - values[2 * l->n * c + l->n + i];
+            double d = values[2 * n * c + i] - values[2 * n * c + n + i];
 
             square += d * d;
         }
@@ -186,14 +189,34 @@ static int measure(const struct landmarks *l, const struct pair *pair, double *a
     return status;
 }
 
-static json_t *summary_json(const struct landmarks *l, bool held_out, const double *angles,
-                            const double *distances)
+/* What is left of all of them: angles, and distances on the moving surface as it is stored. */
+static int measure(const struct landmarks *l, const struct pair *pair, double *angles,
+                   double *distances)
+{
+    const struct srnf_landmarks all = {l->n, l->points[0], l->points[1], INFINITY};
+    double *points = srnf_alloc(3 * l->n, sizeof(double));
+    int status =
+        points ? srnf_landmarks_measure(&pair->registration.warp, &all, angles) : SRNF_ENOMEM;
+
+    if (status == SRNF_OK) {
+        status = srnf_warp_apply(&pair->registration.warp, l->n, l->points[0], points, NULL);
+    }
+    if (status == SRNF_OK) {
+        status = landmarks_distances(pair->degree, pair->coefficients + pair->count, l->n, points,
+                                     l->points[1], distances);
+    }
+    srnf_free(points);
+    return status;
+}
+
+json_t *landmarks_summary(size_t members, size_t n, const bool *held_out, bool kind,
+                          const double *angles, const double *distances)
 {
     double most[2] = {0.0, 0.0}, squares[2] = {0.0, 0.0};
     size_t count = 0;
 
-    for (size_t i = 0; i < l->n; i++) {
-        if (l->input->held_out[i] == held_out) {
+    for (size_t i = 0; i < members * n; i++) {
+        if (held_out[i % n] == kind) {
             most[0] = fmax(most[0], angles[i]);
             most[1] = fmax(most[1], distances[i]);
             squares[0] += angles[i] * angles[i];
@@ -204,10 +227,31 @@ static json_t *summary_json(const struct landmarks *l, bool held_out, const doub
     if (count == 0) {
         return json_null();
     }
-    return json_pack(
-        "{s:I, s:o, s:o, s:o, s:o}", "count", (json_int_t)count, "maxAngle", json_finite(most[0]),
-        "rmsAngle", json_finite(sqrt(squares[0] / (double)count)), "maxDistance",
-        json_finite(most[1]), "rmsDistance", json_finite(sqrt(squares[1] / (double)count)));
+    return json_pack("{s:I, s:o, s:o, s:o, s:o}", "count", (json_int_t)(count / members),
+                     "maxAngle", json_finite(most[0]), "rmsAngle",
+                     json_finite(sqrt(squares[0] / (double)count)), "maxDistance",
+                     json_finite(most[1]), "rmsDistance",
+                     json_finite(sqrt(squares[1] / (double)count)));
+}
+
+void landmarks_warn_off(json_t *document, const char *id, double scale, double area, size_t n,
+                        const double *off)
+{
+    double limit = OFF_LIMIT * scale * sqrt(area);
+    size_t worst = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        worst = off[i] > off[worst] ? i : worst;
+    }
+    if (off[worst] > limit) {
+        warning_add(warnings_of(document), "landmark-off-surface",
+                    json_pack("{s:s, s:I, s:f, s:f}", "surface", id, "landmark", (json_int_t)worst,
+                              "distance", off[worst], "limit", limit),
+                    "Landmark %zu is %.3g from %s, whose nearest point was taken for it; a "
+                    "twentieth of the root of the area is %.3g. Check the position and its "
+                    "coordinates.",
+                    worst, off[worst], id, limit);
+    }
 }
 
 /* Points that are none of their surface. */
@@ -216,26 +260,11 @@ static void warn_off(const struct landmarks *l, const struct pair *pair, const d
 {
     for (size_t end = 0; end < 2; end++) {
         struct srnf_surface_measures measures;
-        size_t worst = 0;
-        double limit;
 
         if (srnf_surfaces_measure(pair->sht, 1, pair->coefficients + end * pair->count, NULL,
-                                  &measures)) {
-            return;
-        }
-        limit = OFF_LIMIT * scales[end] * sqrt(measures.area);
-        for (size_t i = 0; i < l->n; i++) {
-            worst = l->off[end][i] > l->off[end][worst] ? i : worst;
-        }
-        if (l->off[end][worst] > limit) {
-            warning_add(warnings_of(document), "landmark-off-surface",
-                        json_pack("{s:s, s:I, s:f, s:f}", "surface", pair->ends[end].id, "landmark",
-                                  (json_int_t)worst, "distance", l->off[end][worst], "limit",
-                                  limit),
-                        "Landmark %zu is %.3g from %s, whose nearest point was taken for it; a "
-                        "twentieth of the root of the area is %.3g. Check the position and its "
-                        "coordinates.",
-                        worst, l->off[end][worst], pair->ends[end].id, limit);
+                                  &measures) == SRNF_OK) {
+            landmarks_warn_off(document, pair->ends[end].id, scales[end], measures.area, l->n,
+                               l->off[end]);
         }
     }
 }
@@ -272,8 +301,9 @@ int landmarks_report(struct jobs_run *run, const struct landmarks *l, const stru
     (void)json_object_set_new(
         document, "landmarks",
         json_pack("{s:o, s:o, s:o, s:o}", "points", points, "guiding",
-                  summary_json(l, false, angles, distances), "heldOut",
-                  summary_json(l, true, angles, distances), "weight",
+                  landmarks_summary(1, l->n, l->input->held_out, false, angles, distances),
+                  "heldOut",
+                  landmarks_summary(1, l->n, l->input->held_out, true, angles, distances), "weight",
                   isinf(l->input->weight) ? json_string("exact") : json_real(l->input->weight)));
     warn_off(l, pair, scales, document);
     srnf_free(angles);

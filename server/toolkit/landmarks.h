@@ -58,6 +58,51 @@ void landmarks_complete(struct process_inputs *inputs, const char *first, const 
    this value. */
 void landmarks_exclude(struct process_inputs *inputs, const char *name, bool value);
 
+/* ---- What landmarks of a pair and of a group share ------------------------------------------- */
+
+#define LANDMARKS_POINTS_SCHEMA                                                              \
+    "{\"type\":\"array\",\"minItems\":1,\"maxItems\":" PROCESS_TEXT(                         \
+        LANDMARKS_GIVEN_MAX) ",\"items\":{\"oneOf\":[{\"type\":\"integer\",\"minimum\":0},"  \
+                             "{\"type\":\"array\",\"minItems\":3,\"maxItems\":3,\"items\":{" \
+                             "\"type\":\"number\"}}]}}"
+#define LANDMARKS_MORE_SCHEMA                                                                      \
+    "\"weight\":{\"oneOf\":[{\"const\":\"exact\"},{\"type\":\"number\",\"exclusiveMinimum\":0,"    \
+    "\"maximum\":" PROCESS_TEXT(LANDMARKS_WEIGHT_MAX) "}],\"default\":\"exact\"},"                 \
+                                                      "\"heldOut\":{\"type\":\"array\",\"items\":" \
+                                                      "{\"type\":\"integer\",\"minimum\":0},"      \
+                                                      "\"default\":[]}"
+
+/* A list of points, of /inputs/landmarks/name (new reference); NULL with a problem noted. */
+json_t *landmarks_read_points(struct process_inputs *inputs, const json_t *value, const char *name);
+/* "exact" or a number (new reference); NULL with a problem noted. */
+json_t *landmarks_read_weight(struct process_inputs *inputs, const json_t *value);
+/* Numbers of landmarks below n, rising (new reference); NULL with a problem noted. */
+json_t *landmarks_read_held_out(struct process_inputs *inputs, const json_t *value, size_t n);
+/* The vertices in a list, /inputs/landmarks/name, against the mesh of a surface, which `whose`
+   stands for in words. */
+void landmarks_check_vertices(struct process_inputs *inputs, const json_t *points, const char *name,
+                              const char *id, const char *whose);
+/* Places points, canonical, on a surface.
+     points, off  [out] [n][3] on its sphere, and [n] from there, in the units of the place
+   As landmarks_place. */
+int landmarks_place_points(struct jobs_run *run, const json_t *given,
+                           const struct surface_place *place, size_t degree,
+                           const double *coefficients, double *points, double *off,
+                           struct jobs_result *result);
+/* |f(a) - f(b)| of n pairs of points of the sphere of a surface, as it is stored. Returns an enum
+   srnf_status. */
+int landmarks_distances(size_t degree, const double *coefficients, size_t n, const double *a,
+                        const double *b, double *distances);
+/* count, maxAngle, rmsAngle, maxDistance, rmsDistance of one kind of n landmarks, or null where
+   there are none; angles and distances: [members][n]. New reference. */
+json_t *landmarks_summary(size_t members, size_t n, const bool *held_out, bool kind,
+                          const double *angles, const double *distances);
+/* Warns of points that are none of their surface, of area `area` as it is stored. */
+void landmarks_warn_off(json_t *document, const char *id, double scale, double area, size_t n,
+                        const double *off);
+
+/* ---- A pair ---------------------------------------------------------------------------------- */
+
 /* Where the landmarks of a pair are. */
 struct landmarks {
     const struct landmarks_input *input;

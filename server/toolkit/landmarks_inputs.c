@@ -48,8 +48,7 @@ static json_t *read_point(const json_t *value)
     return position;
 }
 
-/* A list of points (new reference); NULL with a problem noted. */
-static json_t *read_points(struct process_inputs *inputs, const json_t *value, const char *name)
+json_t *landmarks_read_points(struct process_inputs *inputs, const json_t *value, const char *name)
 {
     char pointer[64];
     json_t *points;
@@ -85,8 +84,7 @@ static json_t *read_points(struct process_inputs *inputs, const json_t *value, c
     return points;
 }
 
-/* "exact" or a number (new reference); NULL with a problem noted. */
-static json_t *read_weight(struct process_inputs *inputs, const json_t *value)
+json_t *landmarks_read_weight(struct process_inputs *inputs, const json_t *value)
 {
     const char *text = json_string_value(value);
     double number = json_number_value(value);
@@ -102,8 +100,7 @@ static json_t *read_weight(struct process_inputs *inputs, const json_t *value)
     return NULL;
 }
 
-/* Numbers of landmarks, rising (new reference); NULL with a problem noted. */
-static json_t *read_held_out(struct process_inputs *inputs, const json_t *value, size_t n)
+json_t *landmarks_read_held_out(struct process_inputs *inputs, const json_t *value, size_t n)
 {
     bool held[LANDMARKS_GIVEN_MAX] = {false};
     json_t *list;
@@ -147,16 +144,17 @@ static bool knows_members(const json_t *value, const char *const names[2])
 static json_t *read_members(struct process_inputs *inputs, const json_t *value,
                             const char *const names[2])
 {
-    json_t *lists[2] = {read_points(inputs, json_object_get(value, names[0]), names[0]),
-                        read_points(inputs, json_object_get(value, names[1]), names[1])};
-    json_t *weight = read_weight(inputs, json_object_get(value, "weight"));
+    json_t *lists[2] = {landmarks_read_points(inputs, json_object_get(value, names[0]), names[0]),
+                        landmarks_read_points(inputs, json_object_get(value, names[1]), names[1])};
+    json_t *weight = landmarks_read_weight(inputs, json_object_get(value, "weight"));
     json_t *held = NULL, *all = NULL;
 
     if (lists[0] && lists[1] && json_array_size(lists[0]) != json_array_size(lists[1])) {
         problem_add(inputs->list, POINTER, "has %zu points of %s and %zu of %s: they correspond",
                     json_array_size(lists[0]), names[0], json_array_size(lists[1]), names[1]);
     } else if (lists[0] && lists[1]) {
-        held = read_held_out(inputs, json_object_get(value, "heldOut"), json_array_size(lists[0]));
+        held = landmarks_read_held_out(inputs, json_object_get(value, "heldOut"),
+                                       json_array_size(lists[0]));
     }
     if (held && weight) {
         all = json_pack("{s:O, s:O, s:O, s:O}", names[0], lists[0], names[1], lists[1], "weight",
@@ -244,20 +242,11 @@ static bool type_of_geodesic(const json_t *value, void *member)
     return type_landmarks(value, of_geodesic, member);
 }
 
-#define POINTS_SCHEMA                                                                        \
-    "{\"type\":\"array\",\"minItems\":1,\"maxItems\":" PROCESS_TEXT(                         \
-        LANDMARKS_GIVEN_MAX) ",\"items\":{\"oneOf\":[{\"type\":\"integer\",\"minimum\":0},"  \
-                             "{\"type\":\"array\",\"minItems\":3,\"maxItems\":3,\"items\":{" \
-                             "\"type\":\"number\"}}]}}"
-#define LANDMARKS_SCHEMA(first, second)                                                            \
-    "\"type\":[\"object\",\"null\"],\"default\":null,\"additionalProperties\":false,"              \
-    "\"required\":[\"" first "\",\"" second "\"],\"properties\":{\"" first "\":" POINTS_SCHEMA     \
-    ",\"" second "\":" POINTS_SCHEMA                                                               \
-    ",\"weight\":{\"oneOf\":[{\"const\":\"exact\"},{\"type\":\"number\",\"exclusiveMinimum\":0,"   \
-    "\"maximum\":" PROCESS_TEXT(LANDMARKS_WEIGHT_MAX) "}],\"default\":\"exact\"},"                 \
-                                                      "\"heldOut\":{\"type\":\"array\",\"items\":" \
-                                                      "{\"type\":\"integer\",\"minimum\":0},"      \
-                                                      "\"default\":[]}}"
+#define LANDMARKS_SCHEMA(first, second)                                               \
+    "\"type\":[\"object\",\"null\"],\"default\":null,\"additionalProperties\":false," \
+    "\"required\":[\"" first "\",\"" second "\"],\"properties\":{\"" first            \
+    "\":" LANDMARKS_POINTS_SCHEMA ",\"" second "\":" LANDMARKS_POINTS_SCHEMA          \
+    "," LANDMARKS_MORE_SCHEMA "}"
 
 const struct input_own landmarks_of_register = {
     .schema = LANDMARKS_SCHEMA("template", "moving"),
@@ -330,10 +319,9 @@ static bool find_mesh(struct process_inputs *inputs, const char *id, const char 
     return status == 0;
 }
 
-/* Vertices of one list against the mesh of its surface. */
-static void check_vertices(struct process_inputs *inputs, const json_t *points, const char *name)
+void landmarks_check_vertices(struct process_inputs *inputs, const json_t *points, const char *name,
+                              const char *id, const char *whose)
 {
-    const char *id = json_string_value(json_object_get(inputs->canonical, name));
     int64_t vertices = -1;
 
     for (size_t i = 0; id && i < json_array_size(points) && !inputs->answered; i++) {
@@ -350,9 +338,16 @@ static void check_vertices(struct process_inputs *inputs, const json_t *points, 
         if (json_integer_value(point) >= vertices) {
             problem_add(inputs->list, pointer,
                         "is vertex %lld, and the mesh of %s has the vertices 0 to %lld",
-                        (long long)json_integer_value(point), name, (long long)vertices - 1);
+                        (long long)json_integer_value(point), whose, (long long)vertices - 1);
         }
     }
+}
+
+/* One of the two lists against the mesh of its surface. */
+static void check_end(struct process_inputs *inputs, const json_t *landmarks, const char *name)
+{
+    landmarks_check_vertices(inputs, json_object_get(landmarks, name), name,
+                             json_string_value(json_object_get(inputs->canonical, name)), name);
 }
 
 void landmarks_complete(struct process_inputs *inputs, const char *first, const char *second,
@@ -369,8 +364,8 @@ void landmarks_complete(struct process_inputs *inputs, const char *first, const 
                     "has %zu points that guide the search: warps of degree %ld take %ld",
                     count_guiding(landmarks, first), degree, most);
     }
-    check_vertices(inputs, json_object_get(landmarks, first), first);
+    check_end(inputs, landmarks, first);
     if (!inputs->answered) {
-        check_vertices(inputs, json_object_get(landmarks, second), second);
+        check_end(inputs, landmarks, second);
     }
 }

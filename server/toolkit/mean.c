@@ -64,6 +64,7 @@ void mean_complete(struct process_inputs *inputs, size_t copies)
     long degree = inputs_integer(inputs, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, inputs->degree);
 
     inputs_check_memory(inputs, n, degree, copies, bytes_beside_fields(inputs, n, degree));
+    group_landmarks_complete(inputs);
 }
 
 /* ---- The mean -------------------------------------------------------------------------------- */
@@ -85,15 +86,33 @@ int group_mean_compute(struct jobs_run *run, const struct group_input *members,
     mean->inputs.subjects = members->subjects;
     status = group_load(run, members, asked->registered, (size_t)asked->lmax, &mean->outputs.group,
                         result);
+    if (status == 0 && asked->landmarks.n > 0) {
+        status = group_landmarks_place(run, &asked->landmarks, members, &mean->outputs.group,
+                                       &mean->landmarks, result);
+        mean->inputs.landmarks = &mean->landmarks.group;
+    }
     return status ? status : compute_mean(run, &mean->inputs, &mean->outputs, result);
 }
 
 void group_mean_clear(struct group_mean *mean)
 {
     compute_mean_clear(&mean->outputs);
+    group_landmarks_clear(&mean->landmarks);
 }
 
 /* ---- Results --------------------------------------------------------------------------------- */
+
+double mean_scale(struct jobs_run *run, const struct group_mean *mean)
+{
+    const struct group_input *members = mean->members;
+    double scale = 0.0;
+
+    for (size_t i = 0; i < members->n; i++) {
+        scale +=
+            process_scale(run, members->ids[i], mean->outputs.group.scales[i]) / (double)members->n;
+    }
+    return scale;
+}
 
 json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char *name,
                           const struct group_mean *mean, const struct store_maps *maps,
@@ -112,10 +131,7 @@ json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char 
         .maps = maps,
     };
 
-    for (size_t i = 0; i < members->n; i++) {
-        description.scale +=
-            process_scale(run, members->ids[i], outputs->group.scales[i]) / (double)members->n;
-    }
+    description.scale = mean_scale(run, mean);
     return process_keep_surface(run, &description, "the mean", result);
 }
 
@@ -199,6 +215,11 @@ json_t *mean_finish(struct jobs_run *run, const struct group_mean *mean, json_t 
     (void)json_object_set_new(document, "labels", labels);
     (void)json_object_set_new(document, "groups", group_groups(members->cohort));
     (void)json_object_set_new(document, "distances", json_vector(found->distances, found->n));
+    if (group_landmarks_report(run, &mean->landmarks, &mean->outputs, mean_scale(run, mean),
+                               document, result)) {
+        json_decref(document);
+        return NULL;
+    }
     mean_warn_members(run, mean, document);
     return mean_warn(run, mean, (struct group_doubts){.classes = NULL}, document, result);
 }

@@ -8,6 +8,7 @@
 #include "compute/mean.h"
 #include "toolkit/group.h"
 #include "toolkit/group_doubts.h"
+#include "toolkit/group_landmarks.h"
 #include "toolkit/registration_options.h"
 #include "toolkit/routes.h"
 
@@ -19,7 +20,8 @@ struct mean_input {
     bool registered, common_pose;
     double tolerance;
     long lmax, max_iterations;
-    int method; /* place among the choices of the process */
+    int method;                             /* place among the choices of the process */
+    struct group_landmarks_input landmarks; /* none where the process does not take them */
 };
 
 /* Rows of a table whose typed inputs have a struct mean_input called mean. replaced: the input that
@@ -61,6 +63,8 @@ struct mean_input {
             .lowest = 1, .highest = PROCESS_MEAN_ITERATIONS_MAX,                                  \
             .fallback = PROCESS_MEAN_ITERATIONS_DEFAULT, .unless = replaced                       \
     }
+/* Of processes whose results have MEAN_RESULT_OUTPUTS; mean_complete judges them. */
+#define MEAN_LANDMARKS_INPUT(typed) GROUP_LANDMARKS_INPUT(struct typed, mean.landmarks)
 /* The method of all that needs the mean SRNF itself. */
 #define MEAN_SRNF_METHOD(typed, text, replaced)                            \
     {                                                                      \
@@ -82,6 +86,7 @@ struct group_mean {
     const struct group_input *members;
     struct srnf_register_options options;
     struct compute_mean_inputs inputs; /* registration points to options, or is NULL */
+    struct group_landmarks landmarks;
     struct compute_mean_outputs outputs;
 };
 
@@ -121,7 +126,10 @@ void group_mean_clear(struct group_mean *mean);
         {"distances", OUTPUT_NUMBERS_OR_NULLS, "Of each surface from the mean SRNF."},           \
         MEAN_LOSS_OUTPUT,                                                                        \
         {"seconds", OUTPUT_NUMBER_OR_NULL, "Of the iterations, over all attempts."},             \
-        BRIDGED_GROUP_OUTPUTS, REGISTRATION_OUTPUT
+        GROUP_LANDMARKS_OUTPUT, BRIDGED_GROUP_OUTPUTS, REGISTRATION_OUTPUT
+
+/* Of the mean surface: the mean of those of the members. */
+double mean_scale(struct jobs_run *run, const struct group_mean *mean);
 
 /* Stores the mean surface with maps, or NULL for none; its record, or NULL with the problem set. */
 json_t *mean_keep_surface(struct jobs_run *run, const char *process, const char *name,

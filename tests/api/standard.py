@@ -211,6 +211,9 @@ def make_inputs(service):
     sided = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + side))['id'], 'subject': f's{i}',
               'time': side, 'side': ('left', 'right')[side], 'covariates': {'part': 'ab'[side]}} for i in range(5) for side in (0, 1)]
     service.send('/v1/cohorts', json={'name': 'pairs', 'members': sided})
+    parts = [{'id': service.send('/v1/surfaces', json=coefficients(0.2 * i + j))['id'], 'subject': f's{i}', 'label': 'xy'[i % 2],
+              'covariates': {'part': 'ab'[j]}} for i in range(6) for j in (0, 1)]
+    service.send('/v1/cohorts', json={'name': 'parts', 'members': parts})
     pairs = {'cohort': link('cohorts/pairs'), 'register': False, 'permutations': 9, 'bootstraps': 100}
 
     ten = [service.send('/v1/surfaces', json=coefficients(0.3 * i))['id'] for i in range(10)]
@@ -245,6 +248,7 @@ def make_inputs(service):
         'asymmetry': pairs,
         'pca-parts': {'cohort': link('cohorts/pairs'), 'register': False, 'modes': 0},
         'trajectories': pairs,
+        'classify-parts': {'cohort': link('cohorts/parts'), 'method': 'srnf-nn'},
         'classify': {'cohort': 'six', 'method': 'srnf-nn'},
         'train': kept,
         'predict': {'model': service.execute('train', {'inputs': kept}).json()['model']['id'], 'surfaces': [a]},

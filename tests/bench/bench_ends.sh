@@ -116,6 +116,7 @@ mean mean {"cohort":"sides"}
 mean-pullback mean {"cohort":"sides",$AS_THEY_ARE,"method":"pullback"}
 pca pca {"cohort":"sides"}
 pca-parts pca-parts {"cohort":"parts","modes":20}
+classify-parts classify-parts {"cohort":"parts","covariance":"pooled"}
 modes modes {"model":"$M","mode":1,"coefficients":[-3,-2,-1,0,1,2,3]}
 sample sample {"model":"$M","count":200,"seed":1}
 project project {"model":"$M","surface":"$C"}

@@ -1532,7 +1532,7 @@ export interface components {
             };
             name?: string | null;
             tags?: string[] | null;
-            inputs: components["schemas"]["extractInputs"] | components["schemas"]["encodeInputs"] | components["schemas"]["invertInputs"] | components["schemas"]["geodesicInputs"] | components["schemas"]["registerInputs"] | components["schemas"]["distancesInputs"] | components["schemas"]["meanInputs"] | components["schemas"]["pcaInputs"] | components["schemas"]["modesInputs"] | components["schemas"]["sampleInputs"] | components["schemas"]["projectInputs"] | components["schemas"]["evaluate-modelInputs"] | components["schemas"]["compare-groupsInputs"] | components["schemas"]["shootInputs"] | components["schemas"]["transportInputs"] | components["schemas"]["transferInputs"] | components["schemas"]["classifyInputs"] | components["schemas"]["repairInputs"] | components["schemas"]["mirrorInputs"] | components["schemas"]["regressInputs"] | components["schemas"]["trainInputs"] | components["schemas"]["predictInputs"] | components["schemas"]["scoreInputs"] | components["schemas"]["reportInputs"] | components["schemas"]["changeInputs"] | components["schemas"]["asymmetryInputs"] | components["schemas"]["pca-partsInputs"] | components["schemas"]["trajectoriesInputs"] | components["schemas"]["neighboursInputs"];
+            inputs: components["schemas"]["extractInputs"] | components["schemas"]["encodeInputs"] | components["schemas"]["invertInputs"] | components["schemas"]["geodesicInputs"] | components["schemas"]["registerInputs"] | components["schemas"]["distancesInputs"] | components["schemas"]["meanInputs"] | components["schemas"]["pcaInputs"] | components["schemas"]["modesInputs"] | components["schemas"]["sampleInputs"] | components["schemas"]["projectInputs"] | components["schemas"]["evaluate-modelInputs"] | components["schemas"]["compare-groupsInputs"] | components["schemas"]["shootInputs"] | components["schemas"]["transportInputs"] | components["schemas"]["transferInputs"] | components["schemas"]["classifyInputs"] | components["schemas"]["repairInputs"] | components["schemas"]["mirrorInputs"] | components["schemas"]["regressInputs"] | components["schemas"]["trainInputs"] | components["schemas"]["predictInputs"] | components["schemas"]["scoreInputs"] | components["schemas"]["reportInputs"] | components["schemas"]["changeInputs"] | components["schemas"]["asymmetryInputs"] | components["schemas"]["pca-partsInputs"] | components["schemas"]["trajectoriesInputs"] | components["schemas"]["neighboursInputs"] | components["schemas"]["classify-partsInputs"];
         };
         Estimate: {
             estimatedSeconds: number | null;
@@ -1545,7 +1545,7 @@ export interface components {
         FramedResults: {
             [key: string]: unknown;
         } | components["schemas"]["Any"][] | (string | null) | number | boolean;
-        Results: components["schemas"]["extractOutputs"] | components["schemas"]["encodeOutputs"] | components["schemas"]["invertOutputs"] | components["schemas"]["geodesicOutputs"] | components["schemas"]["registerOutputs"] | components["schemas"]["distancesOutputs"] | components["schemas"]["meanOutputs"] | components["schemas"]["pcaOutputs"] | components["schemas"]["modesOutputs"] | components["schemas"]["sampleOutputs"] | components["schemas"]["projectOutputs"] | components["schemas"]["evaluate-modelOutputs"] | components["schemas"]["compare-groupsOutputs"] | components["schemas"]["shootOutputs"] | components["schemas"]["transportOutputs"] | components["schemas"]["transferOutputs"] | components["schemas"]["classifyOutputs"] | components["schemas"]["repairOutputs"] | components["schemas"]["mirrorOutputs"] | components["schemas"]["regressOutputs"] | components["schemas"]["trainOutputs"] | components["schemas"]["predictOutputs"] | components["schemas"]["scoreOutputs"] | components["schemas"]["reportOutputs"] | components["schemas"]["changeOutputs"] | components["schemas"]["asymmetryOutputs"] | components["schemas"]["pca-partsOutputs"] | components["schemas"]["trajectoriesOutputs"] | components["schemas"]["neighboursOutputs"];
+        Results: components["schemas"]["extractOutputs"] | components["schemas"]["encodeOutputs"] | components["schemas"]["invertOutputs"] | components["schemas"]["geodesicOutputs"] | components["schemas"]["registerOutputs"] | components["schemas"]["distancesOutputs"] | components["schemas"]["meanOutputs"] | components["schemas"]["pcaOutputs"] | components["schemas"]["modesOutputs"] | components["schemas"]["sampleOutputs"] | components["schemas"]["projectOutputs"] | components["schemas"]["evaluate-modelOutputs"] | components["schemas"]["compare-groupsOutputs"] | components["schemas"]["shootOutputs"] | components["schemas"]["transportOutputs"] | components["schemas"]["transferOutputs"] | components["schemas"]["classifyOutputs"] | components["schemas"]["repairOutputs"] | components["schemas"]["mirrorOutputs"] | components["schemas"]["regressOutputs"] | components["schemas"]["trainOutputs"] | components["schemas"]["predictOutputs"] | components["schemas"]["scoreOutputs"] | components["schemas"]["reportOutputs"] | components["schemas"]["changeOutputs"] | components["schemas"]["asymmetryOutputs"] | components["schemas"]["pca-partsOutputs"] | components["schemas"]["trajectoriesOutputs"] | components["schemas"]["neighboursOutputs"] | components["schemas"]["classify-partsOutputs"];
         extractInputs: {
             volume: string;
             labels: number[];
@@ -1773,6 +1773,12 @@ export interface components {
             tolerance?: number;
             lmax?: number;
             maxIterations?: number;
+            landmarks?: {
+                vertices?: number[];
+                points?: (number | number[])[][];
+                weight?: "exact" | number;
+                heldOut?: number[];
+            } | null;
             /** @enum {unknown} */
             method?: "srnf" | "pullback";
         };
@@ -1787,6 +1793,7 @@ export interface components {
             distances?: (number | null)[];
             relativeEnergy?: number | null;
             seconds?: number | null;
+            landmarks?: Record<string, unknown> | null;
             bridged?: boolean;
             bridgedSurfaces?: string[];
             registration?: Record<string, unknown> | null;
@@ -1807,6 +1814,12 @@ export interface components {
             tolerance?: number;
             lmax?: number;
             maxIterations?: number;
+            landmarks?: {
+                vertices?: number[];
+                points?: (number | number[])[][];
+                weight?: "exact" | number;
+                heldOut?: number[];
+            } | null;
             /** @enum {unknown} */
             method?: "srnf";
             components?: number | null;
@@ -1823,6 +1836,7 @@ export interface components {
             distances?: (number | null)[];
             relativeEnergy?: number | null;
             seconds?: number | null;
+            landmarks?: Record<string, unknown> | null;
             bridged?: boolean;
             bridgedSurfaces?: string[];
             registration?: Record<string, unknown> | null;
@@ -2597,6 +2611,51 @@ export interface components {
             }[];
             numericBuild?: string;
         };
+        "classify-partsInputs": {
+            cohort: string;
+            mixedRoutes?: boolean;
+            by?: string;
+            /** @default {} */
+            weights: {
+                [key: string]: number;
+            };
+            method?: ("srnf-gauss" | "srnf-nn" | "srm-gauss" | "srm-nn" | "harmonic-nn" | "icp-nn" | "spharm-pdm") | ("srnf-gauss" | "srnf-nn" | "srm-gauss" | "srm-nn" | "harmonic-nn" | "icp-nn" | "spharm-pdm")[];
+            components?: "auto" | number;
+            /** @enum {unknown} */
+            covariance?: "auto" | "pooled" | "class";
+            /** @enum {unknown} */
+            scale?: "shape" | "shape-and-size";
+            covariates?: string[];
+            sizeWeight?: number;
+            permutations?: number;
+            seed?: number;
+            commonPose?: boolean;
+            lmax?: number;
+        };
+        "classify-partsOutputs": {
+            methods?: Record<string, unknown>;
+            comparisons?: Record<string, unknown>[];
+            parts?: Record<string, unknown>[];
+            features?: string[];
+            subjects?: number;
+            chance?: number;
+            majorityRate?: number;
+            permutations?: number;
+            relabellings?: number | null;
+            exact?: boolean | null;
+            classes?: string[];
+            lmax?: number;
+            bridged?: boolean;
+            bridgedSurfaces?: string[];
+            registration?: Record<string, unknown>;
+            inputs?: Record<string, unknown>;
+            warnings?: {
+                code: string;
+                detail: string;
+                figures?: Record<string, unknown>;
+            }[];
+            numericBuild?: string;
+        };
     };
     responses: {
         NotModified: {
@@ -2682,7 +2741,7 @@ export interface components {
         ModelId: string;
         TableFormat: "json" | "csv" | "npy";
         JobId: string;
-        ProcessId: "extract" | "encode" | "invert" | "geodesic" | "register" | "distances" | "mean" | "pca" | "modes" | "sample" | "project" | "evaluate-model" | "compare-groups" | "shoot" | "transport" | "transfer" | "classify" | "repair" | "mirror" | "regress" | "train" | "predict" | "score" | "report" | "change" | "asymmetry" | "pca-parts" | "trajectories" | "neighbours";
+        ProcessId: "extract" | "encode" | "invert" | "geodesic" | "register" | "distances" | "mean" | "pca" | "modes" | "sample" | "project" | "evaluate-model" | "compare-groups" | "shoot" | "transport" | "transfer" | "classify" | "repair" | "mirror" | "regress" | "train" | "predict" | "score" | "report" | "change" | "asymmetry" | "pca-parts" | "trajectories" | "neighbours" | "classify-parts";
         Limit: number;
         Cursor: string;
         ListSort: "created" | "-created" | "name" | "-name";

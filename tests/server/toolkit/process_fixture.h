@@ -190,10 +190,10 @@ static void put_jobs(struct fixture *fixture)
 }
 
 /* A cohort "pairs" of the surface, a left one at time 0 and a right one at time 1 of each
-   subject, which are its parts too. */
+   subject, which are its parts too; subjects have two labels in turn. */
 static void put_pairs(struct fixture *fixture)
 {
-    struct store_cohort cohort = {.name = "pairs", .n_members = 10};
+    struct store_cohort cohort = {.name = "pairs", .n_members = 12};
     json_t *members = json_array();
     bool created;
     size_t missing;
@@ -204,9 +204,10 @@ static void put_pairs(struct fixture *fixture)
         const char subject[3] = {'s', (char)('0' + i / 2), '\0'};
 
         (void)json_array_append_new(
-            members, json_pack("{s:s, s:n, s:s, s:{s:s}, s:i, s:s}", "id", fixture->surface,
-                               "label", "subject", subject, "covariates", "part", i % 2 ? "b" : "a",
-                               "time", (int)(i % 2), "side", i % 2 ? "right" : "left"));
+            members, json_pack("{s:s, s:s, s:s, s:{s:s}, s:i, s:s}", "id", fixture->surface,
+                               "label", i / 2 % 2 ? "y" : "x", "subject", subject, "covariates",
+                               "part", i % 2 ? "b" : "a", "time", (int)(i % 2), "side",
+                               i % 2 ? "right" : "left"));
         memcpy(cohort.members[i], fixture->surface, STORE_ID_MAX);
     }
     cohort.record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS);

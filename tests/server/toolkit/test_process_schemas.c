@@ -23,6 +23,7 @@ static const struct {
     {"change", "{\"cohort\":\"pairs\"}"},
     {"asymmetry", "{\"cohort\":\"pairs\"}"},
     {"pca-parts", "{\"cohort\":\"pairs\"}"},
+    {"classify-parts", "{\"cohort\":\"pairs\"}"},
     {"trajectories", "{\"cohort\":\"pairs\"}"},
     {"shoot", "{\"surface\":\"@\",\"velocity\":{\"toward\":\"@\"}}"},
     {"transport", "{\"from\":\"@\",\"to\":\"@\",\"vector\":{\"toward\":\"@\"}}"},

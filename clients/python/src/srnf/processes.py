@@ -86,6 +86,13 @@ class Processes:
         """
         return self.run("pca-parts", cohort=cohort, **options)
 
+    def classify_parts(self, cohort: Union[Cohort, str], **options: Any) -> Result:
+        """Labels of subjects from all their structures together: ``methods``, and ``parts``, what each says alone.
+
+        Members as of :meth:`pca_parts`, with a label; ``covariates`` and ``scale`` add numbers beside shape.
+        """
+        return self.run("classify-parts", cohort=cohort, **options)
+
     def modes(self, model: Union[Model, str], mode: int = 1, **options: Any) -> Result:
         """Surfaces along component ``mode`` (from 1), at ``coefficients`` in standard deviations."""
         return self.run("modes", model=model, mode=mode, **options)

@@ -1,0 +1,178 @@
+/*
+ * classify_parts_inputs.c - what must hold between the inputs of classify-parts, and what the
+ * subjects are: their labels and covariates, which their members share.
+ */
+#include "processes/classify_parts.h"
+
+#include <string.h>
+
+#include "toolkit/covariates.h"
+
+#define COPIES 12 /* fields that are held for each surface */
+#define SUBJECTS_MIN 3
+
+/* Labels of the subjects, which all their members share; false with a problem noted. */
+static bool set_labels(struct process_inputs *given, size_t n)
+{
+    json_t *cohort = json_object_get(given->canonical, "cohort");
+    const json_t *labels = json_object_get(cohort, "labels");
+    json_t *own = json_array();
+
+    for (size_t i = 0; i < json_array_size(labels); i++) {
+        const json_t *first = json_array_get(labels, i % n), *label = json_array_get(labels, i);
+
+        if (!json_is_string(label) || !json_equal(first, label)) {
+            const json_t *subject = json_array_get(json_object_get(cohort, "subjects"), i);
+
+            problem_add(given->list, "/inputs/cohort",
+                        json_is_string(label) ? "subject \"%.60s\" has members of different labels"
+                                              : "subject \"%.60s\" has a member without a label",
+                        json_string_value(subject));
+            json_decref(own);
+            return false;
+        }
+        if (i < n) {
+            (void)json_array_append(own, json_array_get(labels, i));
+        }
+    }
+    (void)json_object_set_new(cohort, "subjectLabels", own);
+    return true;
+}
+
+/* What the members of each subject say of it, [n]; NULL with a problem noted. */
+static json_t *gather(struct process_inputs *given, size_t n)
+{
+    const json_t *cohort = json_object_get(given->canonical, "cohort");
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    json_t *members = group_stored_members(given), *by_subject = json_object(),
+           *list = json_array();
+    bool good = members != NULL;
+
+    for (size_t i = 0; good && i < json_array_size(members); i++) {
+        const json_t *member = json_array_get(members, i);
+        const char *subject = json_string_value(json_object_get(member, "subject"));
+        json_t *own = json_object_get(member, "covariates");
+        json_t *known = json_object_get(by_subject, subject ? subject : "");
+
+        for (size_t k = 0; known && good && k < json_array_size(names); k++) {
+            const char *name = json_string_value(json_array_get(names, k));
+            const json_t *value = json_object_get(own, name);
+            const json_t *before = json_object_get(known, name);
+
+            good = !value || json_is_null(value) || !before || json_is_null(before) ||
+                   json_number_value(value) == json_number_value(before);
+            if (!good) {
+                problem_add(given->list, "/inputs/covariates",
+                            "\"%.60s\" differs between the members of subject \"%.60s\"", name,
+                            subject);
+            }
+        }
+        if (known) {
+            (void)json_object_update_missing(known, own);
+        } else {
+            (void)json_object_set_new(by_subject, subject ? subject : "",
+                                      own ? json_copy(own) : json_object());
+        }
+    }
+    for (size_t i = 0; good && i < n; i++) {
+        const char *subject =
+            json_string_value(json_array_get(json_object_get(cohort, "subjects"), i));
+
+        (void)json_array_append_new(list, json_pack("{s:s, s:O}", "id", subject, "covariates",
+                                                    json_object_get(by_subject, subject)));
+    }
+    json_decref(members);
+    json_decref(by_subject);
+    if (!good) {
+        json_decref(list);
+        return NULL;
+    }
+    return list;
+}
+
+/* The values of the covariates of the subjects; false with a problem noted. */
+static bool set_values(struct process_inputs *given, size_t n)
+{
+    const json_t *names = json_object_get(given->canonical, "covariates");
+    json_t *subjects = gather(given, n), *values;
+
+    if (!subjects) {
+        return false;
+    }
+    values = covariate_values(given, subjects, names);
+    json_decref(subjects);
+    if (!given->list->errors) {
+        covariates_check(given, names, values);
+    }
+    (void)json_object_set_new(json_object_get(given->canonical, "cohort"), "values", values);
+    return !given->list->errors;
+}
+
+static size_t count_features(const json_t *canonical)
+{
+    const json_t *cohort = json_object_get(canonical, "cohort");
+    bool sizes = inputs_chose(canonical, "scale", "shape-and-size");
+
+    return json_array_size(json_object_get(canonical, "covariates")) +
+           (sizes ? json_array_size(json_object_get(cohort, "parts")) : 0);
+}
+
+/* Whether the folds have training subjects enough for what is asked of them. */
+static void check_folds(struct process_inputs *given, const struct classify_classes *classes,
+                        size_t smallest)
+{
+    long components = (long)json_integer_value(json_object_get(given->canonical, "components"));
+    size_t features = (components ? (size_t)components : 1) + count_features(given->canonical);
+    size_t freedom = inputs_chose(given->canonical, "covariance", "class")
+                         ? classes->subjects[smallest] - 2
+                         : classes->determined;
+
+    if (features > freedom) {
+        problem_add(given->list, components ? "/inputs/components" : "/inputs/covariance",
+                    "asks for a covariance of %zu features, sizes and covariates counted; the "
+                    "training subjects of a fold determine one of %zu",
+                    features, freedom);
+    }
+}
+
+static void check_methods(struct process_inputs *given)
+{
+    const json_t *name;
+    size_t i;
+
+    json_array_foreach(json_object_get(given->canonical, "method"), i, name)
+    {
+        const struct srnf_method *method = classify_method_find(json_string_value(name));
+
+        if (method && method->metric != SRNF_METRIC_SRNF && method->metric != SRNF_METRIC_SRM) {
+            problem_add(given->list, "/inputs/method",
+                        "%s has no joint comparison: take srnf-gauss, srnf-nn, srm-gauss or srm-nn",
+                        method->name);
+        }
+    }
+}
+
+void classify_parts_complete(struct process_inputs *given)
+{
+    json_t *cohort = json_object_get(given->canonical, "cohort");
+    size_t members = json_array_size(json_object_get(cohort, "surfaces"));
+    long degree = inputs_integer(given, "lmax", SRNF_DEGREE_MIN, SRNF_DEGREE_MAX, given->degree);
+    json_t *view;
+    size_t n;
+
+    check_methods(given);
+    inputs_check_memory(given, members, degree, COPIES, 0.0);
+    if (!given->list->errors) {
+        pca_parts_describe(given);
+    }
+    if (given->answered || given->list->errors) {
+        return;
+    }
+    n = members / json_array_size(json_object_get(cohort, "parts"));
+    if (set_labels(given, n) && set_values(given, n)) {
+        view =
+            json_pack("{s:O, s:n}", "labels", json_object_get(cohort, "subjectLabels"), "subjects");
+        classify_classes_check(given, view, SUBJECTS_MIN, check_folds);
+        json_decref(view);
+    }
+}

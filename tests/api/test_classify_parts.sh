@@ -1,0 +1,126 @@
+#!/usr/bin/env bash
+# test_classify_parts.sh - subjects classified by several structures together: one structure is classify, two tell what
+# neither does alone, sizes and covariates count where they are asked for, and what is wrong is told by name.
+# srnfd-test: slow
+
+# shellcheck source=tests/support/lib.sh
+. "$(dirname "$0")/../support/lib.sh"
+
+REQUEST_SECONDS=400
+
+run() { # PROCESS INPUTS
+    execute "$1" "$2" --header 'Prefer: wait=300'
+}
+
+start_server "$SCRATCH/data" --workers 2 || exit 1
+# Twelve subjects of two labels. What bumps both parts tells the label, what bumps one and dents the other says nothing and
+# is larger. The second part of one label is larger, and those of that label are older.
+python3 - "$URL" >"$SCRATCH/members.json" <<'PYTHON'
+import json, math, random, sys, urllib.request
+
+def send(path, document):
+    request = urllib.request.Request(sys.argv[1] + path, json.dumps(document).encode(), {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))
+
+lmax = 4
+random.seed(3)
+def surface(bump, part, scale):
+    rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = (1.5, 1.2, 1.0) if part else (1.1, 1.0, 1.6)
+    for axis, k in (('x', 12), ('y', 10), ('z', 6)):
+        rows[axis][k] = bump
+    for axis in 'xyz':
+        for k in range(4, 9):
+            rows[axis][k] += random.gauss(0, 0.004)
+    return send('/v1/surfaces', {'coefficients': {'lmax': lmax, **{a: [scale * x for x in r] for a, r in rows.items()}}})['id']
+
+members = []
+for s in range(12):
+    label = s % 2
+    together, apart = (0.05 if label else -0.05) + random.gauss(0, 0.01), random.gauss(0, 0.09)
+    for part in (0, 1):
+        members.append({'id': surface(together + (apart if part else -apart), part, 1 + 0.3 * label * part),
+                        'subject': f's{s}', 'label': ('low', 'high')[label],
+                        'covariates': {'part': ('first', 'second')[part], 'age': 40 + 20 * label + s % 5, 'one': 1}})
+print(json.dumps(members))
+PYTHON
+cohort() { # NAME FILTER
+    curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
+    jq -c "{name: \"$1\", members: ($2)}" "$SCRATCH/members.json" >"$SCRATCH/cohort.json"
+    post_json /v1/cohorts "@$SCRATCH/cohort.json"
+}
+classify() { # COHORT [MORE] [PROCESS]
+    run "${3:-classify-parts}" "$(jq -c ". + {cohort: \"$1\"}" <<<"{\"commonPose\":true,\"components\":2,\"covariance\":\"pooled\"${2-}}")"
+}
+ACCURACY='.methods["srnf-gauss"].accuracy'
+
+# ---- One part ------------------------------------------------------------------------------------------
+
+cohort one '[.[] | select(.covariates.part == "first")]'
+classify one '' classify
+cp "$BODY" "$SCRATCH/classify.json"
+classify one
+is "$STATUS" 200 'one part'
+FIELDS='[.methods["srnf-gauss"] | .accuracy, .confidenceInterval, .confusion, [.perSubject[] | .predicted, .logLikelihoods]]'
+is "$(jq -s "(.[0] | $FIELDS) == (.[1] | $FIELDS)" "$SCRATCH/classify.json" "$BODY")" true 'is classify, to the last bit'
+is "$(json '.parts[0] | [.name, .weight, .methods["srnf-gauss"].onlyTogether, .methods["srnf-gauss"].pValue] | tostring')" \
+    '["first",1,0,1]' 'and what it says alone'
+
+# ---- Two parts -----------------------------------------------------------------------------------------
+
+cohort both '[.[5:][], .[:5][]]'
+classify both ',"permutations":99,"seed":1,"method":["srnf-gauss","srnf-nn"]'
+is "$STATUS" 200 'two parts'
+cp "$BODY" "$SCRATCH/both.json"
+is "$(json '[.subjects, (.methods["srnf-gauss"].perSubject | length), (.parts | length), (.features | length)] | tostring')" \
+    '[12,12,2,0]' 'of twelve subjects'
+compare "$(json "$ACCURACY")" '>=' 0.9 'tell the label together'
+is "$(json "$ACCURACY as \$all | [.parts[].methods[\"srnf-gauss\"].accuracy < \$all] | tostring")" '[true,true]' \
+    'better than either alone'
+compare "$(json '.methods["srnf-gauss"].pValue')" '<=' 0.05 'and not by chance'
+is "$(json '.comparisons | length')" 1 'the two methods are compared'
+is "$(json '[.parts[].methods["srnf-gauss"] | .onlyTogether - .onlyAlone] ==
+    [.methods["srnf-gauss"].correct as $all | .parts[].methods["srnf-gauss"].correct | $all - .]')" true 'counts fit together'
+is "$(json '[.methods["srnf-gauss"].perSubject[].subject] | sort == ([range(12)] | map("s\(.)") | sort)')" true \
+    'each subject has its name'
+classify both ',"weights":{"first":9,"second":9}'
+is "$(json '[.methods["srnf-gauss"].perSubject[].predicted] | tostring')" \
+    "$(jq -c '[.methods["srnf-gauss"].perSubject[].predicted]' "$SCRATCH/both.json")" 'equal weights decide as none'
+classify both ',"weights":{"second":1e-6}'
+compare "$(json "$ACCURACY")" '<' 0.9 'a part that weighs nothing is of no help'
+
+# ---- Other numbers -------------------------------------------------------------------------------------
+
+classify both ',"scale":"shape-and-size","components":1'
+is "$(json '.features | tostring')" '["size of second","size of first"]' 'sizes'
+is "$(json "$ACCURACY")" 1 'tell'
+classify both ',"covariates":["age"],"components":1'
+is "$(json '.features | tostring')" '["age"]' 'a covariate'
+is "$(json "$ACCURACY")" 1 'tells'
+is "$(json '[.inputs.cohort.values[0][], (.inputs.cohort.subjectLabels | length)] | length')" 13 'and stands in the inputs'
+classify both ',"method":"srnf-nn","covariates":["age"],"sizeWeight":1000'
+is "$(json '.methods["srnf-nn"].accuracy')" 1 'in distances, too, where it weighs enough'
+
+# ---- What is wrong -------------------------------------------------------------------------------------
+
+refused() { # FILTER PATTERN [MORE]
+    cohort wrong "$1"
+    classify wrong "${3-}"
+    like "$STATUS $(json '.errors[0] | "\(.pointer) \(.detail)"')" "422 $2" "refused: $2"
+}
+refused 'del(.[3])' '/inputs/cohort subject "s1" has no member of part "second"'
+refused '.[3].covariates.part = "first"' '/inputs/cohort subject "s1" has two members of part "first"'
+refused '.[3].label = "low"' '/inputs/cohort subject "s1" has members of different labels'
+refused 'del(.[3].label)' '/inputs/cohort subject "s1" has a member without a label'
+refused '.[:8]' '/inputs/cohort has 2 subjects .2 members. with the label low; each label needs 3'
+refused '[.[] | .label = "low"]' '/inputs/cohort has one label only'
+refused . '/inputs/covariates/0 .*no covariate "weight"' ',"covariates":["weight"]'
+refused . '/inputs/covariates/0 .*same' ',"covariates":["one"]'
+refused '.[3].covariates.age = 7' '/inputs/covariates "age" differs between the members of subject "s1"' ',"covariates":["age"]'
+refused '.[6].covariates.age = null | .[7].covariates.age = null' '/inputs/covariates/0 member 3 .*no covariate "age"' ',"covariates":["age"]'
+refused . '/inputs/method icp-nn has no joint comparison' ',"method":"icp-nn"'
+refused . '/inputs/components asks for a covariance of 13 features' ',"components":12,"covariates":["age"]'
+refused . '/inputs/weights' ',"weights":{"third":1}'
+
+stop_server || not_ok 'the server ends well'
+done_testing
