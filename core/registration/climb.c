@@ -15,6 +15,8 @@
 
 #define BASIN_DEGREE ((size_t)8) /* of the fields whose steps come before those of delta */
 #define PULLED_DECREASE 1e-3
+#define REFIT_DEGREE ((size_t)20) /* of the step that stands for all before those that follow */
+#define REFIT_WORSE 2e-3
 #define ROUND_GAIN 5e-3         /* part of the objective: below it there is no further round */
 #define STEPS_MAX ((size_t)120) /* of a degree; common poses may need 100 to come to rest */
 
@@ -200,11 +202,9 @@ static int push(struct climb *c, const struct srnf_warp *chain)
    still does. */
 static int join(struct srnf_warp *chain, const struct srnf_warp *delta)
 {
-    const struct srnf_warp_link *first = &chain->links[0];
-    size_t kept =
-        first->kind == SRNF_WARP_ROTATION && memcmp(first->values, identity, sizeof identity) == 0;
+    size_t kept = warp_is_still(chain);
     struct srnf_warp joined = {0};
-    int status = kept ? warp_append(&joined, first->kind, 0, first->values) : SRNF_OK;
+    int status = kept ? warp_append(&joined, SRNF_WARP_ROTATION, 0, identity) : SRNF_OK;
 
     status = status ? status : srnf_warp_join(delta, &joined);
     for (size_t k = kept; k < chain->n_links && status == SRNF_OK; k++) {
@@ -259,6 +259,9 @@ static int climb_pulled(struct climb *c, struct search_result *result)
         status = push(c, chain);
     } else if (status == SRNF_OK) {
         status = join(chain, &delta);
+        status = status || !search_refits(s) ? status
+                                             : warp_refit(&c->problem, &s->nodes, REFIT_DEGREE,
+                                                          REFIT_WORSE, &c->cloud, &c->spare, chain);
     }
     srnf_warp_clear(&delta);
     tabulated_moving_clear(&pulled);
@@ -287,7 +290,7 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
         status = push(&c, &result->warp.chain);
     }
     if (status == SRNF_OK && (replayed || rounds == 0)) {
-        status = climb_rungs(&c, from, rounds == 0 ? degree : basin, result);
+        status = climb_rungs(&c, from, rounds == 0 && !s->basin ? degree : basin, result);
     }
     for (size_t k = 0; k < rounds && gain > ROUND_GAIN && status == SRNF_OK; k++) {
         double before = c.cloud.objective;
@@ -300,7 +303,9 @@ int climb_run(const struct search *s, size_t from, bool replayed, struct search_
     }
     if (status == SRNF_OK) {
         cloud_to(&c.cloud, n, result->warp.points, result->warp.jacobian);
+        result->warp.energy = c.cloud.energy;
+        result->warp.objective = c.cloud.objective;
     }
     close_climb(&c);
-    return status ? status : search_measure(s, &result->warp);
+    return status || s->basin ? status : search_measure(s, &result->warp);
 }

@@ -219,6 +219,14 @@ static void join_ambiguities(const struct search_result *other, struct search_re
     info->rotational_curvature = fmin(info->rotational_curvature, other->rotational_curvature);
 }
 
+/* Whether both ways need only be followed to their basins. Where a way ends in one domain alone, by
+   landmarks or directly, nothing short of its end tells how good it is. */
+static bool basins_tell(const struct call *c)
+{
+    return !c->landmarks && !c->options->exact && c->options->reparameterization &&
+           c->options->start != SRNF_START_RIGID;
+}
+
 /* One of the two ways, by steps in one domain alone: enough to tell which is better. */
 static int search_way(const struct call *c, const struct pair *pair, size_t k,
                       struct search *search, struct search_result *result)
@@ -227,6 +235,7 @@ static int search_way(const struct call *c, const struct pair *pair, size_t k,
                                c->options, NULL, c->context);
 
     search->rounds = 0;
+    search->basin = basins_tell(c);
     search->landmarks = pair->landmarks[k];
     return status ? status : search_run(search, result);
 }
@@ -254,6 +263,7 @@ static int search_pair(const struct call *c, struct pair *pair)
         best = b < a;
         pair->gap = fmax(a, b) > 0.0 ? fabs(a - b) / fmax(a, b) : 0.0;
         pair->worst = registration_worse_stop(results[0].warp.stopped, results[1].warp.stopped);
+        searches[best].basin = false;
         status = search_refine(&searches[best], ROUNDS, &results[best]);
         status = status ? status : search_extremes(&searches[best], &results[best]);
     }

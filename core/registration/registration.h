@@ -80,7 +80,9 @@ double fields_apply(const struct fields *fields, const double *potentials, size_
                     double *new_jacobian, double *scratch);
 
 /* The inverse of exp(w), by Newton's method at each point; in place. scratch:
-   (FIELDS_SCRATCH + 4) n doubles. Errors: SRNF_ENUMERIC where it does not converge. */
+   FIELDS_INVERSE n doubles. Errors: SRNF_ENUMERIC where it does not converge. */
+#define FIELDS_NEWTON ((size_t)8)
+#define FIELDS_INVERSE (FIELDS_SCRATCH + 4 + FIELDS_NEWTON)
 SRNF_CHECKED int fields_apply_inverse(const struct fields *fields, const double *potentials,
                                       size_t n, double *points, double *jacobian, double *scratch);
 
@@ -238,6 +240,12 @@ SRNF_CHECKED int registration_rigid(const struct problem *problem, struct start_
 
 struct landmark_search;
 
+/* A grid of nodes by its sizes alone. */
+struct nodes_of {
+    enum srnf_grid_kind kind;
+    size_t n_theta, n_phi;
+};
+
 /* Both surfaces prepared for a search in one direction. */
 struct search {
     const struct srnf_register_options *options;
@@ -250,9 +258,11 @@ struct search {
     const struct subject *subject;     /* tables of the moving surface */
     struct subject *own;               /* the same, where they were made for this search */
     size_t rounds;                     /* of steps in both domains in turn, at most */
+    bool basin;                        /* by tables: no further than where the basin is known */
     struct landmark_search *landmarks; /* landmarks.h; NULL: none, as search_create leaves it */
     double *template_series;           /* double[3][(L+1)^2]: harmonics of q1 */
     double *full_memory;               /* of the target */
+    struct nodes_of nodes;             /* the same */
 };
 /* q1: double[3][n_theta][n_phi] on the grid of sht. template_surface: what q1 belongs to, or
    NULL. subject: of the moving surface, or NULL. */

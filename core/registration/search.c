@@ -149,6 +149,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
             return SRNF_ENOMEM;
         }
         search_place(&s->full.target, grid, q1, s->full_memory);
+        s->nodes = (struct nodes_of){grid->kind, grid->n_theta, grid->n_phi};
         return SRNF_OK;
     }
     field = srnf_alloc(6 * rows * rows, sizeof(double));
@@ -158,6 +159,7 @@ static int full_target(struct search *s, const struct srnf_sht *sht, const doubl
                                      : SRNF_ENOMEM;
     if (status == SRNF_OK) {
         search_place(&s->full.target, srnf_sht_grid(fine), field, s->full_memory);
+        s->nodes = (struct nodes_of){SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows};
     }
     srnf_free(field);
     srnf_sht_destroy(fine);
@@ -471,14 +473,34 @@ static int climb_guided(const struct search *s, struct search_result *result)
     return status || !exact ? status : landmarks_met(s, &result->warp.chain);
 }
 
+/* Directly from the rotation of what was found, if that is better. */
+static int climb_again(const struct search *s, struct search_result *result)
+{
+    bool exact = s->options->exact;
+    const double *rotation = first_rotation(&result->warp.chain);
+    struct warp direct = {0};
+    int status;
+
+    if (!rotation) {
+        return SRNF_OK;
+    }
+    status = climb_from_rotation(s, rotation, &direct, &result->iterations);
+    if (status == SRNF_OK && (exact || direct.objective < result->warp.objective)) {
+        struct warp replaced = result->warp;
+
+        result->warp = direct;
+        direct = replaced;
+    }
+    warp_clear(&direct);
+    return status;
+}
+
 /* Up from the start that result holds: measured on the full grid where `placed`, else a chain
-   alone, which begins with a rotation. Directly in exact mode; and where little is left, if that is
+   alone, which has a rotation. Directly in exact mode; and where little is left, if that is
    better. */
 static int climb(const struct search *s, size_t from, bool placed, struct search_result *result)
 {
     bool exact = s->options->exact;
-    struct warp direct = {0};
-    const double *rotation;
     int status = SRNF_OK;
 
     if (s->landmarks) {
@@ -493,19 +515,7 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
             return status;
         }
     }
-    rotation = first_rotation(&result->warp.chain);
-    if (!rotation) {
-        return SRNF_OK;
-    }
-    status = climb_from_rotation(s, rotation, &direct, &result->iterations);
-    if (status == SRNF_OK && (exact || direct.objective < result->warp.objective)) {
-        struct warp replaced = result->warp;
-
-        result->warp = direct;
-        direct = replaced;
-    }
-    warp_clear(&direct);
-    return status;
+    return climb_again(s, result);
 }
 
 static int from_basin(const struct search *s, struct search_result *result)
@@ -609,6 +619,9 @@ int search_refine(struct search *s, size_t rounds, struct search_result *result)
         result->warp.energy >= DIRECT_ENERGY) {
         s->rounds = rounds;
         status = climb_run(s, s->options->degree, true, result);
+        if (status == SRNF_OK && result->warp.energy < DIRECT_ENERGY) {
+            status = climb_again(s, result);
+        }
     }
     result->distance = distance(s, &result->warp);
     return status;

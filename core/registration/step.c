@@ -6,7 +6,8 @@
  * Jacobian follows from the Jacobi fields of the sphere:
  *   J_step = (1 + A11) (cos t + sinc t A22) - sinc t A12 A21.
  * The inverse map solves exp_x(w(x)) = y from x = exp_y(-w(y)) on, by Newton's method with the
- * derivative of exp in the same frames; its Jacobian is 1 / J_step(x).
+ * derivative of exp in the same frames, in part where a whole step leads away; its Jacobian is
+ * 1 / J_step(x).
  * grad w = Hess phi + R Hess psi, R the quarter turn v -> p x v; both from jets of the potentials
  * (harmonics/points_jets.c).
  */
@@ -14,7 +15,8 @@
 
 #include <math.h>
 
-#define INVERSE_STEPS 30
+#define INVERSE_STEPS 60
+#define INVERSE_SHORTEST 1e-4 /* part of a Newton step */
 #define INVERSE_TOLERANCE \
     1e-12 /* radians, before the last step: quadratic convergence does the rest */
 
@@ -159,16 +161,23 @@ static void walk(double *x, const double *s)
     }
 }
 
-/* One Newton step of x toward exp_x(w(x)) = y; returns the distance that was left. */
-static double newton_point(const struct evaluation *e, size_t i, const double *y, double *x,
-                           double *jacobian)
+/* Newton's method at one point: where its last step began, that step, and how much of it is
+   taken. */
+struct newton {
+    double from[3], move[3];
+    double left, length; /* what was left there; 0: it has not begun */
+};
+_Static_assert(sizeof(struct newton) == FIELDS_NEWTON * sizeof(double), "only doubles");
+
+/* One step of x toward exp_x(w(x)) = y. Where the step before led further away, or to where the map
+   folds, half of that is tried instead: of a map that is one to one there is always a part that
+   leads nearer. Returns the distance that was left. */
+static double newton_point(const struct evaluation *e, size_t i, const double *y,
+                           struct newton *newton, double *x, double *jacobian)
 {
     struct step step;
     double error[3];
-    double a;
-    double b;
-    double move[3];
-    double along;
+    double a, b, along, left;
 
     step_point(e, i, x, &step);
     *jacobian = step_jacobian(&step);
@@ -178,23 +187,40 @@ static double newton_point(const struct evaluation *e, size_t i, const double *y
     }
     a = vector_dot(error, step.radial);
     b = vector_dot(error, step.v);
-    for (size_t k = 0; k < 3; k++) {
-        move[k] = ((step.d[1][1] * a - step.d[0][1] * b) * step.u[k] +
-                   (step.d[0][0] * b - step.d[1][0] * a) * step.v[k]) /
-                  *jacobian;
-    }
-    if (*jacobian > 0.0) {
+    left = along > 0.0 ? sqrt(a * a + b * b) : 2.0 - sqrt(a * a + b * b);
+    if (newton->length > INVERSE_SHORTEST &&
+        !(*jacobian > 0.0 && (left < newton->left || left <= INVERSE_TOLERANCE))) {
+        double move[3];
+
+        newton->length *= 0.5;
+        for (size_t k = 0; k < 3; k++) {
+            x[k] = newton->from[k];
+            move[k] = newton->length * newton->move[k];
+        }
         walk(x, move);
+        return newton->left;
     }
-    return sqrt(a * a + b * b);
+    for (size_t k = 0; k < 3; k++) {
+        newton->from[k] = x[k];
+        newton->move[k] = ((step.d[1][1] * a - step.d[0][1] * b) * step.u[k] +
+                           (step.d[0][0] * b - step.d[1][0] * a) * step.v[k]) /
+                          *jacobian;
+    }
+    newton->left = left;
+    newton->length = 1.0;
+    if (*jacobian > 0.0) {
+        walk(x, newton->move);
+    }
+    return left;
 }
 
 int fields_apply_inverse(const struct fields *fields, const double *potentials, size_t n,
                          double *points, double *jacobian, double *scratch)
 {
-    double *x = scratch;
-    double *steps = scratch + 3 * n; /* Jacobians of the step */
-    double *rest = scratch + 4 * n;
+    struct newton *newton = (struct newton *)scratch;
+    double *x = scratch + FIELDS_NEWTON * n;
+    double *steps = x + 3 * n; /* Jacobians of the step */
+    double *rest = steps + n;
     double left = INFINITY;
     struct evaluation e = evaluate(fields, potentials, n, points, rest);
 
@@ -207,12 +233,14 @@ int fields_apply_inverse(const struct fields *fields, const double *potentials, 
             x[3 * i + k] = points[3 * i + k];
         }
         walk(x + 3 * i, back);
+        newton[i].length = 0.0;
     }
     for (int step = 0; step < INVERSE_STEPS && left > INVERSE_TOLERANCE; step++) {
         left = 0.0;
         e = evaluate(fields, potentials, n, x, rest);
         for (size_t i = 0; i < n; i++) {
-            left = fmax(left, newton_point(&e, i, points + 3 * i, x + 3 * i, &steps[i]));
+            left =
+                fmax(left, newton_point(&e, i, points + 3 * i, &newton[i], x + 3 * i, &steps[i]));
         }
     }
     if (!(left <= INVERSE_TOLERANCE)) {

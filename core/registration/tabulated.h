@@ -71,6 +71,8 @@ SRNF_CHECKED int cloud_create(struct cloud *cloud, size_t n);
 void cloud_clear(struct cloud *cloud);
 void cloud_rotate(struct cloud *cloud, const struct tabulated_target *target,
                   const double rotation[9]);
+/* Its points turned; what is there is not. */
+void cloud_turn(struct cloud *cloud, const double rotation[9]);
 
 /* Arrays of a cloud of n points, in CLOUD_ARRAYS n doubles. */
 void cloud_place(struct cloud *cloud, size_t n, double *memory);

@@ -15,17 +15,29 @@
 static void place_frames(struct tabulated_fields *f)
 {
     const struct sphere_spline *s = &f->table;
+    size_t n = s->columns;
 
-    for (size_t i = 0; i < (s->rows + 1) * s->columns; i++) {
-        double theta = SRNF_PI * (double)(i / s->columns) / (double)s->rows;
-        double phi = SRNF_PI * (double)(i % s->columns) / (double)s->rows;
-        double *frame = f->frames + FRAME * i;
+    for (size_t k = 0; k < n; k++) {
+        double phi = SRNF_PI * (double)k / (double)s->rows;
 
-        frame[0] = cos(theta) * cos(phi);
-        frame[1] = cos(theta) * sin(phi);
-        frame[2] = -sin(theta);
-        frame[3] = -sin(phi);
-        frame[4] = cos(phi);
+        f->frames[FRAME * k + 3] = -sin(phi);
+        f->frames[FRAME * k + 4] = cos(phi);
+    }
+    for (size_t row = 0; row <= s->rows; row++) {
+        double theta = SRNF_PI * (double)row / (double)s->rows;
+        double c = cos(theta);
+        double sine = sin(theta);
+
+        for (size_t k = 0; k < n; k++) {
+            const double *first = f->frames + FRAME * k;
+            double *frame = f->frames + FRAME * (row * n + k);
+
+            frame[0] = c * first[4];
+            frame[1] = -c * first[3];
+            frame[2] = -sine;
+            frame[3] = first[3];
+            frame[4] = first[4];
+        }
     }
     for (size_t l = 1; l <= f->degree; l++) {
         for (size_t i = l * l; i < (l + 1) * (l + 1); i++) {

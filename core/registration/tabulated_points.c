@@ -96,6 +96,17 @@ void cloud_rotate(struct cloud *cloud, const struct tabulated_target *target,
     }
 }
 
+void cloud_turn(struct cloud *cloud, const double rotation[9])
+{
+    for (size_t i = 0; i < cloud->n; i++) {
+        const double p[3] = {cloud->point[0][i], cloud->point[1][i], cloud->point[2][i]};
+
+        for (size_t k = 0; k < 3; k++) {
+            cloud->point[k][i] = vector_dot(rotation + 3 * k, p);
+        }
+    }
+}
+
 /* ---- Closest rotation ------------------------------------------------------------------------ */
 
 /* The largest root of the characteristic polynomial x^4 + c2 x^2 + c1 x + c0 of Horn's matrix, from

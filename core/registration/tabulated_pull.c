@@ -25,17 +25,6 @@ size_t follow_rows(size_t degree)
     return rows < 16 ? 16 : rows;
 }
 
-static void turn_points(struct cloud *cloud, const double r[9])
-{
-    for (size_t i = 0; i < cloud->n; i++) {
-        const double p[3] = {cloud->point[0][i], cloud->point[1][i], cloud->point[2][i]};
-
-        for (size_t k = 0; k < 3; k++) {
-            cloud->point[k][i] = vector_dot(r + 3 * k, p);
-        }
-    }
-}
-
 int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
                  const struct srnf_context *context)
 {
@@ -46,7 +35,7 @@ int cloud_follow(struct cloud *cloud, const struct srnf_warp *chain,
         const struct srnf_warp_link *link = &chain->links[k];
 
         if (link->kind == SRNF_WARP_ROTATION) {
-            turn_points(cloud, link->values);
+            cloud_turn(cloud, link->values);
             continue;
         }
         if (fields.degree != link->degree) {
@@ -70,16 +59,30 @@ static int open_nodes(struct cloud *cloud, size_t rows)
 {
     int status = cloud_create(cloud, (rows + 1) * 2 * rows);
 
-    for (size_t i = 0; i < cloud->n && status == SRNF_OK; i++) {
-        double theta = SRNF_PI * (double)(i / (2 * rows)) / (double)rows;
-        double phi = SRNF_PI * (double)(i % (2 * rows)) / (double)rows;
-
-        cloud->point[0][i] = sin(theta) * cos(phi);
-        cloud->point[1][i] = sin(theta) * sin(phi);
-        cloud->point[2][i] = cos(theta);
-        cloud->jacobian[i] = 1.0;
+    if (status) {
+        return status;
     }
-    return status;
+    for (size_t k = 0; k < 2 * rows; k++) { /* on the first row cosine and sine of phi */
+        double phi = SRNF_PI * (double)k / (double)rows;
+
+        cloud->point[0][k] = cos(phi);
+        cloud->point[1][k] = sin(phi);
+    }
+    for (size_t row = rows + 1; row-- > 0;) {
+        double theta = SRNF_PI * (double)row / (double)rows;
+        double c = cos(theta);
+        double s = sin(theta);
+
+        for (size_t k = 0; k < 2 * rows; k++) {
+            size_t i = row * 2 * rows + k;
+
+            cloud->point[0][i] = s * cloud->point[0][k];
+            cloud->point[1][i] = s * cloud->point[1][k];
+            cloud->point[2][i] = c;
+            cloud->jacobian[i] = 1.0;
+        }
+    }
+    return SRNF_OK;
 }
 
 enum node_value {

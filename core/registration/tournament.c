@@ -20,13 +20,16 @@
 #define FINE_DEGREE ((size_t)31) /* of the surfaces in the last round, at most */
 #define FINE_STEPS ((size_t)12)  /* where it is above that of the table */
 
+#define SAME_CHORD2 0.02          /* of maps in one basin: rms of 8 degrees */
+#define REFIT_DEGREE ((size_t)20) /* of the step that stands for the winner's */
+#define REFIT_WORSE 3e-3
 #define ROUNDS TOURNAMENT_ROUNDS
 
 static const struct tournament_round rounds[ROUNDS] = {
-    {12, 8, 2, 12, 5, 12},
-    {14, 10, 4, 16, 6, 6},
-    {18, 12, 8, 28, 8, 4},
-    {24, 15, 8, 28, 8, 3},
+    {12, 8, 2, 12, 5, 12, 0.5},
+    {14, 10, 4, 16, 6, 6, 0.3},
+    {18, 12, 8, 28, 8, 4, 0.15},
+    {24, 15, 8, 28, 8, 3, 0.1},
 };
 
 struct entrant {
@@ -165,7 +168,7 @@ static void clear_entrant(struct entrant *e)
     srnf_warp_clear(&e->chain);
 }
 
-static void keep_best(struct tournament *t, size_t count)
+static void sort_entrants(struct tournament *t)
 {
     for (size_t i = 1; i < t->count; i++) {
         struct entrant e = t->entrants[i];
@@ -177,9 +180,60 @@ static void keep_best(struct tournament *t, size_t count)
         }
         t->entrants[j] = e;
     }
-    while (t->count > count) {
-        clear_entrant(&t->entrants[--t->count]);
+}
+
+/* Mean square of the chords between two maps. */
+static double map_chord2(const struct tabulated_target *t, const struct cloud *a,
+                         const struct cloud *b)
+{
+    double sum = 0.0;
+
+    for (size_t i = 0; i < t->n; i++) {
+        double square = 0.0;
+
+        for (size_t k = 0; k < 3; k++) {
+            double d = a->point[k][i] - b->point[k][i];
+
+            square += d * d;
+        }
+        sum += t->weight[i] * square;
     }
+    return sum / (4.0 * SRNF_PI);
+}
+
+/* Whether another one is in the basin of a better one. */
+static bool is_repeated(const struct tournament *t, const struct tabulated_target *target,
+                        const struct cloud *cloud, size_t kept)
+{
+    bool repeated = false;
+
+    for (size_t i = 0; i < kept && !repeated; i++) {
+        repeated = map_chord2(target, &t->entrants[i].cloud, cloud) < SAME_CHORD2;
+    }
+    return repeated;
+}
+
+/* The best ones, at most so many, that are not far behind the best and not where a better one is
+   already. */
+static void keep_best(struct tournament *t, const struct tabulated_target *target, size_t count,
+                      double behind)
+{
+    double most;
+    size_t kept = 0;
+
+    sort_entrants(t);
+    most = (1.0 + behind) * t->entrants[0].cloud.objective;
+    for (size_t i = 0; i < t->count; i++) {
+        struct entrant e = t->entrants[i];
+
+        t->entrants[i] = (struct entrant){.cloud = {0}};
+        if (kept < count && e.cloud.objective <= most && !is_repeated(t, target, &e.cloud, kept)) {
+            t->entrants[kept++] = e;
+        } else {
+            clear_entrant(&e);
+        }
+    }
+    t->count = kept;
 }
 
 static int play(struct tournament *t, size_t k, const struct arena *a, size_t *iterations)
@@ -293,6 +347,20 @@ static void close_tournament(struct tournament *t)
     }
 }
 
+/* The winner's many short steps as one. */
+static int refit_winner(struct tournament *t, size_t k, const struct arena *a)
+{
+    size_t rows = tournament_round(k, a->problem.moving->degree).rows;
+    const struct nodes_of nodes = {SRNF_GRID_GAUSS_LEGENDRE, rows, 2 * rows};
+    struct entrant *winner = &t->entrants[0];
+
+    if (!search_refits(t->search)) {
+        return SRNF_OK;
+    }
+    return warp_refit(&a->problem, &nodes, REFIT_DEGREE, REFIT_WORSE, &winner->cloud, &t->spare,
+                      &winner->chain);
+}
+
 static int run_rounds(struct tournament *t, const struct start_rotation *best,
                       struct search_result *result)
 {
@@ -311,11 +379,12 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
         }
         status = status ? status : play(t, k, &arena, &result->iterations);
         if (status == SRNF_OK) {
-            keep_best(t, rounds[k].keep);
+            keep_best(t, &arena.target, rounds[k].keep, rounds[k].behind);
             srnf_report_progress(t->search->context, 0.1 * (double)(k + 2), "tournament");
         }
         if (status == SRNF_OK && k + 1 == ROUNDS) {
             find_ambiguity(t, &arena.target, result);
+            status = refit_winner(t, k, &arena);
         }
         close_arena(&arena);
     }

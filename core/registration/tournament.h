@@ -10,9 +10,10 @@
 #define MATRIX_DEGREE ((size_t)12) /* up to it one matrix serves all degrees of fields */
 
 /* Rows of the grid, degrees of the surfaces and of the fields, rows of the fields' tables, steps,
-   how many entrants are kept. */
+   how many entrants are kept at most. */
 struct tournament_round {
     size_t rows, surface, fields, table, steps, keep;
+    double behind; /* the best, by a part of its objective: what is more is out */
 };
 #define TOURNAMENT_ROUNDS ((size_t)4)
 /* Round k for surfaces of a degree. */
@@ -37,6 +38,18 @@ void subject_clear(struct subject *subject);
 /* The best start after elastic steps on growing grids: result->warp has its chain alone (no
    points), and the ambiguity is known. */
 SRNF_CHECKED int tournament_run(const struct search *search, struct search_result *result);
+
+/* Whether a search may replace its links by fewer, of a higher degree: not where so low a degree is
+   asked for that it stands for how smooth the warp is to be, nor in exact mode. */
+bool search_refits(const struct search *search);
+/* Whether a chain begins with the identity, as in a common pose, where it always does. */
+bool warp_is_still(const struct srnf_warp *chain);
+/* A chain as one step of fields of a degree and a rotation (refit.c), where that raises the
+   objective by no more than a part: cloud is at its points then, and measured. spare: of as many
+   points. problem: on the nodes of a grid. */
+SRNF_CHECKED int warp_refit(const struct tabulated_problem *problem, const struct nodes_of *grid,
+                            size_t degree, double worse, struct cloud *cloud, struct cloud *spare,
+                            struct srnf_warp *chain);
 
 /* Fields of rising degree on the full grid, all rungs above `from`. The points of result->warp are
    those of its chain, or, where replayed is false, are made from it: its fields are of the degree

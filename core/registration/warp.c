@@ -56,7 +56,7 @@ static int apply_link(const struct srnf_warp_link *link, const struct srnf_conte
 int warp_follow(const struct srnf_warp *warp, const struct srnf_context *context, size_t n,
                 double *points, double *jacobian)
 {
-    double *scratch = srnf_alloc((FIELDS_SCRATCH + 4) * n, sizeof(double));
+    double *scratch = srnf_alloc(FIELDS_INVERSE * n, sizeof(double));
     struct fields fields = {0};
     int status = scratch ? SRNF_OK : SRNF_ENOMEM;
 

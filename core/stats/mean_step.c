@@ -60,6 +60,7 @@ static int keep_step(struct mean_run *run, struct srnf_error *error)
 
     for (size_t i = 0; i < run->n && status == SRNF_OK; i++) {
         status = mean_chain_step(run, i, run->taken + 2 * i * count);
+        run->subjects[i].tabulated += !run->registration.exact;
     }
     return status;
 }

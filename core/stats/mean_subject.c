@@ -15,9 +15,9 @@
  * Where the domain is not warped but only rotated, each is a search.
  *
  * q_i and its Gauss-Newton matrix come from a table of the normal (registration/tabulated.h), finer
- * than that of a search: 2e-7 of q at most. The links of the search carry the points by tables as
- * well, to some 1e-9; later ones exactly. In exact mode nothing is tabulated. What is handed over
- * in the end is evaluated without tables in either case (mean_surface.c).
+ * than that of a search: 2e-7 of q at most. Links carry the points by tables as well, to some 1e-9
+ * in all. In exact mode nothing is tabulated. What is handed over in the end is evaluated without
+ * tables in either case (mean_surface.c).
  *
  * Where tools are not kept, they are made anew for each use: the same bits.
  */
@@ -69,8 +69,6 @@ static int create_tools(const struct mean_run *run, size_t i, bool matrix, struc
     }
     if (status == SRNF_OK && matrix) {
         status = level_create(&tools->level, &problem, run->degree);
-    } else if (status == SRNF_OK && mean_is_warped(run)) {
-        status = fields_create(&tools->level.fields, run->degree, run->context);
     }
     if (status) {
         clear_tools(tools);
@@ -164,28 +162,43 @@ int mean_register(const struct mean_run *run, size_t i, const struct srnf_contex
     return status;
 }
 
-/* Points, and J which is 1, along links that tables can follow. */
+static int cloud_from(const struct mean_run *run, const double *gamma, const double *jacobian,
+                      struct cloud *cloud)
+{
+    size_t n = run->points;
+    int status = cloud_create(cloud, (n + SRNF_LANES - 1) / SRNF_LANES * SRNF_LANES);
+
+    for (size_t k = 0; status == SRNF_OK && k < cloud->n; k++) {
+        size_t at = k < n ? k : n - 1;
+
+        for (size_t c = 0; c < 3; c++) {
+            cloud->point[c][k] = gamma[3 * at + c];
+        }
+        cloud->jacobian[k] = jacobian[at];
+    }
+    return status;
+}
+
+static void cloud_to(const struct cloud *cloud, size_t n, double *gamma, double *jacobian)
+{
+    for (size_t k = 0; k < n; k++) {
+        for (size_t c = 0; c < 3; c++) {
+            gamma[3 * k + c] = cloud->point[c][k];
+        }
+        jacobian[k] = cloud->jacobian[k];
+    }
+}
+
+/* Points and Jacobians along links that tables can follow. */
 static int follow_tables(const struct mean_run *run, const struct srnf_warp *warp, double *gamma,
                          double *jacobian)
 {
     struct cloud cloud = {0};
-    size_t n = run->points;
-    int status = cloud_create(&cloud, (n + SRNF_LANES - 1) / SRNF_LANES * SRNF_LANES);
+    int status = cloud_from(run, gamma, jacobian, &cloud);
 
-    for (size_t k = 0; status == SRNF_OK && k < cloud.n; k++) {
-        const double *p = gamma + 3 * (k < n ? k : n - 1);
-
-        for (size_t c = 0; c < 3; c++) {
-            cloud.point[c][k] = p[c];
-        }
-        cloud.jacobian[k] = 1.0;
-    }
     status = status ? status : cloud_follow(&cloud, warp, run->context);
-    for (size_t k = 0; status == SRNF_OK && k < n; k++) {
-        for (size_t c = 0; c < 3; c++) {
-            gamma[3 * k + c] = cloud.point[c][k];
-        }
-        jacobian[k] = cloud.jacobian[k];
+    if (status == SRNF_OK) {
+        cloud_to(&cloud, run->points, gamma, jacobian);
     }
     cloud_clear(&cloud);
     return status;
@@ -383,36 +396,93 @@ int mean_penalize(const struct mean_run *run, size_t i)
 
 /* ---- Steps ----------------------------------------------------------------------------------- */
 
+/* What moves the points of a subject: tables, as chains are followed, or in exact mode the fields
+   themselves. */
+struct mover {
+    bool exact;
+    size_t n;
+    struct mean_points at; /* where it begins */
+    struct fields fields;
+    double *scratch;
+    struct tabulated_fields tables;
+    struct cloud from, to;
+};
+
+static void close_mover(struct mover *m)
+{
+    mean_points_drop(&m->at);
+    fields_clear(&m->fields);
+    srnf_free(m->scratch);
+    tabulated_fields_clear(&m->tables);
+    cloud_clear(&m->from);
+    cloud_clear(&m->to);
+}
+
+static int open_mover(const struct mean_run *run, size_t i, struct mover *m)
+{
+    int status;
+
+    *m = (struct mover){.exact = run->registration.exact, .n = run->points};
+    status = mean_points_open(run, i, true, &m->at);
+    if (status) {
+        return status;
+    }
+    if (m->exact) {
+        m->scratch = srnf_alloc(FIELDS_SCRATCH * m->n, sizeof(double));
+        status = m->scratch ? fields_create(&m->fields, run->degree, run->context) : SRNF_ENOMEM;
+    } else {
+        status = tabulated_fields_create(&m->tables, run->degree, FOLLOW_ORDER,
+                                         follow_rows(run->degree));
+        status = status ? status : cloud_from(run, m->at.gamma, m->at.jacobian, &m->from);
+        status = status ? status : cloud_create(&m->to, m->from.n);
+    }
+    if (status) {
+        close_mover(m);
+    }
+    return status;
+}
+
+/* The points moved by a step; its least Jacobian. In place is allowed. */
+static double move_points(struct mover *m, const double *potentials, double *gamma,
+                          double *jacobian)
+{
+    double least;
+
+    if (m->exact) {
+        return fields_apply(&m->fields, potentials, m->n, m->at.gamma, m->at.jacobian, gamma,
+                            jacobian, m->scratch);
+    }
+    tabulated_fields_fill(&m->tables, potentials);
+    least = cloud_move(&m->tables.table, &m->from, &m->to);
+    cloud_to(&m->to, m->n, gamma, jacobian);
+    return least;
+}
+
 /* to <- the points of subject i, moved by a part of its step. taken: what is left of that, which is
    nothing where even a short step would fold. */
-static int move_by(const struct mean_run *run, size_t i, const struct fields *fields, double length,
+static int move_by(const struct mean_run *run, size_t i, double length,
                    const struct srnf_context *context, struct warp *to)
 {
-    size_t size = 2 * fields->count;
-    size_t n = run->points;
+    size_t size = 2 * srnf_coefficient_count(run->degree);
     double *taken = run->taken + i * size;
-    double *scratch = srnf_alloc(FIELDS_SCRATCH * n, sizeof(double));
-    struct mean_points points;
+    struct mover mover;
     double least = 0.0;
-    int status = scratch ? mean_points_open(run, i, true, &points) : SRNF_ENOMEM;
+    int status = open_mover(run, i, &mover);
 
     if (status) {
-        srnf_free(scratch);
         return status;
     }
     linear_copy(size, run->potentials + i * size, taken);
     linear_scale(size, length, taken);
     for (size_t k = 0; !(least >= STEP_JACOBIAN_MIN) && !srnf_is_canceled(context); k++) {
-        least = fields_apply(fields, taken, n, points.gamma, points.jacobian, to->points,
-                             to->jacobian, scratch);
+        least = move_points(&mover, taken, to->points, to->jacobian);
         if (!(least >= STEP_JACOBIAN_MIN) && k < SHORTENINGS_MAX) {
             linear_scale(size, 0.5, taken);
         } else if (!(least >= STEP_JACOBIAN_MIN)) {
             memset(taken, 0, size * sizeof(double));
         }
     }
-    mean_points_drop(&points);
-    srnf_free(scratch);
+    close_mover(&mover);
     return SRNF_OK;
 }
 
@@ -429,7 +499,7 @@ int mean_try(const struct mean_run *run, size_t i, double length,
 
     status = status ? status : samples_create(&samples, n);
     if (status == SRNF_OK) {
-        status = move_by(run, i, &tools->level.fields, length, context, &warp);
+        status = move_by(run, i, length, context, &warp);
     }
     if (status == SRNF_OK) {
         stand(run, i, tools, &warp, &samples);
@@ -445,18 +515,14 @@ int mean_try(const struct mean_run *run, size_t i, double length,
 
 int mean_move(const struct mean_run *run, size_t i)
 {
-    double *scratch = srnf_alloc(FIELDS_SCRATCH * run->points, sizeof(double));
-    struct mean_points points = {0};
-    struct fields fields = {0};
-    int status = scratch ? fields_create(&fields, run->degree, run->context) : SRNF_ENOMEM;
+    size_t size = 2 * srnf_coefficient_count(run->degree);
+    struct mover mover;
+    int status = open_mover(run, i, &mover);
 
-    status = status ? status : mean_points_open(run, i, true, &points);
     if (status == SRNF_OK) {
-        (void)fields_apply(&fields, run->taken + 2 * i * fields.count, run->points, points.gamma,
-                           points.jacobian, points.gamma, points.jacobian, scratch);
-        status = mean_points_keep(run, i, &points);
+        (void)move_points(&mover, run->taken + i * size, mover.at.gamma, mover.at.jacobian);
+        status = mean_points_keep(run, i, &mover.at);
+        close_mover(&mover);
     }
-    fields_clear(&fields);
-    srnf_free(scratch);
     return status;
 }

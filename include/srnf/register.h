@@ -27,7 +27,8 @@ struct srnf_register_options {
     bool rotation;                           /* turn the values; default true */
     bool reparameterization; /* warp the domain; default true. false: rotations of the domain only
                                 where start is not identity */
-    size_t degree;           /* of the fields that generate the warp, 1 .. 32; default 12 */
+    size_t degree;           /* of the fields that generate the warp, 1 .. 32; default 12. Above 8
+                                a field of degree 20 may stand for the first steps */
     double penalty_jacobian; /* weight of integral (1 + J) (log J)^4; default 0.003 */
     double penalty_displacement; /* weight of min integral |e - O' sqrt(J) gamma|^2; default 0.01 */
     enum srnf_register_start start;

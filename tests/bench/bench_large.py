@@ -2,7 +2,7 @@
 """Large cohorts over HTTP, from meshes to principal components: time, memory and sizes as the number of members grows.
 
     tests/bench/bench_large.py build/srnfd [--members 200 500 1000 2000] [--degree 15] [--process pca] [--options JSON]
-                               [--kill PERCENT] [--serve OPTIONS] [--folder DIR]
+                               [--kill PERCENT] [--serve OPTIONS] [--folder DIR] [--meshes DIR] [--unit]
 
 Members are samples of a model of the star-shaped surfaces in tests/data/aal_subcortex: principal components of the
 logarithms of their radii, and waves of low degree beside them, so that there are as many components as are asked for. Each
@@ -12,10 +12,16 @@ daemon by SIGKILL when the job has come so far, and starts it again: `attempt` t
 
 For each number of members a line says: seconds of the upload, the encoding and the process; processor seconds of the
 process a member, which tell on a busy machine what seconds do not; the largest memory of the daemon and of the job's own
-account; the scratch file of the job at its largest; database, data directory and result. Then the ratio of processor time a
-member to that of the first. Nothing is downloaded; everything is in a temporary directory.
+account; the scratch file of the job at its largest; database, data directory and result; a digest of the model's scores, by
+which a run that was killed can be compared with one that was not. Then the ratio of processor time a member to that of the
+first. Nothing is downloaded; everything is in a temporary directory.
+
+--meshes takes the .ply files of a folder instead, labelled by their names up to the number. --process and --options may then
+be repeated, in turn. --unit tells processor time in units of one gradient transform of three coordinates at that degree as
+well, timed before and after (bench_unit, beside the program).
 """
 import argparse
+import hashlib
 import io
 import json
 import os
@@ -38,11 +44,13 @@ arguments = argparse.ArgumentParser()
 arguments.add_argument('program')
 arguments.add_argument('--members', type=int, nargs='+', default=[200, 500, 1000, 2000])
 arguments.add_argument('--degree', type=int, default=15)
-arguments.add_argument('--process', default='pca')
-arguments.add_argument('--options', default='{"components":50}')
+arguments.add_argument('--process', nargs='+', default=['pca'])
+arguments.add_argument('--options', nargs='+', default=['{"components":50}'])
 arguments.add_argument('--kill', type=float)
 arguments.add_argument('--serve', default='')
 arguments.add_argument('--folder')
+arguments.add_argument('--meshes', type=pathlib.Path)
+arguments.add_argument('--unit', action='store_true')
 asked = arguments.parse_args()
 random = numpy.random.default_rng(16)
 STARS = ('L_thalamus', 'R_thalamus', 'L_pallidum', 'R_pallidum', 'L_amygdala')
@@ -196,57 +204,95 @@ def mesh(model):
     return head.encode() + points.astype('<f4').tobytes() + rows.tobytes()
 
 
-def archive(count, model):
+def archive(files):
+    """Names without their ending, labels and bytes; packed with a table."""
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as files:
-        files.writestr('table.csv', 'file,subject\n' + ''.join(f's{i}.ply,s{i}\n' for i in range(count)))
-        for i in range(count):
-            files.writestr(f's{i}.ply', mesh(model))
+    with zipfile.ZipFile(packed, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as into:
+        into.writestr('table.csv', 'file,subject,label\n' + ''.join(f'{name}.ply,{name},{label}\n' for name, label, _ in files))
+        for name, _, data in files:
+            into.writestr(f'{name}.ply', data)
     return packed.getvalue()
+
+
+def samples(count, model):
+    return [(f's{i}', 'sample', mesh(model)) for i in range(count)]
+
+
+def read_files(folder):
+    return [(path.stem, re.sub(r'_?\d+.*', '', path.stem), path.read_bytes()) for path in sorted(folder.glob('*.ply'))]
 
 
 # ---- The run -------------------------------------------------------------------------------------------------------------
 
 
-def measure(count, model, folder):
-    packed = archive(count, model)
+def digest(daemon, document):
+    found = (document.get('model') or {}).get('id')
+    scores = daemon.ask('GET', f'/v1/models/{found}/scores?format=npy') if found else b''
+    return hashlib.sha256(scores).hexdigest()[:16] if found else 'none'
+
+
+def unit():
+    """Seconds of one gradient transform."""
+    program = pathlib.Path(asked.program).parent / 'tests/bench/bench_unit'
+    return float(subprocess.run([program, str(asked.degree)], check=True, capture_output=True).stdout)
+
+
+def run_process(daemon, process, options, count):
+    """One process on the cohort; a line about it. Processor seconds a member."""
+    one = unit() if asked.unit else 0.0
+    before, began = daemon.look(), time.time()
+    job, scratch = daemon.run(process, {'cohort': 'large', **json.loads(options)}, asked.kill)
+    seconds, processor = time.time() - began, daemon.look() - before
+    result = daemon.ask('GET', f"/v1/jobs/{job['id']}/results")
+    document = json.loads(result)
+    account = daemon.metric(f'srnfd_job_memory_bytes_sum{{process="{process}"}}') / MIB
+    size = sum(f.stat().st_blocks * 512 for f in pathlib.Path(f'{daemon.folder}/data').rglob('*') if f.is_file())
+    database = os.path.getsize(f'{daemon.folder}/data/srnfd.db')
+    told = f', {processor / (0.5 * (one + unit())) / 1e6:.2f} million U' if asked.unit else ''
+    print(f'{process} {options} of {count} members: {seconds:.1f} s, attempt {job["attempt"]}; processor {processor:.1f} s, '
+          f'{1000 * processor / count:.1f} ms a member{told}\n'
+          f'    memory: daemon {daemon.peak:.0f} MiB, account of the jobs {account:.0f} MiB; scratch {scratch / MIB:.0f} MiB; '
+          f'database {database / MIB:.1f} MiB, data directory {size / MIB:.0f} MiB, result {len(result) / MIB:.2f} MiB\n'
+          f'    iterations {document.get("iterations")}, components {document.get("model", {}).get("components")}, '
+          f'bound {document.get("eigenvalueBound")}, pairs {document.get("pairs")}, scores {digest(daemon, document)}, '
+          f'warnings {[w["code"] for w in document["warnings"]]}', flush=True)
+    return processor / count
+
+
+def measure(files, folder):
+    """Processor seconds a member of the first process."""
+    packed = archive(files)
     daemon = Daemon(folder)
     try:
         began = time.time()
         daemon.ask('POST', '/v1/imports?cohort=meshes', packed, 'application/zip')
         upload = time.time() - began
-        began = time.time()
+        before, began = daemon.look(), time.time()
         job, _ = daemon.run('encode', {'cohort': 'meshes', 'lmax': asked.degree})
-        encode = time.time() - began
+        encode, processor = time.time() - began, daemon.look() - before
         rows = daemon.json('GET', f"/v1/jobs/{job['id']}/results")['rows']
         # A hull may have a fold too many for one of them; that it is left out is told.
-        members = [{'id': row['surface'], 'subject': f's{i}'} for i, row in enumerate(rows) if row.get('surface')]
+        members = [{'id': row['surface'], 'subject': name, 'label': label}
+                   for row, (name, label, _) in zip(rows, files) if row.get('surface')]
         daemon.ask('POST', '/v1/cohorts', {'name': 'large', 'members': members})
-        before, began = daemon.look(), time.time()
-        job, scratch = daemon.run(asked.process, {'cohort': 'large', **json.loads(asked.options)}, asked.kill)
-        seconds, processor = time.time() - began, (daemon.look() - before) / len(members)
-        result = daemon.ask('GET', f"/v1/jobs/{job['id']}/results")
-        document = json.loads(result)
-        label = f'{{process="{asked.process}"}}'
-        account = daemon.metric(f'srnfd_job_memory_bytes_sum{label}') / MIB
-        size = sum(f.stat().st_blocks * 512 for f in pathlib.Path(f'{folder}/data').rglob('*') if f.is_file())
-        database = os.path.getsize(f'{folder}/data/srnfd.db')
-        print(f'{len(members)} members (archive {len(packed) / MIB:.0f} MiB): upload {upload:.1f} s, encode {encode:.1f} s, '
-              f'{asked.process} {seconds:.1f} s, attempt {job["attempt"]}; processor {1000 * processor:.1f} ms a member\n'
-              f'    memory: daemon {daemon.peak:.0f} MiB, account of the job {account:.0f} MiB; scratch {scratch / MIB:.0f} MiB; '
-              f'database {database / MIB:.1f} MiB, data directory {size / MIB:.0f} MiB, result {len(result) / MIB:.2f} MiB\n'
-              f'    iterations {document.get("iterations")}, components {document.get("model", {}).get("components")}, '
-              f'bound {document.get("eigenvalueBound")}, warnings {[w["code"] for w in document["warnings"]]}', flush=True)
-        return processor
+        print(f'{len(files)} meshes (archive {len(packed) / MIB:.0f} MiB): upload {upload:.1f} s, encode {encode:.1f} s, '
+              f'{1000 * processor / len(files):.1f} ms of processor time a member', flush=True)
+        each = [run_process(daemon, process, options, len(members))
+                for process, options in zip(asked.process, asked.options)]
+        return each[0]
     finally:
         daemon.stop()
 
 
 def main():
+    if asked.meshes:
+        with tempfile.TemporaryDirectory(dir=asked.folder) as folder:
+            measure(read_files(asked.meshes), folder)
+        return
     model, first = Model(), None
     for count in asked.members:
         with tempfile.TemporaryDirectory(dir=asked.folder) as folder:
-            each = measure(count, model, folder)
+            each = measure(samples(count, model), folder)
         first = first or each
         print(f'    processor time a member {each / first:.2f} of the first', flush=True)
 

@@ -1,10 +1,11 @@
 /*
  * test_tabulated.c - every piece of registration by tables against the same piece computed
  * directly: the moving field and its derivatives, steps, objective, gradient, Gauss-Newton matrix,
- * solutions, rotations; for SRNFs and square-root maps, next to the poles too.
+ * solutions, rotations; for SRNFs and square-root maps, next to the poles too. And chains of many
+ * steps as one.
  */
 #include "registrations.h"
-#include "registration/tabulated.h"
+#include "registration/tournament.h"
 
 #define DEGREE 15
 #define FIELDS 8
@@ -469,6 +470,86 @@ static void optimum_is_the_direct_one(void **state)
     close_bench(&t);
 }
 
+/* The chain of the bench, with a rotation before it or the identity, and three steps more. */
+static void many_steps(struct bench *t, bool still, struct srnf_warp *chain)
+{
+    static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    double unknowns[2 * (FIELDS + 1) * (FIELDS + 1) + 3];
+    double potentials[2 * (FIELDS + 1) * (FIELDS + 1)];
+
+    *chain = (struct srnf_warp){0};
+    assert_int_equal(
+        warp_append(chain, SRNF_WARP_ROTATION, 0, still ? identity : t->warp.chain.links[0].values),
+        SRNF_OK);
+    assert_int_equal(warp_append(chain, SRNF_WARP_EXP, t->warp.chain.links[1].degree,
+                                 t->warp.chain.links[1].values),
+                     SRNF_OK);
+    for (size_t k = 0; k < 3; k++) {
+        random_step(0.01, unknowns, t, potentials);
+        assert_int_equal(warp_append(chain, SRNF_WARP_EXP, FIELDS, potentials), SRNF_OK);
+    }
+    cloud_rotate(&t->cloud, &t->target, identity);
+    assert_int_equal(cloud_follow(&t->cloud, chain, NULL), SRNF_OK);
+    cloud_evaluate(&t->table, &t->cloud);
+    cloud_measure(&t->tabulated, &t->cloud);
+}
+
+/* Largest distance of two chains at n points, and of the second followed there and back. */
+static void compare_chains(const struct srnf_warp *a, const struct srnf_warp *b, size_t n,
+                           const double *points, double *apart, double *back)
+{
+    double *memory = shapes_doubles(9 * n);
+    struct srnf_warp inverse = {0};
+
+    assert_int_equal(srnf_warp_apply(a, n, points, memory, NULL), SRNF_OK);
+    assert_int_equal(srnf_warp_apply(b, n, points, memory + 3 * n, NULL), SRNF_OK);
+    assert_int_equal(warp_invert(b, &inverse), SRNF_OK);
+    assert_int_equal(srnf_warp_apply(&inverse, n, memory + 3 * n, memory + 6 * n, NULL), SRNF_OK);
+    *apart = *back = 0.0;
+    for (size_t i = 0; i < 3 * n; i++) {
+        *apart = compare_max(*apart, fabs(memory[i] - memory[3 * n + i]));
+        *back = compare_max(*back, fabs(points[i] - memory[6 * n + i]));
+    }
+    srnf_warp_clear(&inverse);
+    srnf_free(memory);
+}
+
+static void many_steps_become_one(void **state)
+{
+    (void)state;
+    for (int still = 0; still < 2; still++) {
+        struct srnf_warp before, chain;
+        struct nodes_of grid;
+        struct cloud spare;
+        struct bench t;
+        double apart, back, objective;
+
+        open_bench(&t, SRNF_REPRESENTATION_SRNF, 8, 3.0, !still);
+        grid = (struct nodes_of){t.a.grid->kind, t.a.grid->n_theta, t.a.grid->n_phi};
+        assert_int_equal(cloud_create(&spare, t.cloud.n), SRNF_OK);
+        many_steps(&t, still, &before);
+        many_steps(&t, still, &chain);
+        objective = t.cloud.objective;
+        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, -1.0, &t.cloud, &spare, &chain),
+                         SRNF_OK);
+        assert_int_equal(chain.n_links, 5); /* none is better than it was by a whole */
+        assert_true(t.cloud.objective == objective);
+        assert_int_equal(warp_refit(&t.tabulated, &grid, 20, 0.01, &t.cloud, &spare, &chain),
+                         SRNF_OK);
+        assert_int_equal(chain.n_links, 2);
+        assert_int_equal(warp_is_still(&chain), still);
+        assert_int_equal(chain.links[still].kind, SRNF_WARP_EXP);
+        figure_below("objective", fabs(t.cloud.objective / objective - 1.0), 0.01);
+        compare_chains(&before, &chain, t.warp.n, t.problem.target.points, &apart, &back);
+        figure_below("apart", apart, 0.02);
+        figure_below("there and back", back, 1e-10);
+        srnf_warp_clear(&before);
+        srnf_warp_clear(&chain);
+        cloud_clear(&spare);
+        close_bench(&t);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -481,6 +562,7 @@ int main(void)
         cmocka_unit_test(closest_rotations_are_those_of_the_decomposition),
         cmocka_unit_test(pulled_surfaces_are_those_at_the_warped_points),
         cmocka_unit_test(optimum_is_the_direct_one),
+        cmocka_unit_test(many_steps_become_one),
     };
 
     cmocka_set_message_output(CM_OUTPUT_TAP);
