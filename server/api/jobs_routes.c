@@ -112,12 +112,34 @@ void jobs_get_one(struct api_call *call)
     store_job_clear(&job);
 }
 
+/* Whether the query may have `condensed`: where there is a condensed form. False when a problem was
+   answered. */
+static bool condensed_fits(struct api_call *call, const struct store_job *job, enum table_form form)
+{
+    struct problem_list problems = {.errors = NULL};
+    bool refused = false;
+    char text[8];
+
+    if (!query_get(call, "condensed", text, sizeof text, &refused)) {
+        return !refused;
+    }
+    if (form == TABLE_NPY && strcmp(job->process, "distances") == 0) {
+        return true;
+    }
+    problem_add(&problems, "/condensed", "only distances as .npy have a condensed form");
+    (void)problem_respond_list(call, "invalid-input", &problems);
+    return false;
+}
+
 /* The results of a successful job in the form asked for. */
 static void respond_form(struct api_call *call, const struct store_job *job, enum table_form form,
                          const struct framing *framing)
 {
     char tag[STORE_ID_MAX + 24], text[STORE_FRAMING_MAX], digest[65] = "";
 
+    if (!condensed_fits(call, job, form)) {
+        return;
+    }
     framing_write(framing, text);
     if (text[0]) {
         store_sha256_hex(digest, text, strlen(text));

@@ -184,7 +184,7 @@ const struct api_route api_routes[] = {
      jobs_results,
      SLOW,
      ROUTE_NO_BODY,
-     "format,response,outputs",
+     "format,condensed,response,outputs",
      {JSON, CSV, NPY}},
     {"GET", "/v1/jobs/{id}/results/{output}", jobs_output, SLOW, ROUTE_NO_BODY, "", {JSON, HTML}},
     {"GET",

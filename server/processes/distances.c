@@ -11,6 +11,7 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/tables.h"
 #include "api/warnings.h"
@@ -243,13 +244,51 @@ static void respond_csv(struct api_call *call, const json_t *document, const dou
     table_respond_csv(call, &text, name);
 }
 
+/* ?condensed=true. False when a problem was answered. */
+static bool choose_condensed(struct api_call *call, bool *condensed)
+{
+    struct problem_list problems = {.errors = NULL};
+    bool refused = false;
+    char text[8];
+
+    *condensed = false;
+    if (!query_get(call, "condensed", text, sizeof text, &refused)) {
+        return !refused;
+    }
+    *condensed = strcmp(text, "true") == 0;
+    if (*condensed || strcmp(text, "false") == 0) {
+        return true;
+    }
+    problem_add(&problems, "/condensed", "condensed must be true or false");
+    (void)problem_respond_list(call, "invalid-input", &problems);
+    return false;
+}
+
+/* The entries above the diagonal, row by row, as scipy's squareform has them; in place. */
+static size_t condense(double *values, size_t n)
+{
+    size_t count = 0;
+
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = i + 1; j < n; j++) {
+            values[count++] = values[i * n + j];
+        }
+    }
+    return count;
+}
+
 static void respond_table(struct api_call *call, const struct store_job *job, int form)
 {
     char name[TABLE_NAME_MAX];
-    json_t *document = table_results(call, job, "distances", name);
     double *values = NULL;
+    json_t *document;
+    bool condensed;
     size_t n = 0;
 
+    if (!choose_condensed(call, &condensed)) {
+        return;
+    }
+    document = table_results(call, job, "distances", name);
     if (!document) {
         return;
     }
@@ -258,7 +297,10 @@ static void respond_table(struct api_call *call, const struct store_job *job, in
         (void)problem_respond(call, "internal-error", "The stored results cannot be read.");
         goto out;
     }
-    if (form == TABLE_NPY) {
+    if (condensed) {
+        const size_t count = condense(values, n);
+        table_respond_npy(call, values, 1, &count, name);
+    } else if (form == TABLE_NPY) {
         const size_t shape[2] = {n, n};
         table_respond_npy(call, values, 2, shape, name);
     } else {

@@ -90,6 +90,13 @@ is "$STATUS $(tr -d '\r' <"$BODY" | paste -sd '|')" "200 label,subject,id,\"a,b\
 like "$(header Content-Type)" '^text/csv' 'which its type says'
 get "/v1/jobs/$JOB/results?format=npy"
 is "$STATUS $(wc -c <"$BODY")" '200 160' 'and as .npy'
+get "/v1/jobs/$JOB/results?format=npy&condensed=true"
+like "$STATUS $(head -c 128 "$BODY" | tr -d '\0')" "^200 .*'shape': \(1,\)" 'which is half as long condensed'
+is "$(wc -c <"$BODY")" 136 'one number for two members'
+get "/v1/jobs/$JOB/results?format=csv&condensed=true"
+is_problem 422 invalid-input 'other forms are not'
+get "/v1/jobs/$JOB/results?format=npy&condensed=1"
+is_problem 422 invalid-input 'and it is true or false'
 get "/v1/jobs/$JOB/results?format=xls"
 is_problem 422 invalid-input 'in no other form'
 get '/v1/jobs?process=encode&limit=1'

@@ -117,6 +117,7 @@ class Records(unittest.TestCase):
         self.assertLess(np.abs(matrix - matrix.T).max(), 1e-15)
         job = CLIENT.submit("distances", surfaces=shapes, register=False).wait()
         self.assertEqual(np.abs(job.matrix() - matrix).max(), 0)
+        self.assertEqual(job.matrix(condensed=True).tolist(), matrix[np.triu_indices(len(matrix), 1)].tolist())
         with self.assertRaises(srnf.Problem) as caught:
             CLIENT.cohort("tables", rows[:2])
         self.assertEqual(caught.exception.code, "cohort-exists")

@@ -2740,6 +2740,7 @@ export interface components {
         Cascade: boolean;
         ModelId: string;
         TableFormat: "json" | "csv" | "npy";
+        Condensed: boolean;
         JobId: string;
         ProcessId: "extract" | "encode" | "invert" | "geodesic" | "register" | "distances" | "mean" | "pca" | "modes" | "sample" | "project" | "evaluate-model" | "compare-groups" | "shoot" | "transport" | "transfer" | "classify" | "repair" | "mirror" | "regress" | "train" | "predict" | "score" | "report" | "change" | "asymmetry" | "pca-parts" | "trajectories" | "neighbours" | "classify-parts";
         Limit: number;
@@ -4793,6 +4794,7 @@ export interface operations {
         parameters: {
             query?: {
                 format?: components["parameters"]["TableFormat"];
+                condensed?: components["parameters"]["Condensed"];
                 response?: components["parameters"]["Response"];
                 outputs?: components["parameters"]["OutputNames"];
             };

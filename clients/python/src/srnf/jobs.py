@@ -79,9 +79,10 @@ class Job(Record):
         document.setdefault("detail", f"The job {self.id} was {self.status}.")
         raise JobFailed(self.id, document)
 
-    def matrix(self) -> Floats:
-        """The matrix of distances of a job that has ended, shape (members, members)."""
-        return self._array(f"{self.path}/results")
+    def matrix(self, condensed: bool = False) -> Floats:
+        """The matrix of distances of a job that has ended, shape (members, members); condensed: the entries above its
+        diagonal, row by row, as scipy takes them."""
+        return self._array(f"{self.path}/results", **({"condensed": "true"} if condensed else {}))
 
     def save(self, to: Union[str, Path], format: Optional[str] = None) -> Path:
         """Writes the results into a file: JSON, or a matrix as CSV or .npy by the name of the file."""
