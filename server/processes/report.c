@@ -20,7 +20,8 @@
 #include "processes/processes.h"
 #include "store/job.h"
 
-#define NUMBERS_MAX 600 /* of an array that charts are drawn from */
+#define NUMBERS_MAX 600   /* of an array that charts are drawn from */
+#define MATRIX_MAX 250000 /* of a matrix */
 
 /* ---- Inputs and outputs ---------------------------------------------------------------------- */
 
@@ -158,6 +159,14 @@ static void put_head(FILE *out, const struct section *section, size_t number)
     (void)fprintf(out, "<div class=\"charts\" data-section=\"%zu\"></div>", number);
 }
 
+static bool is_long(const json_t *array)
+{
+    const json_t *first = json_array_get(array, 0);
+    size_t n = json_array_size(array);
+
+    return json_is_array(first) ? n * json_array_size(first) > MATRIX_MAX : n > NUMBERS_MAX;
+}
+
 /* Drops what no chart is drawn from: long arrays of numbers, and what is told in words. */
 static void prune(json_t *value)
 {
@@ -172,7 +181,7 @@ static void prune(json_t *value)
     }
     json_object_foreach_safe(value, next, name, member)
     {
-        if (json_array_size(member) > NUMBERS_MAX && !json_is_array(json_array_get(member, 0))) {
+        if (is_long(member)) {
             (void)json_object_del(value, name);
         } else {
             prune(member);

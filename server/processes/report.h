@@ -81,6 +81,23 @@ bool report_members(struct report_page *page, const json_t *object, int depth);
 bool report_surface(struct report_page *page, const json_t *record);
 bool report_path(struct report_page *page, const json_t *records);
 bool report_model(struct report_page *page, const json_t *record);
+
+/* The shape of a surface: its number, or that there is none, which is counted where it is for the
+   size, or that it failed, with the problem set or the run canceled. */
+#define REPORT_NONE (-1)
+#define REPORT_FAILED (-2)
+long report_shape(struct report_page *page, const json_t *record);
+/* Begins a figure of a view, up to its caption, and takes the reference to the view. kind: a class
+   of the element, or empty. False without memory, with the problem set. */
+bool report_figure(struct report_page *page, json_t *view, const char *kind);
+/* Names what has no shape to show. */
+void report_not_shown(struct report_page *page, const char *name);
+
+/* Lists that are seen as a whole (report_rows.c). report_rows: as report_members. */
+bool report_is_rows(const json_t *list);
+bool report_rows(struct report_page *page, const char *name, const json_t *list);
+bool report_is_neighbours(const json_t *object);
+void report_neighbours(FILE *out, const json_t *object);
 /* The faces that all shapes share: numbers of 16 bits, in base64. */
 void report_faces(FILE *out, const struct srnf_mesh *sphere);
 

@@ -248,10 +248,19 @@ static bool is_full(struct report_page *page)
     return page->sizes[1] > REPORT_SHAPES_MAX;
 }
 
-static void begin_figure(struct report_page *page)
+bool report_figure(struct report_page *page, json_t *view, const char *kind)
 {
-    (void)fprintf(page->body, "<figure class=\"shape\" data-view=\"%zu\"><figcaption>",
-                  page->n_views++);
+    bool whole;
+
+    (void)fputs(page->n_views ? "," : "", page->views);
+    whole = view && report_json(page->views, view);
+    (void)fprintf(page->body, "<figure class=\"shape%s%s\" data-view=\"%zu\"><figcaption>",
+                  kind[0] ? " " : "", kind, page->n_views++);
+    json_decref(view);
+    if (!whole) {
+        (void)compute_fail(page->result, SRNF_ENOMEM, NULL, "the views of the report");
+    }
+    return whole;
 }
 
 static void name_only(struct report_page *page, const char *name, const char *why)
@@ -280,74 +289,78 @@ static const char *name_of(const json_t *record)
     return name && name[0] ? name : json_string_value(json_object_get(record, "id"));
 }
 
-bool report_surface(struct report_page *page, const json_t *record)
+long report_shape(struct report_page *page, const json_t *record)
 {
     struct store_surface surface = {0};
-    long shape = -1;
+    long shape = REPORT_NONE;
     int status;
 
     if (is_full(page)) {
         page->n_omitted++;
-        name_only(page, name_of(record), TOO_LARGE);
-        return true;
+        return REPORT_NONE;
     }
     status = load(page, record, &surface);
     if (status == 0) {
         shape = add_shape(page, (size_t)surface.lmax, surface.coefficients, &surface);
     }
-    if (status > 0) {
-        name_only(page, name_of(record), "not shown, as it was deleted.");
+    store_surface_clear(&surface);
+    return status < 0 || (status == 0 && shape < 0) ? REPORT_FAILED : shape;
+}
+
+void report_not_shown(struct report_page *page, const char *name)
+{
+    name_only(page, name, is_full(page) ? TOO_LARGE : "not shown, as it was deleted.");
+}
+
+bool report_surface(struct report_page *page, const json_t *record)
+{
+    long shape = report_shape(page, record);
+    bool good = true;
+
+    if (shape == REPORT_NONE) {
+        report_not_shown(page, name_of(record));
     } else if (shape >= 0) {
-        (void)fprintf(page->views, "%s{\"shapes\":[%ld]}", page->n_views ? "," : "", shape);
-        begin_figure(page);
+        good = report_figure(page, json_pack("{s:[I]}", "shapes", (json_int_t)shape), "");
         report_text(page->body, name_of(record));
         (void)fputs("</figcaption></figure>", page->body);
     }
-    store_surface_clear(&surface);
-    return status > 0 || shape >= 0;
+    return good && shape != REPORT_FAILED;
 }
 
-/* A view of shapes in a row, whose numbers follow each other from `first` on. */
-static void put_path(struct report_page *page, long first, const json_t *texts, const char *kind)
+/* The view of shapes in a row, whose numbers follow each other from `first` on. */
+static json_t *path_of(long first, json_t *texts, const char *kind)
 {
-    (void)fprintf(page->views, "%s{\"kind\":\"%s\",\"shapes\":[", page->n_views ? "," : "", kind);
+    json_t *shapes = json_array();
+
     for (size_t i = 0; i < json_array_size(texts); i++) {
-        (void)fprintf(page->views, "%s%ld", i ? "," : "", first + (long)i);
+        (void)json_array_append_new(shapes, json_integer(first + (json_int_t)i));
     }
-    (void)fputs("],\"texts\":", page->views);
-    (void)report_json(page->views, texts);
-    (void)fputs("}", page->views);
+    return json_pack("{s:s, s:o, s:O}", "kind", kind, "shapes", shapes, "texts", texts);
 }
 
 bool report_path(struct report_page *page, const json_t *records)
 {
     size_t n = json_array_size(records), kept = n > PATH_MAX_SHAPES ? PATH_MAX_SHAPES : n;
     json_t *texts = json_array();
-    long first = (long)page->n_shapes, shape = 0;
+    long first = (long)page->n_shapes;
     bool good = true;
-    size_t i = 0;
 
-    for (; i < kept && good && !is_full(page); i++) {
+    for (size_t i = 0; i < kept && good; i++) {
         const json_t *record =
             json_array_get(records, kept > 1 ? (i * (n - 1) + (kept - 1) / 2) / (kept - 1) : 0);
-        struct store_surface surface = {0};
-        int status = load(page, record, &surface);
+        long shape = report_shape(page, record);
 
-        if (status == 0) {
-            shape = add_shape(page, (size_t)surface.lmax, surface.coefficients, &surface);
+        good = shape != REPORT_FAILED;
+        if (shape >= 0) {
             (void)json_array_append_new(texts, json_string(name_of(record)));
         }
-        good = status > 0 || (status == 0 && shape >= 0);
-        store_surface_clear(&surface);
     }
-    page->n_omitted += kept - i;
     if (good && json_array_size(texts) > 0) {
-        put_path(page, first, texts, "path");
-        begin_figure(page);
+        good = report_figure(page, path_of(first, texts, "path"), "");
         (void)fprintf(page->body, "%zu surfaces%s</figcaption></figure>", n,
                       json_array_size(texts) < n ? ", not all of them shown" : "");
     } else if (good) {
-        name_only(page, "Surfaces", kept > i ? TOO_LARGE : "not shown.");
+        report_not_shown(page, "Surfaces");
     }
     json_decref(texts);
     return good;
@@ -411,8 +424,7 @@ static bool put_mode(struct report_page *page, const struct compute_model *model
                add_shape(page, degree, points.coefficients + i * count, NULL) >= 0;
     }
     if (good) {
-        put_path(page, first, texts, "mode");
-        begin_figure(page);
+        good = report_figure(page, path_of(first, texts, "mode"), "");
         (void)fprintf(page->body, "Component %zu, in standard deviations from the mean.", mode + 1);
         put_energies(page, points.relative_energy);
         (void)fputs("</figcaption></figure>", page->body);

@@ -283,6 +283,9 @@ static bool put_objects(struct report_page *page, const char *name, const json_t
         put_row(&rows, NULL, one);
     }
     end_rows(&rows);
+    if (depth == 0 && report_is_rows(list)) {
+        return report_rows(page, name, list);
+    }
     json_array_foreach(list, i, one)
     {
         const json_t *surface = json_object_get(one, "surface");
@@ -377,7 +380,7 @@ static bool put_member(struct report_page *page, const json_t *object, const cha
 bool report_members(struct report_page *page, const json_t *object, int depth)
 {
     const struct srnf_context *context = jobs_run_context(page->run);
-    bool good = true;
+    bool good = true, neighbours = report_is_neighbours(object);
     json_t *member;
     const char *name;
 
@@ -385,9 +388,14 @@ bool report_members(struct report_page *page, const json_t *object, int depth)
         return true;
     }
     put_figures(page->body, object);
+    if (neighbours) {
+        report_neighbours(page->body, object);
+    }
     json_object_foreach(object_of(object), name, member)
     {
-        if (good && !is_passed_over(name) && !is_cell(member)) {
+        bool told = neighbours && json_is_array(json_array_get(member, 0));
+
+        if (good && !told && !is_passed_over(name) && !is_cell(member)) {
             good = put_member(page, object, name, member, depth) &&
                    !(context->canceled && context->canceled(context->user));
         }

@@ -182,6 +182,54 @@ while IFS=$'\t' read -r verdict name detail; do
     esac
 done <"$SCRATCH/checks"
 
+# ---- Lists that are seen as a whole -----------------------------------------------------------------------
+
+# Two surfaces of each of five subjects: visits and structures at once, in two groups.
+python3 - "$URL" >"$SCRATCH/twice.json" <<'PYTHON'
+import json, math, sys, urllib.request
+
+def surface(seed, z):
+    rows = {axis: [0.0] * 25 for axis in 'xyz'}
+    rows['x'][3], rows['y'][1], rows['z'][2] = 1.5, 1.2, z
+    for axis in 'xyz':
+        for k in range(4, 16):
+            rows[axis][k] = 0.02 * math.sin(1.7 * seed * k + ord(axis) * k * k)
+    request = urllib.request.Request(sys.argv[1] + '/v1/surfaces', json.dumps({'coefficients': {'lmax': 4, **rows}}).encode(),
+                                     {'Content-Type': 'application/json'})
+    return json.load(urllib.request.urlopen(request))['id']
+
+print(json.dumps({'name': 'twice', 'members': [
+    {'id': surface(s + visit / 9, 1 + 0.2 * visit), 'subject': f's{s} <img src=x>', 'time': visit, 'label': 'ab'[s % 2],
+     'covariates': {'part': ('front', 'back')[visit]}} for s in range(6) for visit in (0, 1)]}))
+PYTHON
+post_json /v1/cohorts "@$SCRATCH/twice.json"
+is "$STATUS" 201 'a cohort with visits and structures'
+WHOLE=()
+analyse trajectories '{"cohort":"twice","register":false,"permutations":19,"bootstraps":100,"formula":"shape ~ label","at":[{"time":0,"label":"a"},{"time":1,"label":"a"},{"time":0,"label":"b"},{"time":1,"label":"b"}]}'
+WHOLE+=("\"$JOB\"")
+analyse pca-parts '{"cohort":"twice","register":false,"modes":1}'
+WHOLE+=("\"$JOB\"")
+analyse neighbours '{"cohort":"twice","k":2}'
+WHOLE+=("\"$JOB\"")
+execute report "{\"jobs\":[$(IFS=, && echo "${WHOLE[*]}")],\"title\":\"Whole\",\"resolution\":8}"
+is "$STATUS" 200 'a report of slopes, structures and neighbours'
+is "$(json .shapes)" 12 'the mean, a coefficient, four predictions, two means and four of a mode'
+jq -j .html "$BODY" >"$SCRATCH/whole.html"
+python3 - "$SCRATCH/whole.html" >"$SCRATCH/whole.data" <<'PYTHON'
+import re, sys
+
+print(re.search(r'<script type="application/json" id="data">(.*?)</script>', open(sys.argv[1], encoding='utf-8').read(), re.S).group(1))
+PYTHON
+is "$(jq -c '[.views[] | select(.kind == "rows") | [.section, .list, (.shapes | length)]]' "$SCRATCH/whole.data")" \
+    '[[0,"predictions",4],[1,"parts",2],[1,"modes",4]]' 'each has one view of its list'
+is "$(jq -c '[.views[] | select(.list == "predictions") | .shapes[]] == ([.views[] | select(.list == "predictions") | .shapes[]] | unique)' "$SCRATCH/whole.data")" \
+    true 'with a shape of its own for each row'
+is "$(jq -c '[.sections[0].results.predictions[].at]' "$SCRATCH/whole.data")" "$(jq -c '[.predictions[].at]' "$SCRATCH/trajectories.json")" 'whose points are those of the API'
+is "$(jq -c '.sections[2].results.indices' "$SCRATCH/whole.data")" "$(jq -c .indices "$SCRATCH/neighbours.json")" 'neighbours too'
+NEAR=$(jq -r '(.labels[.indices[0][0]] | gsub("<"; "&lt;") | gsub(">"; "&gt;")) as $name | "\($name) ("' "$SCRATCH/neighbours.json")
+check 'and are named in a table' grep -qF "<td>$NEAR" "$SCRATCH/whole.html"
+unlike "$(cat "$SCRATCH/whole.html")" '<img' 'as text'
+
 # ---- Of more shapes than it may carry -------------------------------------------------------------------
 
 PATHS=() ENDS=()

@@ -4,6 +4,7 @@
 const fs = require('fs');
 const path = require('path');
 const { launch, meter, open, text, waitText, press, visit, modules } = require('./browser.cjs');
+const { PAYLOADS } = require('./hostile.cjs');
 const { step, tell, failures, axe, note } = require('./steps.cjs');
 
 const [url, scratch] = process.argv.slice(2);
@@ -12,10 +13,6 @@ const call = async (method, where, body, headers = json) => {
     const response = await fetch(url + where, { method, body: body && typeof body !== 'string' ? JSON.stringify(body) : body, headers });
     return response.json();
 };
-
-const TAGS = ['<script>hit=1</script>', '<img src=x onerror=hit=1>', '<svg onload=hit=1>', '"><b onmouseover=hit=1>', "'onfocus='hit=1' autofocus='",
-    'javascript:hit=1', '<iframe srcdoc="<script>parent.hit=1</script>">', '{{constructor.constructor("hit=1")()}}', '<a href="javascript:hit=1">x</a>', '</title><script>hit=1</script>'];
-const PAYLOADS = Array.from({ length: 50 }, (_, i) => `${i} ${TAGS[i % TAGS.length]}${i >= 10 ? `<!--${i}-->` : ''}`);
 
 async function downloaded(name) {
     for (let i = 0; i < 600; i++) {

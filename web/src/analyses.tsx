@@ -3,7 +3,10 @@ import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
 import { go, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
-import { Page, ProblemBox, Shown, size, span, useLoad } from './ui';
+import { NumbersField, PointsField, levelsOf, namesOfPoints } from './fields';
+import { Page, ProblemBox, Shown, later, size, span, useLoad } from './ui';
+
+const LandmarkField = later<any>(() => import('./landmark_field').then((m) => m.LandmarkField));
 
 export function Analyses() {
     const all = useLoad(() => api.list('processes'), []);
@@ -34,7 +37,7 @@ export function Analyses() {
 
 // ---- What an input can be -------------------------------------------------------------------------------------------
 
-type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'within' | 'shapes' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
+type Kind = 'cohort' | 'model' | 'volume' | 'shape' | 'within' | 'shapes' | 'landmarks' | 'points' | 'weights' | 'choice' | 'choices' | 'switch' | 'number' | 'numbers' | 'texts' | 'text' | 'json';
 
 const alternatives = (s: api.Schema): api.Schema[] => (s.oneOf ? s.oneOf.flatMap(alternatives) : [s]);
 const hasType = (s: api.Schema, type: string): boolean => (Array.isArray(s.type) ? s.type.includes(type) : s.type === type);
@@ -48,8 +51,15 @@ export const within = (schema: api.Schema): string | undefined => alternatives(s
 const patternOf = (schema: api.Schema): string =>
     alternatives(schema).map((f) => f.pattern ?? f.items?.pattern ?? f.properties?.[f.required?.[0] ?? '']?.pattern ?? '').find(isShape) ?? '';
 
+/** The two inputs whose shapes landmarks are of: both lists that must be given. */
+export const endsOf = (schema: api.Schema): [string, string] | undefined => alternatives(schema)
+    .filter((f) => f.required?.length === 2 && f.properties?.heldOut).map((f) => f.required as [string, string])[0];
+
 export function kindOf(name: string, schema: api.Schema): Kind {
     const forms = alternatives(schema);
+    if (endsOf(schema)) return 'landmarks';
+    if (name === 'at') return 'points';
+    if (forms.length === 1 && hasType(schema, 'object') && typeof schema.additionalProperties === 'object') return 'weights';
     const pattern = forms.map((f) => f.pattern ?? '').join(' ');
     if (name === 'cohort') return 'cohort';
     if (/model-/.test(pattern)) return 'model';
@@ -79,7 +89,7 @@ export function valueOf(kind: Kind, text: string, schema: api.Schema): unknown {
     if (kind === 'choices') return parts();
     if (kind === 'texts') return clean.split(/[,;]+/).map((t) => t.trim()).filter(Boolean);
     if (kind === 'switch') return clean === 'true';
-    if (kind === 'json' || kind === 'within') {
+    if (['json', 'within', 'landmarks', 'points', 'weights'].includes(kind)) {
         try {
             return JSON.parse(clean);
         } catch {
@@ -109,8 +119,11 @@ async function choicesFor(kinds: Kind[]): Promise<Choices> {
     };
 }
 
-function Field({ input, kind, text, set, choices, hint }: {
-    input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices; hint?: string;
+/** The rest of the form, which some fields depend on. */
+interface Around { process: string; texts: Record<string, string>; members: api.Member[] }
+
+function Field({ input, kind, text, set, choices, hint, around }: {
+    input: api.Input; kind: Kind; text: string; set: (text: string) => void; choices: Choices; hint?: string; around: Around;
 }) {
     const id = `in-${input.name}`;
     const { schema } = input;
@@ -157,6 +170,22 @@ function Field({ input, kind, text, set, choices, hint }: {
                 <p class="help" id={`${id}-help`}>{input.description}</p>
             </div>
         );
+    } else if (kind === 'landmarks') {
+        const ends = endsOf(schema)!;
+        return (
+            <fieldset aria-describedby={`${id}-help`} class="wide"><legend>{input.title} <span class="quiet">optional</span></legend>
+                <LandmarkField key={ends.map((end) => around.texts[end]).join()} ends={ends} ids={ends.map((end) => around.texts[end] ?? '')} text={text} set={set} />
+                <p class="help" id={`${id}-help`}>Click places that correspond on both shapes, in the same order. Those held out do not guide: they tell how well the rest corresponds.</p>
+            </fieldset>
+        );
+    } else if (kind === 'points' || kind === 'weights') {
+        return (
+            <fieldset aria-describedby={`${id}-help`}><legend>{input.title} <span class="quiet">optional</span></legend>
+                {kind === 'points' ? <PointsField id={id} names={namesOfPoints(around.process, around.texts)} members={around.members} text={text} set={set} />
+                    : <NumbersField id={id} names={levelsOf(around.members, around.texts.by || 'label')} text={text} set={set} />}
+                <p class="help" id={`${id}-help`}>{input.description}</p>
+            </fieldset>
+        );
     } else if (kind === 'number') {
         field = <input {...shared} type="number" step={hasType(schema, 'integer') ? 1 : 'any'} min={schema.minimum} max={schema.maximum} value={text} onInput={(e) => set(e.currentTarget.value)} />;
     } else field = <input {...shared} type="text" value={text} onInput={(e) => set(e.currentTarget.value)} />;
@@ -170,11 +199,10 @@ function Field({ input, kind, text, set, choices, hint }: {
 }
 
 /** What the members of a cohort are told apart by, for inputs that name it. */
-async function columnsOf(cohort: string | undefined): Promise<string> {
-    if (!cohort) return '';
-    const { members } = await api.cohort(cohort);
-    const known = new Set((members ?? []).flatMap((m) => Object.keys(m.covariates ?? {})));
-    const own = (['label', 'time', 'side'] as const).filter((name) => members?.some((m) => m[name] !== null && m[name] !== undefined));
+function columnsOf(members: api.Member[]): string {
+    if (!members.length) return '';
+    const known = new Set(members.flatMap((m) => Object.keys(m.covariates ?? {})));
+    const own = (['label', 'time', 'side'] as const).filter((name) => members.some((m) => m[name] !== null && m[name] !== undefined));
     const all = [...own, ...known];
     return all.length ? `Members of this cohort have ${all.slice(0, 40).join(', ')}.` : '';
 }
@@ -238,13 +266,13 @@ export function Form({ id }: { id: string }) {
     const loaded = useLoad(async () => {
         const process = await api.process(id);
         const kinds = process.inputs.map((i) => kindOf(i.name, i.schema));
-        const from = query.get('from');
-        const before = from ? (await api.job(from)).inputs ?? {} : {};
+        const job = query.get('rerun'); // not "from": inputs have that name
+        const before = job ? (await api.job(job)).inputs ?? {} : {};
         return { process, kinds, choices: await choicesFor(kinds), before };
     }, [id]);
     const [texts, setTexts] = useState<Record<string, string>>({});
     const [name, setName] = useState('');
-    const columns = useLoad(() => columnsOf(texts.cohort), [texts.cohort]);
+    const members = useLoad(async () => (texts.cohort ? (await api.cohort(texts.cohort)).members ?? [] : []), [texts.cohort]).value ?? [];
     const [error, setError] = useState<unknown>();
     const [busy, setBusy] = useState(false);
     useEffect(() => {
@@ -278,7 +306,7 @@ export function Form({ id }: { id: string }) {
         <Shown of={loaded} page label="the form">{({ process, kinds, choices }) => {
             const fields = process.inputs.map((input, i) => ({ input, kind: kinds[i] }));
             const show = ({ input, kind }: (typeof fields)[0]) => (
-                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columns.value : undefined}
+                <Field key={input.name} input={input} kind={kind} choices={choices} text={texts[input.name] ?? ''} hint={/^(covariates|formula)$/.test(input.name) ? columnsOf(members) : undefined} around={{ process: id, texts, members }}
                     set={(text) => setTexts({ ...texts, [input.name]: text })} />
             );
             const fine = fields.filter((f) => FINE.test(f.input.name) && !f.input.required);

@@ -32,7 +32,7 @@ function shapesOf(result: object, depth = 0): { name: string; id: string }[] {
 }
 
 const OWN = new Set(['inputs', 'warnings', 'numericBuild', 'history', 'registration', 'links', 'model']);
-const LEVELS = ['h3', 'h4', 'h5'] as const;
+const LEVELS = ['h2', 'h3', 'h4'] as const;
 const DEPTH_MAX = LEVELS.length;
 const SIDE_MAX = 24;
 const ROWS_MAX = 500;
@@ -78,9 +78,9 @@ export function AnyResult({ result }: { result: object }) {
     const { model } = result as { model?: any };
     return (
         <>
-            <div class="gallery">{shapes.slice(0, 40).map((s) => s.id.startsWith('mesh-')
-                ? <a href={link('meshes', s.id)}>{s.name}</a>
-                : <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link('shapes', s.id)}>Open, download</a></div>)}</div>
+            <div class="gallery">{shapes.slice(0, 40).map((s) => (
+                <div><Linked id={s.id} title={s.name} /><a class="no-report" href={link(s.id.startsWith('mesh-') ? 'meshes' : 'shapes', s.id)}>Open, download</a></div>
+            ))}</div>
             {shapes.length > 40 && <p class="quiet">and {shapes.length - 40} more: they are among the shapes.</p>}
             {isRecord(model, 'model-') && <p><a href={link('models', model.id)}>The model</a></p>}
             <Findings result={result} />

@@ -23,7 +23,7 @@ export interface Job {
 export interface Schema {
     type?: string | string[]; enum?: (string | number)[]; const?: unknown; default?: unknown; description?: string;
     minimum?: number; maximum?: number; exclusiveMinimum?: number; pattern?: string; items?: Schema; oneOf?: Schema[];
-    minItems?: number; maxItems?: number; properties?: Record<string, Schema>; required?: string[];
+    minItems?: number; maxItems?: number; properties?: Record<string, Schema>; required?: string[]; additionalProperties?: boolean | Schema;
 }
 export interface Input { name: string; title: string; description: string; schema: Schema; required: boolean }
 export interface Process { id: string; title: string; description: string; inputs: Input[] }

@@ -4,7 +4,7 @@ import { useRef } from 'preact/hooks';
 import { colourText, groupLook } from './colours';
 import { csv, figure, save } from './text';
 
-type Rows = (string | number | null)[][];
+export type Rows = (string | number | null)[][];
 
 /** The chart alone as a file: dark on light, whatever the page is. */
 export function svgText(node: SVGElement): string {
@@ -55,7 +55,7 @@ export function Chart({ title, name, rows, children }: { title: string; name: st
 export function DataTable({ rows }: { rows: Rows }) {
     const [head, ...body] = rows;
     return (
-        <div class="scroll" tabIndex={0} role="region" aria-label="Table">
+        <div class="scroll" tabIndex={0} role="region" aria-label={`Table: ${head.filter((c) => c !== null && c !== '').slice(0, 6).join(', ')}`}>
             <table><thead><tr>{head.map((c) => <th scope="col">{c}</th>)}</tr></thead>
                 <tbody>{body.map((r) => <tr>{r.map((c) => <td>{typeof c === 'number' ? figure(c, 4) : c}</td>)}</tr>)}</tbody></table>
         </div>
@@ -75,7 +75,7 @@ export function ticks(low: number, high: number, about = 5): number[] {
     return list;
 }
 
-function Axes({ x, y, box, labels }: {
+export function Axes({ x, y, box, labels }: {
     x: [number, number]; y: [number, number]; box: [number, number, number, number]; labels: [string, string];
 }) {
     const [left, top, right, bottom] = box;
@@ -96,7 +96,7 @@ function Axes({ x, y, box, labels }: {
     );
 }
 
-const padded = (values: number[]): [number, number] => {
+export const padded = (values: number[]): [number, number] => {
     const low = Math.min(...values);
     const high = Math.max(...values);
     const margin = (high - low || 1) * 0.08;
@@ -107,11 +107,11 @@ const padded = (values: number[]): [number, number] => {
 
 export interface Dot { x: number; y: number; name: string; group?: string | null }
 
-const LEGEND_COLUMNS = 4;
+export const LEGEND_COLUMNS = 4;
 const LEGEND_MAX = 2 * LEGEND_COLUMNS;
 
 /** Marks of groups, below a chart: two lines of them, and of long names the beginning. */
-function Legend({ groups }: { groups: string[] }) {
+export function Legend({ groups }: { groups: string[] }) {
     const shown = groups.length > LEGEND_MAX ? groups.slice(0, LEGEND_MAX - 1) : groups;
     const place = (i: number) => `translate(${70 + 88 * (i % LEGEND_COLUMNS)} ${342 + 16 * Math.floor(i / LEGEND_COLUMNS)})`;
     return (

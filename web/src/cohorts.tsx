@@ -29,6 +29,7 @@ export function Cohorts() {
 type Question = [id: string, title: string, text: string, lacks?: (members: api.Member[]) => string | false];
 const differ = (values: unknown[]): boolean => new Set(values.filter((v) => v !== null && v !== undefined && v !== '')).size > 1;
 const twoLabels = (members: api.Member[]) => !differ(members.map((m) => m.label)) && 'needs two labels';
+const partsOf = (members: api.Member[]) => members.map((m) => m.covariates?.part);
 const QUESTIONS: Question[] = [
     ['pca', 'Mean and components', 'How do these shapes vary?'],
     ['compare-groups', 'Compare groups', 'Do two groups differ, and where?', twoLabels],
@@ -39,6 +40,10 @@ const QUESTIONS: Question[] = [
     ['regress', 'Linear model', 'How does shape depend on covariates?'],
     ['change', 'Change', 'What happens between two visits of a subject?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and two times'],
     ['asymmetry', 'Asymmetry', 'How do left and right sides differ?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.side))) && 'needs subjects and both sides'],
+    ['trajectories', 'Trajectories', 'How do subjects change over time, and who is unlike the others?', (members) => (!members.some((m) => m.subject) || !differ(members.map((m) => m.time))) && 'needs subjects and times'],
+    ['pca-parts', 'Several structures', 'How do structures of a subject vary together?', (members) => (!members.some((m) => m.subject) || !differ(partsOf(members))) && 'needs subjects and a column part'],
+    ['neighbours', 'Neighbours', 'Which are nearest to each?'],
+    ['train', 'Keep a classifier', 'What label will a new shape have?', twoLabels],
     ['report', 'Report', 'All that was found, as one page'],
 ];
 

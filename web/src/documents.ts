@@ -43,7 +43,7 @@ export type Inputs<P extends ProcessId> = Schemas[`${P}Inputs`];
 /** Outputs that the description calls an object, and that are records. */
 interface Records { surface: Surface; mesh: Mesh; model: Model; surfaces: Surface[] }
 type Open<T> = T extends readonly (infer E)[] ? Open<E>[] : T extends object ? (string extends keyof T ? Record<string, any> : { [K in keyof T]: Open<T[K]> }) : T;
-type OutputOf<P, K, T> = P extends 'regress' ? Open<T> : K extends keyof Records ? Records[K] : Open<T>;
+type OutputOf<P, K, T> = P extends 'regress' | 'trajectories' ? Open<T> : K extends keyof Records ? Records[K] : Open<T>;
 
 /** Plain results of a process. Of objects whose members the description does not list, any is read. */
 export type Outputs<P extends ProcessId> = { [K in keyof Schemas[`${P}Outputs`]]-?: OutputOf<P, K, Exclude<Schemas[`${P}Outputs`][K], undefined>> };

@@ -1,6 +1,8 @@
 // Charts of results by what these hold: the same on the page and in a report.
 import { Confusion, Curve, HeatMap, Intervals, Reliability, Scatter, Variance, scaling } from './charts';
 import type * as api from './documents';
+import { JointCharts, LandmarkChart, NeighbourCharts, Percentiles, checksOf, isJoint, isNeighbours } from './charts_joint';
+import { TrajectoryCharts, isTrajectories } from './charts_time';
 import { Amounts, Subjects } from './charts_within';
 import { useMemo, useState } from 'preact/hooks';
 
@@ -81,10 +83,11 @@ export function Findings({ result }: { result: any }) {
             {result.matrix?.length > 1 && result.labels && <div class="split"><Distances result={result} /></div>}
             {isPaired(result) && <div class="split"><PairedCharts result={result} /></div>}
             {curves.some(Boolean) && <div class="split">{curves}</div>}
-            {result.calibration?.overall?.percentiles?.length > 1 && (
-                <Curve title="Percentiles of members left out: on the diagonal if they are what they say" name="percentiles" labels={['expected', 'found']}
-                    points={[...result.calibration.overall.percentiles].sort((a: number, b: number) => a - b).map((y: number, i: number, all: number[]) => ({ x: (100 * (i + 0.5)) / all.length, y }))} />
-            )}
+            {checksOf(result.calibration).length > 0 && <Percentiles checks={checksOf(result.calibration)} />}
+            {isTrajectories(result) && <div class="split"><TrajectoryCharts result={result} /></div>}
+            {isJoint(result) && <div class="split"><JointCharts result={result} /></div>}
+            {isNeighbours(result) && <div class="split"><NeighbourCharts result={result} /></div>}
+            {result.landmarks?.points?.length > 0 && <LandmarkChart points={result.landmarks.points} />}
             {(result.validation ?? result.assessment) && <Assessment of={result.validation ?? result.assessment} classes={result.classes} />}
         </>
     );

@@ -1,4 +1,4 @@
-// Normals and bounds of shapes whose vertices moved.
+// Normals and bounds of shapes whose vertices moved, and shapes between others.
 import type { Surface3 } from './glb';
 
 /** Of the corners, weighted by the area of their faces; in place. */
@@ -33,4 +33,38 @@ export function boundsOf(shapes: Surface3[]): { centre: [number, number, number]
         for (let i = 0; i < positions.length; i += 3)
             radius = Math.max(radius, Math.hypot(positions[i] - centre[0], positions[i + 1] - centre[1], positions[i + 2] - centre[2]));
     return { centre, radius: radius || 1 };
+}
+
+/** A shape of its own, which others of the same faces are blended into. */
+export const copyOf = (like: Surface3): Surface3 => ({
+    ...like, positions: like.positions.slice(), normals: like.normals.slice(), fields: like.fields.map((f) => ({ ...f, values: f.values.slice() })),
+});
+
+/** Shares of values at given places (rising) for a place between or beyond them: a polynomial through the four nearest. */
+export function between(places: number[], at: number): [number, number][] {
+    const many = Math.min(4, places.length);
+    const after = places.findIndex((p) => p >= at);
+    const first = Math.max(0, Math.min(places.length - many, (after < 0 ? places.length : after) - (many >> 1)));
+    return Array.from({ length: many }, (_, k) => {
+        let w = 1;
+        for (let j = 0; j < many; j++) if (j !== k) w *= (at - places[first + j]) / (places[first + k] - places[first + j]);
+        return [first + k, w];
+    });
+}
+
+/** Positions, normals and maps of shapes in these shares. Maps are matched by their names. */
+export function blend(to: Surface3, from: Surface3[], shares: [number, number][]): void {
+    to.positions.fill(0);
+    for (const [k, w] of shares) {
+        const { positions } = from[k];
+        for (let i = 0; i < positions.length; i++) to.positions[i] += w * positions[i];
+    }
+    for (const field of to.fields) {
+        field.values.fill(0);
+        for (const [k, w] of shares) {
+            const values = from[k].fields.find((f) => f.name === field.name)?.values;
+            for (let i = 0; values && i < values.length; i++) field.values[i] += w * values[i];
+        }
+    }
+    normalsOf(to);
 }

@@ -55,7 +55,7 @@ export function Jobs() {
 }
 
 /** Inputs as a query, so that the form can be opened with them. */
-export const rerunLink = (job: api.Job): string => `${link('analyses', job.process)}?from=${job.id}`;
+export const rerunLink = (job: api.Job): string => `${link('analyses', job.process)}?rerun=${job.id}`;
 
 function Inputs({ job }: { job: api.Job }) {
     if (!job.inputs) return null;

@@ -7,7 +7,7 @@ import { figure } from './text';
 export interface Map3 { field: Field; scale: Scale; low: number; high: number; keep?: (value: number, vertex: number) => boolean; title?: string }
 
 /** What points inwards or outwards, even where all of it goes one way. */
-const SIGNED = /^(normalEffect|deviation|zScore)$/;
+const SIGNED = /^(normalEffect|deviation|zScore|slope)$/;
 
 /** A field as it is usually shown: what has a sign about zero, all else from its least to its greatest. */
 export function mapOf(field: Field): Map3 {

@@ -6,12 +6,18 @@ import { Confusion, Curve, DataTable, HeatMap, Intervals, Scatter, Spread, Varia
 import { link } from './router';
 import { normalsOf } from './geometry';
 import { Groups } from './groups';
+import { Joint } from './joint';
+import { Between, Registered } from './landmarks';
+import { Regression } from './linear';
+import { Neighbours } from './neighbours';
 import { Linked, Path } from './paths';
 import { PictureButtons, Shape, View, linked, surfacePath, useShape } from './shape';
 import { moved } from './stage';
 import { AnyResult } from './any_result';
 import { Findings } from './findings';
 import { Page, ProblemBox, Shown, csv, figure, plural, save, size, useLoad } from './ui';
+import { textOfPoint } from './series';
+import { Trajectories } from './trajectories';
 import { Within } from './within';
 import { makeReport } from './report';
 
@@ -322,46 +328,6 @@ function WholeDistances({ result, matrix, job }: { result: api.Outputs<'distance
     );
 }
 
-// ---- Linear models -----------------------------------------------------------------------------------------------------
-
-const pOf = (test: any): string => `${test.pValueIsFloor ? '≤ ' : ''}${figure(test.pValue)}`;
-const shareOf = (test: any): string => `${figure(test.r2)} (${test.r2Interval?.map((v: number) => figure(v)).join(' to ') ?? '–'})`;
-const pointOf = (at: Record<string, unknown>): string => Object.entries(at).map(([name, v]) => `${name} ${typeof v === 'number' ? figure(v) : v}`).join(', ');
-
-/** Predictions in the order of the covariate that differs among them, if it is one number. */
-export function alongOne(predictions: any[]): any[] {
-    const names = Object.keys(predictions[0]?.at ?? {}).filter((name) => new Set(predictions.map((p) => p.at[name])).size > 1);
-    const numeric = names.length === 1 && predictions.every((p) => typeof p.at[names[0]] === 'number');
-    return numeric ? [...predictions].sort((a, b) => a.at[names[0]] - b.at[names[0]]) : predictions;
-}
-
-function Regression({ result }: { result: api.Outputs<'regress'> }) {
-    const [chosen, setChosen] = useState(Math.min(1, result.coefficients.length - 1));
-    const sorted = useMemo(() => alongOne(result.predictions ?? []), [result]);
-    const surfaces = useMemo(() => sorted.map((p: any) => p.surface), [sorted]);
-    const rows = [...result.terms.map((t: any) => [t.name, t]), ['all terms', result.model]].filter(([, t]) => t) as [string, any][];
-    const coefficient = result.coefficients[chosen];
-    return (
-        <>
-            <p class="big"><code>{result.formula}</code></p>
-            <p class="quiet">{plural(result.subjects, 'subject')}, {result.exact ? 'all relabellings' : `${(result.permutations ?? 0).toLocaleString('en')} permutations`}, {result.bootstraps} bootstrap samples.</p>
-            <DataTable rows={[['term', 'p', 'share of the variance (95 %)', 'least p on the map', 'F', 'degrees of freedom'],
-                ...rows.map(([name, t]) => [name, pOf(t), shareOf(t), figure(t.leastSignificance), figure(t.f), `${t.degreesOfFreedom}, ${t.residualDegreesOfFreedom}`])]} />
-            {result.pairwise?.length > 0 && <><h3>Pairs of levels</h3><DataTable rows={[['term', 'levels', 'p', 'corrected p'], ...result.pairwise.map((p: any) => [p.term, p.levels?.join(' and '), pOf(p), figure(p.correctedP)])]} /></>}
-            {sorted.length > 0 && (
-                <><h2>Predicted shapes</h2>
-                    <Path surfaces={surfaces} texts={sorted.map((p: any) => pointOf(p.at))} energies={sorted.map((p: any) => p.relativeEnergy)} /></>
-            )}
-            <h2>What a unit moves</h2>
-            <label class="no-report">Coefficient <select value={chosen} onChange={(e) => setChosen(+e.currentTarget.value)}>
-                {result.coefficients.map((c: any, i: number) => <option value={i}>{c.name}</option>)}
-            </select></label>
-            {coefficient?.surface ? <Shape key={coefficient.surface.id} src={surfacePath(coefficient.surface.id, 32)} label={`Mean with the maps of ${coefficient.name}`} name={coefficient.name} first="normalEffect" />
-                : <p class="quiet">This coefficient has no maps.</p>}
-        </>
-    );
-}
-
 // ---- Classifiers -------------------------------------------------------------------------------------------------------
 
 const doubtful = (typicality: any): string => Object.entries<any>(typicality ?? {}).filter(([, t]) => t && t.value > t.limit).map(([name]) => api.words(name).toLowerCase()).join(', ');
@@ -413,7 +379,7 @@ function Scored({ result }: { result: api.Outputs<'score'> }) {
         <>
             <p class="big">Percentile {figure(result.percentile)} <span class="quiet">({result.percentileInterval?.map((v: number) => figure(v)).join(' to ')}, beside {plural(result.subjects, 'subject')}; {plural(result.asOdd, 'of them is', 'of them are')} as odd)</span></p>
             <p>p = {figure(result.pValue)}. Mahalanobis distance {figure(result.mahalanobis)} in {plural(result.components, 'component')}, {figure(result.residual)} from their space.
-                {result.at ? ` Expected for ${pointOf(result.at)}.` : ''}{result.trainingSubject ? ' It is a member of the model, and was left out.' : ''}</p>
+                {result.at ? ` Expected for ${textOfPoint(result.at)}.` : ''}{result.trainingSubject ? ' It is a member of the model, and was left out.' : ''}</p>
             {zMap ? <Shape src={surfacePath(zMap.id, 32)} label="The surface with its z map" name="z-map" first="zScore" /> : <p class="quiet">No map was asked for.</p>}
             {calibration && <p class="quiet">Percentiles of {plural(calibration.subjects, 'subject')} that were left out differ from uniform ones by {figure(calibration.overall?.distance)} (p = {figure(calibration.overall?.pValue)}).</p>}
             <Findings result={result} />
@@ -501,7 +467,11 @@ const VIEWS: { [P in api.ProcessId]?: (result: api.Outputs<P>, job: api.Job) => 
     report: (result, job) => <Written result={result} job={job} />,
     project: (result, job) => <Projection result={result} job={job} />,
     'evaluate-model': (result) => <><Quality result={result} /><AnyResult result={{ members: result.members, subjects: result.subjects }} /></>,
-    geodesic: (result) => <><Path surfaces={result.surfaces} texts={result.times.map((t) => `t = ${figure(t)}`)} energies={result.relativeEnergies.geodesic} /><AnyResult result={{ distance: result.distance, length: result.length }} /></>,
+    geodesic: (result, job) => <Between result={result} job={job} />,
+    register: (result, job) => <Registered result={result} job={job} />,
+    trajectories: (result) => <Trajectories result={result} />,
+    'pca-parts': (result, job) => <Joint result={result} job={job} />,
+    neighbours: (result, job) => <Neighbours result={result} job={job} />,
     modes: (result) => <Path surfaces={result.surfaces} texts={result.coefficients.map((c) => `${figure(c)} sd`)} energies={result.relativeEnergy} />,
     shoot: (result) => <Path surfaces={result.surfaces} texts={result.surfaces.map((s, i) => s.name || `${i + 1}`)} energies={result.relativeEnergies} />,
 };

@@ -47,7 +47,7 @@ export class Camera {
 }
 
 export interface Part { shape: Surface3; colour?: string; colours?: Float32Array; opacity?: number }
-export interface Look { background?: string | null; centre: [number, number, number]; radius: number; cut?: number | null; mark?: number[] }
+export interface Look { background?: string | null; centre: [number, number, number]; radius: number; cut?: number | null; mark?: number[]; markTexts?: string[] }
 
 let renderer: Three.WebGLRenderer | undefined;
 /** This browser has no WebGL: asked once, as each try takes its time and leaves errors. */
@@ -168,6 +168,24 @@ export function pick(shape: Surface3, from: Camera, look: Look, aspect: number, 
     return found;
 }
 
+/** The names of the marks, beside them. */
+function writeMarks(pen: CanvasRenderingContext2D, from: Camera, look: Look, width: number, height: number): void {
+    const [right, top] = frame(from, look, width / height);
+    const m = from.matrix();
+    const size = Math.max(11, Math.round(width / 32));
+    pen.font = `bold ${size}px sans-serif`;
+    pen.lineWidth = size / 4;
+    pen.strokeStyle = '#ffffff';
+    pen.fillStyle = '#1d2329';
+    look.markTexts!.forEach((text, i) => {
+        const [a, b, c] = [0, 1, 2].map((k) => look.mark![3 * i + k] - look.centre[k]);
+        const x = ((m[0] * a + m[3] * b + m[6] * c) / right + 1) * (width / 2) + size / 2;
+        const y = (1 - (m[1] * a + m[4] * b + m[7] * c) / top) * (height / 2) - size / 3;
+        pen.strokeText(text, x, y);
+        pen.fillText(text, x, y);
+    });
+}
+
 export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: Look): void {
     const { width, height } = to;
     if (!width || !height) return;
@@ -224,6 +242,7 @@ export function draw(to: HTMLCanvasElement, parts: Part[], from: Camera, look: L
         pen.fillRect(0, 0, width, height);
     }
     pen.drawImage(gl.domElement, 0, gl.domElement.height - height, width, height, 0, 0, width, height);
+    if (look.mark && look.markTexts) writeMarks(pen, from, look, width, height);
     if (point) {
         point.geometry.dispose();
         (point.material as Three.PointsMaterial).dispose();

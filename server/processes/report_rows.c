@@ -1,0 +1,115 @@
+/*
+ * report_rows.c - lists of a result that are seen as a whole: surfaces predicted at points of
+ * covariates, structures of a subject with their joint modes, and neighbours by their names.
+ *
+ * A view of rows names the section and the list, whose results the page has, and has the shape of
+ * each row or -1: the page decides by the rows what moves what (web/src/report_view.tsx).
+ */
+#include "processes/report.h"
+
+#include <string.h>
+
+#define NEIGHBOURS_MAX 10 /* of a member, in a table */
+
+/* The surface of a row, or NULL. */
+static const json_t *surface_of(const json_t *row)
+{
+    const json_t *surface = json_object_get(row, "surface");
+
+    return surface ? surface : json_object_get(row, "mean");
+}
+
+static bool has_surface(const json_t *row)
+{
+    const char *id = json_string_value(json_object_get(surface_of(row), "id"));
+
+    return id && strncmp(id, "surf-", 5) == 0;
+}
+
+bool report_is_rows(const json_t *list)
+{
+    const json_t *first = json_array_get(list, 0);
+
+    return has_surface(first) &&
+           (json_is_object(json_object_get(first, "at")) ||
+            json_is_string(json_object_get(first, "part")) || json_object_get(first, "mean"));
+}
+
+bool report_rows(struct report_page *page, const char *name, const json_t *list)
+{
+    const json_t *row;
+    json_t *shapes = json_array();
+    bool good = true;
+    size_t i, kept = 0;
+
+    json_array_foreach(list, i, row)
+    {
+        long shape = good && has_surface(row) ? report_shape(page, surface_of(row)) : REPORT_NONE;
+
+        good = good && shape != REPORT_FAILED;
+        kept += shape >= 0;
+        (void)json_array_append_new(shapes, json_integer(shape >= 0 ? shape : REPORT_NONE));
+    }
+    if (good && kept > 0) {
+        json_t *view = json_pack("{s:s, s:I, s:s, s:O}", "kind", "rows", "section",
+                                 (json_int_t)page->n_sections, "list", name, "shapes", shapes);
+
+        good = report_figure(page, view, "wide");
+        report_words(page->body, name);
+        (void)fprintf(page->body, "%s</figcaption></figure>",
+                      kept < json_array_size(list) ? ", not all of them shown" : "");
+    } else if (good) {
+        report_not_shown(page, name);
+    }
+    json_decref(shapes);
+    return good;
+}
+
+/* ---- Neighbours ------------------------------------------------------------------------------ */
+
+bool report_is_neighbours(const json_t *object)
+{
+    const json_t *indices = json_object_get(object, "indices");
+    const json_t *distances = json_object_get(object, "distances");
+    size_t n = json_array_size(json_object_get(object, "labels"));
+
+    return n > 0 && json_array_size(indices) == n && json_array_size(distances) == n &&
+           json_is_integer(json_array_get(json_array_get(indices, 0), 0));
+}
+
+static void put_member(FILE *out, const json_t *labels, json_int_t i)
+{
+    report_text(out, json_string_value(json_array_get(labels, (size_t)i)));
+}
+
+void report_neighbours(FILE *out, const json_t *object)
+{
+    const json_t *labels = json_object_get(object, "labels");
+    const json_t *indices = json_object_get(object, "indices"), *row;
+    const json_t *distances = json_object_get(object, "distances");
+    size_t i;
+
+    (void)fputs("<h3>nearest, with distances</h3><table><tbody>", out);
+    json_array_foreach(indices, i, row)
+    {
+        if (i >= REPORT_ROWS_MAX) {
+            break;
+        }
+        (void)fputs("<tr><th scope=\"row\">", out);
+        put_member(out, labels, (json_int_t)i);
+        (void)fputs("</th>", out);
+        for (size_t k = 0; k < json_array_size(row) && k < NEIGHBOURS_MAX; k++) {
+            (void)fputs("<td>", out);
+            put_member(out, labels, json_integer_value(json_array_get(row, k)));
+            (void)fputs(" (", out);
+            report_scalar(out, json_array_get(json_array_get(distances, i), k));
+            (void)fputs(")</td>", out);
+        }
+        (void)fputs("</tr>", out);
+    }
+    (void)fputs("</tbody></table>", out);
+    if (json_array_size(indices) > REPORT_ROWS_MAX) {
+        (void)fprintf(out, "<p class=\"quiet\">and %zu more members.</p>",
+                      json_array_size(indices) - REPORT_ROWS_MAX);
+    }
+}

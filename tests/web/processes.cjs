@@ -1,0 +1,292 @@
+// node processes.cjs URL SCRATCH [PROCESSES]: every process is started by its form, and its results have a view; the views of slopes,
+// of several structures, of neighbours and of landmarks, with fifty hostile names, on the page and in a report. With the names of
+// processes, separated by commas, only those forms.
+'use strict';
+const fs = require('fs');
+const path = require('path');
+const { launch, open, text, waitText, press, visit, modules } = require('./browser.cjs');
+const { PAYLOADS, ran } = require('./hostile.cjs');
+const { step, tell, failures, axe, note } = require('./steps.cjs');
+
+const [url, scratch, only] = process.argv.slice(2);
+const call = async (method, where, body, headers = { 'Content-Type': 'application/json' }) => {
+    const raw = typeof body === 'string' || Buffer.isBuffer(body);
+    const response = await fetch(url + where, { method, body: body && !raw ? JSON.stringify(body) : body, headers });
+    return response.json();
+};
+const PATIENCE_MS = Number(process.env.SRNFD_WEB_TIMEOUT ?? 120000);
+const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** An ellipsoid with bumps of its own, sent as coefficients. */
+async function surface(name, seed, z = 1) {
+    const lmax = 5;
+    const rows = Object.fromEntries(['x', 'y', 'z'].map((axis) => [axis, new Array((lmax + 1) ** 2).fill(0)]));
+    [rows.x[3], rows.y[1], rows.z[2]] = [1.5, 1.2, z];
+    for (const axis of 'xyz')
+        for (let k = 4; k < 16; k++) rows[axis][k] = 0.02 * Math.sin(1.7 * seed * k + axis.charCodeAt(0) * k * k);
+    return (await call('POST', '/v1/surfaces', { name, coefficients: { lmax, ...rows } })).id;
+}
+
+/** Two surfaces of each of fifty subjects: visits, sides and structures at once. */
+async function cohorts() {
+    const members = [];
+    for (const [i, subject] of PAYLOADS.entries())
+        for (const visitNumber of [0, 1]) {
+            members.push({
+                id: await surface(`${subject} ${visitNumber}`, i + visitNumber / 9, 1 + visitNumber * (i % 2 ? 0.3 : 0.1)), subject, time: 60 + 2 * visitNumber, side: ['left', 'right'][visitNumber],
+                label: PAYLOADS[i % 2], covariates: { part: PAYLOADS[2 + visitNumber], age: 40 + i, site: PAYLOADS[4 + (i % 2)] },
+            });
+        }
+    await call('POST', '/v1/cohorts', { name: 'twice', members });
+    await call('POST', '/v1/cohorts', { name: 'once', members: members.filter((m) => m.time === 60).slice(0, 12) });
+    return members.map((m) => m.id);
+}
+
+async function main() {
+    const [a, b, c] = await cohorts();
+    const data = (name) => fs.readFileSync(path.join(__dirname, '../data', name));
+    const mesh = (await call('POST', '/v1/meshes?name=left', data('aal_subcortex/L_thalamus.ply'), {})).id;
+    const other = (await call('POST', '/v1/meshes?name=other', data('aal_subcortex/L_pallidum.ply'), {})).id;
+    const volume = (await call('POST', '/v1/volumes?name=labels', data(`aal_volume/${fs.readdirSync(path.join(__dirname, '../data/aal_volume')).find((f) => /\.nii/.test(f))}`), {})).id;
+    const label = (await call('GET', `/v1/volumes/${volume}`)).labels[0].value;
+    const run = (process, inputs) => call('POST', `/v1/processes/${process}/execution`, { inputs }, { 'Content-Type': 'application/json', Prefer: 'wait=300' });
+    const model = (await run('pca', { cohort: 'once', register: false })).model.id;
+    const classifier = (await run('train', { cohort: 'once', method: 'srnf-nn' })).model.id;
+
+    const group = { cohort: 'once', register: false };
+    const few = { permutations: 19, bootstraps: 100 };
+    // What each form is given, and what its results show.
+    const forms = {
+        extract: [{ volume, labels: `${label}` }, 'Open, download'],
+        encode: [{ mesh, lmax: 6 }, 'Open, download'],
+        repair: [{ mesh }, 'Open, download'],
+        mirror: [{ surface: a }, 'Open, download'],
+        invert: [{ srnf: b, maxIterations: 5 }, 'Open, download'],
+        geodesic: [{ from: mesh, to: other, steps: 3, landmarks: JSON.stringify({ from: [10, 200, 400], to: [30, 150, 90], heldOut: [2] }) }, 'Held out: 1 landmark'],
+        register: [{ template: mesh, moving: other, landmarks: JSON.stringify({ template: [10, 200, 400], moving: [30, 150, 90], heldOut: [2] }) }, 'Held out: 1 landmark'],
+        distances: [group, 'Classical scaling'],
+        mean: [group, 'Open, download'],
+        pca: [group, 'Mean and components'],
+        modes: [{ model, coefficients: '1, -1' }, 'sd'],
+        sample: [{ model, count: 2 }, 'Open, download'],
+        project: [{ model, surface: b }, 'The new subject among the others'],
+        neighbours: [{ cohort: 'once', k: 3 }, 'those nearest to it'],
+        score: [{ model, surface: b }, 'Percentile [0-9.]+'],
+        'evaluate-model': [{ ...group, samples: 10 }, 'Generalisation'],
+        'compare-groups': [{ ...group, permutations: 19 }, 'distance of the means'],
+        regress: [{ ...group, ...few, formula: 'shape ~ age + site' }, 'Predict from 40 to 51'],
+        change: [{ cohort: 'twice', register: false, ...few }, 'From time 60 to time 62 the surface moves'],
+        asymmetry: [{ cohort: 'twice', register: false, ...few }, 'Directional asymmetry'],
+        'pca-parts': [{ cohort: 'twice', register: false, modes: 2, relativePose: true }, 'Whose variance each component is'],
+        trajectories: [{ cohort: 'twice', register: false, ...few, formula: 'shape ~ site', at: JSON.stringify([60, 61, 62].flatMap((time) => [4, 5].map((i) => ({ time, site: PAYLOADS[i] })))) }, 'slopes of subjects vary about that'],
+        classify: [{ cohort: 'once', method: 'srnf-nn' }, 'Accuracy'],
+        train: [{ cohort: 'once', method: 'srnf-nn' }, 'right, each without its subject'],
+        predict: [{ model: classifier, surfaces: a }, 'before it was seen|its label and its probabilities say nothing'],
+        shoot: [{ surface: a, velocity: b, times: '0.5, 1', register: false }, 'relative energy'],
+        transport: [{ from: a, to: b, vector: c, register: false }, 'norm'],
+        transfer: [{ source: a, deformed: b, target: c, register: false }, 'Open, download'],
+        report: [{ cohort: 'once', modes: 1 }, 'Save the report'],
+    };
+
+    const browser = await launch();
+    const { page, found } = await open(browser, `${url}/ui/`);
+    const jobs = {};
+    const { processes } = await call('GET', '/v1/processes');
+    await step('every process is known to this test', () => {
+        const missing = processes.map((p) => p.id).filter((id) => !forms[id]);
+        return missing.length === 0 || missing.join();
+    });
+    for (const [id, [inputs, shown]] of Object.entries(forms).filter(([name]) => !only || only.split(',').includes(name))) {
+        await step(`${id} is started by its form, and its results have a view`, async () => {
+            await visit(page, `#/analyses/${id}?${new URLSearchParams(inputs)}`);
+            await page.waitForSelector('form.form');
+            await page.waitForFunction(() => /Takes|depends on more|Estimating|No estimate/.test(document.querySelector('form').innerText));
+            await waitText(page, 'Takes |depends on more');
+            await press(page, 'Start');
+            await page.waitForFunction(() => /^#\/jobs\//.test(location.hash));
+            await waitText(page, shown, PATIENCE_MS);
+            jobs[id] = decodeURIComponent(page.url().split('#/jobs/')[1]);
+            await pause(500);
+            const said = await text(page);
+            if (/The page failed|undefined|NaN|\[object/.test(said)) return said.match(/.{0,80}(The page failed|undefined|NaN|\[object).{0,200}/s)[0];
+            return (await ran(page)) ? 'a name ran' : true;
+        });
+        await step(`axe-core finds nothing on the view of ${id}`, () => axe(page, modules));
+    }
+
+    if (only && !process.env.SRNFD_WEB_VIEWS) return browser.close();
+
+    // ---- The views of slopes, structures, neighbours and landmarks --------------------------------------------------
+
+    const results = {};
+    for (const id of ['trajectories', 'pca-parts', 'neighbours', 'register']) results[id] = await call('GET', `/v1/jobs/${jobs[id]}/results`);
+    const six = (v) => `${+v.toPrecision(3)}`;
+    const all = (said) => PAYLOADS.filter((payload) => !said.replace(/\s+/g, ' ').includes(payload.replace(/\s+/g, ' ')));
+
+    await step('slopes are those of the API, with every subject by its name', async () => {
+        await visit(page, `#/jobs/${jobs.trajectories}`);
+        await waitText(page, 'In the mean the surface moves by');
+        const said = await text(page);
+        const { rate } = results.trajectories.slope;
+        if (!said.includes(`${six(rate.value)} mm per unit of time (95 %: ${six(rate.interval[0])} to ${six(rate.interval[1])})`)) return 'not the rate of the API';
+        const missing = all(said);
+        return missing.length === 0 || `${missing.length}: ${missing[0]}`;
+    });
+    await step('a slider of time moves the predicted surfaces of both sites', async () => {
+        const slider = await page.waitForSelector('input[aria-label="time of the predicted shapes"]');
+        await page.waitForFunction(() => document.querySelectorAll('section[aria-label="Predicted shapes"] canvas').length === 2);
+        await pause(500);
+        const seen = () => page.$$eval('section[aria-label="Predicted shapes"] canvas', (all) => all.map((canvas) => canvas.toDataURL()));
+        const before = await seen();
+        await slider.evaluate((node) => { node.value = '61.4'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'time 61.4 between predicted shapes');
+        await pause(300);
+        const after = await seen();
+        return after.every((picture, i) => picture !== before[i]) || 'a picture stayed';
+    });
+    await step('a map of the predictions has one range of colours', async () => {
+        await page.$$eval('section[aria-label="Predicted shapes"] label', (labels) => {
+            const select = labels.find((l) => l.textContent.startsWith('Map')).querySelector('select');
+            select.value = 'confidence';
+            select.dispatchEvent(new Event('change', { bubbles: true }));
+        });
+        await page.waitForFunction(() => document.querySelectorAll('section[aria-label="Predicted shapes"] svg.bar').length === 2);
+        const said = await page.$$eval('section[aria-label="Predicted shapes"] svg.bar', (bars) => bars.map((b) => b.getAttribute('aria-label')));
+        return said[0] === said[1] || said.join(' | ');
+    });
+    await step('a line is chosen, and shows the visits of its subject', async () => {
+        await page.$$eval('.chart g[role=button]', (nodes) => nodes.find((n) => /from 60 to 62/.test(n.getAttribute('aria-label'))).focus());
+        await page.keyboard.press('Enter');
+        await waitText(page, 'times as fast as the others let expect');
+        await page.waitForFunction(() => [...document.querySelectorAll('.gallery figcaption')].map((f) => f.textContent).join() === 'time 60,time 62');
+    });
+    await step('predictions along another covariate are asked for in the view', async () => {
+        await press(page, 'Predict from 60 to 62');
+        await waitText(page, 'Shapes were predicted at time 60, 60.5, 61, 61.5, 62', 120000);
+    });
+    await step('along a covariate a linear model predicts shapes, which a slider moves', async () => {
+        await visit(page, `#/jobs/${jobs.regress}`);
+        await press(page, 'Predict from 40 to 51');
+        await waitText(page, 'Shapes were predicted at age 40, ', 120000);
+        await page.$eval('input[aria-label="age of the predicted shapes"]', (node) => { node.value = '51'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'age 51 predicted, relative energy');
+        return axe(page, modules);
+    });
+    await step('structures move together along a joint component', async () => {
+        await visit(page, `#/jobs/${jobs['pca-parts']}`);
+        const slider = await page.waitForSelector('#joint-1');
+        await pause(500);
+        const before = await page.$eval('figure.shape canvas', (canvas) => canvas.toDataURL());
+        await slider.evaluate((node) => { node.value = '2'; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await waitText(page, 'component 1: \\+2 sd');
+        await page.waitForFunction((was) => document.querySelector('figure.shape canvas').toDataURL() !== was, {}, before);
+        await page.$eval('.chart g[role=button]', (node) => node.focus());
+        await page.keyboard.press('Enter');
+        await page.waitForFunction(() => document.querySelectorAll('.gallery canvas').length === 2);
+        const said = await text(page);
+        const shares = results['pca-parts'].parts.map((p) => `${+p.share.toPrecision(4)}`);
+        return (shares.every((s) => said.includes(s)) && said.includes(PAYLOADS[2])) || `${shares}`;
+    });
+    await step('neighbours are listed, and chosen one after the other', async () => {
+        await visit(page, `#/jobs/${jobs.neighbours}`);
+        await waitText(page, 'those nearest to it');
+        await page.type('input[type=search]', '7 ');
+        await page.waitForFunction(() => document.querySelectorAll('.long tbody tr').length === 1);
+        await page.click('.long tbody td button');
+        const head = await page.$$eval('main h2', (all) => all.at(-1).textContent);
+        const { labels, indices, distances } = results.neighbours;
+        const i = labels.findIndex((l) => head.startsWith(l));
+        await page.waitForFunction(() => document.querySelectorAll('.gallery canvas').length === 4);
+        const said = await text(page);
+        return (i >= 0 && indices[i].every((j, k) => said.includes(`${k + 1}: ${labels[j]}`) && said.includes(six(distances[i][k])))) || head;
+    });
+    await step('landmarks tell what is left at each, those held out apart', async () => {
+        await visit(page, `#/jobs/${jobs.register}`);
+        await waitText(page, 'Held out: 1 landmark');
+        const { points, heldOut } = results.register.landmarks;
+        const said = await text(page);
+        return (said.includes(`${six(heldOut.maxDistance)} at most`) && said.includes(`${+points[2].distance.toPrecision(4)}`)) || said.slice(0, 400);
+    });
+    await step('landmarks of a form are placed by clicks on both shapes, and used', async () => {
+        await visit(page, `#/analyses/register?template=${mesh}&moving=${other}`);
+        await press(page, 'Place landmarks on both shapes');
+        await page.waitForFunction(() => document.querySelectorAll('.small-view canvas').length === 2);
+        await pause(800);
+        for (const dx of [-40, 40, 0]) for (const i of [0, 1]) {
+            const place = await page.$$eval('.small-view canvas', (all, k) => { all[k].scrollIntoView({ block: 'center' }); const r = all[k].getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }, i);
+            await page.mouse.click(place[0] + dx, place[1]);
+        }
+        await page.waitForFunction(() => document.querySelectorAll('ol[aria-label=Landmarks] li').length === 3);
+        await page.$$eval('ol[aria-label=Landmarks] input[type=checkbox]', (boxes) => boxes[2].click());
+        await page.waitForFunction(() => document.querySelectorAll('ol[aria-label=Landmarks] input:checked').length === 1);
+        const wrong = await axe(page, modules);
+        if (wrong !== true) return wrong;
+        await waitText(page, 'Takes about');
+        await press(page, 'Start');
+        await waitText(page, 'Guided by 2 landmarks', 120000);
+        const { jobs: listed } = await call('GET', '/v1/jobs?process=register&limit=1');
+        const given = (await call('GET', `/v1/jobs/${listed[0].id}`)).inputs.landmarks;
+        return (given.template.length === 3 && given.moving.every(Number.isInteger) && given.heldOut.join() === '2') || JSON.stringify(given);
+    });
+    await step('points of covariates are made in a form', async () => {
+        await visit(page, '#/analyses/trajectories?cohort=twice&formula=shape%20~%20site');
+        await press(page, 'Five along time');
+        await page.waitForFunction(() => document.querySelectorAll('input[aria-label^="time of point"]').length === 5);
+        const values = await page.$$eval('input[aria-label^="time of point"]', (all) => all.map((n) => n.value).join());
+        if (values !== '60,60.5,61,61.5,62') return values;
+        await waitText(page, 'Takes about');
+        return axe(page, modules);
+    });
+    await step('at 320 pixels no view is wider than the page', async () => {
+        await page.setViewport({ width: 320, height: 700 });
+        for (const id of Object.keys(forms)) for (const hash of [`#/jobs/${jobs[id]}`, `#/analyses/${id}?${new URLSearchParams(forms[id][0])}`]) {
+            await visit(page, hash);
+            await pause(150);
+            const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+            if (wide > 322) return `${id} ${hash.slice(0, 12)}: ${wide}`;
+        }
+        await page.setViewport({ width: 1280, height: 900 });
+    });
+
+    // ---- In a report ------------------------------------------------------------------------------------------------
+
+    await step('a report has their sections, and opens offline', async () => {
+        const made = await run('report', { jobs: ['trajectories', 'pca-parts', 'neighbours', 'register', 'score'].map((id) => jobs[id]), title: PAYLOADS[9] });
+        if (!made.html) return JSON.stringify(made);
+        note(`the report has ${Math.round(made.bytes / 1000)} kB, ${made.shapes} shapes`);
+        const file = path.join(scratch, 'processes.html');
+        fs.writeFileSync(file, made.html);
+        const report = await browser.newPage();
+        const wrong = [];
+        report.on('console', (m) => m.type() === 'error' && wrong.push(m.text()));
+        report.on('pageerror', (e) => wrong.push(`${e}`));
+        report.on('request', (r) => !/^(file|data|blob):/.test(r.url()) && wrong.push(r.url()));
+        await report.goto(`file://${file}`);
+        await pause(1500);
+        const said = await text(report, 'body');
+        const missing = all(said);
+        if (missing.length || wrong.length) return `${missing.length} ${missing[0]} ${wrong.join(' | ')}`;
+        if (await ran(report, 'body main')) return 'a name ran';
+        const blank = await report.$$eval('canvas', (list) => list.filter((c) => !c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v)).length);
+        if (blank) return `${blank} pictures are blank`;
+        const before = await report.$$eval('canvas', (list) => list.map((c) => c.toDataURL()));
+        for (const name of ['time of the predicted shapes', 'Component 1 of the structures'])
+            await report.$eval(`input[aria-label="${name}"]`, (node) => { node.value = node.max; node.dispatchEvent(new Event('input', { bubbles: true })); });
+        await pause(500);
+        const after = await report.$$eval('canvas', (list) => list.map((c) => c.toDataURL()));
+        const moved = after.filter((picture, i) => picture !== before[i]).length;
+        if (moved !== 3) return `${moved} pictures moved: the predictions of two sites, and the structures`;
+        const { labels, indices } = results.neighbours;
+        const nearest = await report.$$eval('tr', (rows) => rows.map((r) => [...r.cells].map((cell) => cell.textContent)));
+        if (!nearest.some((row) => row[0] === labels[0] && row[1]?.startsWith(`${labels[indices[0][0]]} (`))) return 'no neighbours by name';
+        const rate = +results.trajectories.slope.rate.value.toPrecision(6);
+        if (!said.includes(`${rate}`)) return `no ${rate}`;
+        const found = await axe(report, modules);
+        await report.close();
+        return found;
+    });
+    tell(found.length === 0, 'no error, no word of the policy, no request to another host', found.join(' | '));
+    await browser.close();
+    process.exitCode = failures() ? 1 : 0;
+}
+main().catch((error) => { console.error(error); process.exit(1); });

@@ -1,1 +1,0 @@
-import{i as a,j as b,k as c,l as d,m as e,n as f,o as g,p as h,q as i,r as j,s as k}from"./chunk-3FXCMFRJ.js";import"./chunk-ZSKTKJ4Y.js";export{k as Gallery,i as PictureButtons,j as Shape,g as View,a as linked,h as picture,b as shapeAt,d as shapePath,f as shown,c as surfacePath,e as useShape};

@@ -1,0 +1,80 @@
+// Fields of forms that are tables: points of covariates at which shapes are predicted, and numbers by name.
+import * as api from './api';
+import { covariatesOf, namesIn, placesAlong } from './formula';
+import type { Covariate } from './formula';
+
+type Row = Record<string, unknown>;
+
+function parsed<T>(text: string, fallback: T): T {
+    try {
+        return JSON.parse(text) ?? fallback;
+    } catch {
+        return fallback;
+    }
+}
+
+/** What was typed as the covariate has it: a number where all members have numbers. */
+function typed(text: string, covariate?: Covariate): unknown {
+    const clean = text.trim();
+    if (!covariate || covariate.numeric) return clean !== '' && Number.isFinite(Number(clean)) ? Number(clean) : clean;
+    return covariate.levels.find((l) => `${l}` === clean) ?? clean;
+}
+
+/** Names that points can have: those of the formula, and time where slopes are asked for. */
+export function namesOfPoints(process: string, texts: Record<string, string>): string[] {
+    const names = namesIn(texts.formula ?? '');
+    return process === 'trajectories' ? ['time', ...names.filter((n) => n !== 'time')] : names;
+}
+
+export function PointsField({ id, names, members, text, set }: { id: string; names: string[]; members: api.Member[]; text: string; set: (text: string) => void }) {
+    const list = parsed<Row[]>(text, []);
+    const rows = Array.isArray(list) ? list : [];
+    const covariates = covariatesOf(members, names);
+    const all = [...new Set([...names, ...rows.flatMap((r) => Object.keys(r))])];
+    const put = (next: Row[]) => set(next.length ? JSON.stringify(next) : '');
+    const change = (i: number, name: string, value: string) => put(rows.map((row, k) => {
+        if (k !== i) return row;
+        const { [name]: _, ...rest } = row;
+        return value.trim() === '' ? rest : { ...rest, [name]: typed(value, covariates.find((c) => c.name === name)) };
+    }));
+    if (!all.length) return <p class="quiet" id={id}>Write the formula first: points have the covariates that it names.</p>;
+    return (
+        <div id={id} role="group" aria-label="Points">
+            {rows.length > 0 && (
+                <div class="scroll" tabIndex={0} role="region" aria-label="Points of covariates"><table>
+                    <thead><tr>{all.map((name) => <th scope="col">{name}</th>)}<th scope="col"><span class="sr">Remove</span></th></tr></thead>
+                    <tbody>{rows.map((row, i) => (
+                        <tr>{all.map((name) => <td><input class="cell" aria-label={`${name} of point ${i + 1}`} list={`levels-${name}`} value={row[name] === undefined ? '' : `${row[name]}`} placeholder="as usual" onChange={(e) => change(i, name, e.currentTarget.value)} /></td>)}
+                            <td><button type="button" aria-label={`Remove point ${i + 1}`} onClick={() => put(rows.filter((_, k) => k !== i))}>Remove</button></td></tr>
+                    ))}</tbody>
+                </table></div>
+            )}
+            {covariates.map((c) => <datalist id={`levels-${c.name}`}>{placesAlong(c).map((v) => <option value={`${v}`} />)}</datalist>)}
+            <div class="actions">
+                <button type="button" onClick={() => put([...rows, covariates.length ? { [covariates[0].name]: covariates[0].numeric ? covariates[0].low : covariates[0].levels[0] } : {}])}>Add a point</button>
+                {covariates.map((c) => <button type="button" onClick={() => put([...rows, ...placesAlong(c).map((v) => ({ [c.name]: v }))])}>{c.numeric ? `Five along ${c.name}` : `Each ${c.name}`}</button>)}
+                {rows.length > 0 && <button type="button" onClick={() => put([])}>None</button>}
+            </div>
+        </div>
+    );
+}
+
+/** A number for each name, which is usual where the field is empty. */
+export function NumbersField({ id, names, text, set }: { id: string; names: string[]; text: string; set: (text: string) => void }) {
+    const given = parsed<Row>(text, {});
+    const all = [...new Set([...names, ...Object.keys(given)])];
+    const change = (name: string, value: string) => {
+        const { [name]: _, ...rest } = given;
+        const next = value.trim() === '' ? rest : { ...rest, [name]: Number(value) };
+        set(Object.keys(next).length ? JSON.stringify(next) : '');
+    };
+    if (!all.length) return <p class="quiet" id={id}>Choose what it is of first.</p>;
+    return (
+        <div id={id} class="row" role="group" aria-label="Numbers by name">{all.map((name) => (
+            <label>{name} <input type="number" step="any" value={given[name] === undefined ? '' : `${given[name]}`} placeholder="usual" onInput={(e) => change(name, e.currentTarget.value)} /></label>
+        ))}</div>
+    );
+}
+
+/** Levels of a covariate among members. */
+export const levelsOf = (members: api.Member[], name: string): string[] => covariatesOf(members, [name]).flatMap((c) => c.levels.map((l) => `${l}`));
