@@ -153,8 +153,7 @@ static void cancel_strays(struct slurm *slurm, struct slurm_element *elements, s
 
 void slurm_sweep(struct slurm *slurm)
 {
-    static const char *const arguments[] = {"squeue",     "-h",   "-r", "-o",
-                                            SLURM_FORMAT, "--me", NULL};
+    static const char *const arguments[] = {"squeue", "-h", "-r", "-o", SLURM_FORMAT, "--me", NULL};
     double due = slurm_sweep_due(slurm);
     char prefix[SLURM_PREFIX_MAX];
     struct slurm_element *elements = NULL;
