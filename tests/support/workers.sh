@@ -22,6 +22,28 @@ surfaces() { # [NAMES..]
     jq -nc '$ARGS.positional' --args "${ids[@]}"
 }
 
+# Seconds of processors that a process has taken.
+processor_of() { # PID
+    awk -v tick="$(getconf CLK_TCK)" '{ sub(/.*\) /, ""); print ($12 + $13) / tick }' "/proc/$1/stat"
+}
+
+# So many shapes from one surface to another, with waves of their own, as JSON.
+shapes_between() { # COUNT ID ID
+    local i ids=()
+    for i in 2 3; do
+        get "/v1/surfaces/${!i}/coefficients"
+        cp "$BODY" "$SCRATCH/end-$i"
+    done
+    for ((i = 0; i < $1; i++)); do
+        post_json /v1/surfaces "$(jq -nc --argjson t "$i" --argjson n "$1" --slurpfile a "$SCRATCH/end-2" --slurpfile b "$SCRATCH/end-3" '
+            def mix($m; $k): [range($a[0][$m] | length) as $j |
+                $a[0][$m][$j] * (1 - $t / $n) + $b[0][$m][$j] * $t / $n * (1 + 0.1 * (($j * $k + $t * 7) | sin))];
+            {coefficients: {lmax: $a[0].lmax, x: mix("x"; 3), y: mix("y"; 5), z: mix("z"; 11)}}')"
+        ids+=("$(json .id)")
+    done
+    jq -nc '$ARGS.positional' --args "${ids[@]}"
+}
+
 start_worker() { # [ARGUMENTS..]; sets WORKER_PID
     nice -n 10 "$SRNFD" worker --server "${WORKER_URL:-$URL}" --slots 1 "$@" </dev/null >/dev/null 2>>"$WORKER_LOG" &
     WORKER_PID=$!
