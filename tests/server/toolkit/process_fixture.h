@@ -204,10 +204,10 @@ static void put_pairs(struct fixture *fixture)
         const char subject[3] = {'s', (char)('0' + i / 2), '\0'};
 
         (void)json_array_append_new(
-            members, json_pack("{s:s, s:s, s:s, s:{s:s}, s:i, s:s}", "id", fixture->surface,
-                               "label", i / 2 % 2 ? "y" : "x", "subject", subject, "covariates",
-                               "part", i % 2 ? "b" : "a", "time", (int)(i % 2), "side",
-                               i % 2 ? "right" : "left"));
+            members,
+            json_pack("{s:s, s:s, s:s, s:{s:s}, s:i, s:s}", "id", fixture->surface, "label",
+                      i / 2 % 2 ? "y" : "x", "subject", subject, "covariates", "part",
+                      i % 2 ? "b" : "a", "time", (int)(i % 2), "side", i % 2 ? "right" : "left"));
         memcpy(cohort.members[i], fixture->surface, STORE_ID_MAX);
     }
     cohort.record = json_dumps(members, JSON_COMPACT | JSON_SORT_KEYS);
