@@ -518,10 +518,10 @@ static int climb(const struct search *s, size_t from, bool placed, struct search
     return climb_again(s, result);
 }
 
-static int from_basin(const struct search *s, struct search_result *result)
+static int from_basin(const struct search *s, bool still, struct search_result *result)
 {
     size_t degree = s->options->degree;
-    int status = tournament_run(s, result);
+    int status = still ? tournament_still(s, result) : tournament_run(s, result);
 
     if (status == SRNF_OK) {
         struct srnf_warp chain = result->warp.chain;
@@ -536,6 +536,20 @@ static int from_basin(const struct search *s, struct search_result *result)
                   : climb(s, degree > BASIN_DEGREE ? BASIN_DEGREE : degree - 1, false, result);
 }
 
+/* Whether coarse grids are good for the first steps from the identity: not where little is left,
+   nor where landmarks or a low degree are asked for. */
+static bool starts_coarsely(const struct search *s, const struct search_result *result)
+{
+    return !s->landmarks && search_refits(s) && result->warp.energy >= DIRECT_ENERGY;
+}
+
+static int from_still(const struct search *s, struct search_result *result)
+{
+    search_result_clear(result);
+    *result = (struct search_result){0};
+    return from_basin(s, true, result);
+}
+
 /* From what the options say. */
 static int run_once(const struct search *s, struct search_result *result)
 {
@@ -545,13 +559,14 @@ static int run_once(const struct search *s, struct search_result *result)
 
     *result = (struct search_result){0};
     if (!still && o->start != SRNF_START_RIGID && o->reparameterization) {
-        status = from_basin(s, result);
+        status = from_basin(s, false, result);
     } else {
         status = still ? warp_create(&result->warp, &s->full.target) : rigid(s, result);
         status = status ? status : search_measure(s, &result->warp);
         if (status == SRNF_OK && o->reparameterization) {
             srnf_report_progress(s->context, 0.6, "warping");
-            status = climb(s, 0, true, result);
+            status = still && starts_coarsely(s, result) ? from_still(s, result)
+                                                         : climb(s, 0, true, result);
         }
     }
     if (status) {

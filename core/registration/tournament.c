@@ -48,6 +48,7 @@ struct tournament {
     const struct search *search;
     struct entrant *entrants;
     size_t count;
+    size_t first; /* round */
     struct cloud spare;
     struct tabulated_fields fields[ROUNDS];
     struct tabulated_level levels[ROUNDS];
@@ -105,10 +106,10 @@ static int open_fields(struct tournament *t)
     size_t top = s->subject->top;
     int status = SRNF_OK;
 
-    for (size_t k = 0; k < ROUNDS && status == SRNF_OK; k++) {
+    for (size_t k = t->first; k < ROUNDS && status == SRNF_OK; k++) {
         size_t degree = rounds[k].fields < top ? rounds[k].fields : top;
 
-        if (k > 0 && rounds[k].fields == rounds[k - 1].fields) {
+        if (k > t->first && rounds[k].fields == rounds[k - 1].fields) {
             continue; /* as before: see round_of */
         }
         status = tabulated_fields_create(&t->fields[k], degree, ORDER, rounds[k].table);
@@ -361,19 +362,20 @@ static int refit_winner(struct tournament *t, size_t k, const struct arena *a)
                       &winner->chain);
 }
 
+/* best: of the screening, NULL where there was none. */
 static int run_rounds(struct tournament *t, const struct start_rotation *best,
                       struct search_result *result)
 {
     int status = SRNF_OK;
 
-    for (size_t k = 0; k < ROUNDS && status == SRNF_OK; k++) {
+    for (size_t k = t->first; k < ROUNDS && status == SRNF_OK; k++) {
         struct arena arena;
 
         status = open_arena(t->search, k, &arena);
         if (status) {
             break;
         }
-        if (k == RIGID_ROUND) {
+        if (k == RIGID_ROUND && best) {
             status = rotational_curvature(t->search, &arena, best, &result->rotational_curvature);
             result->rotations_searched = true;
         }
@@ -391,6 +393,25 @@ static int run_rounds(struct tournament *t, const struct start_rotation *best,
     return status;
 }
 
+static int run(struct tournament *t, const struct start_rotation *starts, size_t count,
+               const struct start_rotation *best, struct search_result *result)
+{
+    int status = open_entrants(t, starts, count);
+
+    if (status == SRNF_OK) {
+        status = open_fields(t);
+    }
+    if (status == SRNF_OK) {
+        status = run_rounds(t, best, result);
+    }
+    if (status == SRNF_OK) {
+        result->warp.chain = t->entrants[0].chain;
+        t->entrants[0].chain = (struct srnf_warp){0};
+    }
+    close_tournament(t);
+    return status;
+}
+
 int tournament_run(const struct search *s, struct search_result *result)
 {
     struct tournament t = {.search = s};
@@ -398,19 +419,13 @@ int tournament_run(const struct search *s, struct search_result *result)
     int status;
     size_t count = search_screen(s, ENTRANTS, starts, &status);
 
-    if (status == SRNF_OK) {
-        status = open_entrants(&t, starts, count);
-    }
-    if (status == SRNF_OK) {
-        status = open_fields(&t);
-    }
-    if (status == SRNF_OK) {
-        status = run_rounds(&t, &starts[0], result);
-    }
-    if (status == SRNF_OK) {
-        result->warp.chain = t.entrants[0].chain;
-        t.entrants[0].chain = (struct srnf_warp){0};
-    }
-    close_tournament(&t);
-    return status;
+    return status ? status : run(&t, starts, count, &starts[0], result);
+}
+
+int tournament_still(const struct search *s, struct search_result *result)
+{
+    struct tournament t = {.search = s, .first = TOURNAMENT_STILL};
+    const struct start_rotation identity = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+
+    return run(&t, &identity, 1, NULL, result);
 }

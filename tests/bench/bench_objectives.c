@@ -12,6 +12,7 @@
  * both ways too: how many times as long that takes, and how far its distance is from the one of
  * the single way.
  */
+#include "support/compare.h"
 #include "support/folders.h"
 #include "support/meshes.h"
 #include "support/random.h"
@@ -145,8 +146,8 @@ static double best_known(const struct bench *b, size_t degree, size_t set, size_
     for (size_t i = 0; i < b->count; i++) {
         const struct known *k = &b->known[i];
 
-        if (k->degree == degree && k->set == set && k->pair == pair && k->objective < best) {
-            best = k->objective;
+        if (k->degree == degree && k->set == set && k->pair == pair) {
+            best = compare_min(best, k->objective);
         }
     }
     return best;
