@@ -63,7 +63,7 @@ void report_words(FILE *out, const char *name)
 
     for (; *name && n + 2 < sizeof words; name++) {
         unsigned char c = (unsigned char)*name;
-        bool begins = isupper(c) && n > 0 && islower((unsigned char)name[-1]);
+        bool begins = isupper(c) && n > 0 && !isupper((unsigned char)name[-1]);
 
         if (begins) {
             words[n++] = ' ';

@@ -159,12 +159,19 @@ struct rows {
     size_t n_columns, n;
 };
 
-/* Adds the names of the cells of a row that other rows did not have. */
+/* Adds the names of the cells of a row that other rows did not have; what rows are called by stands
+   first. */
 static void add_columns(struct rows *rows, const json_t *row)
 {
+    static const char *const called[] = {"name", "subject", "member"};
     json_t *member;
     const char *name;
 
+    for (size_t i = 0; rows->n_columns == 0 && i < sizeof called / sizeof called[0]; i++) {
+        if (is_scalar(json_object_get(row, called[i]))) {
+            rows->columns[rows->n_columns++] = called[i];
+        }
+    }
     json_object_foreach(object_of(row), name, member)
     {
         size_t k = 0;

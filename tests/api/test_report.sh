@@ -151,6 +151,7 @@ check(has('1', six(results['pca']['model']['eigenvalues'][0]), six(results['pca'
 accuracy = results['classify']['methods']['harmonic-nn']['accuracy']
 check(any(row[0] == 'harmonic-nn' and six(accuracy) in row for row in reader.cells if row), 'accuracies too')
 effect = results['regress']['coefficients'][1]['largestEffect']
+check(has('name', 'degrees of freedom') and has('age', '1') and any('r2 interval' in row for row in reader.cells), 'rows are called by their names, first')
 check('largestEffect' not in results['regress']['coefficients'][0] and any(six(effect) in row for row in reader.cells), 'and what the first row of a table lacks')
 matrix = results['distances']['matrix']
 check([row[1:] for row in reader.cells if row and row[0] == subject][0][1] == six(matrix[0][1]), 'distances too')

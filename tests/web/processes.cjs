@@ -111,7 +111,10 @@ async function main() {
             if (/The page failed|undefined|NaN|\[object/.test(said)) return said.match(/.{0,80}(The page failed|undefined|NaN|\[object).{0,200}/s)[0];
             return (await ran(page)) ? 'a name ran' : true;
         });
-        await step(`axe-core finds nothing on the view of ${id}`, () => axe(page, modules));
+        for (const scheme of ['light', 'dark']) {
+            await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
+            await step(`axe-core finds nothing on the view of ${id}, ${scheme}`, () => axe(page, modules));
+        }
     }
 
     if (only && !process.env.SRNFD_WEB_VIEWS) return browser.close();
@@ -228,6 +231,16 @@ async function main() {
         const given = (await call('GET', `/v1/jobs/${listed[0].id}`)).inputs.landmarks;
         return (given.template.length === 3 && given.moving.every(Number.isInteger) && given.heldOut.join() === '2') || JSON.stringify(given);
     });
+    await step('landmarks of a mesh go into the form', async () => {
+        await visit(page, `#/meshes/${mesh}`);
+        await page.waitForSelector('figure.shape canvas');
+        await page.$$eval('label.check', (nodes) => nodes.find((n) => n.textContent.trim() === 'Landmarks').querySelector('input').click());
+        await press(page, 'Landmark at the middle of the view');
+        await press(page, 'Register a shape by these');
+        await page.waitForFunction((id) => document.querySelector('#in-template')?.value === id, {}, mesh);
+        await page.select('#in-moving', other);
+        await waitText(page, 'template: vertex [0-9]+; moving: not placed yet');
+    });
     await step('points of covariates are made in a form', async () => {
         await visit(page, '#/analyses/trajectories?cohort=twice&formula=shape%20~%20site');
         await press(page, 'Five along time');
@@ -236,6 +249,16 @@ async function main() {
         if (values !== '60,60.5,61,61.5,62') return values;
         await waitText(page, 'Takes about');
         return axe(page, modules);
+    });
+    await step('covariates are added to a formula by a click', async () => {
+        await visit(page, '#/analyses/regress?cohort=twice');
+        await press(page, '+ age');
+        await press(page, '+ site');
+        await page.waitForFunction(() => document.querySelector('#in-formula').value === 'shape ~ age + site');
+        await press(page, 'Each site');
+        const sites = await page.$$eval('input[aria-label^="site of point"]', (all) => all.map((n) => n.value).sort().join('\n'));
+        if (sites !== [PAYLOADS[4], PAYLOADS[5]].sort().join('\n')) return sites;
+        await waitText(page, 'Takes ');
     });
     await step('at 320 pixels no view is wider than the page', async () => {
         await page.setViewport({ width: 320, height: 700 });

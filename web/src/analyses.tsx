@@ -3,10 +3,26 @@ import { useEffect, useState } from 'preact/hooks';
 import * as api from './api';
 import { go, link, useRoute } from './router';
 import { mayChange, refreshJobs } from './state';
+import { namesIn, withTerm } from './formula';
 import { NumbersField, PointsField, levelsOf, namesOfPoints } from './fields';
 import { Page, ProblemBox, Shown, later, size, span, useLoad } from './ui';
 
 const LandmarkField = later<any>(() => import('./landmark_field').then((m) => m.LandmarkField));
+
+/** Processes by what they are asked about, those of cohorts first; what is not named here stands last. */
+const KINDS: [string, string[]][] = [
+    ['Of a cohort', ['pca', 'mean', 'compare-groups', 'classify', 'regress', 'distances', 'neighbours', 'evaluate-model', 'report']],
+    ['Of subjects with several visits, sides or structures', ['change', 'trajectories', 'asymmetry', 'pca-parts']],
+    ['Of a new shape, by what is known', ['score', 'project', 'train', 'predict', 'modes', 'sample']],
+    ['Of two shapes or three', ['geodesic', 'register', 'shoot', 'transport', 'transfer']],
+    ['Of a mesh or a segmentation', ['extract', 'repair', 'mirror', 'encode', 'invert']],
+];
+
+function sorted(items: api.Item<'processes'>[]): [string, api.Item<'processes'>[]][] {
+    const known = new Set(KINDS.flatMap(([, ids]) => ids));
+    const kinds = KINDS.map(([title, ids]): [string, api.Item<'processes'>[]] => [title, ids.flatMap((id) => items.filter((p) => p.id === id))]);
+    return [...kinds, ['Others', items.filter((p) => !known.has(p.id))] as [string, api.Item<'processes'>[]]].filter(([, list]) => list.length > 0);
+}
 
 export function Analyses() {
     const all = useLoad(() => api.list('processes'), []);
@@ -23,14 +39,16 @@ export function Analyses() {
                     ))}</ul>
                 </section>
             )}
-            <h2>Start a new one</h2>
-            <Shown of={all}>{(page) => (
-                <div class="cards">{page.items.map((p) => (
-                    <a class="card" href={link('analyses', p.id) + (given ? `?${given}` : '')}>
-                        <h3>{p.title}</h3><p class="quiet">{p.description}</p>
-                    </a>
-                ))}</div>
-            )}</Shown>
+            <Shown of={all}>{(page) => sorted(page.items).map(([title, list]) => (
+                <section key={title}>
+                    <h2>{title}</h2>
+                    <div class="cards">{list.map((p) => (
+                        <a class="card" href={link('analyses', p.id) + (given ? `?${given}` : '')}>
+                            <h3>{p.title}</h3><p class="quiet">{p.description}</p>
+                        </a>
+                    ))}</div>
+                </section>
+            ))}</Shown>
         </Page>
     );
 }
@@ -180,30 +198,35 @@ function Field({ input, kind, text, set, choices, hint, around }: {
         );
     } else if (kind === 'points' || kind === 'weights') {
         return (
-            <fieldset aria-describedby={`${id}-help`}><legend>{input.title} <span class="quiet">optional</span></legend>
+            <fieldset aria-describedby={`${id}-help`}><legend>{kind === 'points' ? 'Predict shapes at' : input.title} <span class="quiet">optional</span></legend>
                 {kind === 'points' ? <PointsField id={id} names={namesOfPoints(around.process, around.texts)} members={around.members} text={text} set={set} />
                     : <NumbersField id={id} names={levelsOf(around.members, around.texts.by || 'label')} text={text} set={set} />}
-                <p class="help" id={`${id}-help`}>{input.description}</p>
+                <p class="help" id={`${id}-help`}>{kind === 'points' ? 'What is left empty is at its mean, or at its first level.' : input.description}</p>
             </fieldset>
         );
     } else if (kind === 'number') {
         field = <input {...shared} type="number" step={hasType(schema, 'integer') ? 1 : 'any'} min={schema.minimum} max={schema.maximum} value={text} onInput={(e) => set(e.currentTarget.value)} />;
-    } else field = <input {...shared} type="text" value={text} onInput={(e) => set(e.currentTarget.value)} />;
+    } else field = <input {...shared} type="text" value={text} placeholder={input.name === 'formula' ? 'shape ~ age + sex' : undefined} onInput={(e) => set(e.currentTarget.value)} />;
+    const terms = input.name === 'formula' ? namesOfMembers(around.members).filter((name) => !name.includes('`') && !namesIn(text).includes(name)) : [];
     return (
         <div class="field">
             <label for={id}>{input.title}{input.required ? '' : <span class="quiet"> optional</span>}</label>
             {field}
+            {terms.length > 0 && <div class="actions">{terms.slice(0, 20).map((name) => <button type="button" onClick={() => set(withTerm(text, name))}>{`+ ${name}`}</button>)}</div>}
             <p class="help" id={`${id}-help`}>{input.description}{range ? ` From ${range}.` : ''}{hint ? ` ${hint}` : ''}</p>
         </div>
     );
 }
 
 /** What the members of a cohort are told apart by, for inputs that name it. */
-function columnsOf(members: api.Member[]): string {
-    if (!members.length) return '';
+function namesOfMembers(members: api.Member[]): string[] {
     const known = new Set(members.flatMap((m) => Object.keys(m.covariates ?? {})));
     const own = (['label', 'time', 'side'] as const).filter((name) => members.some((m) => m[name] !== null && m[name] !== undefined));
-    const all = [...own, ...known];
+    return [...own, ...known];
+}
+
+function columnsOf(members: api.Member[]): string {
+    const all = namesOfMembers(members);
     return all.length ? `Members of this cohort have ${all.slice(0, 40).join(', ')}.` : '';
 }
 
@@ -257,7 +280,7 @@ function Expected({ process, kinds, texts }: { process: api.Process; kinds: Kind
 }
 
 /** Inputs that most need not look at. */
-const FINE = /^(mixedRoutes|tolerance|maxIterations|seed|handedness|method|penalty|start|exact|covariance|refit|sizeWeight|validation|symmetric|degree|initial|center|smoothing|distortion|components)$/;
+const FINE = /^(mixedRoutes|fields|tolerance|maxIterations|seed|handedness|method|penalty|start|exact|covariance|refit|sizeWeight|validation|symmetric|degree|initial|center|smoothing|distortion|components)$/;
 
 const usualName = (process: api.Process, texts: Record<string, string>): string | undefined => (texts.cohort ? `${process.title}: ${texts.cohort}` : undefined);
 

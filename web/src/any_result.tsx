@@ -13,7 +13,7 @@ const SHORT = 8;
 const fits = (v: any): boolean => isScalar(v) || (Array.isArray(v) ? v.length <= SHORT && v.every(isScalar)
     : Object.keys(v).length <= SHORT && Object.values(v).every((one) => isScalar(one) || (Array.isArray(one) && one.length <= SHORT && one.every(isScalar))));
 
-const words = (name: string): string => name.replace(/([a-z])([A-Z])/g, '$1 $2').toLowerCase();
+const words = (name: string): string => name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
 
 function textOf(v: any): string {
     if (v === null || v === undefined) return '–';

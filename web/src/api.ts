@@ -178,7 +178,7 @@ export const cancel = (id: string): Promise<unknown> => send('post', '/v1/jobs/{
 
 /** "maxIterations" as people write it. */
 export const words = (name: string): string => {
-    const text = name === 'lmax' ? 'degree (lmax)' : name.replace(/([a-z])([A-Z])/g, '$1 $2').toLowerCase();
+    const text = name === 'lmax' ? 'degree (lmax)' : name.replace(/([a-z0-9])([A-Z])/g, '$1 $2').toLowerCase();
     return text[0].toUpperCase() + text.slice(1);
 };
 

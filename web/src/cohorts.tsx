@@ -17,7 +17,7 @@ export function Cohorts() {
             {mayChange() && <DropZone compact />}
             <Uploads />
             <Shown of={cohorts}>{(page) => page.items.length === 0
-                ? <p class="quiet">No cohort yet. Drop meshes with a table, or choose meshes under Meshes.</p>
+                ? <p class="quiet">No cohort yet. Drop meshes with a table, choose some under <a href="#/meshes">Meshes</a>, or load the example from the <a href="#/">start</a>.</p>
                 : <div class="cards">{page.items.map((c) => (
                     <a class="card" href={link('cohorts', c.name)}><h2>{c.name}</h2><p class="quiet">{plural(c.memberCount, 'member')}, {when(c.created)}</p></a>
                 ))}</div>}</Shown>

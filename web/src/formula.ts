@@ -4,8 +4,16 @@ import type * as api from './documents';
 /** Names of a formula in their order: those of functions, which a bracket follows, are none. */
 export function namesIn(formula: string): string[] {
     const right = formula.includes('~') ? formula.slice(formula.indexOf('~') + 1) : formula;
-    const found = right.match(/`[^`]+`|[\p{L}_][\p{L}\p{N}_.]*(?!\s*\(|[\p{L}\p{N}_.])/gu) ?? [];
-    return [...new Set(found.map((name) => name.replace(/`/g, '')))];
+    const bare = right.replace(/Treatment\s*\([^)]*\)/g, '');
+    const found = bare.match(/`[^`]+`|Q\("[^"]+"\)|[\p{L}_][\p{L}\p{N}_.]*(?!\s*\(|[\p{L}\p{N}_.])/gu) ?? [];
+    return [...new Set(found.map((name) => name.replace(/^`|`$|^Q\("|"\)$/g, '')))];
+}
+
+/** With one term more; names that are no words are quoted. */
+export function withTerm(formula: string, name: string): string {
+    const term = /^[\p{L}_][\p{L}\p{N}_.]*$/u.test(name) ? name : `\`${name}\``;
+    const text = formula.trim();
+    return text === '' ? `shape ~ ${term}` : text.endsWith('~') ? `${text} ${term}` : `${text} + ${term}`;
 }
 
 type Value = string | number | boolean;

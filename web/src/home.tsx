@@ -28,13 +28,17 @@ export function DropZone({ compact }: { compact?: boolean }) {
                 await sendFiles(await filesOf(e.dataTransfer!));
             }}>
             <p class="big">Drop meshes{compact ? ', a table or an archive' : ' here'}</p>
-            {!compact && (
+            {!compact && (<>
                 <p class="quiet">
                     Any number of files or folders: PLY, OBJ, OFF, STL, VTK, VTP, GIfTI, FreeSurfer, GLB. With a table
                     (CSV: file, label, subject, …) they become a cohort. Also a zip of all of it, an exported study, or a
                     segmentation (NIfTI, NRRD).
                 </p>
-            )}
+                <details class="quiet"><summary>How a table looks</summary>
+                    <pre>{'file,label,subject,time,age\nscan01.ply,case,s1,0,41\nscan02.ply,case,s1,2,43'}</pre>
+                    <p>Only file is needed. label: groups; subject, time, side: what belongs together; all others are covariates.</p>
+                </details>
+            </>)}
             <div class="actions">
                 <button class={compact ? '' : 'main'} onClick={() => files.current!.click()}>Choose files</button>
                 <button onClick={() => folder.current!.click()}>Choose a folder</button>

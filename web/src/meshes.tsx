@@ -142,7 +142,7 @@ export function MeshPage({ id }: { id: string }) {
         <Shown of={mesh} page label="the mesh">{(m) => (
             <Page title={m.name || m.id} actions={<Mend mesh={m} done={(made) => go(link('meshes', made))} />}>
                 <div class="split">
-                    <Shape src={`/v1/meshes/${id}/content?format=glb`} label={`Mesh ${m.name}`} marks={m.report.problems}
+                    <Shape src={`/v1/meshes/${id}/content?format=glb`} mesh={id} label={`Mesh ${m.name}`} marks={m.report.problems}
                         name={m.name || m.id} downloads={['ply', 'obj', 'stl', 'vtk', 'vtp', 'gii', 'glb'].map((f) => [f, `/v1/meshes/${id}/content?format=${f}`])} />
                     <div>
                         {m.report.problems.map((p) => (

@@ -287,8 +287,8 @@ function start(): void {
             console.error(error); // the tables still say it
         }
     }
-    // What is wider than the page is scrolled, by keys too.
-    for (const table of document.querySelectorAll('table')) if (table.scrollWidth > table.clientWidth) table.tabIndex = 0;
+    // What is wider or longer than its place is scrolled, by keys too.
+    for (const table of document.querySelectorAll('table')) if (table.scrollWidth > table.clientWidth || table.scrollHeight > table.clientHeight) table.tabIndex = 0;
     if (!able) return;
     for (const node of document.querySelectorAll<HTMLElement>('[data-view]')) {
         const label = node.querySelector('figcaption')?.textContent ?? node.querySelector('img')?.alt ?? '';

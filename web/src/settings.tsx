@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks';
 import * as api from './api';
 import { go } from './router';
 import { caller, connection, forgetJobs, refreshJobs, useValue, whoCalls } from './state';
-import { Page, Shown, useLoad } from './ui';
+import { Page, Shown, plural, useLoad } from './ui';
 
 function TokenForm() {
     const [text, setText] = useState('');
@@ -64,7 +64,7 @@ export function Settings() {
                 <h2>Service</h2>
                 <Shown of={version}>{(v) => (
                     <>
-                        <p>srnfd {v.version}, {v.workers} workers. <a href="../v1/openapi.yaml">Description of the API</a></p>
+                        <p>srnfd {v.version}, {plural(v.workers, 'worker')}. <a href="../v1/openapi.yaml">Description of the API</a></p>
                         <details><summary>Versions of what it is made of</summary>
                             <dl class="pairs">{Object.entries(v.versions ?? {}).map(([name, text]) => <><dt>{name}</dt><dd>{`${text}`}</dd></>)}</dl>
                             <p class="quiet">Numbers are made by: {v.numericBuild}</p>

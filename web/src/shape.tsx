@@ -168,10 +168,12 @@ async function fetchFile(path: string, name: string): Promise<void> {
 
 interface Landmark { name: string; vertex: number }
 
-export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '' }: {
+export function Shape({ src, label, name, marks, downloads, over, first: shownFirst = '', mesh }: {
     src: string; label: string; name: string; marks?: api.MeshProblem[]; downloads?: [string, string][]; over?: string;
     /** The map that is shown first. */
     first?: string;
+    /** The mesh whose vertices these are, of which landmarks can guide a registration. */
+    mesh?: string;
 }) {
     const { shape, error } = useShape(src);
     const other = useShape(over ?? null);
@@ -229,6 +231,7 @@ export function Shape({ src, label, name, marks, downloads, over, first: shownFi
                     <div class="actions">
                         <button onClick={centre}>Landmark at the middle of the view</button>
                         {landmarks.length > 0 && <button onClick={() => save(`${name}-landmarks.csv`, csv([['name', 'vertex', 'x', 'y', 'z'], ...landmarks.map((l) => [l.name, l.vertex, ...at(l.vertex)])]), 'text/csv;charset=utf-8')}>Landmarks as CSV</button>}
+                        {mesh && landmarks.length > 0 && <a class="button" href={`${link('analyses', 'register')}?template=${mesh}&landmarks=${encodeURIComponent(JSON.stringify({ template: landmarks.map((l) => l.vertex), moving: [] }))}`}>Register a shape by these</a>}
                     </div>
                     <p class="quiet">Click the shape to place one. Coordinates are those of the shape as it is shown.</p>
                     <ol aria-label="Landmarks">{landmarks.map((l, i) => (
