@@ -2,8 +2,8 @@
  * processes.c - the processes that can be executed, in the order in which they are listed.
  *
  * The Makefile finds them: PROCESSES has a row for each struct api_process that a file of this
- * folder defines. That is all that the service knows of a process: the routes, the engine's table and
- * the self-description are made from what its file declares.
+ * folder defines. That is all that the service knows of a process: the routes, the job engine's
+ * table and the self-description are made from what its file declares.
  */
 #include "processes/processes.h"
 
