@@ -45,6 +45,22 @@ async function main() {
     await waitText(page, 'Directional asymmetry', 60000);
     await page.$eval('main input[type=number]', (node) => { node.value = '1'; node.dispatchEvent(new Event('input', { bubbles: true })); });
     await take('within');
+    // Six nuclei that are smoothed more and more, those of one group faster.
+    const rows = [];
+    for (const [i, mesh] of items.filter((m) => m.name.startsWith('L')).entries())
+        for (const time of [0, 1, 3]) {
+            const made = await send('/v1/processes/encode/execution', { inputs: { mesh: mesh.id, lmax: 15, parameterization: 'area', smoothing: time * (i % 2 ? 0.01 : 0.004) } });
+            rows.push({ id: made.surface.id, subject: mesh.name.slice(2), time, label: i % 2 ? 'fast' : 'slow' });
+        }
+    await send('/v1/cohorts', { name: 'visits', members: rows });
+    const at = [0, 3].flatMap((time) => ['fast', 'slow'].map((label) => ({ time, label })));
+    await send('/v1/processes/trajectories/execution', { inputs: { cohort: 'visits', formula: 'shape ~ label', at }, name: 'Slopes of the nuclei' });
+    await visit(page, '#/cohorts/visits');
+    await press(page, 'Slopes of the nuclei');
+    await waitText(page, 'In the mean the surface moves by', 60000);
+    await page.waitForSelector('input[aria-label="time of the predicted shapes"]');
+    await page.$eval('input[aria-label="time of the predicted shapes"]', (node) => { node.value = '2'; node.dispatchEvent(new Event('input', { bubbles: true })); node.scrollIntoView({ block: 'start' }); });
+    await take('trajectories');
     await open_('Left or right?', 'Accuracy');
     await take('classification');
     // The report of the comparison, as it opens from a disk.
