@@ -137,7 +137,12 @@ static void read_time(const json_t *member, const char *pointer, json_t *out,
         (void)json_object_set(out, "time", value);
     } else if (value && !json_is_null(value)) {
         (void)snprintf(text, sizeof text, "%s/time", pointer);
-        problem_add(list, text, "must be a number, in the unit of your choice");
+        if (json_is_string(value)) {
+            problem_add(list, text, "must be a number, in the unit of your choice, not \"%.40s\"",
+                        json_string_value(value));
+        } else {
+            problem_add(list, text, "must be a number, in the unit of your choice");
+        }
     }
 }
 

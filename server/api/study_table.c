@@ -287,6 +287,18 @@ void study_table_warn(const struct study_table *table, json_t *warnings)
     }
 }
 
+static json_int_t count_missing(const struct study_table *table, size_t column)
+{
+    json_int_t n = 0;
+
+    for (size_t i = 0; i < table->cells.rows; i++) {
+        const char *cell = delimited_cell(&table->cells, i, column);
+
+        n += is_text_column(table, column) ? !cell[0] : says_nothing(cell);
+    }
+    return n;
+}
+
 json_t *study_table_columns(const struct study_table *table)
 {
     static const char *const kinds[] = {"empty", "text", "number", "number", "boolean"};
@@ -297,8 +309,9 @@ json_t *study_table_columns(const struct study_table *table)
 
         if (name[0]) {
             (void)json_array_append_new(
-                columns, json_pack("{s:s, s:s}", "name", name, "kind",
-                                   is_text_column(table, i) ? "text" : kinds[table->kinds[i]]));
+                columns, json_pack("{s:s, s:s, s:I}", "name", name, "kind",
+                                   is_text_column(table, i) ? "text" : kinds[table->kinds[i]],
+                                   "missing", count_missing(table, i)));
         }
     }
     return columns;
@@ -337,6 +350,32 @@ static json_t *value_of(const struct study_table *table, size_t row, size_t colu
         break;
     }
     return json_string(cell);
+}
+
+/* The cell of a column that must have numbers or booleans: read by itself where others make the column a text, so
+   that only these are refused (new reference); NULL where it says nothing. */
+static json_t *strict_value_of(const struct study_table *table, size_t row, size_t column)
+{
+    const char *cell = column == STUDY_NO_COLUMN ? "" : delimited_cell(&table->cells, row, column);
+    bool comma = table->cells.separator != ',' && !is_number(cell, '.');
+    char copy[NUMBER_MAX];
+
+    if (says_nothing(cell) || table->kinds[column] != STUDY_TEXT) {
+        return column == STUDY_NO_COLUMN ? NULL : value_of(table, row, column);
+    }
+    if (is_boolean(cell)) {
+        return json_boolean(strcasecmp(cell, "true") == 0);
+    }
+    return is_number(cell, comma ? ',' : '.') && isfinite(read_number(cell, comma, copy))
+               ? number_of(cell, comma)
+               : json_string(cell);
+}
+
+static void set_strictly(json_t *member, const char *name, json_t *value)
+{
+    if (value) {
+        (void)json_object_set_new(member, name, value);
+    }
 }
 
 /* The text of a cell that is one whatever it looks like, or NULL. */
@@ -399,20 +438,8 @@ json_t *study_table_member(const struct study_table *table, size_t row, const ch
     set_text(given, "label", text_of(table, row, table->label));
     set_text(given, "subject", text_of(table, row, table->subject));
     set_text(given, "side", says_nothing(side ? side : "") ? NULL : side_of(side));
-    if (table->time != STUDY_NO_COLUMN) {
-        json_t *time = value_of(table, row, table->time);
-
-        if (time) {
-            (void)json_object_set_new(given, "time", time);
-        }
-    }
-    if (table->mirror != STUDY_NO_COLUMN) {
-        json_t *mirror = value_of(table, row, table->mirror);
-
-        if (mirror) {
-            (void)json_object_set_new(given, "mirror", mirror);
-        }
-    }
+    set_strictly(given, "time", strict_value_of(table, row, table->time));
+    set_strictly(given, "mirror", strict_value_of(table, row, table->mirror));
     (void)json_object_set_new(given, "covariates", covariates_of(table, row));
     member = cohort_read_member(given, "", list);
     json_decref(given);

@@ -44,7 +44,8 @@ void study_table_clear(struct study_table *table);
 /* Adds warnings to the array: of covariates that are text because of few cells (column-is-text),
    and of a table without labels (no-label-column). */
 void study_table_warn(const struct study_table *table, json_t *warnings);
-/* The columns with what their cells are read as: [{"name", "kind"}] (new reference). */
+/* The columns with what their cells are read as, and how many say nothing:
+   [{"name", "kind", "missing"}] (new reference). */
 json_t *study_table_columns(const struct study_table *table);
 /* What a row says of a member with this id, in its canonical spelling (new reference); what is
    wrong with it goes into the list, with pointers that name columns. */

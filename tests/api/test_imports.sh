@@ -175,6 +175,22 @@ refused "$SCRATCH/table.zip" 'good.off invalid-row' 'a side that is none'
 import '?cohort=some&partial=true' "$SCRATCH/table.zip"
 is "$STATUS $(json '"\([.meshes[].file] | join(" ")) \(.refused[0].code)"')" '201 evil.off invalid-row' \
     'with partial=true the other row is kept'
+table 'file,subject,time\ngood.off,s,0\nevil.off,s,one year\n'
+refused "$SCRATCH/table.zip" 'evil.off invalid-row' 'a time that is no number, and not the row whose time is one'
+DETAIL=$(import '?cohort=wrong' "$SCRATCH/table.zip"; json .detail)
+like "$DETAIL" 'line 3 of t.csv: time must be a number, in the unit of your choice, not "one year"' 'its cell is named'
+import '?cohort=timed&partial=true' "$SCRATCH/table.zip"
+is "$STATUS $(json '"\(.cohort.memberCount) \(.refusedCount)"')" '201 1 1' 'and with partial=true the other row is kept'
+table 'file,time\ngood.off,one\nevil.off,1e999\n'
+import '?cohort=wrong&partial=true' "$SCRATCH/table.zip"
+is "$STATUS $(json .code) $(refusals)" '422 import-refused evil.off invalid-row|good.off invalid-row' 'no time is dropped in silence'
+like "$(json .detail)" 'Correct them\.$' 'and what was asked for is not advised'
+table 'file,mirror\ngood.off,true\nevil.off,yes\n'
+refused "$SCRATCH/table.zip" 'evil.off invalid-row' 'a mirror that is neither true nor false'
+table 'file,time,site\ngood.off,NA,\nevil.off,2,b\n'
+import '?cohort=gaps' "$SCRATCH/table.zip"
+is "$(json '[.summary.columns[] | [.name, .missing]] | tojson')" '[["file",0],["time",1],["site",1]]' \
+    'cells that say nothing are counted'
 table 'file,label\ngood.off,a\nabsent.off,b\nevil.off,b\n'
 import '?cohort=counted&partial=true' "$SCRATCH/table.zip"
 is "$STATUS $(json '.summary | [.members, .labels] | tojson')" '201 [2,{"a":1,"b":1}]' 'labels are counted of members'
