@@ -54,6 +54,13 @@ study
 is "$RESULT" 3 'a wrong name in the table ends it'
 like "$SAID" "labels.csv, line 3: there is no mesh 'R_amygdola' in .*; did you mean R_amygdala.obj\?" 'with the line, and what was meant'
 is "$(ls -d "$SCRATCH/out" 2>/dev/null)" '' 'and nothing was done'
+table | sed '3s/.*/R_amygdola,A,amygdala,right,41/' >"$SCRATCH/brains/labels.csv"
+srnf study "$SCRATCH/brains" --out "$SCRATCH/out" --lmax 5
+like "$RESULT $SAID" "^3 .*brains/labels.csv, line 3: there is no mesh 'R_amygdola'" 'the table of the folder itself is read'
+table >"$SCRATCH/brains/labels.tsv"
+srnf study "$SCRATCH/brains" --out "$SCRATCH/out" --lmax 5
+like "$RESULT $SAID" '^3 .*labels.csv and labels.tsv: say which' 'and two of them are refused'
+rm "$SCRATCH/brains"/labels.?sv
 { table && echo broken.ply,A,broken,left,9; } >"$SCRATCH/labels.csv"
 head -c 3000 $NUCLEI/L_putamen.ply >"$SCRATCH/brains/broken.ply"
 study
@@ -76,7 +83,7 @@ study --skip-refused --steps distances --no-figures
 like "$OUT" 'distances +[0-9.e-]+ \([LR]_[a-z]+, [LR]_[a-z]+\) to [0-9.]+ \(' 'distances alone say which members are nearest and farthest'
 study --skip-refused --steps register --register none --no-figures
 is "$RESULT" 3 'steps that the study does not have are no study'
-like "$SAID" 'Nothing was computed.*register: register is' 'with the reason'
+like "$SAID" 'Nothing was computed.*register: each analysis registers' 'with the reason'
 check 'figures' test -s "$SCRATCH/out/figures/distances.png"
 check 'and the report' grep -q 'data:image/png;base64' "$SCRATCH/out/report.html"
 is "$(grep -cE '(src|href)="?(http|//)' "$SCRATCH/out/report.html")" 0 'which needs no network'

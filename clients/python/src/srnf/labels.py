@@ -77,6 +77,14 @@ def mesh_files(folder: Path, volumes: bool = False) -> list[Path]:
     return sorted(found)
 
 
+def own_table(folder: Path) -> Optional[Path]:
+    """The ``labels.csv`` or ``labels.tsv`` of a folder, where it has one of them."""
+    found = [folder / name for name in ("labels.csv", "labels.tsv") if (folder / name).is_file()]
+    if len(found) > 1:
+        raise InputError(f"{folder} has labels.csv and labels.tsv: say which is the table (labels, --labels)")
+    return found[0] if found else None
+
+
 def is_volume(path: Path) -> bool:
     """Whether the name of a file is that of a label volume."""
     name = path.name.lower()

@@ -147,9 +147,14 @@ class Processes:
         """Labels of surfaces or a cohort by a classifier: ``predictions`` with ``probabilities`` and ``typicality``."""
         return self.run("predict", {"model": model, **_group(group)}, **options)
 
-    def report(self, of: Union[Cohort, Sequence[str]], **options: Any) -> Result:
-        """Jobs, by their ids, or all analyses of a cohort as one page that opens offline: ``html``, ``bytes``."""
-        if isinstance(of, Cohort):
+    def report(self, of: Union[Cohort, str, Sequence[str]], **options: Any) -> Result:
+        """Jobs, by their ids, or all analyses of a cohort as one page that opens offline: ``html``, ``bytes``.
+
+        A text is the name of a cohort, or the id of one job.
+        """
+        if isinstance(of, str) and of.startswith("job-"):
+            of = [of]
+        if isinstance(of, (Cohort, str)):
             return self.run("report", cohort=of, **options)
         return self.run("report", jobs=list(of), **options)
 

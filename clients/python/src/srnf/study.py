@@ -21,7 +21,7 @@ from .client import Client
 from .documents import Result
 from .errors import FilesRefused, InputError, JobFailed, NotFound, Problem
 from .jobs import Job
-from .labels import Member, read_members, stem
+from .labels import Member, own_table, read_members, stem
 from .records import Cohort, Mesh, Model, PathLike, Surface
 from .state import State, digest, file_digest
 
@@ -105,6 +105,7 @@ class Study:
     ) -> "Study":
         """The study of the meshes below a folder; ``labels`` is their table (see ``srnf.labels``).
 
+        Without one, a ``labels.csv`` or ``labels.tsv`` in the folder itself is the table.
         ``label_column`` is the column of the table that has the labels, where that is not ``label``. ``options`` are those of ``Options``.
         """
         unknown = sorted(set(options) - set(Options.__dataclass_fields__))
@@ -112,7 +113,7 @@ class Study:
             there = ", ".join(Options.__dataclass_fields__)
             raise InputError(f"a study has no option {unknown[0]!r}; it has: {there}")
         path = Path(folder)
-        table = Path(labels) if labels is not None else None
+        table = Path(labels) if labels is not None else own_table(path)
         members = read_members(path, table, label_column, options.get("extract") is not None)
         called = name or re.sub(r"[^A-Za-z0-9._-]+", "-", path.resolve().name)[:80] or "study"
         return cls(members, out or f"{path.resolve()}-study", called, client, Options(**options))
@@ -363,7 +364,7 @@ class Study:
         """Why a step is left out, or nothing; ``asked``: by its name."""
         count, labels = len(self.members), self.labels()
         if step == "register" and self.options.register != "template":
-            return f"register is {self.options.register!r}: no template"
+            return "each analysis registers what it needs; --register template lays all on one member first"
         if step in ("distances", "pca", "modes") and count < 2:
             return "there is one member only"
         pairs = count * (count - 1) // 2
