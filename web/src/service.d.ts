@@ -1313,6 +1313,7 @@ export interface components {
                     name: string;
                     /** @enum {unknown} */
                     kind: "empty" | "text" | "number" | "boolean";
+                    missing: number;
                 }[];
             };
             warnings: components["schemas"]["Warning"][];
