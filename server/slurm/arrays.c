@@ -10,7 +10,9 @@
  * twice and none is forgotten.
  *
  * squeue that gives no answer tells nothing: everything stays as it was. An array without elements
- * that wait or run is over.
+ * that wait or run is over. What is given up is cancelled by its number all the same, and from the
+ * second in a row it counts as if it ran while it is looked for: a queue that hides its jobs must
+ * not be filled.
  */
 #include "slurm/internal.h"
 
@@ -287,10 +289,13 @@ static void settle_over(struct slurm *slurm, struct slurm_array *array,
 static void settle_unseen(struct slurm *slurm, struct slurm_array *array,
                           struct slurm_operation *operation)
 {
+    bool submitted = array->row.status == STORE_PILOTS_SUBMITTED;
     bool refused = array->row.status == STORE_PILOTS_INTENDED && array->doubt <= 0.0;
 
     if (slurm->looked < array->doubt) {
-        return; /* sbatch may still be at work */
+        /* sbatch may still be at work; what it took may not be shown yet, and is not to be asked for twice */
+        array->pending = submitted ? (size_t)array->row.size : 0;
+        return;
     }
     if (!refused) {
         LOG_WARN("pilots-vanished", log_text("job", array->row.job),
@@ -298,7 +303,8 @@ static void settle_unseen(struct slurm *slurm, struct slurm_array *array,
         slurm_operation_fail(operation, "an array is not known to it");
         slurm_array_end(slurm, array);
         array->doubt = clock_now() + WATCHED * slurm->config.seconds;
-        array->pending = array->running = 0;
+        array->vanished = true;
+        array->pending = (size_t)array->row.size;
     } else {
         drop(slurm, array);
     }
@@ -330,6 +336,8 @@ static void settle_one(struct slurm *slurm, struct slurm_array *array)
     if (array->row.status == STORE_PILOTS_ENDING) {
         if (array->seen || slurm->looked >= array->doubt) {
             drop(slurm, array);
+        } else if (array->vanished) {
+            array->pending = (size_t)array->row.size;
         }
     } else if (array->seen) {
         settle_over(slurm, array, operation);

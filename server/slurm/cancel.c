@@ -87,11 +87,13 @@ void slurm_cancel_ending(struct slurm *slurm, bool all)
 {
     struct cancels cancels = {.arguments = {"scancel"}, .n = 1};
 
-    for (const struct slurm_array *array = slurm->arrays; array; array = array->next) {
+    for (struct slurm_array *array = slurm->arrays; array; array = array->next) {
         bool lives = array->pending + array->running > 0 || (all && !array->seen);
+        bool again = array->vanished && array->told && !array->seen;
 
-        if (array->row.status == STORE_PILOTS_ENDING && array->row.number[0] && lives) {
+        if (array->row.status == STORE_PILOTS_ENDING && array->row.number[0] && lives && !again) {
             add_cancel(slurm, &cancels, array->row.number);
+            array->told = true;
         }
     }
     cancel(slurm, &cancels);

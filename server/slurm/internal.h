@@ -91,6 +91,8 @@ struct slurm_array {
     bool seen;                         /* at some look */
     bool spent;                        /* its memory was too little, and that was noted */
     bool cut;                          /* some of its elements were cancelled */
+    bool vanished;                     /* submitted, never shown, and given up */
+    bool told;                         /* then: that was cancelled by its number */
     double doubt;                      /* it may still come to light until then */
     size_t done;                       /* tasks of its job that were done when it was submitted */
     char reason[SLURM_REASON_MAX];     /* of what is pending */

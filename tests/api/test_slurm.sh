@@ -299,6 +299,22 @@ done
 await '^0 0$' live
 is "$GOT" '0 0' 'when it answers again, what is left is cancelled'
 
+# A queue that hides what it took: it must not be filled, and what it took is cancelled by its number.
+echo 0 >"$STATE/nodes"
+echo hide >"$STATE/squeue"
+begin 0,1,2
+await '^[2-9]' arrays "$JOB"
+await '^[2-9]' told pilots-vanished
+sleep 8
+is "$(arrays "$JOB")" 2 'arrays that vanish are asked for again once, and then waited for'
+await '^CANCELLED( CANCELLED)*$' states "$JOB"
+like "$GOT" '^CANCELLED( CANCELLED)*$' 'and they are cancelled'
+rm "$STATE/squeue"
+echo 2 >"$STATE/nodes"
+post "/v1/jobs/$JOB/cancel"
+poll_job "$JOB" 20
+is "$JOB_STATUS" dismissed 'their job can be cancelled'
+
 # ---- Pilots that end badly ----------------------------------------------------------------------------------
 
 echo 1500 >"$STATE/memory"

@@ -11,6 +11,7 @@
 #     drop          does its work and fails
 #     garbage       does its work and prints what nobody can read
 #     flood         prints 6 MiB
+#     hide          does its work and prints nothing
 # state/memory      MiB below which an element ends as OUT_OF_MEMORY
 # state/calls       one line a call: program and arguments; state/seen-N: arguments and environment of a call of sbatch,
 #                   as /proc has them
@@ -186,6 +187,7 @@ garbage)
     work "$@" >/dev/null
     printf 'Segmentation\001 fault\377\n'
     ;;
+hide) work "$@" >/dev/null ;;
 flood) head -c 6291456 /dev/zero | tr '\0' x ;;
 *) work "$@" ;;
 esac
