@@ -41,7 +41,7 @@ async function main() {
         daemon = await start(address);
         await page.waitForFunction(() => !document.querySelector('.banner'), { timeout: 30000 });
         await visit(page, '#/settings');
-        await waitText(page, 'workers');
+        await waitText(page, '1 worker\\.');
     });
 
     let sent = 0;
