@@ -106,7 +106,8 @@ struct srnf_registration {
     double distance_before;            /* ||q1 - q2|| */
     double objective;                  /* distance^2 / ||q1||^2 + penalties */
     double min_jacobian, max_jacobian; /* between the nodes of the search's grid too */
-    double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways */
+    double inverse_consistency; /* symmetric only: relative gap of the objectives of the two ways,
+                                   each in its basin and before the better one goes on */
     bool rotations_searched;    /* the next three are known: no identity start, no warm start */
     double
         ambiguity_objective; /* objective of the best start in another basin / the best; 0: none */
