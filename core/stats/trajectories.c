@@ -114,6 +114,44 @@ static int check(const struct trajectory_run *run, struct srnf_error *error)
     return check_numbers(run, error);
 }
 
+/* All times lie near enough to each other, and predictions to them. */
+static int check_times(struct trajectory_run *run, struct srnf_error *error)
+{
+    const struct srnf_visits *visits = run->visits;
+    const double *times = visits->times;
+    size_t first = 0;
+    size_t last = 0;
+    double span;
+
+    for (size_t i = 1; i < visits->n; i++) {
+        first = times[i] < times[first] ? i : first;
+        last = times[i] > times[last] ? i : last;
+    }
+    if (visits->n == 0) {
+        return SRNF_OK; /* too few subjects */
+    }
+    span = times[last] - times[first];
+    if (!(span <= SRNF_TIMES_APART_MAX)) {
+        return srnf_fail(error, SRNF_EINVAL, (int64_t)last,
+                         "member %zu is at the time %g and member %zu at %g, more than %g apart: "
+                         "give times in a larger unit",
+                         first, times[first], last, times[last], SRNF_TIMES_APART_MAX);
+    }
+    for (size_t k = 0; k < run->design->points; k++) {
+        double at = visits->at_times[k];
+        double beyond = fmax(times[first] - at, at - times[last]);
+
+        if (!(beyond <= SRNF_TIMES_BEYOND_MAX * span)) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)k,
+                             "the time %g of point %zu of the predictions is more than %g times "
+                             "the span of the visits, %g to %g, away from them",
+                             at, k, SRNF_TIMES_BEYOND_MAX, times[first], times[last]);
+        }
+    }
+    run->origin = times[first];
+    return SRNF_OK;
+}
+
 /* Each subject needs two times. */
 static int check_subjects(const struct trajectory_run *run, struct srnf_error *error)
 {
@@ -124,18 +162,24 @@ static int check_subjects(const struct trajectory_run *run, struct srnf_error *e
                          SRNF_PAIRS_MIN);
     }
     for (size_t k = 0; k < s->count; k++) {
-        size_t first = s->members[s->start[k]];
-        bool differ = false;
+        size_t member = s->members[s->start[k]];
+        double first = run->visits->times[member];
+        double last = first;
 
         for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
-            double time = run->visits->times[s->members[m]];
-
-            differ = differ || time < run->visits->times[first] || time > run->visits->times[first];
+            first = fmin(first, run->visits->times[s->members[m]]);
+            last = fmax(last, run->visits->times[s->members[m]]);
         }
-        if (!differ) {
-            return srnf_fail(error, SRNF_EINVAL, (int64_t)first,
+        if (!(last > first)) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)member,
                              "the subject of member %zu has one time only; a slope needs two",
-                             first);
+                             member);
+        }
+        if (!(last - first >= SRNF_TIMES_APART_MIN)) {
+            return srnf_fail(error, SRNF_EINVAL, (int64_t)member,
+                             "the subject of member %zu is seen from %g to %g, less than %g: give "
+                             "times in a smaller unit",
+                             member, first, last, SRNF_TIMES_APART_MIN);
         }
     }
     return SRNF_OK;
@@ -238,6 +282,7 @@ int srnf_fit_trajectories(const struct srnf_sht *sht, const struct srnf_visits *
                                  .out = &found};
     int status = check(&run, &first);
 
+    status = status ? status : check_times(&run, &first);
     status = status ? status : subjects_open(&run.subjects, visits->n, visits->subjects, &first);
     status = status ? status : check_subjects(&run, &first);
     run.n = run.subjects.count;
@@ -248,6 +293,7 @@ int srnf_fit_trajectories(const struct srnf_sht *sht, const struct srnf_visits *
         srnf_trajectories_clear(&found);
         return stats_fail(error, status, &first);
     }
+    found.reference += run.origin;
     *trajectories = found;
     return SRNF_OK;
 }

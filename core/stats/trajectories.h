@@ -19,6 +19,7 @@ struct trajectory_run {
     /* Of each subject, [n][3][P]: slope and place at the time of reference, of SRNFs and of
        displacements times the roots of the areas. */
     double *slope_q, *slope_v, *level_q, *level_v;
+    double origin;              /* the first of all times: others are computed with from it on */
     const double *normals;      /* [n][P] slopes along the normal, once the mean slope is known */
     double *spread;             /* [n] sum of squares of the times about their mean */
     double *left;               /* [n] sum of squares of SRNFs about the line */
@@ -30,6 +31,13 @@ struct trajectory_run {
     bool weighted;              /* not all weights are 1 */
     struct srnf_trajectories *out;
 };
+
+/* Times from the origin on: exact differences keep what times far from 0 have in common out of all
+   sums. So is the reference, until the run is done. */
+static inline double trajectory_time(const struct trajectory_run *run, size_t member)
+{
+    return run->visits->times[member] - run->origin;
+}
 
 /* trajectories_lines.c: slopes and levels of all subjects, with spread and left. */
 SRNF_CHECKED int trajectory_lines(struct trajectory_run *run, const struct srnf_context *context,

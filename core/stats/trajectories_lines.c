@@ -25,7 +25,7 @@ static void fit(const struct lines *lines, size_t subject, const double *data, d
         size_t i = s->members[m];
         double scale = run->visits->sizes[i];
         double along =
-            scale * (run->visits->times[i] - lines->middle[subject]) / run->spread[subject];
+            scale * (trajectory_time(run, i) - lines->middle[subject]) / run->spread[subject];
         double part = scale / (double)s->size[subject] + along * shift;
 
         for (size_t k = 0; k < size; k++) {
@@ -47,7 +47,7 @@ static double squares_left(const struct lines *lines, size_t subject, const doub
 
     for (size_t m = s->start[subject]; m < s->start[subject + 1]; m++) {
         size_t i = s->members[m];
-        double time = run->visits->times[i] - run->out->reference;
+        double time = trajectory_time(run, i) - run->out->reference;
         const double *q = run->visits->q + i * 3 * points;
 
         for (size_t k = 0; k < 3 * points; k++) {
@@ -89,14 +89,14 @@ static void read_times(struct lines *lines)
         subject->visits = s->size[k];
         subject->first = subject->last = times[s->members[s->start[k]]];
         for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
-            double time = times[s->members[m]];
+            size_t member = s->members[m];
 
-            lines->middle[k] += time / (double)s->size[k];
-            subject->first = fmin(subject->first, time);
-            subject->last = fmax(subject->last, time);
+            lines->middle[k] += trajectory_time(run, member) / (double)s->size[k];
+            subject->first = fmin(subject->first, times[member]);
+            subject->last = fmax(subject->last, times[member]);
         }
         for (size_t m = s->start[k]; m < s->start[k + 1]; m++) {
-            double off = times[s->members[m]] - lines->middle[k];
+            double off = trajectory_time(run, s->members[m]) - lines->middle[k];
 
             run->spread[k] += off * off;
         }

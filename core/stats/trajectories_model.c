@@ -216,7 +216,8 @@ static int predict_time(struct trajectory_run *run, size_t first, double *rows,
                    columns * sizeof(double));
         }
     }
-    status = open_second(run, &design, false, times[first] - run->out->reference, context, &second);
+    status = open_second(run, &design, false, times[first] - run->origin - run->out->reference,
+                         context, &second);
     status = status ? status : regress_compute(&second.run, run->visits->mean, NULL, error);
     for (size_t k = first, at = 0; k < whole->points && status == SRNF_OK; k++) {
         if (!(times[k] < times[first] || times[k] > times[first])) {

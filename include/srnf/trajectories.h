@@ -27,6 +27,12 @@ extern "C" {
 #endif
 #pragma GCC visibility push(default)
 
+/* How far apart times of visits may be: the first and the last of a subject at least, any two at
+   most. And how many of their spans a prediction may lie before or after them all. */
+#define SRNF_TIMES_APART_MIN 1e-30
+#define SRNF_TIMES_APART_MAX 1e30
+#define SRNF_TIMES_BEYOND_MAX 1e6
+
 struct srnf_visits {
     size_t n;               /* surfaces, two at least of each subject */
     const double *mean;     /* [3][(L+1)^2] of all of them */
@@ -91,7 +97,8 @@ void srnf_trajectories_clear(struct srnf_trajectories *trajectories);
  * Cost: n inversions; flips and permutations as in srnf_paired_differences and srnf_regress; one
  * inversion for each prediction. Memory: 24 bytes a node and surface, 250 a node and subject.
  * Errors: SRNF_EINVAL (as srnf_regress; fewer than 5 subjects; a subject with one time only:
- * element is the member that is its first; a time that is not finite), SRNF_EDEGENERATE (a mean
+ * element is the member that is its first; times that are not finite, or beyond the
+ * limits above), SRNF_EDEGENERATE (a mean
  * without area), SRNF_ENUMERIC, SRNF_ENOMEM, SRNF_ECANCELED.
  */
 SRNF_CHECKED int srnf_fit_trajectories(const struct srnf_sht *sht, const struct srnf_visits *visits,

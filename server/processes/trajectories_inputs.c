@@ -152,6 +152,62 @@ static bool check_members(struct process_inputs *given, const json_t *members)
     return true;
 }
 
+/* The first and the last of all members by time; false where they lie too far apart. */
+static bool find_span(struct process_inputs *given, const json_t *members, double span[2])
+{
+    size_t first = 0, last = 0;
+
+    for (size_t i = 0; i < json_array_size(members); i++) {
+        first = time_of(members, i) < time_of(members, first) ? i : first;
+        last = time_of(members, i) > time_of(members, last) ? i : last;
+    }
+    span[0] = time_of(members, first);
+    span[1] = time_of(members, last);
+    if (!(span[1] - span[0] <= SRNF_TIMES_APART_MAX)) {
+        problem_add(given->list, POINTER,
+                    "member %zu (%.40s) is at the time %g and member %zu (%.40s) at %g, more than "
+                    "%g apart: give times in a larger unit",
+                    first, text_of(members, first, "id"), span[0], last,
+                    text_of(members, last, "id"), span[1], SRNF_TIMES_APART_MAX);
+        return false;
+    }
+    return true;
+}
+
+/* Whether the visits of subject i, its first member, lie far enough apart for a slope. of: [n]
+   first member of the same subject. */
+static bool check_visits(struct process_inputs *given, const json_t *members, const size_t *of,
+                         size_t i)
+{
+    double first = time_of(members, i), last = first;
+    size_t visits = 0;
+
+    for (size_t j = i; j < json_array_size(members); j++) {
+        if (of[j] == i) {
+            first = fmin(first, time_of(members, j));
+            last = fmax(last, time_of(members, j));
+            visits++;
+        }
+    }
+    if (!(last > first)) {
+        problem_add(given->list, POINTER,
+                    visits == 1 ? "subject \"%.60s\" has one visit, member %zu; a slope needs "
+                                  "two: take a cohort without it"
+                                : "all visits of subject \"%.60s\" are at one time, as member "
+                                  "%zu; a slope needs two",
+                    text_of(members, i, "subject"), i);
+        return false;
+    }
+    if (!(last - first >= SRNF_TIMES_APART_MIN)) {
+        problem_add(given->list, POINTER,
+                    "subject \"%.60s\", member %zu, is seen from the time %g to %g, less than %g: "
+                    "give times in a smaller unit",
+                    text_of(members, i, "subject"), i, first, last, SRNF_TIMES_APART_MIN);
+        return false;
+    }
+    return true;
+}
+
 /* Every subject needs two times, and there must be subjects enough. of: [n] first member of the
    same subject. */
 static bool check_subjects(struct process_inputs *given, const json_t *members, const size_t *of)
@@ -159,22 +215,10 @@ static bool check_subjects(struct process_inputs *given, const json_t *members, 
     size_t n = json_array_size(members), subjects = 0;
 
     for (size_t i = 0; i < n; i++) {
-        size_t visits = 0, others = 0;
-
-        for (size_t j = i; of[i] == i && j < n; j++) {
-            visits += of[j] == i;
-            others += of[j] == i && time_of(members, j) != time_of(members, i);
-        }
-        subjects += of[i] == i;
-        if (of[i] == i && others == 0) {
-            problem_add(given->list, POINTER,
-                        visits == 1 ? "subject \"%.60s\" has one visit, member %zu; a slope needs "
-                                      "two: take a cohort without it"
-                                    : "all visits of subject \"%.60s\" are at one time, as member "
-                                      "%zu; a slope needs two",
-                        text_of(members, i, "subject"), i);
+        if (of[i] == i && !check_visits(given, members, of, i)) {
             return false;
         }
+        subjects += of[i] == i;
     }
     if (subjects < SRNF_PAIRS_MIN) {
         problem_add(given->list, POINTER, "has %zu subjects; %zu are needed", subjects,
@@ -208,25 +252,37 @@ static bool split_points(struct process_inputs *given, json_t *points, json_t *t
     return good;
 }
 
+/* Predictions are not so far from the visits that nothing is left of these. */
+static void check_beyond(struct process_inputs *given, const double span[2], const json_t *times)
+{
+    for (size_t k = 0; k < json_array_size(times); k++) {
+        double at = json_number_value(json_array_get(times, k));
+        char pointer[64];
+
+        if (!(fmax(span[0] - at, at - span[1]) <= SRNF_TIMES_BEYOND_MAX * (span[1] - span[0]))) {
+            (void)snprintf(pointer, sizeof pointer, "/inputs/at/%zu/time", k);
+            problem_add(given->list, pointer,
+                        "is %g, more than %g times the span of the visits, %g to %g, away from "
+                        "them",
+                        at, SRNF_TIMES_BEYOND_MAX, span[0], span[1]);
+        }
+    }
+}
+
 /* Gives the points of a design their times, and tells those beyond the visits. */
-static void set_times(const json_t *members, json_t *design, json_t *times)
+static void set_times(const double span[2], json_t *design, json_t *times)
 {
     json_t *at = json_object_get(design, "at"), *beyond = json_object_get(design, "beyond");
-    double lowest = INFINITY, highest = -INFINITY;
 
-    for (size_t i = 0; i < json_array_size(members); i++) {
-        lowest = fmin(lowest, time_of(members, i));
-        highest = fmax(highest, time_of(members, i));
-    }
     for (size_t k = 0; k < json_array_size(times); k++) {
         json_t *time = json_array_get(times, k);
         double value = json_number_value(time);
 
         (void)json_object_set(json_array_get(at, k), "time", time);
-        if (value < lowest || value > highest) {
+        if (value < span[0] || value > span[1]) {
             (void)json_array_append_new(
                 beyond, json_pack("{s:I, s:s, s:f, s:f, s:f}", "index", (json_int_t)k, "covariate",
-                                  "time", "value", value, "lowest", lowest, "highest", highest));
+                                  "time", "value", value, "lowest", span[0], "highest", span[1]));
         }
     }
     (void)json_object_set(design, "atTimes", times);
@@ -257,7 +313,8 @@ static void set_constant(struct process_inputs *given, const json_t *members, js
                                         at_rows, "beyond", "tests"));
 }
 
-static void describe(struct process_inputs *given, const json_t *members, json_t *cohort)
+static void describe(struct process_inputs *given, const json_t *members, const double span[2],
+                     json_t *cohort)
 {
     const char *text = json_string_value(json_object_get(given->canonical, "formula"));
     struct formula *formula = srnf_alloc(1, sizeof *formula);
@@ -272,7 +329,8 @@ static void describe(struct process_inputs *given, const json_t *members, json_t
         } else {
             set_constant(given, members, cohort, points);
         }
-        set_times(members, json_object_get(cohort, "design"), times);
+        check_beyond(given, span, times);
+        set_times(span, json_object_get(cohort, "design"), times);
     }
     srnf_free(formula);
     json_decref(points);
@@ -285,6 +343,7 @@ void trajectories_describe(struct process_inputs *given)
     json_t *members = group_stored_members(given);
     size_t n = json_array_size(members), count = 0, largest = 0;
     size_t *of = NULL;
+    double span[2];
 
     if (given->answered) {
         goto out;
@@ -296,12 +355,13 @@ void trajectories_describe(struct process_inputs *given)
     of = group_subject_numbers(json_object_get(cohort, "subjects"), n, &count, &largest);
     if (!of) {
         json_memory_fail();
-    } else if (check_members(given, members) && check_subjects(given, members, of)) {
+    } else if (check_members(given, members) && find_span(given, members, span) &&
+               check_subjects(given, members, of)) {
         for (size_t i = 0; i < n; i++) {
             (void)json_array_append_new(times, json_real(time_of(members, i) + 0.0));
         }
         (void)json_object_set(cohort, "times", times);
-        describe(given, members, cohort);
+        describe(given, members, span, cohort);
     }
 out:
     srnf_free(of);

@@ -153,6 +153,11 @@ refused . '/inputs/formula must be a formula' ',"formula":7'
 refused . '/inputs/at/0 needs a time, a number' ',"at":[{"time":"soon"}]'
 refused . '/inputs/at/1 has more than a time, and there is no formula' ',"at":[{"time":1},{"time":1,"age":3}]'
 refused . '/inputs/at/0 "size" is no covariate of the formula' ',"formula":"shape ~ age","at":[{"time":1,"size":3}]'
+refused '.[1].time = 1e160' '/inputs/cohort member [0-9]+ .surf-.* is at the time 60 and member 1 .surf-.* at 1e.160, more than 1e.30 apart: give times in a larger unit'
+refused '.[0:3] |= (.[0].time = 0 | .[1].time = 1e-100 | .[2].time = 0)' \
+    'subject "s0", member 0, is seen from the time 0 to 1e-100, less than 1e-30: give times in a smaller unit'
+refused . '/inputs/at/1/time is 1e.308, more than 1e.06 times the span of the visits, 60 to [0-9.]+, away from them' \
+    ',"at":[{"time":61},{"time":1e308}]'
 run study ',"at":[{"time":80}]'
 is "$(json '[.warnings[] | select(.code == "extrapolated")] | length')" 1 'a time beyond the visits is told'
 

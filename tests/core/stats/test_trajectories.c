@@ -394,6 +394,61 @@ static void refuse(const struct lines *l, const struct srnf_trajectories_options
     assert_null(out.subject);
 }
 
+/* In units of time near either end of what is taken all is the same but for the unit, and times far
+   from 0 lose nothing by it. */
+static void units_of_time_change_nothing(void **state)
+{
+    const struct lines_plan plan = {7, true, 0.1, 0.05, 0.3, 0.01, 83};
+    const int exponents[3] = {-97, 97, 0};
+    const double far[3] = {0.0, 0.0, 1048576.0}; /* whose sums with times are exact */
+    struct lines l;
+    struct srnf_trajectories out;
+    double *times;
+    double at[4];
+
+    (void)state;
+    lines_open(&l, &plan);
+    lines_group(&l);
+    times = shapes_doubles(l.members);
+    for (size_t i = 0; i < l.members; i++) {
+        times[i] = ldexp(floor(ldexp(l.times[i], 20)), -20);
+    }
+    memcpy(l.times, times, l.members * sizeof(double));
+    memcpy(at, l.at_times, sizeof at);
+    assert_int_equal(lines_fit(&l, 99, 1, NULL, &out), SRNF_OK);
+    assert_true(out.weighted && out.between > 0.0 && out.slope.change.value > 0.0);
+    for (size_t k = 0; k < 3; k++) {
+        struct srnf_trajectories other;
+        double unit = ldexp(1.0, exponents[k]);
+
+        for (size_t i = 0; i < l.members; i++) {
+            l.times[i] = (far[k] + times[i]) * unit;
+        }
+        for (size_t i = 0; i < 4; i++) {
+            l.at_times[i] = (far[k] + at[i]) * unit;
+        }
+        assert_int_equal(lines_fit(&l, 99, 1, NULL, &other), SRNF_OK);
+        figure_below("rate off that in another unit, relative",
+                     fabs(other.slope.change.value * unit / out.slope.change.value - 1.0), 1e-9);
+        figure_below("share off", fabs(other.slope.share.value / out.slope.share.value - 1.0),
+                     1e-9);
+        figure_below("between off", fabs(other.between * unit * unit / out.between - 1.0), 1e-9);
+        figure_below("within off", fabs(other.within / out.within - 1.0), 1e-9);
+        figure_below("reference off, of the unit",
+                     fabs(other.reference / unit - far[k] - out.reference), 1e-9);
+        assert_true(other.slope.p_value == out.slope.p_value);
+        assert_true(other.slope.max_p_value == out.slope.max_p_value);
+        assert_true(other.model.test_of[0].p_value == out.model.test_of[0].p_value);
+        for (size_t p = 0; p < l.g.points; p++) {
+            assert_true(other.slope.p[p] == out.slope.p[p]);
+        }
+        srnf_trajectories_clear(&other);
+    }
+    srnf_trajectories_clear(&out);
+    srnf_free(times);
+    lines_close(&l);
+}
+
 static void wrong_input_is_refused(void **state)
 {
     const struct lines_plan plan = {6, false, 0.1, 0.0, 0.03, 0.02, 82};
@@ -413,6 +468,15 @@ static void wrong_input_is_refused(void **state)
     l.at_times[1] = 2.0;
     l.times[5] = INFINITY;
     refuse(&l, NULL, "the time of member 5");
+    l.times[5] = 1e31;
+    refuse(&l, NULL, "member 0 is at the time 0 and member 5 at 1e+31, more than 1e+30 apart");
+    l.times[5] = 2.0;
+    l.at_times[1] = 3e6;
+    refuse(&l, NULL, "the time 3e+06 of point 1 of the predictions is more than 1e+06 times");
+    l.at_times[1] = 2.0;
+    l.times[4] = l.times[3] = 0.0;
+    l.times[5] = 9e-31;
+    refuse(&l, NULL, "the subject of member 3 is seen from 0 to 9e-31, less than 1e-30");
     l.times[5] = l.times[4] = l.times[3];
     refuse(&l, NULL, "the subject of member 3 has one time only");
     l.times[5] = 3.0;
@@ -439,6 +503,7 @@ int main(void)
         cmocka_unit_test(nothing_is_found_at_the_level),
         cmocka_unit_test(results_do_not_depend_on_threads),
         cmocka_unit_test(stops_when_asked),
+        cmocka_unit_test(units_of_time_change_nothing),
         cmocka_unit_test(wrong_input_is_refused),
     };
 
