@@ -242,6 +242,6 @@ const struct api_process neighbours_process = {
                "fields (SRNFs) after elastic registration",
     .table = &table,
     .seconds = neighbours_seconds,
-    .guessed = true,
+    .guessed = true, /* the shapes decide how many pairs the bound rules out */
     .respond_table = respond_table,
 };
