@@ -104,6 +104,16 @@ static void fill_parts(const struct paired_run *run, const struct pair *pair, si
     }
 }
 
+/* The surface of a field: of surfaces that lie far from the mean only a search from nearby finds
+   them. */
+static int invert(const struct paired_run *run, const double *q, const double *const *near,
+                  size_t i, const struct srnf_context *context, double *coefficients,
+                  struct srnf_error *error)
+{
+    return stats_invert_near(run->sht, q + i * 3 * run->points, near ? near[i] : run->pairs->mean,
+                             context, coefficients, error);
+}
+
 static int align_one(const struct paired_run *run, size_t i, const struct srnf_context *context,
                      double *parts, struct srnf_error *error)
 {
@@ -111,12 +121,12 @@ static int align_one(const struct paired_run *run, size_t i, const struct srnf_c
     struct pair pair;
     int status = open_pair(run, &pair);
 
-    status = status ? status
-                    : stats_invert_near(run->sht, run->pairs->first_q + i * size, run->pairs->mean,
-                                        context, pair.a, error);
-    status = status ? status
-                    : stats_invert_near(run->sht, run->pairs->second_q + i * size, run->pairs->mean,
-                                        context, pair.b, error);
+    status = status
+                 ? status
+                 : invert(run, run->pairs->first_q, run->pairs->first, i, context, pair.a, error);
+    status = status
+                 ? status
+                 : invert(run, run->pairs->second_q, run->pairs->second, i, context, pair.b, error);
     if (status == SRNF_OK) {
         srnf_field(run->sht, pair.a, pair.fields, pair.workspace);
         srnf_field(run->sht, pair.b, pair.fields + size, pair.workspace);
@@ -155,6 +165,18 @@ static int align_body(void *argument, size_t i, const struct srnf_context *conte
     return status;
 }
 
+static uint64_t hash_surfaces(const struct paired_run *run, uint64_t hash,
+                              const double *const *surfaces)
+{
+    size_t count = 3 * srnf_coefficient_count(srnf_sht_degree(run->sht));
+
+    hash = stats_hash(hash, surfaces != NULL);
+    for (size_t i = 0; surfaces && i < run->n; i++) {
+        hash = stats_hash_doubles(hash, count, surfaces[i]);
+    }
+    return hash;
+}
+
 static uint64_t series_of(const struct paired_run *run)
 {
     const struct srnf_register_options defaults = srnf_register_options_defaults();
@@ -167,7 +189,9 @@ static uint64_t series_of(const struct paired_run *run)
     hash = stats_hash_doubles(hash, run->n * 3 * run->points, pairs->first_q);
     hash = stats_hash_doubles(hash, run->n * 3 * run->points, pairs->second_q);
     hash = stats_hash_doubles(hash, run->n, pairs->first_size);
-    return stats_hash_doubles(hash, run->n, pairs->second_size);
+    hash = stats_hash_doubles(hash, run->n, pairs->second_size);
+    hash = hash_surfaces(run, hash, pairs->first);
+    return hash_surfaces(run, hash, pairs->second);
 }
 
 int paired_align(struct paired_run *run, struct stats_progress progress, struct srnf_error *error)

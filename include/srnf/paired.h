@@ -27,6 +27,9 @@ struct srnf_pairs {
     const double *mean;                     /* [3][(L+1)^2] of all surfaces, both of each subject */
     const double *first_q, *second_q;       /* [n][3][n_theta][n_phi], registered to that mean */
     const double *first_size, *second_size; /* [n] by which lengths are multiplied, positive */
+    /* [n][3][(L+1)^2] surfaces whose SRNFs the fields are, or nearly are: theirs are searched from
+       these on. NULL: from the mean on, which may be too far from surfaces in other poses. */
+    const double *const *first, *const *second;
 };
 
 struct srnf_paired_options {

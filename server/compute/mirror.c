@@ -20,6 +20,23 @@ bool compute_mirror_better(const struct compute_mirror_trial *trial, bool opposi
     return trial->mirrored < limit * trial->distance;
 }
 
+void compute_mirror_columns(size_t rows, size_t columns, double *values)
+{
+    for (size_t row = 0; row < rows; row++) {
+        double *of = values + row * columns;
+
+        for (size_t j = 0; j < columns; j++) {
+            size_t other = (columns / 2 + columns - j) % columns;
+            double value = of[j];
+
+            if (j < other) {
+                of[j] = of[other];
+                of[other] = value;
+            }
+        }
+    }
+}
+
 /* The context of the run without its progress. */
 static struct srnf_context quiet_context(struct jobs_run *run)
 {

@@ -61,6 +61,14 @@ int compute_mirror_pair(struct jobs_run *run, const struct srnf_sht *sht, const 
                         bool opposite, double distance, struct compute_mirror_trial *trial,
                         struct srnf_error *error);
 
+/*
+ * Values at the nodes of the image of a surface (srnf_surface_mirror) from those of the surface, in
+ * place: on rows whose columns lie at phi = 2 pi j / columns, pi - phi is column columns / 2 - j.
+ *   columns  [in] even
+ *   values   [in/out] double[rows][columns]
+ */
+void compute_mirror_columns(size_t rows, size_t columns, double *values);
+
 /* Whether the trial speaks for mirroring one of the two, which are opposite or not known to be. */
 bool compute_mirror_better(const struct compute_mirror_trial *trial, bool opposite);
 

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compute/mirror.h"
 #include "compute/prepared.h"
 #include "compute/seconds.h"
 #include "store/mesh.h"
@@ -185,28 +186,13 @@ static void reflect_place(struct surface_place *place, const double normal[3])
     }
 }
 
-/* Maps are on a grid whose columns are at phi = 2 pi j / n: pi - phi is column n / 2 - j. False: on
-   no such grid, and without their image the maps are left out. */
+/* False: their grid has no image on itself, and without their image the maps are left out. */
 static bool reflect_maps(struct store_maps *maps)
 {
-    size_t n = (size_t)maps->n_phi;
-
-    if (n % 2 != 0) {
+    if (maps->n_phi % 2 != 0) {
         return false;
     }
-    for (size_t row = 0; row < maps->count * (size_t)maps->n_theta; row++) {
-        double *values = maps->values + row * n;
-
-        for (size_t j = 0; j < n; j++) {
-            size_t other = (n / 2 + n - j) % n;
-            double value = values[j];
-
-            if (j < other) {
-                values[j] = values[other];
-                values[other] = value;
-            }
-        }
-    }
+    compute_mirror_columns(maps->count * (size_t)maps->n_theta, (size_t)maps->n_phi, maps->values);
     return true;
 }
 

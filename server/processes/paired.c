@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "api/warnings.h"
+#include "compute/mirror.h"
 #include "compute/seconds.h"
 #include "store/surface.h"
 #include "toolkit/seconds.h"
@@ -29,16 +30,27 @@ double paired_seconds(const struct api_work *work, const json_t *canonical)
 
 /* ---- What the core gets ---------------------------------------------------------------------- */
 
+/* One member of each subject, and the other, as they stand in the canonical cohort: the one may be
+   the second of the two. */
 struct surfaces {
-    double *first_q, *second_q;       /* [n][3][P] */
-    double *lengths;                  /* [2][n] roots of areas, in units of the input */
-    double *first_size, *second_size; /* [n] */
+    const size_t *one, *other;     /* [n] */
+    double *one_q, *other_q;       /* [n][3][P] */
+    const double **ones, **others; /* [n] as they are, where nothing is registered */
+    double *lengths;               /* [2][n] roots of areas, in units of the input */
+    double *one_size, *other_size; /* [n] */
 };
 
 static void clear(struct surfaces *s)
 {
-    srnf_free(s->first_q);
+    srnf_free(s->one_q);
     srnf_free(s->lengths);
+    srnf_free(s->ones);
+}
+
+/* Whether differences are computed from the second of each subject to the first. */
+static bool is_backwards(const struct paired *asked)
+{
+    return asked->n > 0 && asked->second[0] < asked->first[0];
 }
 
 /* The member as field and with its size: lengths of its field to those of the input, and the root
@@ -53,34 +65,77 @@ static void take(struct jobs_run *run, const struct group_mean *mean, const stru
     *length = *size * sqrt(srnf_inner_product(grid, q, q));
 }
 
+static bool open_surfaces(const struct paired *asked, size_t count, struct surfaces *s)
+{
+    size_t n = asked->n;
+    bool backwards = is_backwards(asked);
+
+    *s = (struct surfaces){.one = backwards ? asked->second : asked->first,
+                           .other = backwards ? asked->first : asked->second,
+                           .one_q = srnf_alloc(2 * n, count * sizeof(double)),
+                           .ones = srnf_alloc(2 * n, sizeof *s->ones),
+                           .lengths = srnf_alloc(4 * n, sizeof(double))};
+    if (!s->one_q || !s->ones || !s->lengths) {
+        return false;
+    }
+    s->other_q = s->one_q + n * count;
+    s->others = s->ones + n;
+    s->one_size = s->lengths + 2 * n;
+    s->other_size = s->one_size + n;
+    return true;
+}
+
 static bool take_all(struct jobs_run *run, const struct paired *asked,
                      const struct group_mean *mean, const struct srnf_grid *grid,
                      struct surfaces *s)
 {
     size_t n = asked->n, count = 3 * mean->outputs.n_theta * mean->outputs.n_phi;
 
-    *s = (struct surfaces){.first_q = srnf_alloc(2 * n, count * sizeof(double)),
-                           .lengths = srnf_alloc(4 * n, sizeof(double))};
-    if (!s->first_q || !s->lengths) {
+    if (!open_surfaces(asked, count, s)) {
         return false;
     }
-    s->second_q = s->first_q + n * count;
-    s->first_size = s->lengths + 2 * n;
-    s->second_size = s->first_size + n;
     for (size_t i = 0; i < n; i++) {
         double middle;
 
-        take(run, mean, grid, asked->first[i], s->first_q + i * count, &s->first_size[i],
-             &s->lengths[i]);
-        take(run, mean, grid, asked->second[i], s->second_q + i * count, &s->second_size[i],
+        take(run, mean, grid, s->one[i], s->one_q + i * count, &s->one_size[i], &s->lengths[i]);
+        take(run, mean, grid, s->other[i], s->other_q + i * count, &s->other_size[i],
              &s->lengths[n + i]);
+        s->ones[i] = mean->outputs.group.surfaces[s->one[i]];
+        s->others[i] = mean->outputs.group.surfaces[s->other[i]];
         middle = 0.5 * (s->lengths[i] + s->lengths[n + i]);
         if (asked->scale == PAIRED_SHAPE) {
-            s->first_size[i] *= middle / s->lengths[i];
-            s->second_size[i] *= middle / s->lengths[n + i];
+            s->one_size[i] *= middle / s->lengths[i];
+            s->other_size[i] *= middle / s->lengths[n + i];
         }
     }
     return true;
+}
+
+/* From the order and the hand that was computed in to those that were asked for. */
+static void set_right(const struct paired *asked, struct group_mean *mean,
+                      struct srnf_paired *found)
+{
+    struct compute_mean_outputs *made = &mean->outputs;
+    size_t points = made->n_theta * made->n_phi;
+    double *const maps[] = {
+        found->statistic, found->p,      found->significance,   found->fdr,
+        found->effect,    found->normal, found->standard_error, found->confidence};
+
+    if (is_backwards(asked)) {
+        for (size_t k = 0; k < asked->n * points; k++) {
+            found->normals[k] = 0.0 - found->normals[k];
+        }
+        for (size_t p = 0; p < points; p++) {
+            found->normal[p] = 0.0 - found->normal[p];
+        }
+    }
+    if (asked->turned) {
+        srnf_surface_mirror(made->group.degree, made->mean.coefficients);
+        compute_mirror_columns(asked->n * made->n_theta, made->n_phi, found->normals);
+        for (size_t k = 0; k < sizeof maps / sizeof maps[0]; k++) {
+            compute_mirror_columns(made->n_theta, made->n_phi, maps[k]);
+        }
+    }
 }
 
 static int compute(struct jobs_run *run, const struct paired *asked, struct group_mean *mean,
@@ -112,8 +167,15 @@ static int compute(struct jobs_run *run, const struct paired *asked, struct grou
     options.bootstraps = (size_t)asked->bootstraps;
     options.seed = (uint64_t)asked->seed;
     if (take_all(run, asked, mean, srnf_sht_grid(sht), s)) {
-        const struct srnf_pairs pairs = {asked->n,    made->mean.coefficients, s->first_q,
-                                         s->second_q, s->first_size,           s->second_size};
+        bool lie = !mean->inputs.registration; /* as they are, so that theirs are the fields */
+        const struct srnf_pairs pairs = {.n = asked->n,
+                                         .mean = made->mean.coefficients,
+                                         .first_q = s->one_q,
+                                         .second_q = s->other_q,
+                                         .first_size = s->one_size,
+                                         .second_size = s->other_size,
+                                         .first = lie ? s->ones : NULL,
+                                         .second = lie ? s->others : NULL};
 
         status =
             srnf_paired_differences(sht, &pairs, &options, jobs_run_context(run), found, &error);
@@ -121,6 +183,9 @@ static int compute(struct jobs_run *run, const struct paired *asked, struct grou
         status = SRNF_ENOMEM;
     }
     jobs_transform_release(jobs_run_jobs(run), sht);
+    if (status == SRNF_OK) {
+        set_right(asked, mean, found);
+    }
     return status ? compute_fail(result, status, &error, "comparing within subjects") : 0;
 }
 
@@ -174,12 +239,13 @@ static json_t *subjects_json(const struct paired *asked, const struct surfaces *
 {
     const json_t *names = json_object_get(asked->group.cohort, "subjects");
     json_t *array = json_array();
+    size_t first = is_backwards(asked) ? asked->n : 0;
 
     for (size_t i = 0; i < asked->n; i++) {
         json_t *one =
             json_pack("{s:O, s:[f, f], s:o, s:o, s:o, s:o}", "subject",
-                      json_array_get(names, asked->first[i]), "sizes", s->lengths[i],
-                      s->lengths[asked->n + i], "length", json_finite(found->length[i]),
+                      json_array_get(names, asked->first[i]), "sizes", s->lengths[first + i],
+                      s->lengths[asked->n - first + i], "length", json_finite(found->length[i]),
                       "deviation", json_finite(found->deviation[i]), "along",
                       json_finite(found->along[i]), "distance", json_finite(found->distance[i]));
 
@@ -210,7 +276,7 @@ json_t *paired_run(struct jobs_run *run, const struct paired *asked, const char 
                    const char *difference, const char *spread, struct jobs_result *result)
 {
     struct group_mean mean;
-    struct surfaces s = {.first_q = NULL};
+    struct surfaces s = {.one = NULL};
     struct srnf_paired found = {0};
     json_t *document = NULL, *surface = NULL;
 

@@ -15,14 +15,16 @@ struct paired {
     size_t n, *first, *second; /* [n] members, of each subject */
     int scale;                 /* enum paired_scale */
     bool fields;
+    bool turned; /* all members are taken as the mirror images of what group.cohort says */
 };
 enum paired_scale { PAIRED_SHAPE_AND_SIZE, PAIRED_SHAPE };
 extern const char *const paired_scales[];
 
-/* paired_cohort.c: the rows of a table whose typed inputs are a struct paired. The canonical cohort
-   has the members that are compared alone, and first and second, their places. */
+/* paired_inputs.c: the rows of a table whose typed inputs are a struct paired. */
 extern const struct input_own paired_cohort;
 extern const struct input_own paired_time; /* a number or null; typed: nothing */
+/* paired_cohort.c: for complete. The canonical cohort gets the members that are compared alone, in
+   an order that is theirs whatever the cohort's is, with first and second, their places. */
 void paired_describe_visits(struct process_inputs *given);
 void paired_describe_sides(struct process_inputs *given);
 

@@ -4,11 +4,19 @@
  *
  * The canonical cohort is cut to the members that are compared, with first and second, the places
  * of each subject's two. Of sides, all members are taken as being of one hand.
+ *
+ * Registrations and inversions end near a minimum, not in it, and where depends on how sums are
+ * rounded, and on the hand that shapes are seen in. So the members are computed with in an order
+ * and a hand that are theirs alone: subjects by name; of each the earlier visit first, or the side
+ * of which the first subject has the lesser id, which is a digest of its content; and that member
+ * is never mirrored. What is called left or comes first in the cohort then changes the sign of the
+ * differences, and not a bit of anything else.
  */
 #include "processes/paired.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "store/mesh.h"
@@ -16,76 +24,6 @@
 
 #define POINTER "/inputs/cohort"
 #define NONE SIZE_MAX
-
-const char *const paired_scales[] = {"shape-and-size", "shape", NULL};
-
-/* ---- Typed ----------------------------------------------------------------------------------- */
-
-static size_t *type_places(const json_t *places, size_t n)
-{
-    size_t *typed = srnf_alloc(n ? n : 1, sizeof *typed);
-
-    for (size_t i = 0; typed && i < n; i++) {
-        typed[i] = (size_t)json_integer_value(json_array_get(places, i));
-    }
-    return typed;
-}
-
-static bool type_cohort(const json_t *value, void *member)
-{
-    struct paired *asked = (void *)((char *)member - offsetof(struct paired, group));
-
-    asked->n = json_array_size(json_object_get(value, "first"));
-    asked->first = type_places(json_object_get(value, "first"), asked->n);
-    asked->second = type_places(json_object_get(value, "second"), asked->n);
-    return asked->first && asked->second && group_type_members(value, &asked->group);
-}
-
-static void clear_cohort(void *member)
-{
-    struct paired *asked = (void *)((char *)member - offsetof(struct paired, group));
-
-    group_input_clear(&asked->group);
-    srnf_free(asked->first);
-    srnf_free(asked->second);
-}
-
-const struct input_own paired_cohort = {
-    .schema = GROUP_MEMBERS_SCHEMA,
-    .refers = true,
-    .read = group_read_members,
-    .type = type_cohort,
-    .clear = clear_cohort,
-};
-
-static void read_time(struct process_inputs *inputs, const struct process_input *input)
-{
-    const json_t *value = json_object_get(inputs->given, input->name);
-    char pointer[64];
-
-    if (!value || json_is_null(value)) {
-        (void)json_object_set_new(inputs->canonical, input->name, json_null());
-    } else if (json_is_number(value) && isfinite(json_number_value(value))) {
-        (void)json_object_set_new(inputs->canonical, input->name,
-                                  json_real(json_number_value(value) + 0.0));
-    } else {
-        (void)snprintf(pointer, sizeof pointer, "/inputs/%s", input->name);
-        problem_add(inputs->list, pointer, "must be a number, a time of members, or null");
-    }
-}
-
-/* The computation has the places of the members. */
-static bool type_time(const json_t *value, void *member)
-{
-    (void)member;
-    return json_is_number(value) || json_is_null(value);
-}
-
-const struct input_own paired_time = {
-    .schema = "\"type\":[\"number\",\"null\"],\"default\":null",
-    .read = read_time,
-    .type = type_time,
-};
 
 /* ---- Pairs ----------------------------------------------------------------------------------- */
 
@@ -96,6 +34,8 @@ struct pairing {
     size_t *of;       /* [n] number of its subject: the first member of the same */
     int *which;       /* [n] 0: first, 1: second, -1: neither */
     size_t *place[2]; /* [n] by subject number: the member, or NONE */
+    size_t *order;    /* [pairs] numbers of the subjects that have both, by name */
+    size_t pairs;
 };
 
 static bool open_pairing(struct pairing *p, struct process_inputs *given, const json_t *members)
@@ -106,12 +46,13 @@ static bool open_pairing(struct pairing *p, struct process_inputs *given, const 
     *p = (struct pairing){.given = given, .members = members, .n = json_array_size(members)};
     p->of = group_subject_numbers(json_object_get(cohort, "subjects"), p->n, &p->count, &largest);
     p->which = srnf_alloc(p->n + 1, sizeof *p->which);
-    p->place[0] = srnf_alloc(2 * p->n + 1, sizeof(size_t));
+    p->place[0] = srnf_alloc(3 * p->n + 1, sizeof(size_t));
     if (!p->of || !p->which || !p->place[0]) {
         json_memory_fail();
         return false;
     }
     p->place[1] = p->place[0] + p->n;
+    p->order = p->place[1] + p->n;
     for (size_t i = 0; i < 2 * p->n; i++) {
         p->place[0][i] = NONE;
     }
@@ -190,38 +131,66 @@ static bool find_places(struct pairing *p, const char *const names[2])
     return whole >= SRNF_PAIRS_MIN;
 }
 
-/* Cuts the canonical cohort to the pairs: subject after subject, the first before the second. */
-static void set_pairs(struct pairing *p, const bool *mirrored)
+static int compare_subjects(const void *a, const void *b, void *user)
+{
+    const struct pairing *p = user;
+
+    return strcmp(text_of(p, *(const size_t *)a, "subject"),
+                  text_of(p, *(const size_t *)b, "subject"));
+}
+
+static void order_subjects(struct pairing *p)
+{
+    for (size_t i = 0; i < p->n; i++) {
+        if (p->of[i] == i && p->place[0][i] != NONE && p->place[1][i] != NONE) {
+            p->order[p->pairs++] = i;
+        }
+    }
+    qsort_r(p->order, p->pairs, sizeof *p->order, compare_subjects, p);
+}
+
+/* The side that is computed with as the first one: of the first subject whose two differ, that of
+   the lesser id. */
+static size_t find_lead(const struct pairing *p)
+{
+    int order = 0;
+
+    for (size_t k = 0; k < p->pairs && order == 0; k++) {
+        order = strcmp(text_of(p, p->place[0][p->order[k]], "id"),
+                       text_of(p, p->place[1][p->order[k]], "id"));
+    }
+    return order > 0 ? 1 : 0;
+}
+
+/* Cuts the canonical cohort to the pairs: subject after subject, the one of `lead` before the
+   other. */
+static void set_pairs(struct pairing *p, size_t lead, const bool *mirrored)
 {
     json_t *cohort = json_object_get(p->given->canonical, "cohort");
     static const char *const arrays[] = {"surfaces", "labels", "subjects"};
-    json_t *first = json_array(), *second = json_array(), *mirror = json_array();
-    size_t at = 0;
+    json_t *places[2] = {json_array(), json_array()}, *mirror = json_array();
 
     for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
         const json_t *all = json_object_get(cohort, arrays[k]);
         json_t *kept = json_array();
 
-        for (size_t i = 0; i < p->n; i++) {
-            for (size_t side = 0; side < 2 && p->of[i] == i; side++) {
-                if (p->place[side][i] != NONE) {
-                    (void)json_array_append(kept, json_array_get(all, p->place[side][i]));
-                }
-            }
+        for (size_t m = 0; m < 2 * p->pairs; m++) {
+            size_t member = p->place[m % 2 ? 1 - lead : lead][p->order[m / 2]];
+
+            (void)json_array_append(kept, json_array_get(all, member));
         }
         (void)json_object_set_new(cohort, arrays[k], kept);
     }
-    for (size_t i = 0; i < p->n; i++) {
-        for (size_t side = 0; side < 2 && p->of[i] == i; side++) {
-            if (p->place[side][i] != NONE) {
-                (void)json_array_append_new(mirror, json_boolean(mirrored[p->place[side][i]]));
-                (void)json_array_append_new(side ? second : first, json_integer((json_int_t)at++));
-            }
-        }
+    for (size_t m = 0; m < 2 * p->pairs; m++) {
+        size_t which = m % 2 ? 1 - lead : lead;
+
+        (void)json_array_append_new(mirror,
+                                    json_boolean(mirrored[p->place[which][p->order[m / 2]]]));
+        (void)json_array_append_new(places[which], json_integer((json_int_t)m));
     }
     (void)json_object_set_new(cohort, "mirrored", mirror);
-    (void)json_object_set_new(cohort, "first", first);
-    (void)json_object_set_new(cohort, "second", second);
+    (void)json_object_set_new(cohort, "first", places[0]);
+    (void)json_object_set_new(cohort, "second", places[1]);
 }
 
 /* The members as they are stored, with a pairing open; false with the problem noted. */
@@ -307,7 +276,8 @@ void paired_describe_visits(struct process_inputs *given)
             (void)snprintf(texts[k], sizeof texts[k], "time %.10g", times[k]);
         }
         if (check_subjects(&p) && find_places(&p, names)) {
-            set_pairs(&p, mirrored);
+            order_subjects(&p);
+            set_pairs(&p, times[0] < times[1] ? 0 : 1, mirrored);
             (void)json_object_set_new(cohort, "times", json_pack("[f, f]", times[0], times[1]));
         }
     }
@@ -373,8 +343,15 @@ void paired_describe_sides(struct process_inputs *given)
         }
     }
     if (good && check_subjects(&p) && find_places(&p, names)) {
+        json_t *cohort = json_object_get(given->canonical, "cohort");
+        size_t lead;
+
+        order_subjects(&p);
+        lead = find_lead(&p);
         set_hands(&p, mirrored);
-        set_pairs(&p, mirrored);
+        set_pairs(&p, lead, mirrored);
+        (void)json_object_set_new(cohort, "turned",
+                                  json_boolean(mirrored[p.place[lead][p.order[0]]]));
     }
     close_pairing(&p);
     json_decref(members);

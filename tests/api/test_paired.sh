@@ -18,9 +18,10 @@ def send(path, document):
     return json.load(urllib.request.urlopen(request))
 
 lmax = 5
-def surface(subject, visit, x, z, mirror=False):
+def surface(subject, visit, x, z, mirror=False, turn=0):
     rows = {axis: [0.0] * (lmax + 1) ** 2 for axis in 'xyz'}
-    rows['x'][3], rows['y'][1], rows['z'][2] = x, 1.2, z
+    for axis, k, radius in (('x', 2, x), ('y', 0, 1.2), ('z', 1, z)):
+        rows[axis][1 + (k + turn) % 3] = radius
     for axis in 'xyz':
         for k in range(4, 16):
             rows[axis][k] = 0.02 * math.sin(1.7 * subject * k + ord(axis) * k * k) + 0.004 * math.sin(visit * k + subject)
@@ -35,7 +36,10 @@ def surface(subject, visit, x, z, mirror=False):
 visits = [{'id': surface(s, t, 1.5, 1.0 + 0.2 * (t > 0)), 'subject': f's{s}', 'time': t} for s in range(6) for t in range(3)]
 sides = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1), 'subject': f's{s}', 'side': ('left', 'right')[t]}
          for s in range(6) for t in range(2)]
-print(json.dumps({'visits': visits, 'sides': sides}))
+# The same, parameterized so differently that no inversion finds them from their mean on.
+turned = [{'id': surface(s, t, 1.5 + 0.2 * t, 1.0, t == 1, s), 'subject': f's{s}', 'side': ('left', 'right')[t]}
+          for s in range(6) for t in range(2)]
+print(json.dumps({'visits': visits, 'sides': sides, 'turned': turned}))
 PYTHON
 cohort() { # NAME FILTER
     curl -sS -X DELETE "$URL/v1/cohorts/$1" -o "$SCRATCH/ignored"
@@ -109,6 +113,80 @@ cohort sides '[.sides[] | .mirror = (.side == "left")]'
 run asymmetry sides
 compare "$(json ".directional.value / $(jq .directional.value "$SCRATCH/asymmetry.json") - 1 | fabs")" '<' 1e-6 \
     'or the left ones'
+
+# Neither the order of the members nor which side is called the left one says anything of the surfaces. Signs turn, and
+# no other figure changes by a bit; the mean of the other hand is the mirror image, with its maps and fields.
+cat >"$SCRATCH/figures.py" <<'PYTHON'
+import json, sys, urllib.request
+url, exchanged, result = sys.argv[1], sys.argv[2] == 'exchanged', json.load(sys.stdin)
+sign = -1.0 if exchanged else 1.0
+names = ('pValue', 'leastSignificance', 'leastFdr', 'largestEffect', 'largestConfidence', 'distance', 'directional',
+         'fluctuating', 'individual', 'share', 'relativeEnergy', 'iterations')
+
+def image(field):  # phi to pi - phi
+    columns = 2 * int((len(field) / 2) ** 0.5)
+    return [sign * field[k - k % columns + (columns // 2 - k % columns) % columns] + 0.0 for k in range(len(field))]
+
+for one in result['perSubject']:
+    if exchanged:
+        one['field'], one['sizes'] = image(one['field']), one['sizes'][::-1]
+mean = json.load(urllib.request.urlopen(f'{url}/v1/surfaces/{result["surface"]["id"]}/coefficients'))
+for axis in 'xyz':
+    for l in range(mean['lmax'] + 1 if exchanged else 0):
+        for m in range(-l, l + 1):
+            sphere = -1 if (m > 0 and m % 2) or (m < 0 and m % 2 == 0) else 1
+            mean[axis][l * l + l + m] *= sphere * (-1 if axis == 'x' else 1)
+print(json.dumps([{name: result[name] for name in names}, result['perSubject'],
+                  [[value + 0.0 for value in mean[axis]] for axis in 'xyz']], indent=1))
+PYTHON
+figures() { # FILE exchanged|same
+    python3 "$SCRATCH/figures.py" "$URL" "$2" <"$BODY" >"$SCRATCH/$1"
+}
+for REGISTER in false true; do
+    for SIDES in sides turned; do
+        INPUTS="{\"cohort\":\"sides\",\"register\":$REGISTER,\"permutations\":99,\"bootstraps\":200,\"fields\":true}"
+        cohort sides ".$SIDES"
+        execute asymmetry "$INPUTS"
+        is "$STATUS" 200 "$SIDES, register $REGISTER"
+        figures given.json same
+        cohort sides ".$SIDES | reverse"
+        execute asymmetry "$INPUTS"
+        figures reversed.json same
+        is "$(diff "$SCRATCH/given.json" "$SCRATCH/reversed.json" | head -4)" '' 'in another order they are the same'
+        cohort sides "[.${SIDES}[] | .side = if .side == \"left\" then \"right\" else \"left\" end]"
+        execute asymmetry "$INPUTS"
+        figures exchanged.json exchanged
+        is "$(diff "$SCRATCH/given.json" "$SCRATCH/exchanged.json" | head -4)" '' 'with sides exchanged their images'
+    done
+done
+
+# Nuclei whose spheres lie anyhow: searches of their surfaces from the mean on end elsewhere. As they are, what lies
+# between the sides is their distance, |t q - s p|^2 = s^2 + t^2 - 2 s t (1 - d^2 / 2).
+MEMBERS=
+for NAME in thalamus pallidum amygdala putamen caudate hippocampus; do
+    for SIDE in left right; do
+        post /v1/meshes --data-binary "@tests/data/aal_subcortex/$([ $SIDE = left ] && echo L || echo R)_$NAME.ply"
+        execute encode "{\"mesh\":\"$(json .id)\",\"lmax\":8,\"parameterization\":\"area\"}"
+        MIRROR=$([ $SIDE = left ] && echo false || echo true)
+        MEMBERS="$MEMBERS${MEMBERS:+,}{\"id\":\"$(json .surface.id)\",\"subject\":\"$NAME\",\"side\":\"$SIDE\",\"mirror\":$MIRROR}"
+    done
+done
+post_json /v1/cohorts "{\"name\":\"nuclei\",\"members\":[$MEMBERS]}"
+execute distances '{"cohort":"nuclei","register":false}'
+cp "$BODY" "$SCRATCH/distances.json"
+run asymmetry nuclei
+is "$STATUS" 200 'nuclei, as they are'
+compare "$(jq --slurpfile apart "$SCRATCH/distances.json" '[$apart[0] as $all | .perSubject[] | . as $one | ($all.inputs.cohort.subjects | index($one.subject)) as $i |
+    $all.matrix[$i][$i + 1] as $d | .sizes as [$s, $t] |
+    ($s * $s + $t * $t - 2 * $s * $t * (1 - $d * $d / 2) | sqrt) / .distance - 1 | fabs] | max' "$BODY")" '<' 1e-9 \
+    'are as far apart as their fields'
+
+cohort study '[.visits[] | select(.time < 2)]'
+run change study ',"fields":true,"from":0,"to":1'
+json '[.perSubject[].field[]] | tojson' >"$SCRATCH/forth.json"
+run change study ',"fields":true,"from":1,"to":0'
+is "$(json '[.perSubject[].field[] | 0 - .] | tojson')" "$(cat "$SCRATCH/forth.json")" 'visits exchanged turn signs alone'
+
 refused asymmetry '[.sides[] | del(.side)]' '422 /inputs/cohort member 0 .surf-.* has no side'
 refused asymmetry '.sides | del(.[0])' '1 subject has no pair, "s0" first, which has no member of the left side'
 refused asymmetry '.sides | .[1].side = "left"' 'subject "s0" has two members of the left side'

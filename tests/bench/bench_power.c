@@ -150,7 +150,12 @@ static void run_interaction(struct study *s, size_t n, double amplitude, double 
 static void run_pairs(struct study *s, size_t n, double amplitude, double p[2])
 {
     double ones[MEMBERS_MAX];
-    const struct srnf_pairs pairs = {n, s->mean, s->q, s->q + n * s->size, ones, ones};
+    const struct srnf_pairs pairs = {.n = n,
+                                     .mean = s->mean,
+                                     .first_q = s->q,
+                                     .second_q = s->q + n * s->size,
+                                     .first_size = ones,
+                                     .second_size = ones};
     struct srnf_paired_options options = srnf_paired_options_defaults();
     struct srnf_paired out;
 

@@ -134,7 +134,12 @@ static void exchange_turns_signs_alone(void **state)
         options.registration = registered ? &registration : NULL;
         options.permutations = 100;
         options.bootstraps = 100;
-        turned = (struct srnf_pairs){5, v.mean, v.q + 5 * v.size, v.q, v.sizes + 5, v.sizes};
+        turned = (struct srnf_pairs){.n = 5,
+                                     .mean = v.mean,
+                                     .first_q = v.q + 5 * v.size,
+                                     .second_q = v.q,
+                                     .first_size = v.sizes + 5,
+                                     .second_size = v.sizes};
         assert_int_equal(srnf_paired_differences(v.g.sht, &v.pairs, &options, NULL, &out, NULL),
                          SRNF_OK);
         assert_int_equal(srnf_paired_differences(v.g.sht, &turned, &options, NULL, &back, NULL),
@@ -148,6 +153,43 @@ static void exchange_turns_signs_alone(void **state)
         srnf_paired_clear(&back);
         visits_close(&v);
     }
+}
+
+/* Searches from a mean that is like none of the surfaces end near theirs at best. One that sets out
+   from the surface itself is over, so that distances are those of the fields to rounding. */
+static void surfaces_that_are_known_are_not_searched(void **state)
+{
+    const size_t n = 6;
+    struct test_random random = test_random_seed(9);
+    struct visits v;
+    struct srnf_paired out;
+    const double *near[12];
+    double worst[2] = {0.0, 0.0};
+
+    (void)state;
+    visits_open(&v, n, 0.1, 0.05, 9);
+    for (size_t i = 0; i < 2 * n; i++) {
+        near[i] = v.g.f[i];
+    }
+    for (size_t k = 0; k < v.g.count; k++) {
+        v.mean[k] = k % v.g.each > 3 && k % v.g.each < 16 ? test_random_normal(&random) : v.mean[k];
+    }
+    for (size_t given = 0; given < 2; given++) {
+        v.pairs.first = given ? near : NULL;
+        v.pairs.second = given ? near + n : NULL;
+        assert_int_equal(differ(&v, 9, 0, NULL, &out), SRNF_OK);
+        for (size_t i = 0; i < n; i++) {
+            double truth =
+                sqrt(stats_distance2(v.g.grid, v.q + i * v.size, v.q + (n + i) * v.size));
+
+            worst[given] = compare_max(worst[given], fabs(out.distance[i] / truth - 1.0));
+        }
+        srnf_paired_clear(&out);
+    }
+    printf("# from the mean on: %.3g off\n", worst[0]);
+    figure_below("distances off those of the fields, relative", worst[1], 1e-13);
+    assert_true(worst[0] > 1e2 * worst[1]);
+    visits_close(&v);
 }
 
 static void planted_change_is_found_with_its_size(void **state)
@@ -376,6 +418,7 @@ int main(void)
         cmocka_unit_test(p_is_that_of_all_flips),
         cmocka_unit_test(map_is_hotellings),
         cmocka_unit_test(exchange_turns_signs_alone),
+        cmocka_unit_test(surfaces_that_are_known_are_not_searched),
         cmocka_unit_test(planted_change_is_found_with_its_size),
         cmocka_unit_test(error_falls_with_subjects),
         cmocka_unit_test(no_change_is_found_at_the_level),

@@ -58,7 +58,12 @@ static inline void visits_open(struct visits *v, size_t n, double growth, double
         }
     }
     srnf_free(workspace);
-    v->pairs = (struct srnf_pairs){n, v->mean, v->q, v->q + n * v->size, v->sizes, v->sizes + n};
+    v->pairs = (struct srnf_pairs){.n = n,
+                                   .mean = v->mean,
+                                   .first_q = v->q,
+                                   .second_q = v->q + n * v->size,
+                                   .first_size = v->sizes,
+                                   .second_size = v->sizes + n};
 }
 
 static inline void visits_close(struct visits *v)
