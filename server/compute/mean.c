@@ -166,6 +166,14 @@ static int measure_pairs(const struct srnf_grid *grid, struct compute_mean_outpu
     return status ? compute_fail(result, status, NULL, "comparing the members") : 0;
 }
 
+int compute_mean_compare(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
+                         struct compute_mean_outputs *outputs, struct jobs_result *result)
+{
+    int status = measure_angles(grid, inputs, outputs, result);
+
+    return status ? status : measure_pairs(grid, outputs, result);
+}
+
 /* Mean, and components where they are asked for, of the group that was loaded. */
 static int analyse(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                    struct compute_mean_outputs *outputs, struct jobs_result *result)
@@ -198,10 +206,7 @@ static int analyse(struct jobs_run *run, const struct compute_mean_inputs *input
         (void)compute_fail(result, status, &error, "computing the mean");
         goto out;
     }
-    status = measure_angles(srnf_sht_grid(sht), inputs, outputs, result);
-    if (status == 0) {
-        status = measure_pairs(srnf_sht_grid(sht), outputs, result);
-    }
+    status = compute_mean_compare(srnf_sht_grid(sht), inputs, outputs, result);
     if (status == 0 && inputs->fit) {
         status = fit_components(run, sht, inputs, outputs, result);
     }

@@ -49,6 +49,9 @@ struct compute_mean_outputs {
  */
 int compute_mean(struct jobs_run *run, const struct compute_mean_inputs *inputs,
                  struct compute_mean_outputs *outputs, struct jobs_result *result);
+/* Sets angles and pairs from outputs->mean, where they are to be had. As compute_mean. */
+int compute_mean_compare(const struct srnf_grid *grid, const struct compute_mean_inputs *inputs,
+                         struct compute_mean_outputs *outputs, struct jobs_result *result);
 void compute_mean_clear(struct compute_mean_outputs *outputs);
 
 #endif

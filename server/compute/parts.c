@@ -13,10 +13,10 @@
 void compute_parts_clear(struct compute_parts_outputs *o)
 {
     for (size_t p = 0; o->means && p < o->n_parts; p++) {
-        srnf_mean_clear(&o->means[p]);
+        o->means[p].group = (struct compute_group){.n = 0};
+        compute_mean_clear(&o->means[p]);
     }
     srnf_free(o->means);
-    srnf_free(o->measures);
     srnf_free(o->parts);
     srnf_free(o->coefficients);
     srnf_free(o->relative_energy);
@@ -26,37 +26,67 @@ void compute_parts_clear(struct compute_parts_outputs *o)
     *o = (struct compute_parts_outputs){.n_parts = 0};
 }
 
-static int find_means(struct jobs_run *run, const struct srnf_sht *sht,
-                      const struct compute_parts_inputs *inputs, struct compute_parts_outputs *o,
-                      struct jobs_result *result)
+/* Members [from, from + n). */
+static struct compute_group view_of(const struct compute_group *group, size_t from, size_t n)
+{
+    return (struct compute_group){
+        .n = n,
+        .degree = group->degree,
+        .coefficients = group->coefficients + from * 3 * srnf_coefficient_count(group->degree),
+        .surfaces = group->surfaces + from,
+        .scales = group->scales + from,
+        .origins = group->origins + from,
+        .bridged = group->bridged + from,
+        .contents = group->contents + from,
+        .ids = group->ids + from,
+    };
+}
+
+static int find_mean(struct jobs_run *run, const struct srnf_sht *sht,
+                     const struct compute_parts_inputs *inputs, struct compute_mean_outputs *part,
+                     struct jobs_result *result)
 {
     const double origin[3] = {0.0, 0.0, 0.0};
+    const struct compute_mean_inputs more = {.registration = inputs->registration};
     struct srnf_mean_options options = srnf_mean_options_defaults();
+    struct srnf_error error = {0};
+    int status;
 
     options.registration = inputs->registration;
     options.tolerance = inputs->tolerance;
     options.max_iterations = inputs->max_iterations;
-    jobs_run_keep_parts(run);
-    for (size_t p = 0; p < o->n_parts; p++) {
-        struct srnf_error error = {0};
-        int status;
-
-        jobs_run_phase(run, SHARE_MEANS / (double)o->n_parts);
-        status = srnf_karcher_mean(sht, inputs->n, o->group.surfaces + p * inputs->n, &options,
-                                   jobs_run_context(run), &o->means[p], &error);
-        if (status < 0) {
-            return compute_fail(result, status, &error, "computing the mean of a part");
-        }
-        status = compute_measure(run, o->group.degree, 1, o->means[p].coefficients, &o->measures[p],
-                                 result);
-        if (status) {
-            return status;
-        }
-        srnf_surface_move(o->group.degree, o->means[p].coefficients, &o->measures[p], origin);
-        o->parts[p] =
-            (struct srnf_part){o->means[p].mean_q, o->means[p].registered_q, inputs->weights[p]};
+    jobs_run_phase(run, SHARE_MEANS / (double)inputs->n_parts);
+    status = srnf_karcher_mean(sht, part->group.n, part->group.surfaces, &options,
+                               jobs_run_context(run), &part->mean, &error);
+    if (status < 0) {
+        return compute_fail(result, status, &error, "computing the mean of a part");
     }
-    return 0;
+    status = compute_mean_compare(srnf_sht_grid(sht), &more, part, result);
+    if (status == 0) {
+        status = compute_measure(run, part->group.degree, 1, part->mean.coefficients,
+                                 &part->measures, result);
+    }
+    if (status == 0) {
+        srnf_surface_move(part->group.degree, part->mean.coefficients, &part->measures, origin);
+    }
+    return status;
+}
+
+static int find_means(struct jobs_run *run, const struct srnf_sht *sht,
+                      const struct compute_parts_inputs *inputs, struct compute_parts_outputs *o,
+                      struct jobs_result *result)
+{
+    int status = 0;
+
+    jobs_run_keep_parts(run);
+    for (size_t p = 0; p < o->n_parts && status == 0; p++) {
+        const struct srnf_mean *mean = &o->means[p].mean;
+
+        o->means[p].group = view_of(&o->group, p * inputs->n, inputs->n);
+        status = find_mean(run, sht, inputs, &o->means[p], result);
+        o->parts[p] = (struct srnf_part){mean->mean_q, mean->registered_q, inputs->weights[p]};
+    }
+    return status;
 }
 
 /* ---- Surfaces along the components ----------------------------------------------------------- */
@@ -87,7 +117,7 @@ static int invert(const struct inverting *work, size_t index, struct srnf_error 
         scores[mode] = sign * work->inputs->deviations * sqrt(o->joint.eigenvalues[mode]);
         srnf_joint_pca_reconstruct(grid, &o->joint, o->parts, scores, part, q);
         options.initial = SRNF_INITIAL_SURFACE;
-        options.surface = o->means[part].coefficients;
+        options.surface = o->means[part].mean.coefficients;
         options.certify = false;
         status = srnf_invert(work->sht, q, &options, &work->context, &inversion, error);
     }
@@ -195,11 +225,9 @@ int compute_parts(struct jobs_run *run, const struct compute_parts_inputs *input
     }
     o->n_parts = inputs->n_parts;
     o->means = srnf_alloc(o->n_parts, sizeof *o->means);
-    o->measures = srnf_alloc(o->n_parts, sizeof *o->measures);
     o->parts = srnf_alloc(o->n_parts, sizeof *o->parts);
-    status = o->means && o->measures && o->parts
-                 ? find_means(run, sht, inputs, o, result)
-                 : compute_fail(result, SRNF_ENOMEM, NULL, "computing the means");
+    status = o->means && o->parts ? find_means(run, sht, inputs, o, result)
+                                  : compute_fail(result, SRNF_ENOMEM, NULL, "computing the means");
     status = status ? status : fit(run, sht, inputs, o, result);
     status = status ? status : find_surfaces(run, sht, inputs, o, result);
     jobs_transform_release(jobs, sht);

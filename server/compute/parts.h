@@ -5,7 +5,7 @@
 #ifndef SRNFD_COMPUTE_PARTS_H
 #define SRNFD_COMPUTE_PARTS_H
 
-#include "compute/group.h"
+#include "compute/mean.h"
 
 struct compute_parts_inputs {
     size_t n, n_parts;     /* subjects; members of the group are part after part, n each */
@@ -21,11 +21,11 @@ struct compute_parts_inputs {
 };
 
 struct compute_parts_outputs {
-    struct compute_group group;             /* loaded by the caller */
-    size_t n_parts, modes;                  /* modes: as asked, and no more than components */
-    struct srnf_mean *means;                /* [n_parts] moved to their area centroids */
-    struct srnf_surface_measures *measures; /* [n_parts] of the means */
-    struct srnf_part *parts;                /* [n_parts] views of means */
+    struct compute_group group; /* loaded by the caller */
+    size_t n_parts, modes;      /* modes: as asked, and no more than components */
+    /* [n_parts] mean, measures, angles and pairs of each; group is a view of its members. */
+    struct compute_mean_outputs *means;
+    struct srnf_part *parts; /* [n_parts] views of means */
     struct srnf_joint_pca joint;
     /* Of the surfaces [modes][2][n_parts], first the ones of negative scores. */
     double *coefficients;

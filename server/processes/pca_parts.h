@@ -36,4 +36,13 @@ json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
                            const struct compute_parts_inputs *inputs,
                            const struct compute_parts_outputs *found, struct jobs_result *result);
 
+/* ---- pca_parts_doubts.c ---------------------------------------------------------------------- */
+
+/* Adds the warnings of each part, by its name: of its members, its mean and its modes. false with
+   the problem set. */
+bool pca_parts_warn(struct jobs_run *run, const struct pca_parts *asked,
+                    const struct compute_parts_inputs *inputs,
+                    const struct compute_parts_outputs *found, json_t *document,
+                    struct jobs_result *result);
+
 #endif

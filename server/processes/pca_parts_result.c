@@ -53,8 +53,8 @@ static json_t *keep_mean(const struct results *r, size_t p)
 
     (void)snprintf(name, sizeof name, "mean of %.60s", part_name(r, p));
     description = describe(r, p, name, NULL);
-    description.coefficients = r->found->means[p].coefficients;
-    description.measures = &r->found->measures[p];
+    description.coefficients = r->found->means[p].mean.coefficients;
+    description.measures = &r->found->means[p].measures;
     return process_keep_surface(r->run, &description, "the mean of a part", r->result);
 }
 
@@ -83,7 +83,7 @@ static json_t *keep_mode(const struct results *r, size_t index, const char *mean
 
 static json_t *part_json(const struct results *r, size_t p, json_t *mean)
 {
-    const struct srnf_mean *own = &r->found->means[p];
+    const struct srnf_mean *own = &r->found->means[p].mean;
     double variance = r->found->joint.part_variances[p];
 
     return json_pack("{s:s, s:f, s:o, s:o, s:I, s:b, s:o, s:o, s:o}", "name", part_name(r, p),
@@ -205,5 +205,9 @@ json_t *pca_parts_document(struct jobs_run *run, const struct pca_parts *asked,
     }
     group_warn_duplicates(run, document, group->surfaces, group->cohort,
                           (const char(*)[STORE_ID_MAX])found->group.contents);
+    if (!pca_parts_warn(run, asked, inputs, found, document, result)) {
+        json_decref(document);
+        return NULL;
+    }
     return document;
 }

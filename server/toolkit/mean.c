@@ -165,10 +165,30 @@ void mean_set_members(json_t *document, const struct group_mean *mean)
     routes_set_bridged(document, mean->members->n, mean->members->ids, mean->outputs.group.bridged);
 }
 
+void mean_warn_converged(const struct group_mean *mean, json_t *document)
+{
+    const struct srnf_mean *found = &mean->outputs.mean;
+    const struct srnf_mean_iteration *last =
+        found->iterations ? &found->history[found->iterations - 1] : NULL;
+
+    if (found->converged || !last || mean->inputs.max_iterations == 1) {
+        return;
+    }
+    warning_add(warnings_of(document), "mean-not-converged",
+                json_pack("{s:I, s:o}", "iterations", (json_int_t)found->iterations, "change",
+                          json_finite(last->change)),
+                "The mean still moved when its iterations ran out: by %.2g of its norm in the last "
+                "of %zu. What rests on it moves with it. Raise maxIterations; where it does not "
+                "come to rest then, the members do not correspond: see the other warnings, or "
+                "let rotations be sought (register true, commonPose false).",
+                last->change, found->iterations);
+}
+
 void mean_warn_members(struct jobs_run *run, const struct group_mean *mean, json_t *document)
 {
     const struct group_input *members = mean->members;
 
+    mean_warn_converged(mean, document);
     warnings_put(document, handedness_of_names(run, members->surfaces, members->cohort));
     group_warn_duplicates(run, document, members->surfaces, members->cohort,
                           (const char(*)[STORE_ID_MAX])mean->outputs.group.contents);

@@ -59,7 +59,8 @@ struct mean_input {
          .unless = replaced},                                                                     \
     {                                                                                             \
         "maxIterations", INPUT_INTEGER, offsetof(struct typed, mean.max_iterations),              \
-            "Iterations after which the mean is a result as it is, with converged false.",        \
+            "Iterations after which the mean is a result as it is, with converged false and, "    \
+            "above 1, the warning mean-not-converged.",                                           \
             .lowest = 1, .highest = PROCESS_MEAN_ITERATIONS_MAX,                                  \
             .fallback = PROCESS_MEAN_ITERATIONS_DEFAULT, .unless = replaced                       \
     }
@@ -108,16 +109,18 @@ void group_mean_clear(struct group_mean *mean);
             "What is lost of the mean SRNF by being that of a surface." \
     }
 /* The same of a process whose result is not the mean. */
-#define MEAN_MEMBERS_OUTPUTS                                                           \
-    {"iterations", OUTPUT_INTEGER, "Of the mean."},                                    \
-        {"converged", OUTPUT_BOOLEAN, "False where maxIterations was reached first."}, \
-        {"history", OUTPUT_OBJECTS, "As in mean."}, MEAN_LOSS_OUTPUT,                  \
-        {"seconds", OUTPUT_NUMBER_OR_NULL, "Of the mean."}, BRIDGED_GROUP_OUTPUTS,     \
+#define MEAN_MEMBERS_OUTPUTS                                                       \
+    {"iterations", OUTPUT_INTEGER, "Of the mean."},                                \
+        {"converged", OUTPUT_BOOLEAN,                                              \
+         "False where maxIterations was reached first (mean-not-converged)."},     \
+        {"history", OUTPUT_OBJECTS, "As in mean."}, MEAN_LOSS_OUTPUT,              \
+        {"seconds", OUTPUT_NUMBER_OR_NULL, "Of the mean."}, BRIDGED_GROUP_OUTPUTS, \
         REGISTRATION_OUTPUT
 /* And of one whose result it is. */
 #define MEAN_RESULT_OUTPUTS                                                                      \
     {"iterations", OUTPUT_INTEGER, "Of the mean."},                                              \
-        {"converged", OUTPUT_BOOLEAN, "False where maxIterations was reached first."},           \
+        {"converged", OUTPUT_BOOLEAN,                                                            \
+         "False where maxIterations was reached first (mean-not-converged)."},                   \
         {"history", OUTPUT_OBJECTS,                                                              \
          "[{iteration, change (relative, of the mean SRNF), variance (mean squared distance to " \
          "it), objective (variance relative to the mean squared norm, and mean penalty: never "  \
@@ -144,7 +147,10 @@ void mean_set_members(json_t *document, const struct group_mean *mean);
 json_t *mean_finish(struct jobs_run *run, const struct group_mean *mean, json_t *document,
                     struct jobs_result *result);
 
-/* Warnings of what the members are called, and of the same content twice. */
+/* The warning of a mean that still moved when its iterations ran out; a single iteration was asked
+   for as such. */
+void mean_warn_converged(const struct group_mean *mean, json_t *document);
+/* That, and warnings of what the members are called, and of the same content twice. */
 void mean_warn_members(struct jobs_run *run, const struct group_mean *mean, json_t *document);
 /* Adds the warnings of group_doubts.h; of `doubts` the classes and their names are read. Takes the
    document over as mean_finish does. */

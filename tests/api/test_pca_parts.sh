@@ -97,6 +97,51 @@ compare "$(json '.positions.share')" -gt 0 'of the variance'
 compare "$(json '[.positions.mean | transpose[] | add | fabs] | max')" -le 1e-9 'about the middle of the parts'
 is "$(json '.shares[0] | length')" 4 'and in the components'
 
+# ---- Doubts of a part ----------------------------------------------------------------------------------
+
+# An ellipsoid with axes 3, 2 and 1 + STRETCH, its sphere as it is (SIGNS 1,1,1), or turned by half a circle under it. The
+# mean of the three turns has normals that no surface has.
+ellipsoid() { # NAME STRETCH SIGNS
+    post /v1/surfaces -H 'Content-Type: application/json' \
+        --data "$(jq -nc --argjson s "$2" --argjson sign "[$3]" 'def only(k; v): [range(25) | if . == k then v else 0 end];
+            {coefficients: {lmax: 4, x: only(3; 3 * $sign[0]), y: only(1; 2 * $sign[1]), z: only(2; (1 + $s) * $sign[2])}}')"
+    SURFACE[$1]=$(json .id)
+}
+
+# Of each part, the codes that are told of it.
+told() {
+    json '[.warnings[] | select(.figures.part) | "\(.figures.part) \(.code)"] | unique | join(", ")'
+}
+
+STRANGE=()
+TURNS=(1,-1,-1 -1,1,-1 -1,-1,1)
+STRETCH=(8 3 4 1 5 9 6 7 2) # by 15 for each of the turns
+for i in 0 1 2 3 4 5 6 7 8; do
+    ellipsoid "even$i" ".${STRETCH[i]}" 1,1,1
+    ellipsoid "odd$i" ".0$i" "${TURNS[i % 3]}"
+    STRANGE+=("$(member "even$i" "s$i" even)" "$(member "odd$i" "s$i" odd)")
+done
+cohort strange "${STRANGE[@]}"
+run pca-parts '{"cohort":"strange","register":false,"weights":{"even":1000000}}'
+is "$STATUS" 200 'a part whose members do not correspond'
+cp "$BODY" "$SCRATCH/strange.json"
+is "$(told)" 'odd not-reached, odd pose-differs' 'is told of by its name, and the other part is not'
+is "$(json '[.warnings[] | select(.figures.part == "odd") | .detail | startswith("Part odd")] | all')" true \
+    'in words as well'
+is "$(json '[.warnings[] | select(.code == "not-reached" and .figures.what == "modes") | .figures.of] | tostring')" '[2]' \
+    'modes that no surface has among them'
+run pca-parts '{"cohort":"both","maxIterations":2,"tolerance":1e-8,"modes":0}'
+is "$(told)" 'putamen mean-not-converged, thalamus mean-not-converged' 'means that had not come to rest'
+is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .figures.iterations] | tostring')" '[2,2]' \
+    'after so many iterations'
+is "$(json '.parts[0].converged')" false 'as the result says'
+run pca-parts '{"cohort":"both","maxIterations":1,"tolerance":1e-8,"modes":0}'
+is "$(told)" '' 'one iteration is what was asked for'
+run mean '{"cohort":"one","maxIterations":2,"tolerance":1e-8}'
+is "$(json '[.warnings[] | select(.code == "mean-not-converged") | .figures.iterations] | tostring')" '[2]' \
+    'a mean says so too'
+compare "$(json '.warnings[] | select(.code == "mean-not-converged") | .figures.change')" -gt 1e-8 'and how far it still moved'
+
 # ---- Routes --------------------------------------------------------------------------------------------
 
 for side in L R; do
